@@ -1,0 +1,111 @@
+//! The chessboard: points at the inner corners.
+
+use super::{
+    Chart, Shape, Sighting,
+    lattice::{Lattice, Origin},
+};
+use crate::{Result, geometry::Point3, imaging::GrayImage};
+use serde::{Deserialize, Serialize};
+
+/// A chessboard, counted in inner corners.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chessboard {
+    /// Inner corners across.
+    pub columns: usize,
+    /// Inner corners down.
+    pub rows: usize,
+    /// Side of a square, in the user's unit.
+    #[serde(alias = "square")]
+    pub pitch: f64,
+    /// Where the chart's frame begins.
+    #[serde(default)]
+    pub origin: Origin,
+}
+
+impl Default for Chessboard {
+    fn default() -> Self {
+        Self { columns: 9, rows: 6, pitch: 30.0, origin: Origin::Centre }
+    }
+}
+
+impl Chessboard {
+    fn lattice(&self) -> Lattice {
+        Lattice { columns: self.columns, rows: self.rows, pitch: self.pitch, origin: self.origin }
+    }
+}
+
+impl Chart for Chessboard {
+    fn points(&self) -> Vec<Point3> {
+        self.lattice().points()
+    }
+
+    fn shapes(&self) -> Vec<Shape> {
+        let [left, top] = self.lattice().first_point();
+        let squares = (0..=self.rows).flat_map(|row| (0..=self.columns).map(move |c| (c, row)));
+        // The square below and right of point 0 has column 1 and row 1 here, and is dark.
+        let dark = squares.filter(|(column, row)| (column + row) % 2 == 0);
+        dark.map(|(column, row)| {
+            let x = left + (column as f64 - 1.0) * self.pitch;
+            let y = top + (row as f64 - 1.0) * self.pitch;
+            Shape::Rectangle([x, y, x + self.pitch, y + self.pitch])
+        })
+        .collect()
+    }
+
+    fn board(&self) -> [f64; 4] {
+        let [left, top] = self.lattice().first_point();
+        let across = (self.columns + 1) as f64 * self.pitch;
+        let down = (self.rows + 1) as f64 * self.pitch;
+        // Half a square of white all round.
+        [
+            left - 1.5 * self.pitch,
+            top - 1.5 * self.pitch,
+            left + across - 0.5 * self.pitch,
+            top + down - 0.5 * self.pitch,
+        ]
+    }
+
+    fn reflectance(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> Option<f64> {
+        let [left, top, right, bottom] = self.board();
+        if x < left || x > right || y < top || y > bottom {
+            return None;
+        }
+        let [first_x, first_y] = self.lattice().first_point();
+        // In squares, 0 at the printed area's edge.
+        let across = |at: f64, first: f64| (at - first) / self.pitch + 1.0;
+        let (u, v) = (across(x, first_x), across(y, first_y));
+        let (across, inside_x) = stripes(u, width / self.pitch, self.columns + 1);
+        let (down, inside_y) = stripes(v, height / self.pitch, self.rows + 1);
+        // Dark where both stripes are even or both odd.
+        let dark = (inside_x * inside_y + across * down) / 2.0;
+        Some(1.0 - dark)
+    }
+
+    fn detect(&self, _image: &GrayImage) -> Sighting {
+        Sighting::Unseen("not yet".into())
+    }
+
+    fn validate(&self) -> Result<()> {
+        self.lattice().validate()
+    }
+}
+
+/// Means over a box at `at` of the wave that is 1 on even stripes and -1 on odd ones (stripes are 1
+/// wide, `count` of them from 0, nothing beyond), and of its absolute value.
+fn stripes(at: f64, width: f64, count: usize) -> (f64, f64) {
+    let (low, high) = (at - width / 2.0, at + width / 2.0);
+    let within = |x: f64| x.clamp(0.0, count as f64);
+    // The wave's integral from 0 is a triangle wave.
+    let triangle = |x: f64| {
+        let rest = x - 2.0 * (x / 2.0).floor();
+        if rest < 1.0 { rest } else { 2.0 - rest }
+    };
+    if width > 0.0 {
+        let mean = (triangle(within(high)) - triangle(within(low))) / width;
+        return (mean, (within(high) - within(low)) / width);
+    }
+    let inside = at >= 0.0 && at < count as f64;
+    let sign = if at.floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+    if inside { (sign, 1.0) } else { (0.0, 0.0) }
+}

@@ -1,0 +1,82 @@
+//! Charts: rigid objects with points at known places, how to find them in a picture, how to draw
+//! them.
+//!
+//! To add one: write `chart/<name>.rs` with a type that implements [`Chart`] and `Default`, then add
+//! its `mod` line and its row below. The contract tests pick it up from there.
+
+pub mod chessboard;
+pub mod lattice;
+pub mod line_grid;
+
+use crate::{
+    Result,
+    geometry::{Pixel, Point3},
+    imaging::GrayImage,
+    registry::registry,
+};
+
+/// A point of a chart: its index in [`Chart::points`].
+pub type PointId = usize;
+
+/// Chart points found in one picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Detection {
+    /// Each point at most once, by rising id.
+    pub points: Vec<(PointId, Pixel)>,
+}
+
+/// What a search for a chart in one picture came to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sighting {
+    /// The chart was found. More than one reading means that the picture alone cannot tell which
+    /// point is which (a grid that leaves the picture, a board that looks the same upside down);
+    /// all readings hold the same pixels, and the first has the chart's x axis nearest to the
+    /// picture's.
+    Seen(Vec<Detection>),
+    /// It was not, for this reason.
+    Unseen(String),
+}
+
+/// A rigid object with points at known places in its own frame.
+///
+/// The frame has x right, y down and z into the chart, for someone who looks at its face; its
+/// origin is the centre of the points unless the chart says otherwise.
+pub trait Chart: Sync {
+    /// Where the points are, in the order of their ids.
+    fn points(&self) -> Vec<Point3>;
+
+    /// The places of `points` as the world would need them printed: dark shapes on a white ground.
+    fn shapes(&self) -> Vec<Shape>;
+
+    /// The white board's left, top, right and bottom edges.
+    fn board(&self) -> [f64; 4];
+
+    /// How much light the chart returns at `(x, y)`, 0 (black ink) to 1 (white board), averaged
+    /// over a box of `width` by `height` about it; `None` off the board.
+    fn reflectance(&self, place: [f64; 2], size: [f64; 2]) -> Option<f64>;
+
+    /// Looks for the chart.
+    fn detect(&self, image: &GrayImage) -> Sighting;
+
+    /// Refuses sizes that no chart has.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Setting`].
+    fn validate(&self) -> Result<()>;
+}
+
+/// A dark shape on a chart, in the chart's frame and unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Left, top, right and bottom edges.
+    Rectangle([f64; 4]),
+}
+
+registry! {
+    /// Every chart the toolkit knows.
+    pub enum AnyChart: Chart, all {
+        "line-grid" => LineGrid(line_grid::LineGrid),
+        "chessboard" => Chessboard(chessboard::Chessboard),
+    }
+}

@@ -1,0 +1,95 @@
+//! Rigid motions.
+
+use super::{Point3, Vector3};
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+
+/// A rotation, then a translation: as `a_from_b` it maps coordinates in frame b to frame a.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// Orthonormal, determinant 1.
+    pub rotation: Matrix3<f64>,
+    /// Where b's origin lies in a.
+    pub translation: Vector3,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self { rotation: Matrix3::identity(), translation: Vector3::zeros() }
+    }
+}
+
+impl Pose {
+    /// From a translation and a rotation vector (axis times angle in radians), by Rodrigues'
+    /// formula.
+    #[must_use]
+    pub fn from_rotation_vector(translation: Vector3, rotation: Vector3) -> Self {
+        let angle = rotation.norm();
+        let cross = rotation.cross_matrix();
+        // sin(a)/a and (1 - cos(a))/a^2, by their series near 0, where the quotients lose digits.
+        let (first, second) = if angle < 1e-4 {
+            (1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0)
+        } else {
+            (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / (angle * angle))
+        };
+        Self { rotation: Matrix3::identity() + cross * first + cross * cross * second, translation }
+    }
+
+    /// The rotation as axis times angle, in radians, angle in 0..pi.
+    #[must_use]
+    pub fn rotation_vector(&self) -> Vector3 {
+        let r = &self.rotation;
+        let twice_sine =
+            Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]);
+        let angle = libm::atan2(twice_sine.norm() / 2.0, (r.trace() - 1.0) / 2.0);
+        if angle < 1e-6 {
+            return twice_sine / 2.0;
+        }
+        if std::f64::consts::PI - angle > 1e-6 {
+            return twice_sine * (angle / twice_sine.norm());
+        }
+        // Near half a turn R = 2 a a' - I: the axis is the longest column of R + I.
+        let sum = r + Matrix3::identity();
+        let longest = (0..3).max_by(|a, b| sum.column(*a).norm().total_cmp(&sum.column(*b).norm()));
+        sum.column(longest.unwrap_or(0)).normalize() * angle
+    }
+
+    /// `point`, given in frame b, in frame a.
+    #[must_use]
+    pub fn transform(&self, point: Point3) -> Point3 {
+        Point3::from(self.rotation * point.coords + self.translation)
+    }
+
+    /// `b_from_a`.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self { rotation, translation: -(rotation * self.translation) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotation_vectors_come_back() {
+        let axis = Vector3::new(1.0, -2.0, 0.5).normalize();
+        for angle in [0.0, 1e-9, 1e-5, 0.3, 2.0, 3.14159, std::f64::consts::PI] {
+            let pose = Pose::from_rotation_vector(Vector3::zeros(), axis * angle);
+            let gap = pose.rotation * pose.rotation.transpose() - Matrix3::identity();
+            assert!(gap.norm() < 1e-14 && (pose.rotation.determinant() - 1.0).abs() < 1e-14);
+            let back = Pose::from_rotation_vector(Vector3::zeros(), pose.rotation_vector());
+            assert!((back.rotation - pose.rotation).norm() < 1e-8, "angle {angle}");
+        }
+    }
+
+    #[test]
+    fn the_inverse_undoes() {
+        let pose =
+            Pose::from_rotation_vector(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.1, 0.2, -0.3));
+        let point = Point3::new(4.0, -5.0, 6.0);
+        assert!((pose.inverse().transform(pose.transform(point)) - point).norm() < 1e-14);
+    }
+}

@@ -1,0 +1,90 @@
+//! Linear filters and halving.
+
+use super::GrayImage;
+use rayon::prelude::*;
+
+/// A Gaussian's weights for whole-pixel steps, out to four standard deviations (1e-4 of its mass
+/// lies beyond), summing to 1.
+#[must_use]
+pub fn gaussian_kernel(sigma: f64) -> Vec<f32> {
+    let reach = (4.0 * sigma).ceil() as i32;
+    let weights: Vec<f64> =
+        (-reach..=reach).map(|i| libm::exp(-f64::from(i * i) / (2.0 * sigma * sigma))).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|w| (w / sum) as f32).collect()
+}
+
+/// Convolves with a Gaussian of `sigma` pixels; the border is continued with its own values.
+#[must_use]
+pub fn gaussian_blur(image: &GrayImage, sigma: f64) -> GrayImage {
+    if sigma <= 0.0 {
+        return image.clone();
+    }
+    separable(image, &gaussian_kernel(sigma), &gaussian_kernel(sigma))
+}
+
+/// Correlates rows with `across` and columns with `down` (odd lengths, centred).
+#[must_use]
+pub fn separable(image: &GrayImage, across: &[f32], down: &[f32]) -> GrayImage {
+    let (width, height) = (image.width(), image.height());
+    let (reach_x, reach_y) = ((across.len() / 2) as isize, (down.len() / 2) as isize);
+    let mut rows = vec![0.0_f32; width * height];
+    rows.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        let source = image.row(y);
+        let padded: Vec<f32> = (-reach_x..width as isize + reach_x)
+            .map(|x| source[x.clamp(0, width as isize - 1) as usize])
+            .collect();
+        for (shift, weight) in across.iter().enumerate() {
+            for (sum, value) in out.iter_mut().zip(&padded[shift..]) {
+                *sum += weight * value;
+            }
+        }
+    });
+    let mut values = vec![0.0_f32; width * height];
+    values.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        for (shift, weight) in down.iter().enumerate() {
+            let row =
+                (y as isize + shift as isize - reach_y).clamp(0, height as isize - 1) as usize;
+            for (sum, value) in out.iter_mut().zip(&rows[row * width..]) {
+                *sum += weight * value;
+            }
+        }
+    });
+    GrayImage { width, height, values }
+}
+
+/// Half the size: means of 2 x 2 pixels, an odd last row or column left out. Pixel (x, y) of the
+/// result lies at (2 x + 0.5, 2 y + 0.5) of the picture.
+#[must_use]
+pub fn halve(image: &GrayImage) -> GrayImage {
+    let (width, height) = ((image.width() / 2).max(1), (image.height() / 2).max(1));
+    GrayImage::from_fn(width, height, |x, y| {
+        let (x, y) = (2 * x as isize, 2 * y as isize);
+        (image.at(x, y) + image.at(x + 1, y) + image.at(x, y + 1) + image.at(x + 1, y + 1)) / 4.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blurred_dot_is_the_kernel_and_a_flat_picture_stays_flat() {
+        let dot = GrayImage::from_fn(21, 21, |x, y| if (x, y) == (10, 10) { 1.0 } else { 0.0 });
+        let blurred = gaussian_blur(&dot, 1.5);
+        let kernel = gaussian_kernel(1.5);
+        assert!((blurred.at(10, 10) - kernel[6] * kernel[6]).abs() < 1e-7);
+        assert!((blurred.at(12, 9) - kernel[8] * kernel[5]).abs() < 1e-7);
+        assert!((blurred.values().iter().sum::<f32>() - 1.0).abs() < 1e-4);
+        let flat = GrayImage::from_fn(9, 5, |_, _| 100.0);
+        assert!(gaussian_blur(&flat, 2.0).values().iter().all(|v| (v - 100.0).abs() < 1e-3));
+    }
+
+    #[test]
+    fn halving_averages() {
+        let ramp = GrayImage::from_fn(5, 4, |x, y| (x + 10 * y) as f32);
+        let half = halve(&ramp);
+        assert_eq!((half.width(), half.height()), (2, 2));
+        assert_eq!(half.at(1, 1), 2.5 + 10.0 * 2.5);
+    }
+}

@@ -1,0 +1,15 @@
+//! Metric 3-D from matched pixels of any two or more cameras.
+//!
+//! The modules stand in the order in which data flows through them; a module may use only those
+//! above it.
+
+pub mod error;
+pub mod progress;
+pub mod storage;
+pub mod numeric;
+pub mod geometry;
+pub mod imaging;
+mod registry;
+pub mod chart;
+
+pub use error::{Error, Result};

@@ -1,0 +1,166 @@
+//! Back-propagation with an adaptive rate: batch gradient descent whose rate grows while the error
+//! falls, and shrinks, the step taken back, when the error rises.
+//!
+//! Source: Vogl, Mangis, Rigler, Zink & Alkon 1988, "Accelerating the convergence of the
+//! back-propagation method" (doi:10.1007/BF00332914), whose constants are the defaults.
+
+use super::perceptron::{Batch, Perceptron, Workspace};
+use crate::{Error, Result, progress::Progress};
+use serde::{Deserialize, Serialize};
+
+/// Settings of the training.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Backpropagation {
+    /// Passes over the whole batch.
+    pub epochs: u64,
+    /// First learning rate.
+    pub rate: f64,
+    /// The rate's factor after a step that lowered the error.
+    pub increase: f64,
+    /// The rate's factor after a step that was taken back.
+    pub decrease: f64,
+    /// A step is taken back when the error grows by more than this factor.
+    pub tolerated_growth: f64,
+    /// Share of the last step that goes on; 0 is plain gradient descent.
+    pub momentum: f64,
+}
+
+impl Default for Backpropagation {
+    fn default() -> Self {
+        Self {
+            epochs: 100_000,
+            rate: 0.01,
+            increase: 1.05,
+            decrease: 0.7,
+            tolerated_growth: 1.04,
+            momentum: 0.0,
+        }
+    }
+}
+
+/// One point of the learning curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurvePoint {
+    /// Epochs done.
+    pub epoch: u64,
+    /// Mean squared error of the scaled outputs.
+    pub mean_square_error: f64,
+}
+
+/// Points on a learning curve, beside the first.
+const CURVE_POINTS: u64 = 200;
+
+impl Backpropagation {
+    /// Trains `network` in place. `observe` is called with every point of the learning curve and
+    /// the network as it then is.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Cancelled`] where `progress` asks for it, [`Error::Degenerate`] where the error
+    /// stops being a number.
+    pub fn train(
+        &self,
+        network: &mut Perceptron,
+        batch: &Batch,
+        progress: &dyn Progress,
+        observe: &mut dyn FnMut(CurvePoint, &Perceptron),
+    ) -> Result<()> {
+        let mut work = Workspace::new(network.sizes());
+        let count = network.weights().len();
+        let (mut gradient, mut next_gradient) = (vec![0.0; count], vec![0.0; count]);
+        let (mut weights, mut step) = (network.weights().to_vec(), vec![0.0; count]);
+        let mut moved = weights.clone();
+        let mut error = network.mean_square_error(batch, &mut gradient, &mut work);
+        let mut rate = self.rate;
+        let stride = (self.epochs / CURVE_POINTS).max(1);
+        observe(CurvePoint { epoch: 0, mean_square_error: error }, network);
+        for epoch in 1..=self.epochs {
+            for index in 0..count {
+                step[index] =
+                    self.momentum * step[index] - (1.0 - self.momentum) * rate * gradient[index];
+                moved[index] = weights[index] + step[index];
+            }
+            network.set_weights(&moved);
+            let next = network.mean_square_error(batch, &mut next_gradient, &mut work);
+            if next > self.tolerated_growth * error || next.is_nan() {
+                rate *= self.decrease;
+                step.fill(0.0);
+            } else {
+                if next < error {
+                    rate *= self.increase;
+                }
+                error = next;
+                std::mem::swap(&mut weights, &mut moved);
+                std::mem::swap(&mut gradient, &mut next_gradient);
+            }
+            if epoch % stride == 0 || epoch == self.epochs {
+                network.set_weights(&weights);
+                progress.check()?;
+                progress.report("training", epoch, self.epochs);
+                observe(CurvePoint { epoch, mean_square_error: error }, network);
+            }
+        }
+        network.set_weights(&weights);
+        if !error.is_finite() {
+            return Err(Error::Degenerate {
+                problem: "training diverged: the error is not a number".into(),
+                hint: "lower the learning rate".into(),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        numeric::{perceptron::OutputActivation, random::Random},
+        progress::Silent,
+    };
+
+    fn task() -> (Perceptron, Batch) {
+        let mut random = Random::new(4);
+        let inputs: Vec<Vec<f64>> =
+            (0..60).map(|_| (0..2).map(|_| random.uniform(0.0, 1.0)).collect()).collect();
+        let targets: Vec<Vec<f64>> = inputs.iter().map(|x| vec![0.2 + 0.6 * x[0] * x[1]]).collect();
+        let sizes = [2, 6, 1];
+        let net = Perceptron::nguyen_widrow(&sizes, 1.0, OutputActivation::Linear, &mut random);
+        (net, Batch::new(&inputs, &targets))
+    }
+
+    #[test]
+    fn the_error_falls_and_a_step_too_far_is_taken_back() {
+        for momentum in [0.0, 0.9] {
+            let (mut net, batch) = task();
+            // A first rate that is far too large must be recovered from.
+            let settings =
+                Backpropagation { epochs: 5_000, rate: 1e3, momentum, ..Default::default() };
+            let mut curve = Vec::new();
+            settings.train(&mut net, &batch, &Silent, &mut |point, _| curve.push(point)).unwrap();
+            let (first, last) = (curve[0], curve[curve.len() - 1]);
+            assert_eq!(last.epoch, 5_000);
+            assert!(last.mean_square_error < 0.1 * first.mean_square_error);
+            let mut gradient = vec![0.0; net.weights().len()];
+            let error =
+                net.mean_square_error(&batch, &mut gradient, &mut Workspace::new(net.sizes()));
+            assert_eq!(error, last.mean_square_error, "the network is not the one that was scored");
+        }
+    }
+
+    #[test]
+    fn training_stops_when_asked() {
+        struct Stop;
+        impl Progress for Stop {
+            fn report(&self, _: &str, _: u64, _: u64) {}
+            fn cancelled(&self) -> bool {
+                true
+            }
+        }
+        let (mut net, batch) = task();
+        let outcome = Backpropagation::default().train(&mut net, &batch, &Stop, &mut |_, _| ());
+        assert!(matches!(outcome, Err(Error::Cancelled)));
+    }
+}

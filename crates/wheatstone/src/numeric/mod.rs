@@ -1,0 +1,12 @@
+//! Numbers without cameras: random streams, statistics, linear least squares, and the multilayer
+//! perceptron with its training.
+//!
+//! Everything here gives the same bits on every machine: sums run in a fixed order, and
+//! transcendental functions come from `libm` or from [`sigmoid`].
+
+pub mod backpropagation;
+pub mod least_squares;
+pub mod perceptron;
+pub mod random;
+pub mod sigmoid;
+pub mod statistics;
