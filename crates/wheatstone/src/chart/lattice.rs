@@ -313,12 +313,12 @@ mod tests {
 
     #[test]
     fn a_whole_lattice_reads_upright_first_and_upside_down_second() {
-        let (found, ids) = seen_from(40.0, 45.0);
+        let (found, ids) = seen_from(35.0, 45.0);
         let Sighting::Seen(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
         assert_eq!(readings.len(), 2);
         assert_eq!(readings[0].points.iter().map(|p| p.0).collect::<Vec<_>>(), ids);
-        assert_eq!(readings[0].points[0].1, Pixel::new(40.0, 45.0));
-        assert_eq!(readings[1].points[0].1, Pixel::new(160.0, 135.0));
+        assert_eq!(readings[0].points[0].1, Pixel::new(35.0, 45.0));
+        assert_eq!(readings[1].points[0].1, Pixel::new(155.0, 135.0));
     }
 
     #[test]
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn points_missing_inside_the_picture_are_no_chart_of_this_size() {
-        let (mut found, _) = seen_from(40.0, 45.0);
+        let (mut found, _) = seen_from(35.0, 45.0);
         found.retain(|point| point.pixel.x > 50.0);
         let Sighting::Unseen(why) = LATTICE.place(&found, &picture(), None) else { panic!() };
         assert_eq!(size_in_reason(&why), Some((4, 4)), "{why}");
