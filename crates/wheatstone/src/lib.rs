@@ -11,5 +11,12 @@ pub mod geometry;
 pub mod imaging;
 mod registry;
 pub mod chart;
+pub mod camera;
+pub mod dataset;
+pub mod method;
+pub mod evaluate;
+pub mod calibration;
+pub mod synthetic;
 
+pub use calibration::Calibration;
 pub use error::{Error, Result};

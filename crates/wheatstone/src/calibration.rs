@@ -1,0 +1,152 @@
+//! The file that a fit leaves behind: the fitted map, the data that it was fitted to, how it was
+//! fitted, and how good it is. It carries its own evidence.
+
+use crate::{
+    Error, Result,
+    dataset::{Dataset, SavedDataset},
+    evaluate::{self, CrossValidation, Evaluation},
+    geometry::Point3,
+    method::{AnyMethod, AnyReconstructor},
+    numeric::backpropagation::CurvePoint,
+    progress::Progress,
+    storage,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the first field of every model file says.
+pub const FORMAT: &str = "wheatstone-calibration";
+
+/// The version of the form that is written, and the only one that is read.
+pub const VERSION: u32 = 1;
+
+/// A fitted method and where it came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// The program that wrote it.
+    pub program: String,
+    /// The unit of world lengths.
+    pub unit: String,
+    /// The settings that were fitted.
+    pub method: AnyMethod,
+    /// The seed of every random choice in the fit.
+    pub seed: u64,
+    /// The fitted map.
+    pub reconstructor: AnyReconstructor,
+    /// The middle of the cameras in the world: errors in percent are of the distance from it.
+    pub viewpoint: Option<Point3>,
+    /// How it does on the points that it was fitted to.
+    pub training: Evaluation,
+    /// How the same settings do on views that they were not fitted to.
+    pub validation: Option<CrossValidation>,
+    /// How the error fell during the fit, for methods that learn in steps.
+    pub curve: Vec<CurvePoint>,
+    /// The points that it was fitted to.
+    pub data: SavedDataset,
+}
+
+/// What is read of a file before the rest is trusted.
+#[derive(Deserialize)]
+struct Heading {
+    format: Option<String>,
+    version: Option<u32>,
+}
+
+/// A model holds its data; a million points take a hundred megabytes.
+const LARGEST_FILE: u64 = 1 << 30;
+
+impl Calibration {
+    /// Fits a method to all points of `data`, and judges it on those and, if told to, on views that
+    /// are left out one after the other.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`AnyMethod::fit_checked`].
+    pub fn fit(
+        method: &AnyMethod,
+        data: &Dataset,
+        seed: u64,
+        validate: bool,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let fit = method.fit_checked(data, seed, progress)?;
+        let viewpoint = evaluate::viewpoint(data);
+        let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
+        let validation =
+            if validate { evaluate::cross_validate(method, data, seed, progress)? } else { None };
+        Ok(Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            program: concat!("wheatstone ", env!("CARGO_PKG_VERSION")).into(),
+            unit: data.unit.clone(),
+            method: method.clone(),
+            seed,
+            reconstructor: fit.reconstructor,
+            viewpoint,
+            training,
+            validation,
+            curve: fit.curve,
+            data: data.into(),
+        })
+    }
+
+    /// Writes the file; what was there before stays until the new one is whole.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`].
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let mut bytes = serde_json::to_vec(self).map_err(|e| Error::writing(path, e.into()))?;
+        bytes.push(b'\n');
+        storage::write(path, &bytes)
+    }
+
+    /// Reads a file that [`Calibration::save`] wrote.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of this version.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = storage::read_text(path, LARGEST_FILE)?;
+        let refuse = |line, problem: String, hint: &str| Error::Malformed {
+            path: path.into(),
+            line,
+            problem,
+            hint: hint.into(),
+        };
+        const HINT: &str = "models are written by `wheatstone fit … -o model.json`";
+        let heading: Heading = serde_json::from_str(&text)
+            .map_err(|e| refuse(Some(e.line() as u64), format!("not a model file: {e}"), HINT))?;
+        if heading.format.as_deref() != Some(FORMAT) {
+            return Err(refuse(
+                None,
+                "not a model file: it does not say that it is one".into(),
+                HINT,
+            ));
+        }
+        if heading.version != Some(VERSION) {
+            let found = heading.version.map_or("none".into(), |version| version.to_string());
+            return Err(refuse(
+                None,
+                format!("model version {found}; this program reads version {VERSION}"),
+                "use the program that wrote it, or fit again",
+            ));
+        }
+        let model: Self = serde_json::from_str(&text).map_err(|e| {
+            refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again")
+        })?;
+        if !model.reconstructor.is_consistent() {
+            return Err(refuse(
+                None,
+                "damaged model file: its numbers do not fit together".into(),
+                "fit again",
+            ));
+        }
+        Ok(model)
+    }
+}

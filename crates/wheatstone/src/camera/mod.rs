@@ -1,0 +1,149 @@
+//! Camera models: where a point in front of the lens falls on the picture, and back.
+//!
+//! To add one: write `camera/<name>.rs` with a type that implements [`CameraModel`] and `Default`,
+//! then add its `mod` line and its row below. Only `parameters_mut` and `project` are needed: the
+//! rest has numerical defaults, which the contract tests also hold overrides against.
+
+pub mod brown_conrady;
+pub mod bumped_lens;
+pub mod flat_port;
+pub mod kannala_brandt;
+pub mod pinhole;
+
+use crate::{
+    geometry::{Pixel, Point3, Pose, Ray, Vector3},
+    registry::registry,
+};
+use nalgebra::{Matrix2, Matrix2x3};
+use serde::{Deserialize, Serialize};
+
+/// Maps the camera's own frame (x right, y down, z forward, the user's unit) to its picture and
+/// back.
+pub trait CameraModel: Sync + Send {
+    /// The numbers a fit may change, always in the same order.
+    fn parameters_mut(&mut self) -> Vec<&mut f64>;
+
+    /// Where `point` falls; `None` where the camera cannot see it.
+    fn project(&self, point: Point3) -> Option<Pixel>;
+
+    /// Where `pixel` looks; `None` where no light reaches it.
+    fn ray(&self, pixel: Pixel) -> Option<Ray> {
+        ray_by_newton(|point| self.project(point), pixel)
+    }
+
+    /// [`CameraModel::project`] with its derivatives by the point.
+    fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        jacobian_by_differences(|point| self.project(point), point)
+    }
+}
+
+registry! {
+    /// Every camera model the toolkit knows.
+    pub enum AnyCamera: CameraModel, all {
+        "pinhole" => Pinhole(pinhole::Pinhole),
+        "brown-conrady" => BrownConrady(brown_conrady::BrownConrady),
+        "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandt),
+        "flat-port" => FlatPort(flat_port::FlatPort),
+        "bumped-lens" => BumpedLens(bumped_lens::BumpedLens),
+    }
+}
+
+/// A camera somewhere in the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PosedCamera {
+    /// World to camera frame.
+    pub camera_from_world: Pose,
+    /// Camera frame to picture.
+    pub model: AnyCamera,
+    /// Picture width in pixels.
+    pub width: usize,
+    /// Picture height in pixels.
+    pub height: usize,
+}
+
+impl PosedCamera {
+    /// Where a world point falls, inside the picture or not.
+    #[must_use]
+    pub fn project(&self, world: Point3) -> Option<Pixel> {
+        self.model.project(self.camera_from_world.transform(world))
+    }
+
+    /// [`PosedCamera::project`] with its derivatives by the world coordinates.
+    #[must_use]
+    pub fn project_with_jacobian(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        let point = self.camera_from_world.transform(world);
+        let (pixel, jacobian) = self.model.project_with_jacobian(point)?;
+        Some((pixel, jacobian * self.camera_from_world.rotation))
+    }
+
+    /// Where a pixel looks, in the world.
+    #[must_use]
+    pub fn ray(&self, pixel: Pixel) -> Option<Ray> {
+        Some(self.model.ray(pixel)?.transformed(&self.camera_from_world.inverse()))
+    }
+
+    /// The pixel at which a world point is seen; `None` outside the picture (beyond its outermost
+    /// pixel centres).
+    #[must_use]
+    pub fn sees(&self, world: Point3) -> Option<Pixel> {
+        let (right, bottom) = (self.width as f64 - 1.0, self.height as f64 - 1.0);
+        self.project(world).filter(|p| p.x >= 0.0 && p.y >= 0.0 && p.x <= right && p.y <= bottom)
+    }
+
+    /// The camera's centre in the world.
+    #[must_use]
+    pub fn centre(&self) -> Point3 {
+        Point3::from(self.camera_from_world.inverse().translation)
+    }
+}
+
+/// Newton's method for the point of the plane z = 1 that projects to `pixel`: the ray through it
+/// from the origin.
+pub(crate) fn ray_by_newton(
+    project: impl Fn(Point3) -> Option<Pixel>,
+    pixel: Pixel,
+) -> Option<Ray> {
+    let at = |place: nalgebra::Vector2<f64>| project(Point3::new(place.x, place.y, 1.0));
+    let mut place = nalgebra::Vector2::zeros();
+    let mut error = pixel - at(place)?;
+    for _ in 0..50 {
+        if error.norm() < 1e-10 {
+            break;
+        }
+        const STEP: f64 = 1e-6;
+        let by = |x: f64, y: f64| {
+            let step = nalgebra::Vector2::new(x, y);
+            Some((at(place + step)? - at(place - step)?) / (2.0 * STEP))
+        };
+        let jacobian = Matrix2::from_columns(&[by(STEP, 0.0)?, by(0.0, STEP)?]);
+        let mut step = jacobian.try_inverse()? * error;
+        // Halve the step until it helps: far from the solution the lens is not linear.
+        let (moved, left) = (0..30).find_map(|_| {
+            let moved = place + step;
+            step /= 2.0;
+            let left = pixel - at(moved)?;
+            (left.norm() < error.norm()).then_some((moved, left))
+        })?;
+        (place, error) = (moved, left);
+    }
+    (error.norm() < 1e-8).then(|| Ray {
+        origin: Point3::origin(),
+        direction: Vector3::new(place.x, place.y, 1.0).normalize(),
+    })
+}
+
+/// Central differences, with steps of a millionth of the point's distance.
+pub(crate) fn jacobian_by_differences(
+    project: impl Fn(Point3) -> Option<Pixel>,
+    point: Point3,
+) -> Option<(Pixel, Matrix2x3<f64>)> {
+    let step = 1e-6 * point.coords.norm().max(f64::MIN_POSITIVE);
+    let mut columns = [nalgebra::Vector2::zeros(); 3];
+    for (axis, column) in columns.iter_mut().enumerate() {
+        let mut by = Vector3::zeros();
+        by[axis] = step;
+        *column = (project(point + by)? - project(point - by)?) / (2.0 * step);
+    }
+    Some((project(point)?, Matrix2x3::from_columns(&columns)))
+}

@@ -1,0 +1,123 @@
+//! From what the user recorded to correspondences: captures on disk, points files, detection in
+//! pictures, and the division into what is fitted and what is judged.
+
+pub mod capture;
+pub mod detection;
+pub mod points_file;
+pub mod split;
+
+use crate::{
+    geometry::{Pixel, Point3},
+    numeric::least_squares::null_vector,
+};
+use serde::{Deserialize, Serialize};
+
+/// One physical point as each camera saw it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correspondence {
+    /// Index into [`Dataset::views`]; 0 where no views are known.
+    pub view: usize,
+    /// The point's name within its view, where it has one.
+    pub id: Option<String>,
+    /// Where each camera saw it.
+    pub pixels: Vec<Option<Pixel>>,
+    /// Where it is in the world, where that is known.
+    pub world: Option<Point3>,
+    /// Where it is on a chart whose own place is not known.
+    pub board: Option<[f64; 2]>,
+}
+
+impl Correspondence {
+    /// How many cameras saw it.
+    #[must_use]
+    pub fn seen_by(&self) -> usize {
+        self.pixels.iter().flatten().count()
+    }
+}
+
+/// Correspondences of one set of cameras.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dataset {
+    /// The unit of world lengths.
+    pub unit: String,
+    /// Number of cameras.
+    pub cameras: usize,
+    /// The views' names; none where the file has no views.
+    pub views: Vec<String>,
+    /// The points.
+    pub correspondences: Vec<Correspondence>,
+}
+
+impl Dataset {
+    /// The same cameras with some of the points.
+    #[must_use]
+    pub fn subset(&self, keep: impl Fn(usize, &Correspondence) -> bool) -> Self {
+        let kept = self.correspondences.iter().enumerate().filter(|(index, c)| keep(*index, c));
+        Self {
+            unit: self.unit.clone(),
+            cameras: self.cameras,
+            views: self.views.clone(),
+            correspondences: kept.map(|(_, c)| c.clone()).collect(),
+        }
+    }
+
+    /// The points whose place in the world is known.
+    pub fn known(&self) -> impl Iterator<Item = (Point3, &Correspondence)> + Clone {
+        self.correspondences.iter().filter_map(|c| Some((c.world?, c)))
+    }
+
+    /// World points with their pixels in one camera.
+    #[must_use]
+    pub fn seen_by_camera(&self, camera: usize) -> Vec<(Point3, Pixel)> {
+        self.known().filter_map(|(world, c)| Some((world, (*c.pixels.get(camera)?)?))).collect()
+    }
+
+    /// How flat the known points lie: their extent across the best plane as a share of that along
+    /// it, 0 for points on a plane.
+    #[must_use]
+    pub fn flatness(&self) -> f64 {
+        let count = self.known().count() as f64;
+        let centre =
+            self.known().fold(nalgebra::Vector3::zeros(), |sum, (p, _)| sum + p.coords) / count;
+        let rows: Vec<f64> = self
+            .known()
+            .flat_map(|(p, _)| (p.coords - centre).iter().copied().collect::<Vec<_>>())
+            .collect();
+        null_vector(&rows, 3).map_or(0.0, |found| found.least)
+    }
+}
+
+/// A dataset in the form in which a model file keeps it: compact, and exact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SavedDataset {
+    /// The unit of world lengths.
+    pub unit: String,
+    /// The views' names.
+    pub views: Vec<String>,
+    /// Each point's view.
+    pub view: Vec<usize>,
+    /// Each point's name.
+    pub id: Vec<Option<String>>,
+    /// Each point's pixels, `[x, y]` a camera.
+    pub pixels: Vec<Vec<Option<[f64; 2]>>>,
+    /// Each point's place in the world.
+    pub world: Vec<Option<[f64; 3]>>,
+}
+
+impl From<&Dataset> for SavedDataset {
+    fn from(data: &Dataset) -> Self {
+        let all = &data.correspondences;
+        Self {
+            unit: data.unit.clone(),
+            views: data.views.clone(),
+            view: all.iter().map(|c| c.view).collect(),
+            id: all.iter().map(|c| c.id.clone()).collect(),
+            pixels: all
+                .iter()
+                .map(|c| c.pixels.iter().map(|p| p.map(|p| [p.x, p.y])).collect())
+                .collect(),
+            world: all.iter().map(|c| c.world.map(|w| [w.x, w.y, w.z])).collect(),
+        }
+    }
+}

@@ -1,0 +1,469 @@
+//! Points files: tables of matched pixels, with world coordinates where they are known.
+//!
+//! A header names the columns: `x1,y1,x2,y2[,x3,y3…]` pixels (empty: not seen by that camera),
+//! `X,Y,Z` world, or `board_x,board_y` on a chart whose pose is unknown, optionally `view` and `id`.
+//! Other columns are passed over. Commas, semicolons or tabs separate.
+
+use super::{Correspondence, Dataset};
+use crate::{
+    Error, Result,
+    geometry::{Pixel, Point3},
+    storage,
+};
+use std::{
+    collections::BTreeMap,
+    io::{BufRead, BufReader, Read},
+    path::{Path, PathBuf},
+};
+
+/// Where each quantity stands in a row.
+#[derive(Clone, Debug)]
+struct Layout {
+    pixels: Vec<[usize; 2]>,
+    world: Option<[usize; 3]>,
+    board: Option<[usize; 2]>,
+    view: Option<usize>,
+    id: Option<usize>,
+}
+
+/// Reads a points file row by row, in constant memory.
+pub struct PointsReader {
+    path: PathBuf,
+    header: csv::StringRecord,
+    layout: Layout,
+    delimiter: u8,
+    rows: csv::Reader<Box<dyn Read + Send>>,
+}
+
+/// The longest line that is looked at before a file is taken for something else than a table.
+const LONGEST_HEADER: u64 = 1 << 20;
+
+impl PointsReader {
+    /// Opens a file, or standard input for `-`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`], or [`Error::Malformed`] where the header does not name two cameras' pixels.
+    pub fn open(path: &Path) -> Result<Self> {
+        if path.as_os_str() == "-" {
+            return Self::new(Path::new("standard input"), Box::new(std::io::stdin()));
+        }
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+            return Err(Error::Malformed {
+                path: path.into(),
+                line: None,
+                problem: "Parquet is not read yet".into(),
+                hint: "give the table as CSV".into(),
+            });
+        }
+        Self::new(path, Box::new(storage::open(path)?))
+    }
+
+    /// Reads from anywhere; `name` stands for it in messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`PointsReader::open`].
+    pub fn new(name: &Path, source: Box<dyn Read + Send>) -> Result<Self> {
+        let mut source = BufReader::with_capacity(1 << 18, source);
+        let mut first = Vec::new();
+        source
+            .by_ref()
+            .take(LONGEST_HEADER)
+            .read_until(b'\n', &mut first)
+            .map_err(|e| Error::reading(name, e))?;
+        // The byte order mark that spreadsheets put first is no part of the first name.
+        let line = first.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&first).to_vec();
+        let delimiter = [b';', b'\t', b',']
+            .into_iter()
+            .max_by_key(|d| line.iter().filter(|b| *b == d).count())
+            .unwrap_or(b',');
+        let whole: Box<dyn Read + Send> = Box::new(std::io::Cursor::new(line).chain(source));
+        let mut rows =
+            csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(whole);
+        let header = rows.headers().map_err(|e| malformed(name, &e))?.clone();
+        let layout = Layout::read(name, &header)?;
+        Ok(Self { path: name.into(), header, layout, delimiter, rows })
+    }
+
+    /// The columns' names.
+    #[must_use]
+    pub fn header(&self) -> &csv::StringRecord {
+        &self.header
+    }
+
+    /// The character between cells.
+    #[must_use]
+    pub fn delimiter(&self) -> u8 {
+        self.delimiter
+    }
+
+    /// Cameras that the header names.
+    #[must_use]
+    pub fn cameras(&self) -> usize {
+        self.layout.pixels.len()
+    }
+
+    /// Reads the next row into `record`; false at the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for a row with more or fewer cells than the header.
+    pub fn next(&mut self, record: &mut csv::StringRecord) -> Result<bool> {
+        self.rows.read_record(record).map_err(|e| malformed(&self.path, &e))
+    }
+
+    /// The pixels of a row.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for a cell that is not a number, naming line and column.
+    pub fn pixels(&self, record: &csv::StringRecord) -> Result<Vec<Option<Pixel>>> {
+        let each = self.layout.pixels.iter().map(|columns| {
+            let [x, y] = columns.map(|column| (column, &record[column]));
+            match (x.1.is_empty(), y.1.is_empty()) {
+                (true, true) => Ok(None),
+                (false, false) => {
+                    Ok(Some(Pixel::new(self.number(record, x.0)?, self.number(record, y.0)?)))
+                }
+                _ => Err(self.bad_cell(
+                    record,
+                    if x.1.is_empty() { x.0 } else { y.0 },
+                    "is empty, but its partner is not",
+                    "give both coordinates, or neither where the camera did not see the point",
+                )),
+            }
+        });
+        each.collect()
+    }
+
+    /// A whole row.
+    fn correspondence(&self, record: &csv::StringRecord) -> Result<Correspondence> {
+        Ok(Correspondence {
+            view: 0,
+            id: self.layout.id.map(|column| record[column].to_owned()).filter(|id| !id.is_empty()),
+            pixels: self.pixels(record)?,
+            world: self.numbers(record, self.layout.world)?.map(|[x, y, z]| Point3::new(x, y, z)),
+            board: self.numbers(record, self.layout.board)?,
+        })
+    }
+
+    /// Several cells that are given together or not at all.
+    fn numbers<const N: usize>(
+        &self,
+        record: &csv::StringRecord,
+        columns: Option<[usize; N]>,
+    ) -> Result<Option<[f64; N]>> {
+        let Some(columns) = columns else { return Ok(None) };
+        if columns.iter().all(|column| record[*column].is_empty()) {
+            return Ok(None);
+        }
+        let mut values = [0.0; N];
+        for (value, column) in values.iter_mut().zip(columns) {
+            *value = self.number(record, column)?;
+        }
+        Ok(Some(values))
+    }
+
+    fn number(&self, record: &csv::StringRecord, column: usize) -> Result<f64> {
+        // Beyond this no pixel and no chart lies, but overflow does.
+        const LARGEST: f64 = 1e9;
+        let text = &record[column];
+        match text.parse::<f64>() {
+            Ok(value) if value.abs() <= LARGEST => Ok(value),
+            Ok(_) => Err(self.bad_cell(
+                record,
+                column,
+                &format!("is `{text}`, which is no place"),
+                "remove the row, or leave the cells of a camera that did not see the point empty",
+            )),
+            Err(_) => Err(self.bad_cell(
+                record,
+                column,
+                &format!("is `{text}`, which is not a number"),
+                "numbers are written with a decimal point and without units",
+            )),
+        }
+    }
+
+    fn bad_cell(&self, record: &csv::StringRecord, column: usize, what: &str, hint: &str) -> Error {
+        Error::Malformed {
+            path: self.path.clone(),
+            line: record.position().map(csv::Position::line),
+            problem: format!("column `{}` {what}", &self.header[column]),
+            hint: hint.into(),
+        }
+    }
+}
+
+impl Layout {
+    fn read(path: &Path, header: &csv::StringRecord) -> Result<Self> {
+        let refuse = |problem: String, hint: &str| Error::Malformed {
+            path: path.into(),
+            line: Some(1),
+            problem,
+            hint: hint.into(),
+        };
+        const HINT: &str = "the first line names the columns, such as `x1,y1,x2,y2,X,Y,Z`";
+        if header.iter().all(str::is_empty) {
+            return Err(refuse("the file is empty".into(), HINT));
+        }
+        if header.iter().all(|name| name.parse::<f64>().is_ok()) {
+            return Err(refuse("there is no header, only numbers".into(), HINT));
+        }
+        let mut columns = BTreeMap::new();
+        for (index, name) in header.iter().enumerate() {
+            if columns.insert(name, index).is_some() && !name.is_empty() {
+                return Err(refuse(format!("two columns are named `{name}`"), HINT));
+            }
+        }
+        let find = |name: &str| columns.get(name).copied();
+        let mut pixels = Vec::new();
+        while let (Some(x), Some(y)) =
+            (find(&format!("x{}", pixels.len() + 1)), find(&format!("y{}", pixels.len() + 1)))
+        {
+            pixels.push([x, y]);
+        }
+        if pixels.len() < 2 {
+            let missing = ["x1", "y1", "x2", "y2"].into_iter().find(|name| find(name).is_none());
+            let missing = missing.unwrap_or("x2");
+            return Err(refuse(format!("there is no column `{missing}`"), HINT));
+        }
+        let next = pixels.len() + 1;
+        let stray = columns.keys().find(|name| {
+            let digits = name.strip_prefix(['x', 'y']).unwrap_or_default();
+            digits.parse::<usize>().is_ok_and(|camera| camera >= next)
+        });
+        if let Some(stray) = stray {
+            return Err(refuse(
+                format!("column `{stray}` stands alone: cameras go on as `x{next}`, `y{next}`"),
+                HINT,
+            ));
+        }
+        let world = [find("X"), find("Y"), find("Z")];
+        if world.iter().any(Option::is_some) && !world.iter().all(Option::is_some) {
+            return Err(refuse("of `X`, `Y`, `Z` some are missing".into(), HINT));
+        }
+        let both = |a, b| Some([find(a)?, find(b)?]);
+        Ok(Self {
+            pixels,
+            world: (|| Some([world[0]?, world[1]?, world[2]?]))(),
+            board: both("board_x", "board_y"),
+            view: find("view"),
+            id: find("id"),
+        })
+    }
+}
+
+/// What the table's own reader could not read.
+fn malformed(path: &Path, error: &csv::Error) -> Error {
+    let line = error.position().map(csv::Position::line);
+    let (problem, hint) = match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => (
+            format!("{len} cells, the header has {expected_len}"),
+            "every line has as many cells as the header; leave unknown ones empty",
+        ),
+        csv::ErrorKind::Utf8 { .. } => {
+            ("not text (UTF-8)".to_owned(), "is this the file that you meant?")
+        }
+        csv::ErrorKind::Io(e) => (e.to_string(), "is this the file that you meant?"),
+        _ => (error.to_string(), "is this a CSV file?"),
+    };
+    Error::Malformed { path: path.into(), line, problem, hint: hint.into() }
+}
+
+/// What to do with rows that stand in a file twice, to the last digit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Duplicates {
+    /// Refuse the file, naming both lines: a copy in the training and the validation part would
+    /// make an error look small.
+    #[default]
+    Refuse,
+    /// Keep the first of each.
+    Drop,
+}
+
+/// Reads a whole points file.
+///
+/// # Errors
+///
+/// [`Error::Io`], or [`Error::Malformed`] naming line, column and what was seen.
+pub fn read(path: &Path, unit: &str, duplicates: Duplicates) -> Result<Dataset> {
+    let mut reader = PointsReader::open(path)?;
+    let mut data = Dataset {
+        unit: unit.into(),
+        cameras: reader.cameras(),
+        views: Vec::new(),
+        correspondences: Vec::new(),
+    };
+    let mut view_index: BTreeMap<String, usize> = BTreeMap::new();
+    let mut lines: BTreeMap<Vec<u64>, u64> = BTreeMap::new();
+    let mut record = csv::StringRecord::new();
+    while reader.next(&mut record)? {
+        let mut row = reader.correspondence(&record)?;
+        if let Some(column) = reader.layout.view {
+            let name = &record[column];
+            row.view = *view_index.entry(name.to_owned()).or_insert_with(|| {
+                data.views.push(name.to_owned());
+                data.views.len() - 1
+            });
+        }
+        let line = record.position().map_or(0, csv::Position::line);
+        if let Some(first) = lines.insert(fingerprint(&row), line) {
+            if duplicates == Duplicates::Refuse {
+                return Err(Error::Malformed {
+                    path: path.into(),
+                    line: Some(line),
+                    problem: format!("the same row stands in line {first}"),
+                    hint: "remove it, or pass `--drop-duplicates`".into(),
+                });
+            }
+            continue;
+        }
+        data.correspondences.push(row);
+    }
+    if data.correspondences.is_empty() {
+        return Err(Error::Malformed {
+            path: path.into(),
+            line: None,
+            problem: "there are no points, only a header".into(),
+            hint: "one line a point".into(),
+        });
+    }
+    Ok(data)
+}
+
+/// Equal for rows that are equal to the last bit.
+fn fingerprint(row: &Correspondence) -> Vec<u64> {
+    let pixel = |p: &Option<Pixel>| p.map_or([u64::MAX; 2], |p| [p.x.to_bits(), p.y.to_bits()]);
+    let mut bits: Vec<u64> = row.pixels.iter().flat_map(pixel).collect();
+    bits.extend(row.world.iter().flat_map(|w| w.iter().map(|v| v.to_bits()).collect::<Vec<_>>()));
+    bits.extend(row.board.iter().flatten().map(|v| v.to_bits()));
+    bits.push(row.view as u64);
+    bits
+}
+
+/// The text of a points file with these correspondences.
+#[must_use]
+pub fn write(data: &Dataset) -> String {
+    let mut columns: Vec<String> =
+        (1..=data.cameras).flat_map(|c| [format!("x{c}"), format!("y{c}")]).collect();
+    let on_board = data.correspondences.iter().any(|c| c.board.is_some());
+    let in_world = data.correspondences.iter().any(|c| c.world.is_some());
+    if in_world {
+        columns.extend(["X", "Y", "Z"].map(String::from));
+    }
+    if on_board {
+        columns.extend(["board_x", "board_y"].map(String::from));
+    }
+    if !data.views.is_empty() {
+        columns.push("view".into());
+    }
+    let named = data.correspondences.iter().any(|c| c.id.is_some());
+    if named {
+        columns.push("id".into());
+    }
+    let mut text = columns.join(",") + "\n";
+    let cells = |values: Option<Vec<f64>>, count: usize| match values {
+        Some(values) => values.iter().map(f64::to_string).collect(),
+        None => vec![String::new(); count],
+    };
+    for row in &data.correspondences {
+        let mut all: Vec<String> = Vec::with_capacity(columns.len());
+        for pixel in &row.pixels {
+            all.extend(cells(pixel.map(|p| vec![p.x, p.y]), 2));
+        }
+        if in_world {
+            all.extend(cells(row.world.map(|w| vec![w.x, w.y, w.z]), 3));
+        }
+        if on_board {
+            all.extend(cells(row.board.map(|b| b.to_vec()), 2));
+        }
+        if !data.views.is_empty() {
+            all.push(data.views.get(row.view).map_or_else(String::new, |name| quoted(name)));
+        }
+        if named {
+            all.push(quoted(row.id.as_deref().unwrap_or_default()));
+        }
+        text += &all.join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// A name as a CSV cell.
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Dataset> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("points.csv");
+        std::fs::write(&path, text).unwrap();
+        read(&path, "mm", Duplicates::Refuse)
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_bit_for_bit() {
+        let text = "x1,y1,x2,y2,x3,y3,X,Y,Z,view,id\n0.1,2,3,4,,,1,2,3.3333333333333335,a,7\n,,1e-7,2,3,4,-1,-2,-3,\"b,c\",8\n";
+        let data = parse(text).unwrap();
+        assert_eq!(data.views, ["a", "b,c"]);
+        assert_eq!(data.correspondences[1].pixels[0], None);
+        let again = parse(&write(&data)).unwrap();
+        assert_eq!(again, data);
+        let board = parse("x1,y1,x2,y2,board_x,board_y,view\n1,2,3,4,30,60,0\n").unwrap();
+        assert_eq!(board.correspondences[0].board, Some([30.0, 60.0]));
+        assert_eq!(parse(&write(&board)).unwrap(), board);
+    }
+
+    #[test]
+    fn spreadsheets_habits_are_understood() {
+        let plain = parse("x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,7\n").unwrap();
+        for text in [
+            "\u{feff}x1,y1,x2,y2,X,Y,Z\r\n1,2,3,4,5,6,7\r\n",
+            "x1;y1;x2;y2;X;Y;Z\n1;2;3;4;5;6;7",
+            "x1\ty1\tx2\ty2\tX\tY\tZ\n1\t2\t3\t4\t5\t6\t7\n",
+            " x1 , y1, x2,y2, X,Y,Z\n 1, 2 ,\"3\",4,5,6, 7.0\n\n",
+            "weight,Z,Y,X,y2,x2,y1,x1\n0.5,7,6,5,4,3,2,1\n",
+        ] {
+            assert_eq!(parse(text).unwrap(), plain, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn faults_are_named_with_line_and_column() {
+        let header = "x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,7\n";
+        for (text, line, words) in [
+            (String::new(), Some(1), "empty"),
+            ("1,2,3,4,5,6,7\n".into(), Some(1), "no header"),
+            ("x1,y1,X,Y,Z\n".into(), Some(1), "`x2`"),
+            ("x1,y1,x2,y2,x4,y4\n".into(), Some(1), "`x3`"),
+            ("x1,y1,x2,y2,X,Y\n".into(), Some(1), "some are missing"),
+            ("x1,y1,x2,y2,x1\n".into(), Some(1), "two columns"),
+            ("x1,y1,x2,y2,X,Y,Z\n".into(), None, "no points"),
+            (format!("{header}1,2,three,4,5,6,7\n"), Some(3), "column `x2` is `three`"),
+            (format!("{header}1,2,3,nan,5,6,7\n"), Some(3), "column `y2` is `nan`"),
+            (format!("{header}1,2,3,4,5,6,1e999\n"), Some(3), "column `Z` is `1e999`"),
+            (format!("{header}1,2,3,4,5,6\n"), Some(3), "6 cells, the header has 7"),
+            (format!("{header}1,2,3,,5,6,8\n"), Some(3), "column `y2` is empty"),
+            (format!("{header}1,2,3,4,5,6,8\n1,2,3,4,5,6,7\n"), Some(4), "stands in line 2"),
+        ] {
+            match parse(&text) {
+                Err(Error::Malformed { line: at, problem, hint, .. }) => {
+                    assert_eq!(at, line, "{text:?}: {problem}");
+                    assert!(problem.contains(words), "{text:?}: {problem}");
+                    assert!(!hint.is_empty());
+                }
+                other => panic!("{text:?}: {other:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! What is fitted and what is judged: whole views, or slabs of space, never single points. Points of
+//! one chart placement are near-copies, and an exam that holds copies of the lessons tests nothing.
+
+use super::Dataset;
+use crate::{geometry::Vector3, numeric::statistics};
+use serde::{Deserialize, Serialize};
+
+/// Whether points lie among those that the fit has seen, or beyond them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FoldKind {
+    /// Views on both sides were fitted.
+    Interpolation,
+    /// This is the outermost view.
+    Extrapolation,
+}
+
+/// Points set apart from a fit, to judge it by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fold {
+    /// The view's name, or the slab's bounds.
+    pub view: String,
+    /// Whether it lies among the others.
+    pub kind: FoldKind,
+    /// Indices into the dataset's correspondences.
+    pub held_out: Vec<usize>,
+}
+
+/// More folds than this cost time and tell no more: neighbouring views then share one.
+const MOST_FOLDS: usize = 12;
+
+/// Slabs where a file has no views: with seven, as many as the paper has chart planes, each
+/// training part still reaches over 5/7 of the range.
+const SLABS: usize = 7;
+
+/// Divides the points whose place is known into folds, by view where there are views and by slab
+/// along the longest axis where there are none, in order along that axis. The first and the last
+/// fold are extrapolation.
+#[must_use]
+pub fn folds(data: &Dataset) -> Vec<Fold> {
+    let groups = if data.views.len() >= 2 { by_view(data) } else { by_slab(data) };
+    let groups = merge(groups, MOST_FOLDS);
+    let last = groups.len().saturating_sub(1);
+    let kind = |place: usize| {
+        if place == 0 || place == last { FoldKind::Extrapolation } else { FoldKind::Interpolation }
+    };
+    groups
+        .into_iter()
+        .enumerate()
+        .map(|(place, (view, held_out))| Fold { view, kind: kind(place), held_out })
+        .collect()
+}
+
+type Group = (String, Vec<usize>);
+
+/// Views, ordered along the line on which they differ most.
+fn by_view(data: &Dataset) -> Vec<Group> {
+    let mut members = vec![Vec::new(); data.views.len()];
+    let mut sums = vec![(Vector3::zeros(), 0.0); data.views.len()];
+    for (index, row) in data.correspondences.iter().enumerate() {
+        if let Some(world) = row.world {
+            members[row.view].push(index);
+            sums[row.view].0 += world.coords;
+            sums[row.view].1 += 1.0;
+        }
+    }
+    let mut views: Vec<(f64, Group)> = Vec::new();
+    let centres: Vec<Vector3> =
+        sums.iter().map(|(sum, count)| sum / f64::max(*count, 1.0)).collect();
+    let axis = longest_axis(
+        centres.iter().zip(&members).filter(|(_, m)| !m.is_empty()).map(|(centre, _)| *centre),
+    );
+    for ((name, held_out), centre) in data.views.iter().zip(members).zip(&centres) {
+        if !held_out.is_empty() {
+            views.push((centre.dot(&axis), (name.clone(), held_out)));
+        }
+    }
+    views.sort_by(|a, b| a.0.total_cmp(&b.0));
+    views.into_iter().map(|(_, group)| group).collect()
+}
+
+/// Slabs of equally many points along the world axis on which the points differ most, never
+/// dividing points that lie on one level.
+fn by_slab(data: &Dataset) -> Vec<Group> {
+    let extent = |axis: usize| {
+        let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
+        statistics::percentile(&values, 1.0) - statistics::percentile(&values, 0.0)
+    };
+    let axis = (0..3).rev().max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(2);
+    let mut points: Vec<(f64, usize)> = data
+        .correspondences
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| Some((row.world?[axis], index)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    // Readings of one level of a stage or a chart differ by rounding only.
+    let same_level = 1e-6 * extent(axis);
+    let mut levels: Vec<Vec<(f64, usize)>> = Vec::new();
+    for point in points {
+        match levels.last_mut() {
+            Some(level) if point.0 - level[level.len() - 1].0 <= same_level => level.push(point),
+            _ => levels.push(vec![point]),
+        }
+    }
+    let name = |slab: &[(f64, usize)]| {
+        let letter = ["X", "Y", "Z"][axis];
+        let (low, high) = (slab[0].0, slab[slab.len() - 1].0);
+        if high - low <= same_level {
+            format!("{letter} = {}", short(low))
+        } else {
+            format!("{letter} = {} .. {}", short(low), short(high))
+        }
+    };
+    let count = SLABS.min(levels.len());
+    let groups: Vec<(String, Vec<(f64, usize)>)> =
+        merge(levels.into_iter().map(|level| (String::new(), level)).collect(), count);
+    groups
+        .into_iter()
+        .map(|(_, slab)| (name(&slab), slab.iter().map(|point| point.1).collect()))
+        .collect()
+}
+
+/// Four significant digits.
+fn short(value: f64) -> String {
+    let digits = if value == 0.0 { 0 } else { libm::log10(value.abs()).floor() as i32 };
+    let places = (3 - digits).clamp(0, 12) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// Joins neighbours until there are at most `most` groups with about equally many members.
+fn merge<T>(groups: Vec<(String, Vec<T>)>, most: usize) -> Vec<(String, Vec<T>)> {
+    if groups.len() <= most {
+        return groups;
+    }
+    let total: usize = groups.iter().map(|(_, members)| members.len()).sum();
+    let mut merged: Vec<(String, Vec<T>)> = Vec::new();
+    let mut before = 0;
+    for (name, members) in groups {
+        // The fold in which the middle of this group falls.
+        let place = (2 * before + members.len()) * most / (2 * total.max(1));
+        before += members.len();
+        if merged.is_empty() || place >= merged.len() {
+            merged.push((name, members));
+        } else if let Some((names, all)) = merged.last_mut() {
+            *names = format!("{names}, {name}");
+            all.extend(members);
+        }
+    }
+    merged
+}
+
+/// The direction in which points differ most, by power iteration on their scatter.
+fn longest_axis(points: impl Iterator<Item = Vector3> + Clone) -> Vector3 {
+    let count = points.clone().count().max(1) as f64;
+    let centre = points.clone().sum::<Vector3>() / count;
+    let scatter =
+        points.map(|p| (p - centre) * (p - centre).transpose()).sum::<nalgebra::Matrix3<f64>>();
+    let longest =
+        (0..3).max_by(|a, b| scatter[(*a, *a)].total_cmp(&scatter[(*b, *b)])).unwrap_or(2);
+    let mut axis = scatter.column(longest).into_owned();
+    for _ in 0..100 {
+        let norm = axis.norm();
+        if norm == 0.0 {
+            return Vector3::z();
+        }
+        axis = scatter * (axis / norm);
+    }
+    let axis = axis.normalize();
+    // Upwards along the coordinate that it follows most, so that folds come in rising order.
+    if axis[axis.iamax()] < 0.0 { -axis } else { axis }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        dataset::Correspondence,
+        geometry::{Pixel, Point3},
+        numeric::random::Random,
+    };
+
+    fn dataset(views: &[&str], world: &[(usize, [f64; 3])]) -> Dataset {
+        let row = |(view, p): &(usize, [f64; 3])| Correspondence {
+            view: *view,
+            id: None,
+            pixels: vec![Some(Pixel::origin()); 2],
+            world: Some(Point3::from(*p)),
+            board: None,
+        };
+        Dataset {
+            unit: "mm".into(),
+            cameras: 2,
+            views: views.iter().map(|v| (*v).to_string()).collect(),
+            correspondences: world.iter().map(row).collect(),
+        }
+    }
+
+    #[test]
+    fn views_are_held_out_whole_and_the_outermost_extrapolate() {
+        let data = dataset(
+            &["far", "near", "middle"],
+            &[
+                (0, [0.0, 0.0, 9.0]),
+                (1, [0.0, 0.0, 1.0]),
+                (2, [5.0, 0.0, 5.0]),
+                (1, [1.0, 0.0, 1.0]),
+            ],
+        );
+        let folds = folds(&data);
+        let names: Vec<_> = folds.iter().map(|f| f.view.as_str()).collect();
+        assert_eq!(names, ["near", "middle", "far"]);
+        assert_eq!(folds[0].held_out, [1, 3]);
+        use FoldKind::{Extrapolation as Out, Interpolation as In};
+        assert_eq!(folds.iter().map(|f| f.kind).collect::<Vec<_>>(), [Out, In, Out]);
+    }
+
+    #[test]
+    fn slabs_follow_the_longest_axis_and_never_divide_a_level() {
+        let mut random = Random::new(1);
+        let points: Vec<(usize, [f64; 3])> = (0..300)
+            .map(|i| {
+                (0, [random.uniform(0.0, 5.0), f64::from(i % 10) * 10.0, random.uniform(0.0, 9.0)])
+            })
+            .collect();
+        let data = dataset(&[], &points);
+        let folds = folds(&data);
+        assert_eq!(folds.len(), 7);
+        let mut seen: Vec<usize> = folds.iter().flat_map(|f| f.held_out.clone()).collect();
+        seen.sort_unstable();
+        assert_eq!(seen, (0..300).collect::<Vec<_>>(), "every point is held out once");
+        for fold in &folds {
+            for level in 0..10 {
+                let inside = fold.held_out.iter().filter(|i| *i % 10 == level).count();
+                assert!(inside == 0 || inside == 30, "level {level} is divided");
+            }
+        }
+        assert!(folds[0].view.starts_with("Y = 0"), "{}", folds[0].view);
+    }
+
+    #[test]
+    fn many_views_share_folds() {
+        let names: Vec<String> = (0..50).map(|i| format!("v{i}")).collect();
+        let points: Vec<(usize, [f64; 3])> = (0..50).map(|i| (i, [0.0, 0.0, i as f64])).collect();
+        let data = dataset(&names.iter().map(String::as_str).collect::<Vec<_>>(), &points);
+        let folds = folds(&data);
+        assert_eq!(folds.len(), 12);
+        assert!(folds.iter().all(|f| (4..=5).contains(&f.held_out.len())));
+    }
+}

@@ -1,0 +1,255 @@
+//! Methods judged on what they have not seen: each is fitted without one view (or slab of space)
+//! after the other, and located points of the view left out are compared with their known places.
+
+use super::{Evaluation, PointError, floor, point_errors, summarise, viewpoint};
+use crate::{
+    Result,
+    camera::PosedCamera,
+    dataset::{
+        Dataset,
+        split::{Fold, FoldKind, folds},
+    },
+    geometry::Point3,
+    method::AnyMethod,
+    numeric::statistics::root_mean_square,
+    progress::{Muted, Progress},
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::{
+    sync::atomic::{AtomicU64, Ordering},
+    time::Instant,
+};
+
+/// The error on one view that was left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FoldScore {
+    /// The view, or the slab's bounds.
+    pub view: String,
+    /// Whether it lies among those that were fitted.
+    pub kind: FoldKind,
+    /// Points of it that were located.
+    pub located: usize,
+    /// Root mean square error; none where the fit failed or nothing was located.
+    pub rms: Option<f64>,
+}
+
+/// A method's error over all views, each left out once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CrossValidation {
+    /// Over all points.
+    pub all: Evaluation,
+    /// View by view.
+    pub folds: Vec<FoldScore>,
+}
+
+/// One row of a comparison.
+#[derive(Clone, Debug, Serialize)]
+pub struct MethodScore {
+    /// The method.
+    pub method: String,
+    /// Root mean square error over all held-out points; the figures are absent where no fit worked.
+    pub rms: Option<f64>,
+    /// Median error.
+    pub median: Option<f64>,
+    /// The error that 95 % of the points stay below.
+    pub p95: Option<f64>,
+    /// Mean error as a percentage of the working distance.
+    pub mean_percent: Option<f64>,
+    /// Root mean square along X, Y, Z.
+    pub rms_xyz: Option<[f64; 3]>,
+    /// Points to locate, over all folds.
+    pub n: usize,
+    /// Points located.
+    pub located: usize,
+    /// Wall time of one fit, mean over the folds.
+    pub fit_seconds: f64,
+    /// View by view.
+    pub folds: Vec<FoldScore>,
+    /// `rms` over what the pixel noise allows, where the true cameras are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio_to_floor: Option<f64>,
+    /// Why fits failed, if any did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+/// Methods side by side.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// The unit of all lengths.
+    pub unit: String,
+    /// One row a method, in the order given.
+    pub methods: Vec<MethodScore>,
+    /// The method with the least error among those that located most points.
+    pub chosen: Option<String>,
+    /// What the pixel noise allows, where the true cameras are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub floor: Option<Evaluation>,
+}
+
+/// What one fit without one fold came to.
+struct Outcome {
+    errors: Vec<PointError>,
+    points: usize,
+    seconds: f64,
+    problem: Option<String>,
+}
+
+fn without(data: &Dataset, fold: &Fold) -> (Dataset, Dataset) {
+    let mut held_out = vec![false; data.correspondences.len()];
+    for index in &fold.held_out {
+        held_out[*index] = true;
+    }
+    (data.subset(|index, _| !held_out[index]), data.subset(|index, _| held_out[index]))
+}
+
+fn run(
+    method: &AnyMethod,
+    data: &Dataset,
+    fold: &Fold,
+    (seed, from): (u64, Option<Point3>),
+    progress: &dyn Progress,
+) -> Result<Outcome> {
+    let (train, exam) = without(data, fold);
+    let start = Instant::now();
+    let fitted = method.fit_checked(&train, seed, progress);
+    let seconds = start.elapsed().as_secs_f64();
+    progress.check()?;
+    let points = super::judged(&exam);
+    Ok(match fitted {
+        Ok(fit) => Outcome {
+            errors: point_errors(&*fit.reconstructor, &exam, from),
+            points,
+            seconds,
+            problem: None,
+        },
+        Err(e) => {
+            let problem = Some(format!("without `{}`: {e}", fold.view));
+            Outcome { errors: Vec::new(), points, seconds, problem }
+        }
+    })
+}
+
+/// Each fold's outcome for each method, all in parallel.
+fn run_all(
+    methods: &[AnyMethod],
+    data: &Dataset,
+    folds: &[Fold],
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<Vec<Outcome>>> {
+    let from = viewpoint(data);
+    let total = (methods.len() * folds.len()) as u64;
+    let done = AtomicU64::new(0);
+    progress.report("validating", 0, total);
+    let outcomes: Vec<Result<Outcome>> = (0..methods.len() * folds.len())
+        .into_par_iter()
+        .map(|task| {
+            let (method, fold) = (&methods[task / folds.len()], &folds[task % folds.len()]);
+            let outcome = run(method, data, fold, (seed, from), &Muted(progress));
+            progress.report("validating", done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            outcome
+        })
+        .collect();
+    let mut rows: Vec<Vec<Outcome>> = methods.iter().map(|_| Vec::new()).collect();
+    for (task, outcome) in outcomes.into_iter().enumerate() {
+        rows[task / folds.len()].push(outcome?);
+    }
+    Ok(rows)
+}
+
+fn fold_scores(folds: &[Fold], outcomes: &[Outcome]) -> Vec<FoldScore> {
+    let score = |(fold, outcome): (&Fold, &Outcome)| {
+        let errors: Vec<f64> = outcome.errors.iter().map(|e| e.difference.norm()).collect();
+        FoldScore {
+            view: fold.view.clone(),
+            kind: fold.kind,
+            located: errors.len(),
+            rms: (!errors.is_empty()).then(|| root_mean_square(&errors)),
+        }
+    };
+    folds.iter().zip(outcomes).map(score).collect()
+}
+
+fn pooled(outcomes: &[Outcome], unit: &str) -> Result<Evaluation> {
+    let errors: Vec<PointError> = outcomes.iter().flat_map(|o| o.errors.clone()).collect();
+    summarise(&errors, outcomes.iter().map(|o| o.points).sum(), unit)
+}
+
+/// Judges methods on `data`, each view (or slab) left out once. `truth` holds the true cameras where
+/// they are known.
+///
+/// # Errors
+///
+/// [`crate::Error::Cancelled`]. A method that cannot be fitted is a row with a `problem`, not an
+/// error.
+pub fn compare(
+    methods: &[AnyMethod],
+    data: &Dataset,
+    truth: Option<&[PosedCamera]>,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Comparison> {
+    let folds = folds(data);
+    let floor = truth.and_then(|cameras| floor(cameras, data).ok());
+    let outcomes = run_all(methods, data, &folds, seed, progress)?;
+    let rows: Vec<MethodScore> = methods
+        .iter()
+        .zip(&outcomes)
+        .map(|(method, outcomes)| {
+            let all = pooled(outcomes, &data.unit).ok();
+            let seconds: f64 = outcomes.iter().map(|o| o.seconds).sum();
+            MethodScore {
+                method: method.name().into(),
+                rms: all.as_ref().map(|all| all.rms),
+                median: all.as_ref().map(|all| all.median),
+                p95: all.as_ref().map(|all| all.p95),
+                mean_percent: all.as_ref().map(|all| all.mean_percent),
+                rms_xyz: all.as_ref().map(|all| all.rms_xyz),
+                n: outcomes.iter().map(|o| o.points).sum(),
+                located: outcomes.iter().map(|o| o.errors.len()).sum(),
+                fit_seconds: seconds / outcomes.len().max(1) as f64,
+                folds: fold_scores(&folds, outcomes),
+                ratio_to_floor: all
+                    .as_ref()
+                    .zip(floor.as_ref())
+                    .map(|(all, floor)| all.rms / floor.rms),
+                problem: outcomes.iter().find_map(|o| o.problem.clone()),
+            }
+        })
+        .collect();
+    let most = rows.iter().map(|row| row.located).max().unwrap_or(0);
+    let chosen = rows
+        .iter()
+        .filter(|row| row.located == most)
+        .filter_map(|row| Some((row.rms?, row.method.clone())))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, method)| method);
+    Ok(Comparison { unit: data.unit.clone(), methods: rows, chosen, floor })
+}
+
+/// One method's error over all views, each left out once; `None` where the data have only one view
+/// or no fit without a view was possible.
+///
+/// # Errors
+///
+/// [`crate::Error::Cancelled`].
+pub fn cross_validate(
+    method: &AnyMethod,
+    data: &Dataset,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Option<CrossValidation>> {
+    let folds = folds(data);
+    if folds.len() < 2 {
+        return Ok(None);
+    }
+    let outcomes = run_all(std::slice::from_ref(method), data, &folds, seed, progress)?;
+    let outcomes = &outcomes[0];
+    Ok(pooled(outcomes, &data.unit)
+        .ok()
+        .map(|all| CrossValidation { all, folds: fold_scores(&folds, outcomes) }))
+}

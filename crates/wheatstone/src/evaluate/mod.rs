@@ -1,0 +1,144 @@
+//! How good a map is: errors in the user's unit on points that it has not seen, comparison of
+//! methods, and the floor that pixel noise sets.
+
+mod compare;
+mod floor;
+
+pub use compare::{Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate};
+pub use floor::floor;
+
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Point3, ProjectionMatrix, Vector3},
+    method::Reconstructor,
+    numeric::statistics::{mean, median, percentile, root_mean_square},
+};
+use serde::{Deserialize, Serialize};
+
+/// Errors of located points against known ones, in the unit of the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evaluation {
+    /// The unit of the lengths below.
+    pub unit: String,
+    /// Points with a known place that at least two cameras saw.
+    pub n: usize,
+    /// Those of them that were located.
+    pub located: usize,
+    /// Root mean square distance.
+    pub rms: f64,
+    /// Mean distance.
+    pub mean: f64,
+    /// Median distance.
+    pub median: f64,
+    /// The distance that 95 % of the points stay below.
+    pub p95: f64,
+    /// Mean of the distance as a percentage of the point's distance from the cameras.
+    pub mean_percent: f64,
+    /// Root mean square along X, Y and Z.
+    pub rms_xyz: [f64; 3],
+}
+
+/// One located point beside its true place.
+#[derive(Clone, Copy, Debug)]
+pub struct PointError {
+    /// Located minus true.
+    pub difference: Vector3,
+    /// From the cameras to the true place.
+    pub working_distance: f64,
+}
+
+/// The middle of the cameras, from the points that each of them saw: their centres follow in closed
+/// form from the direct linear transformation, wherever the world's origin is. `None` where they do
+/// not (too few points, all on a plane).
+#[must_use]
+pub fn viewpoint(data: &Dataset) -> Option<Point3> {
+    let centres: Option<Vec<Point3>> = (0..data.cameras)
+        .map(|camera| ProjectionMatrix::fit(&data.seen_by_camera(camera))?.centre())
+        .collect();
+    let centres = centres?;
+    let sum: Vector3 = centres.iter().map(|centre| centre.coords).sum();
+    Some(Point3::from(sum / centres.len() as f64))
+}
+
+/// The points of `data` that can be judged: place known, seen by two cameras or more.
+#[must_use]
+pub fn judged(data: &Dataset) -> usize {
+    data.known().filter(|(_, row)| row.seen_by() >= 2).count()
+}
+
+/// The error of each point that is located.
+#[must_use]
+pub fn point_errors(
+    reconstructor: &dyn Reconstructor,
+    data: &Dataset,
+    viewpoint: Option<Point3>,
+) -> Vec<PointError> {
+    let from = viewpoint.unwrap_or(Point3::origin());
+    data.known()
+        .filter_map(|(world, row)| {
+            let located = reconstructor.locate(&row.pixels)?;
+            Some(PointError {
+                difference: located.point - world,
+                working_distance: (world - from).norm(),
+            })
+        })
+        .collect()
+}
+
+/// Sums errors up; `n` is how many points there were to locate.
+///
+/// # Errors
+///
+/// [`Error::Degenerate`] where none was located.
+pub fn summarise(errors: &[PointError], n: usize, unit: &str) -> Result<Evaluation> {
+    if errors.is_empty() {
+        return Err(Error::Degenerate {
+            problem: format!("none of {n} points with a known place could be located"),
+            hint: "each must have been seen by two cameras or more, all of them for the network"
+                .into(),
+        });
+    }
+    let distances: Vec<f64> = errors.iter().map(|error| error.difference.norm()).collect();
+    let percents: Vec<f64> = errors
+        .iter()
+        .zip(&distances)
+        .map(|(error, distance)| 100.0 * distance / error.working_distance)
+        .collect();
+    let along = |axis: usize| {
+        root_mean_square(&errors.iter().map(|error| error.difference[axis]).collect::<Vec<_>>())
+    };
+    Ok(Evaluation {
+        unit: unit.into(),
+        n,
+        located: errors.len(),
+        rms: root_mean_square(&distances),
+        mean: mean(&distances),
+        median: median(&distances),
+        p95: percentile(&distances, 0.95),
+        mean_percent: mean(&percents),
+        rms_xyz: [along(0), along(1), along(2)],
+    })
+}
+
+/// Judges a map on points whose places are known.
+///
+/// # Errors
+///
+/// [`Error::Mismatch`] where the numbers of cameras differ, [`Error::Degenerate`] where no point
+/// could be located.
+pub fn evaluate(
+    reconstructor: &dyn Reconstructor,
+    data: &Dataset,
+    viewpoint: Option<Point3>,
+) -> Result<Evaluation> {
+    if reconstructor.cameras() != data.cameras {
+        return Err(Error::Mismatch {
+            what: "number of cameras",
+            model: reconstructor.cameras().to_string(),
+            data: data.cameras.to_string(),
+        });
+    }
+    summarise(&point_errors(reconstructor, data, viewpoint), judged(data), &data.unit)
+}

@@ -1,0 +1,97 @@
+//! Direct linear transformation, then triangulation: each camera a 3x4 matrix found in closed form
+//! from known points, each located point the one with the least pixel errors.
+//!
+//! Source: Abdel-Aziz & Karara 1971 (reprint doi:10.14358/PERS.81.2.103), on normalised coordinates
+//! (Hartley 1997, doi:10.1109/34.601246); triangulation as in Hartley & Sturm 1997
+//! (doi:10.1006/cviu.1997.0547). Lens distortion is not modelled.
+
+use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, ProjectionMatrix, triangulation},
+    progress::Progress,
+};
+use serde::{Deserialize, Serialize};
+
+/// There is nothing to set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dlt {}
+
+/// The fitted cameras.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DltReconstructor {
+    /// World to pixel, a camera each.
+    cameras: Vec<ProjectionMatrix>,
+    /// Standard deviation of one pixel coordinate about its prediction, over all cameras.
+    pixel_sigma: f64,
+}
+
+impl Method for Dlt {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        let mut cameras = Vec::with_capacity(train.cameras);
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for camera in 0..train.cameras {
+            progress.check()?;
+            let pairs = train.seen_by_camera(camera);
+            let need = ProjectionMatrix::POINTS_NEEDED;
+            if pairs.len() < need {
+                return Err(Error::TooFew {
+                    method: "dlt".into(),
+                    what: format!("points seen by camera {}", camera + 1),
+                    need,
+                    got: pairs.len(),
+                });
+            }
+            let fitted = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
+                problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+                hint: "show it points at two or more distances".into(),
+            })?;
+            let errors =
+                pairs.iter().filter_map(|(world, pixel)| Some(fitted.project(*world)? - pixel));
+            squares += errors.map(|error| error.norm_squared()).sum::<f64>();
+            // Two equations a point, eleven unknowns a camera.
+            freedom += (2 * pairs.len()) as f64 - 11.0;
+            cameras.push(fitted);
+        }
+        let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
+        let reconstructor = DltReconstructor { cameras, pixel_sigma }.into();
+        Ok(Fit { reconstructor, curve: Vec::new() })
+    }
+
+    fn summary(&self) -> &'static str {
+        "linear cameras in closed form, then triangulation; no lens distortion (1971)"
+    }
+
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        only_default(self, name)
+    }
+}
+
+impl Reconstructor for DltReconstructor {
+    fn cameras(&self) -> usize {
+        self.cameras.len()
+    }
+
+    fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
+        let (cameras, seen): (Vec<&ProjectionMatrix>, Vec<Pixel>) =
+            self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
+        let start = triangulation::linear(cameras.iter().copied().zip(seen.iter().copied()))?;
+        let found = triangulation::refine(start, &seen, |index, point| {
+            cameras[index].project_with_jacobian(point)
+        })?;
+        Some(Located {
+            point: found.point,
+            covariance: found.cofactor * (self.pixel_sigma * self.pixel_sigma),
+            residual: found.residual,
+        })
+    }
+
+    fn is_consistent(&self) -> bool {
+        self.cameras.len() >= 2
+            && self.pixel_sigma >= 0.0
+            && self.cameras.iter().all(|camera| camera.0.iter().all(|value| value.is_finite()))
+    }
+}

@@ -1,0 +1,142 @@
+//! Ways from matched pixels to a point in the world.
+//!
+//! A method is settings that fit, and the reconstructor that they fit. To add one: write
+//! `method/<name>.rs` with both, then add its `mod` line and its two rows below.
+
+mod checks;
+pub mod dlt;
+pub mod network;
+
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3},
+    numeric::backpropagation::CurvePoint,
+    progress::Progress,
+    registry::registry,
+};
+use nalgebra::Matrix3;
+
+/// Settings that can be fitted.
+pub trait Method: Sync + Send {
+    /// Fits to every point whose place in the world is known. The same `seed` gives the same bits.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooFew`] or [`Error::Degenerate`] where the data do not determine the unknowns,
+    /// [`Error::Cancelled`].
+    fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit>;
+
+    /// In one line, what it is.
+    fn summary(&self) -> &'static str;
+
+    /// The names of its ready-made settings, the default first.
+    fn presets(&self) -> &'static [&'static str] {
+        &["default"]
+    }
+
+    /// Itself with the settings called `name`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`].
+    fn preset(&self, name: &str) -> Result<AnyMethod>;
+}
+
+/// What a fit leaves.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The fitted map.
+    pub reconstructor: AnyReconstructor,
+    /// How the error fell, for methods that learn in steps.
+    pub curve: Vec<CurvePoint>,
+}
+
+/// A point found from its pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// Where it is, in world coordinates.
+    pub point: Point3,
+    /// Its covariance, in squared world units.
+    pub covariance: Matrix3<f64>,
+    /// How badly the rays miss each other: root mean square over pixel coordinates. NaN for methods
+    /// that have no rays.
+    pub residual: f64,
+}
+
+/// A fitted map from pixels to points.
+pub trait Reconstructor: Sync + Send {
+    /// The cameras whose pixels it takes.
+    fn cameras(&self) -> usize;
+
+    /// The point that the cameras saw at `pixels` (one entry a camera); `None` where too few cameras
+    /// saw it or the pixels mean no point.
+    fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located>;
+
+    /// Whether the parts of a reconstructor read from a file fit together.
+    fn is_consistent(&self) -> bool;
+}
+
+registry! {
+    /// Every method the toolkit knows.
+    pub enum AnyMethod: Method, all {
+        "network" => Network(network::Network),
+        "dlt" => Dlt(dlt::Dlt),
+    }
+}
+
+registry! {
+    /// Every fitted map the toolkit can save and load.
+    pub enum AnyReconstructor: Reconstructor {
+        "network" => Network(network::NetworkReconstructor),
+        "dlt" => Dlt(dlt::DltReconstructor),
+    }
+}
+
+impl AnyMethod {
+    /// The method called `name`, with its default settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`].
+    pub fn named(name: &str) -> Result<Self> {
+        Self::NAMES
+            .iter()
+            .position(|known| *known == name)
+            .and_then(|place| Self::all().into_iter().nth(place))
+            .ok_or_else(|| unknown("method", name, Self::NAMES))
+    }
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        let place = Self::all()
+            .iter()
+            .position(|other| std::mem::discriminant(other) == std::mem::discriminant(self));
+        place.map_or("", |place| Self::NAMES[place])
+    }
+
+    /// Checks what every method needs of its data, then fits.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Method::fit`], and [`Error::Degenerate`] where no method could.
+    pub fn fit_checked(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        checks::depth_is_observable(train)?;
+        self.fit(train, seed, progress)
+    }
+}
+
+fn unknown(kind: &'static str, name: &str, known: &[&str]) -> Error {
+    let known = known.iter().map(|name| (*name).to_owned()).collect();
+    Error::UnknownName { kind, name: name.into(), known }
+}
+
+/// The settings of a method that has only its default ones.
+fn only_default(method: &(impl Into<AnyMethod> + Clone), name: &str) -> Result<AnyMethod> {
+    if name == "default" {
+        Ok(method.clone().into())
+    } else {
+        Err(unknown("preset", name, &["default"]))
+    }
+}
