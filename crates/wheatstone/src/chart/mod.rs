@@ -7,6 +7,7 @@
 pub mod chessboard;
 pub mod lattice;
 pub mod line_grid;
+pub mod svg;
 
 use crate::{
     Result,

@@ -16,6 +16,7 @@ use crate::{
     registry::registry,
 };
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 /// Settings that can be fitted.
 pub trait Method: Sync + Send {
@@ -91,6 +92,20 @@ registry! {
         "network" => Network(network::NetworkReconstructor),
         "dlt" => Dlt(dlt::DltReconstructor),
     }
+}
+
+/// Locates many points, in parallel; the order is kept.
+#[must_use]
+pub fn locate_all(
+    reconstructor: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+) -> Vec<Option<Located>> {
+    // Points a task: large enough to pay for handing it over, small enough to balance.
+    const TASK: usize = 256;
+    pixels
+        .par_chunks(TASK)
+        .flat_map_iter(|chunk| chunk.iter().map(|pixels| reconstructor.locate(pixels)))
+        .collect()
 }
 
 impl AnyMethod {

@@ -1,0 +1,151 @@
+//! `wheatstone compare`.
+
+use super::{fit::set_epochs, print_json};
+use crate::{
+    failure::{Failure, Outcome},
+    input::{Reading, load},
+    progress::Bar,
+    table::{figure, figure_or_dash, table},
+};
+use clap::Args;
+use std::path::PathBuf;
+use wheatstone::{
+    dataset::split::FoldKind,
+    evaluate::{Comparison, MethodScore, compare},
+    method::AnyMethod,
+    numeric::statistics::root_mean_square,
+};
+
+/// Judge methods side by side on views (or slabs of space) left out
+#[derive(Args)]
+#[command(after_help = "Examples:\n  wheatstone compare points.csv\n  \
+    wheatstone compare capture/ --methods dlt,network --json")]
+pub(crate) struct Compare {
+    /// A capture, or a points file with X, Y, Z
+    input: PathBuf,
+    /// Methods, separated by commas, or `all`
+    #[arg(long, default_value = "all", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// Epochs of training, for methods that learn in steps
+    #[arg(long)]
+    epochs: Option<u64>,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print the figures as JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl Compare {
+    pub(crate) fn run(self) -> Outcome {
+        let bar = Bar::new();
+        let mut methods = self.methods()?;
+        if let Some(epochs) = self.epochs {
+            for method in &mut methods {
+                if matches!(method, AnyMethod::Network(_)) {
+                    set_epochs(method, epochs)?;
+                }
+            }
+        }
+        let loaded = load(&self.input, &self.reading, &bar)?;
+        let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
+        let found = compare(&methods, &loaded.data, cameras, self.seed, &bar)?;
+        drop(bar);
+        if found.methods.iter().all(|row| row.rms.is_none()) {
+            return Err(no_method_worked(&found));
+        }
+        if self.json {
+            return print_json(&found);
+        }
+        eprint!("{}", as_text(&found));
+        Ok(())
+    }
+
+    fn methods(&self) -> Outcome<Vec<AnyMethod>> {
+        if self.methods == ["all"] {
+            return Ok(AnyMethod::all());
+        }
+        let named = self.methods.iter().map(|name| AnyMethod::named(name.trim()));
+        named.collect::<Result<Vec<_>, _>>().map_err(|e| {
+            let hint = e.hint().unwrap_or_default();
+            Failure::usage(e.to_string(), hint)
+        })
+    }
+}
+
+fn no_method_worked(found: &Comparison) -> Failure {
+    let problem = found.methods.iter().find_map(|row| row.problem.clone());
+    wheatstone::Error::Degenerate {
+        problem: format!(
+            "no method could be fitted; {}",
+            problem.unwrap_or_else(|| "there is nothing to hold out".into())
+        ),
+        hint: "give more views or points, spread over more distances".into(),
+    }
+    .into()
+}
+
+/// The figures as a table, with what they mean.
+pub(crate) fn as_text(found: &Comparison) -> String {
+    let unit = &found.unit;
+    let heading = [
+        "method", "rms", "median", "95 %", "mean %", "X", "Y", "Z", "between", "beyond", "x floor",
+        "fit s",
+    ];
+    let rows: Vec<Vec<String>> = found.methods.iter().map(row).collect();
+    let folds: Vec<&str> =
+        found.methods.iter().flat_map(|m| m.folds.iter().map(|f| f.view.as_str())).collect();
+    let count = folds.len() / found.methods.len().max(1);
+    let mut text = format!(
+        "Errors in {unit} on {count} views left out one after the other ({})\n\n{}\n",
+        folds[..count.min(folds.len())].join("; "),
+        table(&heading, &rows)
+    );
+    text += "between, beyond: rms on views that lie among the fitted ones, and on the outermost\n";
+    for method in &found.methods {
+        if method.located < method.n {
+            text += &format!(
+                "note: {} located {} of {} points\n",
+                method.method, method.located, method.n
+            );
+        }
+        if let Some(problem) = &method.problem {
+            text += &format!("note: {} could not be fitted {problem}\n", method.method);
+        }
+    }
+    if let Some(floor) = &found.floor {
+        text += &format!("The pixel noise alone allows {} {unit} rms\n", figure(floor.rms));
+    }
+    if let Some(chosen) = &found.chosen {
+        text += &format!("Least held-out error: {chosen}\n");
+    }
+    text
+}
+
+fn row(method: &MethodScore) -> Vec<String> {
+    let of_kind = |kind: FoldKind| {
+        let parts = method.folds.iter().filter(|fold| fold.kind == kind);
+        // Points count alike, whichever fold they are in.
+        let weighted: Vec<f64> =
+            parts.filter_map(|fold| Some(vec![fold.rms?; fold.located])).flatten().collect();
+        figure_or_dash((!weighted.is_empty()).then(|| root_mean_square(&weighted)))
+    };
+    let along = |axis: usize| figure_or_dash(method.rms_xyz.map(|rms| rms[axis]));
+    vec![
+        method.method.clone(),
+        figure_or_dash(method.rms),
+        figure_or_dash(method.median),
+        figure_or_dash(method.p95),
+        figure_or_dash(method.mean_percent),
+        along(0),
+        along(1),
+        along(2),
+        of_kind(FoldKind::Interpolation),
+        of_kind(FoldKind::Extrapolation),
+        figure_or_dash(method.ratio_to_floor),
+        figure(method.fit_seconds),
+    ]
+}

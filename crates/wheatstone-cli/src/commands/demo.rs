@@ -1,0 +1,257 @@
+//! `wheatstone demo`: the whole story on a rendered rig.
+
+use super::detect::draw;
+use crate::{
+    failure::Outcome,
+    progress::Bar,
+    table::{figure, table},
+};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use wheatstone::{
+    Calibration,
+    chart::{AnyChart, line_grid::LineGrid},
+    dataset::{
+        Dataset,
+        capture::Capture,
+        detection::{DetectionSettings, Found, detect},
+        points_file,
+    },
+    evaluate::{Evaluation, evaluate, floor},
+    geometry::Vector3,
+    method::AnyMethod,
+    numeric::statistics::{median, percentile},
+    storage,
+    synthetic::{Rig, Sensor, Stage, write_capture},
+};
+
+/// Show the whole story: render the 2001 paper's rig, detect, fit, and judge
+///
+/// Renders two unaligned cameras that look at a grid of lines at 50 to 140 cm, finds the crossings,
+/// fits the paper's network and the direct linear transformation, and judges them on charts that
+/// stand between the fitted ones. Everything it made lies in the output folder.
+#[derive(Args)]
+pub(crate) struct Demo {
+    /// Where everything goes
+    #[arg(long, value_name = "DIR", default_value = "demo-out")]
+    out: PathBuf,
+    /// Epochs of the paper's training
+    #[arg(long, default_value_t = 100_000)]
+    epochs: u64,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary {
+    unit: String,
+    detection: DetectionScore,
+    whole_pixel_detection: DetectionScore,
+    methods: Vec<MethodSummary>,
+}
+
+/// Detected points against where they truly are.
+#[derive(Serialize)]
+struct DetectionScore {
+    pictures: usize,
+    visible: usize,
+    found: usize,
+    median_error_px: f64,
+    p95_error_px: f64,
+}
+
+#[derive(Serialize)]
+struct MethodSummary {
+    method: String,
+    pixels: &'static str,
+    model: String,
+    training: Evaluation,
+    exam: Evaluation,
+    ratio_to_floor: f64,
+}
+
+/// A rendered capture with what was found in it, to a fraction of a pixel and to whole pixels.
+struct Seen {
+    capture: Capture,
+    sub_pixel: Found,
+    whole_pixel: Dataset,
+}
+
+/// Between the paper's distances.
+const EXAM: Stage = Stage { near: 57.5, far: 132.5, step: 15.0 };
+
+impl Demo {
+    pub(crate) fn run(self) -> Outcome {
+        let bar = Bar::new();
+        let rig = Rig::named("paper", 2)?;
+        let chart = AnyChart::from(LineGrid::default());
+        storage::create_folder(&self.out)?;
+        let say = |text: &str| eprintln!("{text}");
+        say("Two unaligned cameras look at a grid of lines, 5 cm apart, at 50 to 140 cm");
+        let training =
+            self.picture(&rig, &chart, ("capture", Stage::default(), self.seed), &bar)?;
+        let exam = self.picture(&rig, &chart, ("exam", EXAM, self.seed + 1), &bar)?;
+        draw(&training.capture, &training.sub_pixel, &self.out.join("detections"))?;
+        let score = |data: &Dataset| score(&rig, &training.capture, data);
+        let detection = score(&training.sub_pixel.dataset);
+        let whole_pixel_detection = score(&training.whole_pixel);
+        let pictures = training.sub_pixel.pictures.iter().flatten().count();
+        say(&format!(
+            "Found {} of {} visible crossings in {pictures} pictures, to {} px (median)",
+            detection.found,
+            detection.visible,
+            figure(detection.median_error_px)
+        ));
+        let mut methods = Vec::new();
+        for (name, preset, whole) in
+            [("network", "paper", true), ("dlt", "default", true), ("dlt", "default", false)]
+        {
+            let mut method = AnyMethod::named(name)?.preset(preset)?;
+            if let AnyMethod::Network(network) = &mut method {
+                network.training.epochs = self.epochs;
+            }
+            let (train, test) = if whole {
+                (&training.whole_pixel, &exam.whole_pixel)
+            } else {
+                (&training.sub_pixel.dataset, &exam.sub_pixel.dataset)
+            };
+            methods.push(self.fit(&method, (train, test, whole), &rig, &bar)?);
+        }
+        drop(bar);
+        let unit = training.sub_pixel.dataset.unit.clone();
+        let summary = Summary { unit, detection, whole_pixel_detection, methods };
+        self.finish(&summary)
+    }
+
+    fn picture(
+        &self,
+        rig: &Rig,
+        chart: &AnyChart,
+        (name, stage, seed): (&str, Stage, u64),
+        bar: &Bar,
+    ) -> Outcome<Seen> {
+        let folder = self.out.join(name);
+        write_capture(&folder, (rig, chart), stage, (Sensor::default(), seed), bar)?;
+        let capture = Capture::open(&folder)?;
+        let sub_pixel = detect(&capture, DetectionSettings::default(), bar)?;
+        let points = folder.join("points.csv");
+        storage::write(&points, points_file::write(&sub_pixel.dataset).as_bytes())?;
+        let mut whole_pixel = sub_pixel.dataset.clone();
+        for row in &mut whole_pixel.correspondences {
+            for pixel in row.pixels.iter_mut().flatten() {
+                *pixel = pixel.map(f64::round);
+            }
+        }
+        let points = folder.join("points-whole-pixels.csv");
+        storage::write(&points, points_file::write(&whole_pixel).as_bytes())?;
+        Ok(Seen { capture, sub_pixel, whole_pixel })
+    }
+
+    fn fit(
+        &self,
+        method: &AnyMethod,
+        (train, test, whole): (&Dataset, &Dataset, bool),
+        rig: &Rig,
+        bar: &Bar,
+    ) -> Outcome<MethodSummary> {
+        let model = Calibration::fit(method, train, self.seed, false, bar)?;
+        let pixels = if whole { "whole" } else { "sub-pixel" };
+        let file = format!("{}-{pixels}.json", method.name());
+        model.save(&self.out.join(&file))?;
+        let exam = evaluate(&*model.reconstructor, test, model.viewpoint)?;
+        let allowed = floor(&rig.cameras, test)?;
+        Ok(MethodSummary {
+            method: method.name().into(),
+            pixels,
+            model: file,
+            ratio_to_floor: exam.rms / allowed.rms,
+            training: model.training,
+            exam,
+        })
+    }
+
+    fn finish(&self, summary: &Summary) -> Outcome {
+        let mut text = serde_json::to_vec_pretty(summary).map_err(std::io::Error::from)?;
+        text.push(b'\n');
+        storage::write(&self.out.join("summary.json"), &text)?;
+        let row = |m: &MethodSummary| {
+            vec![
+                format!("{} ({} pixels)", m.method, m.pixels),
+                figure(m.training.mean_percent),
+                figure(m.exam.mean_percent),
+                figure(m.exam.rms),
+                figure(m.exam.p95),
+                figure(m.ratio_to_floor),
+            ]
+        };
+        let rows: Vec<Vec<String>> = summary.methods.iter().map(row).collect();
+        let heading = ["method", "fitted, mean %", "exam, mean %", "rms cm", "95 % cm", "x floor"];
+        eprintln!("\nErrors on charts that stood between the fitted ones:\n");
+        eprintln!("{}", table(&heading, &rows));
+        eprintln!(
+            "mean %: of the distance from the cameras; x floor: times what the pixel noise allows"
+        );
+        eprintln!("\nPictures with what was found  {}", show(&self.out, "detections"));
+        eprintln!("Models and all figures        {}", show(&self.out, "summary.json"));
+        eprintln!(
+            "Next                          wheatstone compare {}",
+            show(&self.out, "capture")
+        );
+        if self.json {
+            super::print_json(summary)?;
+        }
+        Ok(())
+    }
+}
+
+fn show(folder: &Path, name: &str) -> String {
+    folder.join(name).display().to_string()
+}
+
+/// Compares found points with where they fall; a crossing is visible where the whole of it, a line's
+/// width about its middle, lies in the picture.
+fn score(rig: &Rig, capture: &Capture, found: &Dataset) -> DetectionScore {
+    let points = capture.chart.points();
+    let line_width = match &capture.chart {
+        AnyChart::LineGrid(grid) => grid.line_width * grid.pitch,
+        _ => 0.0,
+    };
+    let (mut visible, mut errors) = (0, Vec::new());
+    for (view, pose) in capture.views.iter().map(|view| view.world_from_chart).enumerate() {
+        let Some(pose) = pose else { continue };
+        for (index, camera) in rig.cameras.iter().enumerate() {
+            for (id, point) in points.iter().enumerate() {
+                let corner = |x: f64, y: f64| {
+                    let moved = point + Vector3::new(x * line_width, y * line_width, 0.0);
+                    camera.sees(pose.transform(moved))
+                };
+                let all = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+                let Some(truth) = camera.sees(pose.transform(*point)) else { continue };
+                if all.iter().any(|(x, y)| corner(*x, *y).is_none()) {
+                    continue;
+                }
+                visible += 1;
+                let name = id.to_string();
+                let seen = found
+                    .correspondences
+                    .iter()
+                    .find(|row| row.view == view && row.id.as_deref() == Some(&*name))
+                    .and_then(|row| row.pixels[index]);
+                errors.extend(seen.map(|pixel| (pixel - truth).norm()));
+            }
+        }
+    }
+    DetectionScore {
+        pictures: capture.views.len() * rig.cameras.len(),
+        visible,
+        found: errors.len(),
+        median_error_px: median(&errors),
+        p95_error_px: percentile(&errors, 0.95),
+    }
+}

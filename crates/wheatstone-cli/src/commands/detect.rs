@@ -1,0 +1,122 @@
+//! `wheatstone detect`.
+
+use super::print_json;
+use crate::{failure::Outcome, input::open_and_detect, progress::Bar, table::table};
+use clap::Args;
+use serde_json::json;
+use std::{io::Write, path::PathBuf};
+use wheatstone::{
+    dataset::{capture::Capture, detection::Found, points_file},
+    geometry::Pixel,
+    imaging::{Annotated, Limits, read_image},
+    storage,
+};
+
+/// Find chart points in every picture of a capture
+#[derive(Args)]
+#[command(after_help = "Examples:\n  wheatstone detect capture/ -o points.csv\n  \
+    wheatstone detect capture/ --draw found/ -o points.csv    also draw what was found")]
+pub(crate) struct Detect {
+    /// The capture: its folder or its capture.toml
+    capture: PathBuf,
+    /// Where the points go [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw what was found onto copies of the pictures in this folder
+    #[arg(long, value_name = "DIR")]
+    draw: Option<PathBuf>,
+    /// Round to whole pixels, as the 2001 paper measured
+    #[arg(long)]
+    whole_pixels: bool,
+    /// Print what was found in each picture as JSON, instead of the points
+    #[arg(long)]
+    json: bool,
+}
+
+impl Detect {
+    pub(crate) fn run(self) -> Outcome {
+        let bar = Bar::new();
+        let (capture, found) = open_and_detect(&self.capture, self.whole_pixels, &bar)?;
+        drop(bar);
+        if let Some(folder) = &self.draw {
+            draw(&capture, &found, folder)?;
+        }
+        let text = points_file::write(&found.dataset);
+        if let Some(path) = &self.output {
+            storage::write(path, text.as_bytes())?;
+        }
+        eprint!("{}", summary(&capture, &found));
+        if self.json {
+            print_json(&as_json(&capture, &found))?;
+        } else if self.output.is_none() {
+            std::io::stdout().write_all(text.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+fn summary(capture: &Capture, found: &Found) -> String {
+    let mut heading = vec!["view"];
+    heading.extend(capture.cameras.iter().map(|camera| camera.name.as_str()));
+    let mut skipped = String::new();
+    let mut rows = Vec::new();
+    for (view, pictures) in capture.views.iter().zip(&found.pictures) {
+        let mut row = vec![view.name.clone()];
+        for picture in pictures {
+            match &picture.outcome {
+                Ok(detection) => row.push(detection.points.len().to_string()),
+                Err(why) => {
+                    row.push("-".into());
+                    skipped += &format!("skipped {}: {why}\n", picture.path.display());
+                }
+            }
+        }
+        rows.push(row);
+    }
+    let all = found.pictures.iter().flatten().count();
+    let seen = found.pictures.iter().flatten().filter(|p| p.outcome.is_ok()).count();
+    let matched = found.dataset.correspondences.iter().filter(|c| c.seen_by() >= 2).count();
+    format!(
+        "{}{skipped}The chart was found in {seen} of {all} pictures; {matched} points were seen by two cameras or more\n",
+        table(&heading, &rows)
+    )
+}
+
+fn as_json(capture: &Capture, found: &Found) -> serde_json::Value {
+    let mut pictures = Vec::new();
+    for (view, row) in capture.views.iter().zip(&found.pictures) {
+        for (camera, picture) in capture.cameras.iter().zip(row) {
+            let points = picture.outcome.as_ref().map_or(0, |detection| detection.points.len());
+            pictures.push(json!({
+                "view": view.name,
+                "camera": camera.name,
+                "picture": picture.path,
+                "points": points,
+                "skipped": picture.outcome.as_ref().err(),
+            }));
+        }
+    }
+    json!({ "pictures": pictures })
+}
+
+/// Draws the points of every picture, joined in the order of their ids.
+pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -> Outcome {
+    storage::create_folder(folder)?;
+    for (view, row) in capture.views.iter().zip(&found.pictures) {
+        for (camera, picture) in capture.cameras.iter().zip(row) {
+            let image = read_image(&picture.path, Limits::default())?;
+            let mut canvas = Annotated::new(&image);
+            let points: Vec<Pixel> =
+                picture.outcome.iter().flat_map(|d| d.points.iter().map(|p| p.1)).collect();
+            for pair in points.windows(2) {
+                canvas.line(pair[0], pair[1], [255, 200, 120]);
+            }
+            for (index, point) in points.iter().enumerate() {
+                // Orange for the first point, so that one sees which way the chart is read.
+                canvas.cross(*point, if index == 0 { [230, 90, 0] } else { [0, 90, 200] });
+            }
+            canvas.write_png(&folder.join(format!("{}-{}.png", camera.name, view.name)))?;
+        }
+    }
+    Ok(())
+}

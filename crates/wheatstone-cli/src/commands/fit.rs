@@ -1,0 +1,93 @@
+//! `wheatstone fit`.
+
+use crate::{
+    failure::{Failure, Outcome},
+    input::{Reading, load},
+    progress::Bar,
+    table::figure,
+};
+use clap::{Args, builder::PossibleValuesParser};
+use std::path::PathBuf;
+use wheatstone::{Calibration, method::AnyMethod};
+
+/// Fit a method to a capture or a points file, and save the model
+#[derive(Args)]
+#[command(after_help = "Examples:\n  wheatstone fit capture/ -o model.json\n  \
+    wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json")]
+pub(crate) struct Fit {
+    /// A capture (its folder or capture.toml), or a points file with columns x1,y1,x2,y2,…,X,Y,Z
+    input: PathBuf,
+    /// The method; `wheatstone list methods` describes them
+    #[arg(long, default_value = "dlt", value_parser = PossibleValuesParser::new(AnyMethod::NAMES))]
+    method: String,
+    /// Ready-made settings of the method, such as `paper` for the network
+    #[arg(long)]
+    preset: Option<String>,
+    /// Epochs of training, for methods that learn in steps
+    #[arg(long)]
+    epochs: Option<u64>,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Do not judge the method on views left out, which takes as many more fits as there are views
+    #[arg(long)]
+    no_validation: bool,
+    /// Where the model goes
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl Fit {
+    pub(crate) fn run(self) -> Outcome {
+        let bar = Bar::new();
+        let mut method = AnyMethod::named(&self.method)?;
+        if let Some(preset) = &self.preset {
+            method = method.preset(preset)?;
+        }
+        if let Some(epochs) = self.epochs {
+            set_epochs(&mut method, epochs)?;
+        }
+        let data = load(&self.input, &self.reading, &bar)?.data;
+        let model = Calibration::fit(&method, &data, self.seed, !self.no_validation, &bar)?;
+        model.save(&self.output)?;
+        drop(bar);
+        let unit = &model.unit;
+        let training = &model.training;
+        eprintln!(
+            "Fitted {} to {} points of {} cameras; on these points {} {unit} rms",
+            self.method,
+            training.located,
+            data.cameras,
+            figure(training.rms)
+        );
+        match &model.validation {
+            Some(validation) => eprintln!(
+                "Held-out views: {} {unit} rms, {} {unit} median, {} % of the distance on average",
+                figure(validation.all.rms),
+                figure(validation.all.median),
+                figure(validation.all.mean_percent)
+            ),
+            None => eprintln!(
+                "Not judged on held-out views: the error above says little about new points"
+            ),
+        }
+        eprintln!("Wrote {}", self.output.display());
+        Ok(())
+    }
+}
+
+/// Changes how long a method learns.
+pub(crate) fn set_epochs(method: &mut AnyMethod, epochs: u64) -> Outcome {
+    match method {
+        AnyMethod::Network(network) => network.training.epochs = epochs,
+        other => {
+            return Err(Failure::usage(
+                format!("`{}` does not learn in epochs", other.name()),
+                "leave out `--epochs`, or choose `--method network`",
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! `wheatstone synth`.
+
+use super::chart::ChartOptions;
+use crate::{
+    failure::{Failure, Outcome},
+    progress::Bar,
+};
+use clap::{Args, builder::PossibleValuesParser};
+use std::path::PathBuf;
+use wheatstone::{
+    chart::AnyChart,
+    synthetic::{
+        Noise, Rig, Sensor, Stage, chart_correspondences, random_correspondences, write_capture,
+        write_points,
+    },
+};
+
+/// Render a capture, or make correspondences, with known truth
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    wheatstone synth -o capture/                                      pictures, as in the 2001 paper\n  \
+    wheatstone synth --points --noise quantised --count 400 -o train.csv\n  \
+    wheatstone synth --rig water --random 2000 --noise 0.1 --seed 1 -o exam.csv\n\n\
+    Lengths are centimetres. The true cameras go into truth.json beside the data.")]
+pub(crate) struct Synth {
+    /// The cameras and what lies before them
+    #[arg(long, default_value = "paper", value_parser = PossibleValuesParser::new(
+        Rig::NAMES.iter().copied().chain(["brown"])))]
+    rig: String,
+    /// How many cameras
+    #[arg(long, default_value_t = 2)]
+    cameras: usize,
+    /// Chart points without pictures, as a points file
+    #[arg(long)]
+    points: bool,
+    /// So many points at random places of the swept volume, as a points file
+    #[arg(long, value_name = "N", conflicts_with = "points")]
+    random: Option<usize>,
+    /// Error of the pixels of a points file: none, quantised, or a standard deviation in pixels
+    #[arg(long, default_value = "quantised")]
+    noise: String,
+    /// Keep at most so many chart points, left out at random
+    #[arg(long, value_name = "N")]
+    count: Option<usize>,
+    /// Nearest distance of the chart
+    #[arg(long, default_value_t = Stage::default().near)]
+    near: f64,
+    /// Farthest distance
+    #[arg(long, default_value_t = Stage::default().far)]
+    far: f64,
+    /// From one distance to the next
+    #[arg(long, default_value_t = Stage::default().step)]
+    step: f64,
+    /// Blur of the lens in pictures: standard deviation in pixels
+    #[arg(long, default_value_t = Sensor::default().blur)]
+    blur: f64,
+    /// Read-out noise in pictures: standard deviation in grey levels
+    #[arg(long, default_value_t = Sensor::default().read_noise)]
+    sensor_noise: f64,
+    /// Nothing behind the chart
+    #[arg(long)]
+    no_clutter: bool,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// The capture's folder, or the points file
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    #[command(flatten)]
+    chart: ChartOptions,
+}
+
+impl Synth {
+    pub(crate) fn run(self) -> Outcome {
+        let rig = Rig::named(&self.rig, self.cameras)?;
+        let chart = self.chart_for(&rig)?;
+        let noise: Noise = self.noise.parse()?;
+        let stage = Stage { near: self.near, far: self.far, step: self.step };
+        if let Some(count) = self.random {
+            let data = random_correspondences(
+                &rig,
+                &chart,
+                (self.near, self.far),
+                (noise, self.seed),
+                count,
+            );
+            if data.correspondences.len() < count {
+                return Err(Failure::usage(
+                    format!(
+                        "the cameras see only {} of {count} points",
+                        data.correspondences.len()
+                    ),
+                    "choose other distances",
+                ));
+            }
+            return Ok(write_points(&self.output, &data, &rig, (noise, self.seed))?);
+        }
+        if self.points {
+            let views = stage.views()?;
+            let data = chart_correspondences(&rig, &chart, &views, (noise, self.seed), self.count);
+            return Ok(write_points(&self.output, &data, &rig, (noise, self.seed))?);
+        }
+        let sensor = Sensor {
+            blur: self.blur,
+            read_noise: self.sensor_noise,
+            clutter: !self.no_clutter,
+            ..Sensor::default()
+        };
+        let bar = Bar::new();
+        Ok(write_capture(&self.output, (&rig, &chart), stage, (sensor, self.seed), &bar)?)
+    }
+
+    /// The chart asked for; by default one whose pitch fills the rig's field of view.
+    fn chart_for(&self, rig: &Rig) -> Outcome<AnyChart> {
+        let mut options = self.chart.clone();
+        options.pitch.get_or_insert(rig.chart_pitch());
+        options.chart("line-grid")
+    }
+}

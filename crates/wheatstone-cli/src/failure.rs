@@ -1,0 +1,56 @@
+//! How a command fails: one message, what to do about it, and the exit status.
+
+use std::process::ExitCode;
+
+/// Why a command did not finish.
+pub(crate) enum Failure {
+    /// The library says.
+    Library(wheatstone::Error),
+    /// The options do not go together.
+    Usage {
+        /// What does not.
+        problem: String,
+        /// What to write instead.
+        hint: String,
+    },
+    /// Standard output could not be written.
+    Output(std::io::Error),
+}
+
+pub(crate) type Outcome<T = ()> = Result<T, Failure>;
+
+impl Failure {
+    pub(crate) fn usage(problem: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Usage { problem: problem.into(), hint: hint.into() }
+    }
+
+    /// Prints the message and gives the exit status.
+    pub(crate) fn report(self) -> ExitCode {
+        let (problem, hint, status) = match &self {
+            // Whoever reads has seen enough (`… | head`): that is no failure.
+            Self::Output(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {
+                return ExitCode::SUCCESS;
+            }
+            Self::Output(e) => (format!("cannot write to standard output: {e}"), None, 1),
+            Self::Library(e) => (e.to_string(), e.hint(), 1),
+            Self::Usage { problem, hint } => (problem.clone(), Some(hint.clone()), 2),
+        };
+        eprintln!("error: {problem}");
+        if let Some(hint) = hint {
+            eprintln!("hint: {hint}");
+        }
+        ExitCode::from(status)
+    }
+}
+
+impl From<wheatstone::Error> for Failure {
+    fn from(error: wheatstone::Error) -> Self {
+        Self::Library(error)
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::Output(error)
+    }
+}

@@ -1,0 +1,83 @@
+//! The two kinds of input that most commands take: a capture or a points file.
+
+use crate::{failure::Outcome, progress::Bar};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use wheatstone::{
+    dataset::{
+        Dataset,
+        capture::{Capture, FILE_NAME},
+        detection::{DetectionSettings, Found, detect},
+        points_file::{self, Duplicates},
+    },
+    synthetic::Truth,
+};
+
+/// How input is read.
+#[derive(Args, Clone)]
+pub(crate) struct Reading {
+    /// Round detected points to whole pixels, as the 2001 paper measured them (captures only)
+    #[arg(long)]
+    pub(crate) whole_pixels: bool,
+    /// Unit of a points file's X, Y, Z [default: that of the truth file beside it, else mm]
+    #[arg(long)]
+    pub(crate) unit: Option<String>,
+    /// Keep the first of rows that stand in a points file twice, instead of refusing it
+    #[arg(long)]
+    pub(crate) drop_duplicates: bool,
+}
+
+/// Correspondences with what is known of their truth.
+pub(crate) struct Loaded {
+    pub(crate) data: Dataset,
+    pub(crate) truth: Option<Truth>,
+}
+
+/// Whether a path names a capture: a folder, or a TOML file.
+fn is_capture(path: &Path) -> bool {
+    path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// Reads correspondences, detecting the chart first where a capture is given.
+pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded> {
+    let truth = truth_beside(path)?;
+    if is_capture(path) {
+        let (_, found) = open_and_detect(path, reading.whole_pixels, bar)?;
+        let skipped = found.pictures.iter().flatten().filter(|p| p.outcome.is_err()).count();
+        if skipped > 0 {
+            eprintln!(
+                "note: the chart was not found in {skipped} pictures; `wheatstone detect` says why"
+            );
+        }
+        return Ok(Loaded { data: found.dataset, truth });
+    }
+    let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
+    let unit = match (&reading.unit, &truth) {
+        (Some(unit), _) => unit.clone(),
+        (None, Some(truth)) => truth.unit.clone(),
+        (None, None) => "mm".into(),
+    };
+    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth })
+}
+
+/// Opens a capture and looks for its chart.
+pub(crate) fn open_and_detect(
+    path: &Path,
+    whole_pixels: bool,
+    bar: &Bar,
+) -> Outcome<(Capture, Found)> {
+    let capture = Capture::open(path)?;
+    let settings = DetectionSettings { whole_pixels, ..DetectionSettings::default() };
+    let found = detect(&capture, settings, bar)?;
+    Ok((capture, found))
+}
+
+/// The truth file that belongs to the input, if there is one.
+fn truth_beside(path: &Path) -> Outcome<Option<Truth>> {
+    let folder: PathBuf = match path.file_name() {
+        Some(name) if name == FILE_NAME => path.parent().unwrap_or(Path::new("")).into(),
+        _ => path.into(),
+    };
+    let beside = Truth::path_beside(&folder);
+    Ok(if beside.is_file() { Some(Truth::load(&beside)?) } else { None })
+}

@@ -1,0 +1,79 @@
+//! Progress on standard error: a bar on a terminal, a line now and then elsewhere.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::{
+    io::IsTerminal,
+    sync::{Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+use wheatstone::progress::Progress;
+
+/// Shows how far a command is. Nothing appears for work that takes less than a second.
+pub(crate) struct Bar {
+    state: Mutex<State>,
+    terminal: bool,
+}
+
+struct State {
+    task: String,
+    began: Instant,
+    last_line: Instant,
+    bar: Option<ProgressBar>,
+}
+
+/// Before this a bar would only flicker.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Lines in a log need not come more often.
+const LINE_EVERY: Duration = Duration::from_secs(5);
+
+impl Bar {
+    pub(crate) fn new() -> Self {
+        let now = Instant::now();
+        let state = State { task: String::new(), began: now, last_line: now, bar: None };
+        Self { state: Mutex::new(state), terminal: std::io::stderr().is_terminal() }
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        let state = self.state.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let Some(bar) = state.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Progress for Bar {
+    fn report(&self, task: &str, done: u64, total: u64) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.task != task {
+            if let Some(bar) = state.bar.take() {
+                bar.finish_and_clear();
+            }
+            state.task = task.to_owned();
+            state.began = Instant::now();
+            state.last_line = state.began;
+        }
+        if !self.terminal {
+            if state.last_line.elapsed() >= LINE_EVERY {
+                state.last_line = Instant::now();
+                eprintln!("{task}: {done} of {total}");
+            }
+            return;
+        }
+        if state.bar.is_none() && state.began.elapsed() >= PATIENCE {
+            let began = state.began.elapsed();
+            let style = ProgressStyle::with_template("{msg} [{bar:32}] {pos}/{len} {eta} left");
+            let bar = ProgressBar::new(total).with_elapsed(began).with_message(task.to_owned());
+            state.bar = Some(match style {
+                Ok(style) => bar.with_style(style.progress_chars("=> ")),
+                Err(_) => bar,
+            });
+        }
+        if let Some(bar) = &state.bar {
+            bar.set_length(total);
+            // Threads may report out of order.
+            bar.set_position(done.max(bar.position()).min(total));
+        }
+    }
+}

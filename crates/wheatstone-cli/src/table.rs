@@ -1,0 +1,81 @@
+//! Plain tables: first column to the left, figures to the right.
+
+/// Lays out rows under a heading.
+pub(crate) fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
+    let mut widths: Vec<usize> = heading.iter().map(|cell| cell.chars().count()).collect();
+    for row in rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let line = |cells: &[String]| {
+        let padded: Vec<String> =
+            cells
+                .iter()
+                .zip(&widths)
+                .enumerate()
+                .map(|(column, (cell, width))| {
+                    if column == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+                })
+                .collect();
+        format!("  {}\n", padded.join("  ").trim_end())
+    };
+    let heading: Vec<String> = heading.iter().map(|cell| (*cell).to_owned()).collect();
+    let rule: Vec<String> = widths.iter().map(|width| "-".repeat(*width)).collect();
+    let body: String = rows.iter().map(|row| line(row)).collect();
+    line(&heading) + &line(&rule) + &body
+}
+
+/// Three significant digits, so that figures of all sizes read alike.
+pub(crate) fn figure(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let magnitude = value.abs();
+    if magnitude >= 1e6 || magnitude < 1e-4 {
+        return format!("{value:.2e}");
+    }
+    let places = if magnitude >= 100.0 {
+        0
+    } else if magnitude >= 10.0 {
+        1
+    } else if magnitude >= 1.0 {
+        2
+    } else if magnitude >= 0.1 {
+        3
+    } else if magnitude >= 0.01 {
+        4
+    } else {
+        5
+    };
+    format!("{value:.places$}")
+}
+
+/// A figure, or a dash where there is none.
+pub(crate) fn figure_or_dash(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".into(), figure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (value, text) in [
+            (0.0123456, "0.0123"),
+            (0.5, "0.500"),
+            (12.345, "12.3"),
+            (1234.5, "1234"),
+            (3e-7, "3.00e-7"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn columns_line_up() {
+        let text = table(&["a", "rms"], &[vec!["long name".into(), "1".into()]]);
+        assert_eq!(text, "  a          rms\n  ---------  ---\n  long name    1\n");
+    }
+}
