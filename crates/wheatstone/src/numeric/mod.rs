@@ -6,6 +6,7 @@
 
 pub mod backpropagation;
 pub mod least_squares;
+pub mod levenberg_marquardt;
 pub mod perceptron;
 pub mod random;
 pub mod sigmoid;
