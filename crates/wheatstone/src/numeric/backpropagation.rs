@@ -53,7 +53,8 @@ pub struct CurvePoint {
 const CURVE_POINTS: u64 = 200;
 
 impl Backpropagation {
-    /// Trains `network` in place. `observe` is called with every point of the learning curve and
+    /// Trains `network` in place; it ends with the weights of the least error met, which is what the
+    /// learning curve shows. `observe` is called with every point of the learning curve and
     /// the network as it then is.
     ///
     /// # Errors
@@ -74,6 +75,7 @@ impl Backpropagation {
         let mut moved = weights.clone();
         let mut error = network.mean_square_error(batch, &mut gradient, &mut work);
         let mut rate = self.rate;
+        let (mut best, mut best_error) = (weights.clone(), error);
         let stride = (self.epochs / CURVE_POINTS).max(1);
         observe(CurvePoint { epoch: 0, mean_square_error: error }, network);
         for epoch in 1..=self.epochs {
@@ -94,16 +96,20 @@ impl Backpropagation {
                 error = next;
                 std::mem::swap(&mut weights, &mut moved);
                 std::mem::swap(&mut gradient, &mut next_gradient);
+                if error < best_error {
+                    best_error = error;
+                    best.copy_from_slice(&weights);
+                }
             }
             if epoch % stride == 0 || epoch == self.epochs {
-                network.set_weights(&weights);
+                network.set_weights(&best);
                 progress.check()?;
                 progress.report("training", epoch, self.epochs);
-                observe(CurvePoint { epoch, mean_square_error: error }, network);
+                observe(CurvePoint { epoch, mean_square_error: best_error }, network);
             }
         }
-        network.set_weights(&weights);
-        if !error.is_finite() {
+        network.set_weights(&best);
+        if !best_error.is_finite() {
             return Err(Error::Degenerate {
                 problem: "training diverged: the error is not a number".into(),
                 hint: "lower the learning rate".into(),

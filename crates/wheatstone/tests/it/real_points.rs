@@ -1,0 +1,36 @@
+//! Real tables of matched pixels, 2 to 4 cameras. The bars are what was measured, rounded up; they
+//! only ever get tighter.
+
+use super::data;
+use wheatstone::{
+    dataset::points_file::{self, Duplicates},
+    evaluate::cross_validate,
+    method::AnyMethod,
+    progress::Silent,
+};
+
+/// Held-out error of DLT on a data set, in millimetres, and how many cameras it has.
+fn held_out(set: &str) -> Option<(f64, usize)> {
+    let path = data::folder(set)?.join("points.csv");
+    let data = points_file::read(&path, "mm", Duplicates::Refuse).unwrap();
+    let dlt = AnyMethod::named("dlt").unwrap();
+    let scores = cross_validate(&dlt, &data, 0, &Silent).unwrap().unwrap();
+    assert_eq!(scores.all.located, scores.all.n);
+    Some((scores.all.rms, data.cameras))
+}
+
+#[test]
+fn dlt_on_held_out_slabs_of_real_charts() {
+    for (set, cameras, bar) in [
+        ("myptv-vee", 3, 0.90),
+        ("myptv-plate", 3, 0.10),
+        ("multidic-cylinder", 2, 0.85),
+        ("openptv-multiplane", 4, 0.50),
+        ("bailus-corner", 2, 3.0),
+    ] {
+        if let Some((rms, found)) = held_out(set) {
+            assert_eq!(found, cameras, "{set}");
+            assert!(rms < bar, "{set}: {rms} mm");
+        }
+    }
+}
