@@ -313,18 +313,18 @@ mod tests {
 
     #[test]
     fn a_whole_lattice_reads_upright_first_and_upside_down_second() {
-        let (found, ids) = seen_from(30.0, 30.0);
+        let (found, ids) = seen_from(35.0, 45.0);
         let Sighting::Seen(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
         assert_eq!(readings.len(), 2);
         assert_eq!(readings[0].points.iter().map(|p| p.0).collect::<Vec<_>>(), ids);
-        assert_eq!(readings[0].points[0].1, Pixel::new(30.0, 30.0));
-        assert_eq!(readings[1].points[0].1, Pixel::new(150.0, 120.0));
+        assert_eq!(readings[0].points[0].1, Pixel::new(35.0, 45.0));
+        assert_eq!(readings[1].points[0].1, Pixel::new(155.0, 135.0));
     }
 
     #[test]
     fn a_lattice_that_leaves_the_picture_on_one_side_is_still_decided_up_to_symmetry() {
         // The two left columns lie outside.
-        let (found, ids) = seen_from(-40.0, 30.0);
+        let (found, ids) = seen_from(-40.0, 45.0);
         assert_eq!(ids.len(), 12);
         let Sighting::Seen(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
         assert_eq!(readings[0].points.iter().map(|p| p.0).collect::<Vec<_>>(), ids);
@@ -333,8 +333,8 @@ mod tests {
 
     #[test]
     fn points_missing_inside_the_picture_are_no_chart_of_this_size() {
-        let (mut found, _) = seen_from(30.0, 30.0);
-        found.retain(|point| point.pixel.x > 40.0);
+        let (mut found, _) = seen_from(35.0, 45.0);
+        found.retain(|point| point.pixel.x > 50.0);
         let Sighting::Unseen(why) = LATTICE.place(&found, &picture(), None) else { panic!() };
         assert_eq!(size_in_reason(&why), Some((4, 4)), "{why}");
     }
