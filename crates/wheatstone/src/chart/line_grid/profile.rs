@@ -12,6 +12,11 @@ const ENDS: usize = 3;
 /// Least depth of a dip in grey levels: a line of 30 levels, one pixel wide, keeps 11 after blur;
 /// noise of 2 levels keeps 0.7.
 const LEAST_DEPTH: f64 = 2.5;
+/// Moves of a profile until the dip must be in its middle; two or three are usual.
+const TURNS: usize = 6;
+/// How near to the middle is there, in samples: what is left of the tilt of the ground moves the
+/// dip by less than a hundredth of this.
+const SETTLED: f64 = 0.1;
 /// Shares of the depth at which the chord across the dip is halved. Their mean uses the whole of
 /// both flanks, and stays off the bottom and the ground, where flanks are flat.
 const CHORDS: [f64; 3] = [0.35, 0.5, 0.65];
@@ -48,11 +53,9 @@ pub(super) fn dip(
 ) -> Option<Dip> {
     let step = window.reach / HALF as f64;
     let mut middle = expected;
-    // The profile moves until its minimum is in its middle.
-    for _ in 0..6 {
-        if (middle - expected).abs() > window.search {
-            return None;
-        }
+    // The profile moves until the dip is in its middle: off it, the ground is measured nearer to
+    // one flank than to the other, and the dip's own tail tilts it.
+    for turn in 0..TURNS {
         let ends = [middle - window.reach, middle + window.reach];
         if !ends.iter().all(|end| view.contains(centre + across * *end, 0.0)) {
             return None;
@@ -61,13 +64,15 @@ pub(super) fn dip(
             view.sample(centre + across * (middle + step * (i as f64 - HALF as f64)))
         });
         let lowest = descend(&values);
-        if lowest.abs_diff(HALF) <= 2 {
-            let found = measure(&values, lowest)?;
-            let offset = middle + step * (found.offset - HALF as f64);
-            let near = (offset - expected).abs() <= window.search;
-            return near.then_some(Dip { offset, width: found.width * step, ..found });
+        let found = measure(&values, lowest);
+        let moved = found.map_or(lowest as f64, |found| found.offset) - HALF as f64;
+        middle += step * moved;
+        if (middle - expected).abs() > window.search {
+            return None;
         }
-        middle += step * (lowest as f64 - HALF as f64);
+        if moved.abs() < SETTLED || turn + 1 == TURNS {
+            return found.map(|found| Dip { offset: middle, width: found.width * step, ..found });
+        }
     }
     None
 }
