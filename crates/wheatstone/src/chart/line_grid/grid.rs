@@ -86,15 +86,6 @@ impl Grid {
         (!steps.is_empty()).then(|| here + steps.iter().sum::<Vector2<f64>>() / count)
     }
 
-    /// Columns and rows from the first label to the last.
-    pub(super) fn size(&self) -> (i32, i32) {
-        let extent = |pick: fn(&Label) -> i32| {
-            let least = self.nodes.keys().map(pick).min().unwrap_or(0);
-            self.nodes.keys().map(pick).max().map_or(0, |most| most - least + 1)
-        };
-        (extent(|label| label.0), extent(|label| label.1))
-    }
-
     /// Keeps the crossings that hang together with the largest group.
     pub(super) fn keep_largest_group(&mut self) {
         let mut rest: Vec<Label> = self.nodes.keys().copied().collect();

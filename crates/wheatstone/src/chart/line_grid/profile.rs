@@ -14,9 +14,6 @@ const ENDS: usize = 3;
 const LEAST_DEPTH: f64 = 2.5;
 /// Moves of a profile until the dip must be in its middle; two or three are usual.
 const TURNS: usize = 6;
-/// How near to the middle is there, in samples: what is left of the tilt of the ground moves the
-/// dip by less than a hundredth of this.
-const SETTLED: f64 = 0.1;
 /// Shares of the depth at which the chord across the dip is halved. Their mean uses the whole of
 /// both flanks, and stays off the bottom and the ground, where flanks are flat.
 const CHORDS: [f64; 3] = [0.35, 0.5, 0.65];
@@ -30,8 +27,6 @@ pub(super) struct Dip {
     pub(super) depth: f64,
     /// Its width at half depth.
     pub(super) width: f64,
-    /// Grey level of the ground.
-    pub(super) ground: f64,
 }
 
 /// How to look for a dip, in shares of the vector along which it is looked for.
@@ -41,6 +36,8 @@ pub(super) struct Window {
     pub(super) reach: f64,
     /// How far from the expected place the dip may be.
     pub(super) search: f64,
+    /// How near to the profile's middle the dip must be in the end, in samples.
+    pub(super) settled: f64,
 }
 
 /// The dip nearest to `expected` of the way from `centre` along `across`, where there is one.
@@ -70,7 +67,7 @@ pub(super) fn dip(
         if (middle - expected).abs() > window.search {
             return None;
         }
-        if moved.abs() < SETTLED || turn + 1 == TURNS {
+        if moved.abs() < window.settled || turn + 1 == TURNS {
             return found.map(|found| Dip { offset: middle, width: found.width * step, ..found });
         }
     }
@@ -121,5 +118,5 @@ fn measure(values: &[f64; 2 * HALF + 1], lowest: usize) -> Option<Dip> {
             width = high - low;
         }
     }
-    Some(Dip { offset, depth, width, ground: ground(lowest) })
+    Some(Dip { offset, depth, width })
 }

@@ -2,7 +2,7 @@
 
 use super::{
     grid::{Grid, Label, Node, SIDES, crosswise, onward},
-    growth::{Station, disturbed, follow, spread},
+    growth::{Look, Station, disturbed, follow, spread},
     level::View,
 };
 use crate::{
@@ -13,7 +13,14 @@ use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
 
 /// Stations along each line between two crossings.
-const STATIONS: usize = 8;
+const STATIONS: usize = 12;
+/// See [`Look::settled`].
+const EXACTLY: f64 = 0.1;
+/// How far from a crossing stations count, in pixels, where lines go on to both sides and where
+/// they end: enough of them against noise, few enough that a parabola fits a warped line.
+const SPANS: [f64; 2] = [25.0, 45.0];
+/// The least such distance, in pitches.
+const LEAST_SPANS: [f64; 2] = [0.5, 0.85];
 
 /// Lines between neighbours, by their first crossing and the side on which the second lies.
 pub(super) type Segments = BTreeMap<(Label, Label), Vec<Option<Station>>>;
@@ -33,7 +40,7 @@ pub(super) fn segments(grid: &Grid, view: View) -> Segments {
             };
             let step = next.pixel - node.pixel;
             let places = spread(STATIONS, disturbed(grid.width, step));
-            let stations = follow(view, (node.pixel, step), [a, b], &places, grid.width);
+            let stations = follow(view, (node.pixel, step), [a, b], &places, Look { width: grid.width, settled: EXACTLY });
             found.insert((*label, side), stations);
         }
     }
@@ -99,11 +106,17 @@ impl Place {
                 stations.extend(self.stub(grid, view, side));
             }
         }
+        let ended = usize::from(sides != [true, true]);
+        let step = (self.from_frame * Vector2::new(f64::from(side.0), f64::from(side.1))).norm();
+        let span = (SPANS[ended] / step).max(LEAST_SPANS[ended]);
         let swap = side == (0, 1);
         let (mut powers, mut offsets) = (Vec::new(), Vec::new());
         for station in &stations {
             let place = self.to_frame * (station - self.centre);
             let (along, across) = if swap { (place.y, place.x) } else { (place.x, place.y) };
+            if along.abs() > span {
+                continue;
+            }
             powers.extend([1.0, along, along * along]);
             offsets.push(across);
         }
@@ -124,7 +137,7 @@ impl Place {
         };
         let nearest = disturbed(grid.width, step);
         let places = [nearest, nearest + 0.06, nearest + 0.12];
-        let stations = follow(view, (self.centre, step), [across, across], &places, grid.width);
+        let stations = follow(view, (self.centre, step), [across, across], &places, Look { width: grid.width, settled: EXACTLY });
         let good = |s: &&Station| {
             s.dip.depth > 0.8 * node.depth
                 && s.dip.offset.abs() < 0.05
@@ -151,9 +164,9 @@ impl Place {
 }
 
 /// Corrects for perspective: the middle of a line as seen is not the middle as printed, because
-/// its nearer half is seen larger. With the line `width` wide and the second difference of places
+/// its nearer half is seen larger. With the grid's `width`, now as printed, and the second difference of places
 /// along the grid, Taylor's series gives the shift as `width^2 / 8` of it.
-pub(super) fn unbiased(grid: &Grid, width: f64) -> Vec<(Label, Pixel)> {
+pub(super) fn unbiased(grid: &Grid) -> Vec<(Label, Pixel)> {
     let shift = |label: Label, side: Label| {
         let (here, next) = (grid.pixel(label)?, grid.pixel(onward(label, side, 1))?);
         let last = grid.pixel(onward(label, side, -1))?;
@@ -167,7 +180,7 @@ pub(super) fn unbiased(grid: &Grid, width: f64) -> Vec<(Label, Pixel)> {
                 .find_map(|away| shift(onward(*label, side, *away), side))
                 .unwrap_or_default()
         };
-        (second((1, 0)) + second((0, 1))) * (width * width / 8.0)
+        (second((1, 0)) + second((0, 1))) * (grid.width * grid.width / 8.0)
     };
     grid.nodes.iter().map(|(label, node)| (*label, node.pixel - corrected(label))).collect()
 }

@@ -6,6 +6,7 @@ use crate::{
     imaging::{GrayImage, filter::gaussian_blur},
     numeric::random::Random,
 };
+use rayon::prelude::*;
 
 /// How a grid is seen.
 #[derive(Clone, Debug)]
@@ -102,7 +103,7 @@ impl Scene {
             (flat.y - self.size.1 as f64 / 2.0) / self.focal,
         );
         let (mut x, mut y) = (xd, yd);
-        for _ in 0..if self.k1 == 0.0 { 0 } else { 25 } {
+        for _ in 0..if self.k1 == 0.0 { 0 } else { 12 } {
             let radial = 1.0 + self.k1 * (x * x + y * y);
             (x, y) = (xd / radial, yd / radial);
         }
@@ -123,40 +124,39 @@ impl Scene {
         Some(if self.cut && outside { 1.0 } else { value })
     }
 
-    /// The picture.
+    /// The picture. A lens blurs before pixels gather light, so the blur acts on a finer raster.
     pub(super) fn render(&self) -> GrayImage {
+        const SUB: usize = 3;
         let (width, height) = self.size;
-        let clutter = clutter(self.size, self.seed);
-        const SUB: usize = 4;
-        let sub = |i: usize| (i as f64 + 0.5) / SUB as f64 - 0.5;
+        let behind = clutter(self.size, self.seed);
+        let footprint = [self.chart.pitch / self.pitch / SUB as f64; 2];
+        let shade = |index: usize| {
+            let (x, y) = (index % (width * SUB), index / (width * SUB));
+            let place = |i: usize| (i as f64 + 0.5) / SUB as f64 - 0.5;
+            let seen = self
+                .on_chart(Pixel::new(place(x), place(y)))
+                .and_then(|place| self.reflectance(place, footprint));
+            let ground = if self.clutter { behind.at((x / SUB) as isize, (y / SUB) as isize) } else { 128.0 };
+            let value = seen
+                .map_or(f64::from(ground), |s| self.grey.0 + (self.grey.1 - self.grey.0) * s);
+            let (u, v) = (place(x) / width as f64 - 0.5, place(y) / height as f64 - 0.5);
+            (value * (1.0 - 0.6 * (u * u + v * v) + 0.25 * u - 0.1 * v)) as f32
+        };
+        let values: Vec<f32> =
+            (0..width * height * SUB * SUB).into_par_iter().map(shade).collect();
+        let fine = GrayImage::from_values(width * SUB, height * SUB, values).unwrap();
+        let fine = gaussian_blur(&fine, self.blur * SUB as f64);
+        let mut random = Random::new(self.seed);
         let mut values = Vec::with_capacity(width * height);
         for y in 0..height {
             for x in 0..width {
-                let mut sum = 0.0;
-                for (i, j) in (0..SUB).flat_map(|i| (0..SUB).map(move |j| (i, j))) {
-                    let pixel = Pixel::new(x as f64 + sub(i), y as f64 + sub(j));
-                    let behind = if self.clutter { clutter.at(x as isize, y as isize) } else { 128.0 };
-                    let seen = self.on_chart(pixel).and_then(|place| {
-                        let footprint = self.chart.pitch / self.pitch / SUB as f64;
-                        self.reflectance(place, [footprint; 2])
-                    });
-                    sum += seen.map_or(f64::from(behind), |share| {
-                        self.grey.0 + (self.grey.1 - self.grey.0) * share
-                    });
-                }
-                let (u, v) = (x as f64 / width as f64 - 0.5, y as f64 / height as f64 - 0.5);
-                let light = 1.0 - 0.6 * (u * u + v * v) + 0.25 * u - 0.1 * v;
-                values.push((sum / (SUB * SUB) as f64 * light) as f32);
+                let rows = (y * SUB..(y + 1) * SUB).map(|y| &fine.row(y)[x * SUB..(x + 1) * SUB]);
+                let mean = rows.flatten().sum::<f32>() / (SUB * SUB) as f32;
+                let noisy = f64::from(mean) + self.noise * random.normal();
+                values.push(noisy.round().clamp(0.0, 255.0) as f32);
             }
         }
-        let sharp = GrayImage::from_values(width, height, values).unwrap();
-        let mut random = Random::new(self.seed);
-        let blurred = gaussian_blur(&sharp, self.blur);
-        let values = blurred.values().iter().map(|v| {
-            let noisy = f64::from(*v) + self.noise * random.normal();
-            noisy.round().clamp(0.0, 255.0) as f32
-        });
-        GrayImage::from_values(width, height, values.collect()).unwrap()
+        GrayImage::from_values(width, height, values).unwrap()
     }
 }
 

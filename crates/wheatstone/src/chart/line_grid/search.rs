@@ -15,6 +15,10 @@ const LEAST_SIDE: usize = 24;
 /// Width of lines, in pixels, below which halving the picture would blur them.
 const FINE: f64 = 6.0;
 
+/// Variance of the blur in the level where lines are measured, in square pixels: that of sampling,
+/// and a lens's of 0.7 px.
+const BLURRED: f64 = 0.8 * 0.8 + 0.7 * 0.7;
+
 /// The crossings of the largest grid in a picture, none if there is none. A grid of `whole`
 /// crossings ends the search.
 pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
@@ -30,6 +34,11 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
                 continue;
             }
             let Some(grid) = largest(&candidates, level.view(polarity), whole) else { continue };
+            // What grows on elsewhere at least doubles seldom, and never from a scrap.
+            let least = best.as_ref().map_or(0, |(_, best)| best.nodes.len() / 3);
+            if grid.nodes.len() <= least {
+                continue;
+            }
             let Some(grid) = finished(grid, level, &levels, polarity) else { continue };
             let count = grid.nodes.len();
             if best.as_ref().is_none_or(|(_, best)| count > best.nodes.len()) {
@@ -41,7 +50,7 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
         }
     }
     let Some((_, grid)) = best else { return Vec::new() };
-    let places = refine::unbiased(&grid, grid.width);
+    let places = refine::unbiased(&grid);
     let labelled = |(label, pixel): ((i32, i32), _)| Labelled { column: label.0, row: label.1, pixel };
     places.into_iter().map(labelled).collect()
 }
@@ -67,6 +76,10 @@ fn finished(mut grid: Grid, found: &Level, levels: &[Level], polarity: Polarity)
         refine::prune(&mut grid, &segments);
         refine::refine(&mut grid, view, &segments);
     }
+    // The width as printed: variances add, and a width at half depth is 2.355 sigma.
+    let seen = grid.width * pitch / fine.scale();
+    let printed = (seen * seen - 2.355 * 2.355 * BLURRED).max(0.0).sqrt();
+    grid.width *= printed / seen.max(f64::MIN_POSITIVE);
     for node in grid.nodes.values_mut() {
         node.pixel = fine.to_picture(node.pixel);
     }
