@@ -53,10 +53,8 @@ pub(super) struct Candidates {
 /// Looks for crossings of dark lines and of light ones.
 pub(super) fn find(image: &GrayImage) -> [(Polarity, Candidates); 2] {
     let blurred = gaussian_blur(image, BLUR);
-    let mut both = [
-        (Polarity::Dark, Candidates::default()),
-        (Polarity::Light, Candidates::default()),
-    ];
+    let mut both =
+        [(Polarity::Dark, Candidates::default()), (Polarity::Light, Candidates::default())];
     let width = image.width();
     if width < 5 || image.height() < 5 {
         return both;

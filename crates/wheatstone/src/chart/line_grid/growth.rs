@@ -328,7 +328,8 @@ fn first_cell(view: View, first: Pixel, [a, b, fourth]: [Vector2<f64>; 3]) -> Op
         }
         stations.extend(seen);
     }
-    let middle = |value: fn(&Station) -> f64| median(&stations.iter().map(value).collect::<Vec<_>>());
+    let middle =
+        |value: fn(&Station) -> f64| median(&stations.iter().map(value).collect::<Vec<_>>());
     let (depth, width) = (middle(|s| s.dip.depth), middle(|s| s.dip.width));
     // Half the ground belongs to no grid of lines.
     if width > 0.6 || !stations.iter().all(|s| alike(s.dip.depth, depth)) {

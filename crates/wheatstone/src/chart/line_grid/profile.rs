@@ -4,7 +4,7 @@ use super::level::View;
 use crate::geometry::Pixel;
 use nalgebra::Vector2;
 
-/// Samples on either side of a profile's middle: fine enough that no step passes 0.8 px on the
+/// Samples on either side of a profile's middle: fine enough that no step passes 1 px on the
 /// level where a line is measured.
 const HALF: usize = 12;
 /// Samples at either end that make the ground level.

@@ -18,7 +18,7 @@ const STATIONS: usize = 12;
 const EXACTLY: f64 = 0.1;
 /// How far from a crossing stations count, in pixels, where lines go on to both sides and where
 /// they end: enough of them against noise, few enough that a parabola fits a warped line.
-const SPANS: [f64; 2] = [25.0, 45.0];
+const SPANS: [f64; 2] = [25.0, 60.0];
 /// The least such distance, in pitches.
 const LEAST_SPANS: [f64; 2] = [0.5, 0.85];
 
@@ -40,7 +40,13 @@ pub(super) fn segments(grid: &Grid, view: View) -> Segments {
             };
             let step = next.pixel - node.pixel;
             let places = spread(STATIONS, disturbed(grid.width, step));
-            let stations = follow(view, (node.pixel, step), [a, b], &places, Look { width: grid.width, settled: EXACTLY });
+            let stations = follow(
+                view,
+                (node.pixel, step),
+                [a, b],
+                &places,
+                Look { width: grid.width, settled: EXACTLY },
+            );
             found.insert((*label, side), stations);
         }
     }
@@ -87,7 +93,8 @@ impl Place {
             stations.extend(found.into_iter().flatten().map(|station| station.pixel));
         };
         let back = onward(self.label, side, -1);
-        let sides = [segments.contains_key(&(back, side)), segments.contains_key(&(self.label, side))];
+        let sides =
+            [segments.contains_key(&(back, side)), segments.contains_key(&(self.label, side))];
         if sides[0] {
             add(back);
         }
@@ -137,7 +144,13 @@ impl Place {
         };
         let nearest = disturbed(grid.width, step);
         let places = [nearest, nearest + 0.06, nearest + 0.12];
-        let stations = follow(view, (self.centre, step), [across, across], &places, Look { width: grid.width, settled: EXACTLY });
+        let stations = follow(
+            view,
+            (self.centre, step),
+            [across, across],
+            &places,
+            Look { width: grid.width, settled: EXACTLY },
+        );
         let good = |s: &&Station| {
             s.dip.depth > 0.8 * node.depth
                 && s.dip.offset.abs() < 0.05
@@ -193,11 +206,8 @@ pub(super) fn prune(grid: &mut Grid, segments: &Segments) {
     let joints = |label: Label| {
         let ends = SIDES.map(|side| {
             let forward = side.0 + side.1 > 0;
-            let key = if forward {
-                (label, side)
-            } else {
-                (onward(label, side, 1), (-side.0, -side.1))
-            };
+            let key =
+                if forward { (label, side) } else { (onward(label, side, 1), (-side.0, -side.1)) };
             sound.get(&key).copied()
         });
         let count = |wanted: bool| ends.iter().filter(|end| **end == Some(wanted)).count();

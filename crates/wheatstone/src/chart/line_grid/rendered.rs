@@ -117,10 +117,10 @@ impl Scene {
 
     fn reflectance(&self, place: [f64; 2], size: [f64; 2]) -> Option<f64> {
         let value = self.chart.reflectance(place, size)?;
-        let half = |count: usize| {
-            ((count - 1) as f64 + self.chart.line_width) / 2.0 * self.chart.pitch
-        };
-        let outside = place[0].abs() > half(self.chart.columns) || place[1].abs() > half(self.chart.rows);
+        let half =
+            |count: usize| ((count - 1) as f64 + self.chart.line_width) / 2.0 * self.chart.pitch;
+        let outside =
+            place[0].abs() > half(self.chart.columns) || place[1].abs() > half(self.chart.rows);
         Some(if self.cut && outside { 1.0 } else { value })
     }
 
@@ -136,14 +136,17 @@ impl Scene {
             let seen = self
                 .on_chart(Pixel::new(place(x), place(y)))
                 .and_then(|place| self.reflectance(place, footprint));
-            let ground = if self.clutter { behind.at((x / SUB) as isize, (y / SUB) as isize) } else { 128.0 };
-            let value = seen
-                .map_or(f64::from(ground), |s| self.grey.0 + (self.grey.1 - self.grey.0) * s);
+            let ground = if self.clutter {
+                behind.at((x / SUB) as isize, (y / SUB) as isize)
+            } else {
+                128.0
+            };
+            let value =
+                seen.map_or(f64::from(ground), |s| self.grey.0 + (self.grey.1 - self.grey.0) * s);
             let (u, v) = (place(x) / width as f64 - 0.5, place(y) / height as f64 - 0.5);
             (value * (1.0 - 0.6 * (u * u + v * v) + 0.25 * u - 0.1 * v)) as f32
         };
-        let values: Vec<f32> =
-            (0..width * height * SUB * SUB).into_par_iter().map(shade).collect();
+        let values: Vec<f32> = (0..width * height * SUB * SUB).into_par_iter().map(shade).collect();
         let fine = GrayImage::from_values(width * SUB, height * SUB, values).unwrap();
         let fine = gaussian_blur(&fine, self.blur * SUB as f64);
         let mut random = Random::new(self.seed);

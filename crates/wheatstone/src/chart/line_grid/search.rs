@@ -13,7 +13,7 @@ use crate::{chart::lattice::Labelled, imaging::GrayImage};
 /// smallest kind.
 const LEAST_SIDE: usize = 24;
 /// Width of lines, in pixels, below which halving the picture would blur them.
-const FINE: f64 = 6.0;
+const FINE: f64 = 8.0;
 
 /// Variance of the blur in the level where lines are measured, in square pixels: that of sampling,
 /// and a lens's of 0.7 px.
@@ -51,7 +51,8 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
     }
     let Some((_, grid)) = best else { return Vec::new() };
     let places = refine::unbiased(&grid);
-    let labelled = |(label, pixel): ((i32, i32), _)| Labelled { column: label.0, row: label.1, pixel };
+    let labelled =
+        |(label, pixel): ((i32, i32), _)| Labelled { column: label.0, row: label.1, pixel };
     places.into_iter().map(labelled).collect()
 }
 
@@ -59,7 +60,7 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
 /// whole picture's pixels. `None` where it does not stand closer scrutiny.
 fn finished(mut grid: Grid, found: &Level, levels: &[Level], polarity: Polarity) -> Option<Grid> {
     let pitch = typical_pitch(&grid)? * found.scale();
-    let width = grid.width * pitch;
+    let width = printed(grid.width * pitch / found.scale()) * found.scale();
     // The coarsest level whose lines are still wide.
     let fine = levels.iter().rev().find(|level| width / level.scale() >= FINE);
     let fine = fine.or(levels.first())?;
@@ -76,21 +77,26 @@ fn finished(mut grid: Grid, found: &Level, levels: &[Level], polarity: Polarity)
         refine::prune(&mut grid, &segments);
         refine::refine(&mut grid, view, &segments);
     }
-    // The width as printed: variances add, and a width at half depth is 2.355 sigma.
-    let seen = grid.width * pitch / fine.scale();
-    let printed = (seen * seen - 2.355 * 2.355 * BLURRED).max(0.0).sqrt();
-    grid.width *= printed / seen.max(f64::MIN_POSITIVE);
+    let seen = typical_pitch(&grid)? * grid.width;
+    grid.width *= printed(seen) / seen;
     for node in grid.nodes.values_mut() {
         node.pixel = fine.to_picture(node.pixel);
     }
     Some(grid)
 }
 
+/// The width of a line without blur, from that at half depth, both in the level's pixels: variances
+/// add, and a width at half depth is 2.355 sigma.
+fn printed(seen: f64) -> f64 {
+    (seen * seen - 2.355 * 2.355 * BLURRED).max(0.0).sqrt()
+}
+
 /// Middle length of a step, in the level's pixels.
 fn typical_pitch(grid: &Grid) -> Option<f64> {
-    let steps = grid.nodes.keys().flat_map(|label| {
-        [(1, 0), (0, 1)].into_iter().filter_map(|side| grid.step(*label, side))
-    });
+    let steps = grid
+        .nodes
+        .keys()
+        .flat_map(|label| [(1, 0), (0, 1)].into_iter().filter_map(|side| grid.step(*label, side)));
     let lengths: Vec<f64> = steps.map(|step| step.norm()).collect();
     (!lengths.is_empty()).then(|| crate::numeric::statistics::median(&lengths))
 }

@@ -1,9 +1,12 @@
-use super::{LineGrid, rendered::Scene};
+use super::{
+    LineGrid,
+    rendered::{Scene, clutter},
+};
 use crate::{
     chart::{Chart, Sighting},
     geometry::Pixel,
-    imaging::GrayImage,
-    numeric::statistics::percentile,
+    imaging::{GrayImage, filter::gaussian_blur},
+    numeric::{random::Random, statistics::percentile},
 };
 
 /// What became of the crossings that are fully visible.
@@ -36,8 +39,14 @@ fn outcome(scene: &Scene) -> Outcome {
             image.contains(truth[*id], 0.45 * step)
         })
         .collect();
-    let mut result =
-        Outcome { visible: visible.len(), found: 0, wrong: 0, errors: vec![], why: String::new(), seconds };
+    let mut result = Outcome {
+        visible: visible.len(),
+        found: 0,
+        wrong: 0,
+        errors: vec![],
+        why: String::new(),
+        seconds,
+    };
     let readings = match sighting {
         Sighting::Seen(readings) => readings,
         Sighting::Unseen(why) => {
@@ -56,8 +65,10 @@ fn outcome(scene: &Scene) -> Outcome {
         .unwrap();
     result.errors = best.points.iter().map(error).filter(|e| *e < 2.0).collect();
     result.wrong = best.points.len() - result.errors.len();
-    result.found =
-        visible.iter().filter(|id| best.points.iter().any(|p| p.0 == **id && error(p) < 2.0)).count();
+    result.found = visible
+        .iter()
+        .filter(|id| best.points.iter().any(|p| p.0 == **id && error(p) < 2.0))
+        .count();
     result
 }
 
@@ -83,7 +94,9 @@ fn survey() {
     let base = Scene::default();
     report("default", &base);
     report("light", &Scene { grey: (205.0, 35.0), ..base.clone() });
-    for (pitch, columns, rows) in [(12.0, 21, 15), (15.0, 21, 15), (25.0, 13, 11), (40.0, 9, 7), (70.0, 7, 5)] {
+    for (pitch, columns, rows) in
+        [(12.0, 21, 15), (15.0, 21, 15), (25.0, 13, 11), (40.0, 9, 7), (70.0, 7, 5)]
+    {
         for line_width in [0.04, 0.1, 0.25] {
             if line_width * pitch < 0.99 {
                 continue;
@@ -91,8 +104,18 @@ fn survey() {
             let chart = LineGrid { columns, rows, line_width, pitch: 1.0, ..LineGrid::default() };
             for (cut, light) in [(false, false), (true, false), (true, true)] {
                 let grey = if light { (205.0, 35.0) } else { (35.0, 205.0) };
-                let scene = Scene { pitch, chart: chart.clone(), cut, grey, tilt: (0.0, 0.0), ..base.clone() };
-                report(&format!("pitch {pitch} width {line_width} cut {cut} light {light}"), &scene);
+                let scene = Scene {
+                    pitch,
+                    chart: chart.clone(),
+                    cut,
+                    grey,
+                    tilt: (0.0, 0.0),
+                    ..base.clone()
+                };
+                report(
+                    &format!("pitch {pitch} width {line_width} cut {cut} light {light}"),
+                    &scene,
+                );
             }
         }
     }
@@ -116,7 +139,10 @@ fn survey() {
     for k1 in [-0.25, 0.2] {
         for cut in [false, true] {
             let chart = LineGrid { columns: 15, rows: 11, pitch: 1.0, ..LineGrid::default() };
-            report(&format!("k1 {k1} cut {cut}"), &Scene { k1, cut, chart: chart.clone(), ..base.clone() });
+            report(
+                &format!("k1 {k1} cut {cut}"),
+                &Scene { k1, cut, chart: chart.clone(), ..base.clone() },
+            );
             let scene = Scene { k1, pitch: 60.0, chart, cut, ..base.clone() };
             report(&format!("k1 {k1} cut {cut} partial"), &scene);
         }
@@ -144,7 +170,8 @@ fn large_survey() {
     for (pitch, columns, rows) in [(150.0, 9, 7), (400.0, 7, 5)] {
         for line_width in [0.04, 0.1, 0.25] {
             let chart = LineGrid { columns, rows, line_width, pitch: 1.0, ..LineGrid::default() };
-            let scene = Scene { pitch, chart, size: (4000, 3000), focal: 4000.0, k1: -0.1, ..base.clone() };
+            let scene =
+                Scene { pitch, chart, size: (4000, 3000), focal: 4000.0, k1: -0.1, ..base.clone() };
             report(&format!("12 MP pitch {pitch} width {line_width}"), &scene);
         }
     }
@@ -153,7 +180,7 @@ fn large_survey() {
 #[test]
 #[ignore = "a survey to read, not to pass"]
 fn random_survey() {
-    let mut random = crate::numeric::random::Random::new(5);
+    let mut random = Random::new(5);
     let (mut visible, mut found, mut wrong, mut errors) = (0, 0, 0, vec![]);
     for seed in 0..200 {
         let mut pick = |low: f64, high: f64| random.uniform(low, high);
@@ -183,7 +210,12 @@ fn random_survey() {
         if out.wrong > 0 || out.found < out.visible || percentile(&out.errors, 0.5) > 0.04 {
             eprintln!(
                 "{seed}: {}/{} wrong {} median {:.3} max {:.2} {} :: {:?}",
-                out.found, out.visible, out.wrong, percentile(&out.errors, 0.5), percentile(&out.errors, 1.0), out.why,
+                out.found,
+                out.visible,
+                out.wrong,
+                percentile(&out.errors, 0.5),
+                percentile(&out.errors, 1.0),
+                out.why,
                 scene
             );
         }
@@ -200,11 +232,118 @@ fn random_survey() {
     );
 }
 
+/// All crossings found, none wrong, and the middle error within `median` pixels.
+fn expect(name: &str, scene: &Scene, median: f64) {
+    let out = report(name, scene);
+    assert_eq!((out.found, out.wrong), (out.visible, 0), "{name}: {}", out.why);
+    assert!(out.visible >= 12, "{name} shows too little");
+    assert!(percentile(&out.errors, 0.5) < median, "{name}");
+    assert!(percentile(&out.errors, 0.95) < 5.0 * median, "{name}");
+}
+
+fn grid(columns: usize, rows: usize, line_width: f64) -> LineGrid {
+    LineGrid { columns, rows, line_width, pitch: 1.0, ..LineGrid::default() }
+}
+
+#[test]
+fn crossings_are_found_at_every_pitch_and_width_in_both_polarities() {
+    let cases = [(12.0, 0.1), (15.0, 0.25), (25.0, 0.04), (40.0, 0.1), (70.0, 0.25)];
+    for (i, (pitch, line_width)) in cases.into_iter().enumerate() {
+        for cut in [false, true] {
+            let grey = if (i % 2 == 0) == cut { (205.0, 35.0) } else { (35.0, 205.0) };
+            let chart =
+                grid((250.0 / pitch) as usize + 3, (180.0 / pitch) as usize + 3, line_width);
+            let scene = Scene { pitch, chart, cut, grey, ..Scene::default() };
+            expect(&format!("pitch {pitch} width {line_width} cut {cut}"), &scene, 0.025);
+        }
+    }
+}
+
+#[test]
+fn lines_along_the_pixels_are_not_drawn_to_them() {
+    for degrees in [0.0, 0.3, 0.6, 45.0, 90.0] {
+        let turn = f64::to_radians(degrees);
+        let scene = Scene { turn, pitch: 25.0, tilt: (0.0, 0.0), ..Scene::default() };
+        expect(&format!("turned by {degrees}"), &scene, 0.015);
+    }
+}
+
+#[test]
+fn bent_and_tilted_grids_are_followed() {
+    let base = Scene::default();
+    let chart = grid(15, 11, 0.1);
+    expect("barrel", &Scene { k1: -0.25, chart: chart.clone(), ..base.clone() }, 0.015);
+    expect("barrel, cut", &Scene { k1: -0.25, chart, cut: true, ..base.clone() }, 0.015);
+    expect("warp", &Scene { warp: 4.0, ..base.clone() }, 0.015);
+    for axis in [0.0, 0.8, 1.6] {
+        let tilt = (f64::to_radians(60.0), axis);
+        expect(&format!("tilt about {axis}"), &Scene { tilt, ..base.clone() }, 0.015);
+    }
+}
+
+#[test]
+fn grids_that_leave_the_picture_are_found_as_far_as_they_are_in_it() {
+    for shift in [(200.0, 0.0), (-250.0, 120.0), (260.0, -150.0), (0.0, 220.0)] {
+        for turn in [0.1, 0.6] {
+            let scene = Scene { shift, turn, ..Scene::default() };
+            expect(&format!("shift {shift:?} turn {turn}"), &scene, 0.015);
+        }
+    }
+}
+
+#[test]
+fn poor_pictures_are_read() {
+    let base = Scene::default();
+    expect("noise", &Scene { noise: 6.0, ..base.clone() }, 0.03);
+    expect("low contrast", &Scene { grey: (100.0, 130.0), ..base.clone() }, 0.05);
+    expect("saturated", &Scene { grey: (60.0, 300.0), ..base.clone() }, 0.02);
+    expect("blurred", &Scene { blur: 1.8, ..base.clone() }, 0.03);
+}
+
+fn unseen(name: &str, image: &GrayImage) {
+    let start = std::time::Instant::now();
+    for chart in [LineGrid::default(), grid(30, 30, 0.1), grid(4, 3, 0.1)] {
+        let sighting = chart.detect(image);
+        assert!(matches!(sighting, Sighting::Unseen(_)), "{name}: {sighting:?}");
+    }
+    eprintln!("{name}: {:.0} ms", start.elapsed().as_secs_f64() * 1e3 / 3.0);
+}
+
 #[test]
 fn pictures_without_a_grid_are_not_one() {
-    let chart = LineGrid::default();
     for (width, height) in [(1, 1), (2, 3), (24, 24), (640, 1), (200, 150)] {
-        let flat = GrayImage::from_fn(width, height, |_, _| 128.0);
-        assert!(matches!(chart.detect(&flat), Sighting::Unseen(_)));
+        unseen("flat", &GrayImage::from_fn(width, height, |_, _| 128.0));
+    }
+    for seed in 0..6 {
+        unseen("clutter", &clutter((640, 480), seed));
+        let mut random = Random::new(seed);
+        let sigma = [2.0, 50.0, 300.0][seed as usize % 3];
+        let mut noise = || (128.0 + sigma * random.normal()).clamp(0.0, 255.0) as f32;
+        let values = (0..320 * 240).map(|_| noise()).collect();
+        let picture = GrayImage::from_values(320, 240, values).unwrap();
+        unseen("noise", &picture);
+        unseen("blotches", &gaussian_blur(&picture, 2.0));
+    }
+    for (pitch, turn) in [(6.0, 0.0), (9.0, 0.3), (17.0, 0.785), (40.0, 0.1), (71.0, 1.2)] {
+        let turned = |x: usize, y: usize| {
+            let (x, y) = (x as f64 / pitch, y as f64 / pitch);
+            (x * libm::cos(turn) + y * libm::sin(turn), y * libm::cos(turn) - x * libm::sin(turn))
+        };
+        let board = GrayImage::from_fn(400, 300, |x, y| {
+            let (u, v) = turned(x, y);
+            if (u.floor() + v.floor()).rem_euclid(2.0) == 0.0 { 40.0 } else { 210.0 }
+        });
+        let stripes = GrayImage::from_fn(400, 300, |x, y| {
+            if turned(x, y).0.rem_euclid(1.0) < 0.15 { 40.0 } else { 210.0 }
+        });
+        let dots = GrayImage::from_fn(400, 300, |x, y| {
+            let (u, v) = turned(x, y);
+            let (u, v) = (u.rem_euclid(1.0) - 0.5, v.rem_euclid(1.0) - 0.5);
+            if u * u + v * v < 0.06 { 40.0 } else { 210.0 }
+        });
+        for (name, picture) in [("board", board), ("stripes", stripes), ("dots", dots)] {
+            unseen(&format!("{name} {pitch}"), &picture);
+            unseen(&format!("{name} {pitch} blurred"), &gaussian_blur(&picture, 0.8));
+        }
     }
 }
