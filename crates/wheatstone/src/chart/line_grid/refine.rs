@@ -9,7 +9,7 @@ use crate::{
     geometry::Pixel,
     numeric::{least_squares::solve, statistics::median},
 };
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{DMatrix, Matrix2, Vector2};
 use std::collections::BTreeMap;
 
 /// Stations along each line between two crossings.
@@ -19,6 +19,9 @@ const EXACTLY: f64 = 0.1;
 /// How far from a crossing stations count, in pixels, where lines go on to both sides and where
 /// they end: enough of them against noise, few enough that a parabola fits a warped line.
 const SPANS: [f64; 2] = [25.0, 60.0];
+/// Largest variance of a curve at its crossing, in those of one station. A line that ends there
+/// comes to 2, one that is cut short by the picture's border to 10 and more.
+const MOST_VARIANCE: f64 = 4.0;
 /// The least such distance, in pitches.
 const LEAST_SPANS: [f64; 2] = [0.5, 0.85];
 
@@ -117,18 +120,12 @@ impl Place {
         let step = (self.from_frame * Vector2::new(f64::from(side.0), f64::from(side.1))).norm();
         let span = (SPANS[ended] / step).max(LEAST_SPANS[ended]);
         let swap = side == (0, 1);
-        let (mut powers, mut offsets) = (Vec::new(), Vec::new());
-        for station in &stations {
-            let place = self.to_frame * (station - self.centre);
-            let (along, across) = if swap { (place.y, place.x) } else { (place.x, place.y) };
-            if along.abs() > span {
-                continue;
-            }
-            powers.extend([1.0, along, along * along]);
-            offsets.push(across);
-        }
-        let solution = solve(&powers, 3, &offsets, 1)?;
-        Some([solution[0], solution[1], solution[2]])
+        let places = stations.iter().map(|station| self.to_frame * (station - self.centre));
+        let offsets: Vec<(f64, f64)> = places
+            .map(|place| if swap { (place.y, place.x) } else { (place.x, place.y) })
+            .filter(|(along, _)| along.abs() <= span)
+            .collect();
+        parabola(&offsets)
     }
 
     /// Where the line goes on beyond the last crossing, in its first half pitch.
@@ -174,6 +171,25 @@ impl Place {
         // Half of what prediction allows: lines that lead elsewhere are not this crossing's.
         (moved.norm() < 0.3).then(|| self.centre + self.from_frame * moved)
     }
+}
+
+/// The parabola through points of a line; a straight line where they are too few or too far off for
+/// the curve to be known at 0, and nothing where even that is not.
+fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
+    (2..=3).rev().find_map(|terms| {
+        let power = |x: f64, i: usize| [1.0, x, x * x][i];
+        let row = |x: f64| (0..terms).map(move |i| power(x, i));
+        let powers: Vec<f64> = points.iter().flat_map(|point| row(point.0)).collect();
+        let offsets: Vec<f64> = points.iter().map(|point| point.1).collect();
+        let solution = solve(&powers, terms, &offsets, 1)?;
+        let normal = DMatrix::from_fn(terms, terms, |i, j| {
+            points.iter().map(|point| power(point.0, i) * power(point.0, j)).sum::<f64>()
+        });
+        // The variance at 0, in those of one point: a place less sure than any point is a guess.
+        let variance = normal.try_inverse()?[(0, 0)];
+        let coefficient = |i: usize| solution.get(i).copied().unwrap_or(0.0);
+        (variance < MOST_VARIANCE).then(|| [coefficient(0), coefficient(1), coefficient(2)])
+    })
 }
 
 /// Corrects for perspective: the middle of a line as seen is not the middle as printed, because
