@@ -17,6 +17,10 @@ const LEAST_CURVATURE: f32 = 0.6;
 const RING: f64 = 5.5;
 /// Samples on the ring, about one a pixel.
 const AROUND: usize = 32;
+/// Candidates of one polarity that are kept, strongest first: more than 12 megapixels show crossings
+/// 25 px apart. Grids may have more, since they grow without candidates; without a limit, noise on
+/// such a picture would make 400 000.
+const MOST: usize = 25_000;
 /// Least evenness (see [`Seed`]) of a place worth starting from; noise seldom passes it.
 const LEAST_EVENNESS: f64 = 0.4;
 
@@ -85,10 +89,13 @@ pub(super) fn find(image: &GrayImage) -> [(Polarity, Candidates); 2] {
             }
         }
     }
+    let ring = ring();
     for (polarity, candidates) in &mut both {
+        keep_strongest(&mut candidates.places);
         let places = candidates.places.iter().enumerate();
-        candidates.seeds =
-            places.filter_map(|(i, place)| arms(&blurred, *polarity, i, place.pixel)).collect();
+        candidates.seeds = places
+            .filter_map(|(i, place)| arms((&blurred, *polarity), &ring, i, place.pixel))
+            .collect();
         // Four arms before three before two.
         candidates.seeds.sort_by(|a, b| {
             b.arms.len().cmp(&a.arms.len()).then(b.evenness.total_cmp(&a.evenness))
@@ -121,18 +128,37 @@ fn lesser_curvature(image: &GrayImage, x: usize, y: usize) -> f32 {
     mean.abs() - (half * half + xy * xy).sqrt()
 }
 
+/// Drops the weakest beyond [`MOST`]; the order stays.
+fn keep_strongest(places: &mut Vec<Candidate>) {
+    if places.len() > MOST {
+        let mut curvatures: Vec<f32> = places.iter().map(|place| place.curvature).collect();
+        let (_, least, _) = curvatures.select_nth_unstable_by(MOST, |a, b| b.total_cmp(a));
+        places.retain(|place| place.curvature > *least);
+    }
+}
+
+/// Unit vector at a sample of the ring.
+fn direction(i: f64) -> Vector2<f64> {
+    let angle = i * (2.0 * std::f64::consts::PI / AROUND as f64);
+    Vector2::new(libm::cos(angle), libm::sin(angle))
+}
+
+/// The ring's samples about its centre.
+fn ring() -> [Vector2<f64>; AROUND] {
+    std::array::from_fn(|i| RING * direction(i as f64))
+}
+
 /// The arms of a candidate: the stretches of a ring about it that are darker than half way.
-fn arms(image: &GrayImage, polarity: Polarity, candidate: usize, centre: Pixel) -> Option<Seed> {
+fn arms(
+    (image, polarity): (&GrayImage, Polarity),
+    ring: &[Vector2<f64>; AROUND],
+    candidate: usize,
+    centre: Pixel,
+) -> Option<Seed> {
     if !image.contains(centre, RING) {
         return None;
     }
-    let direction = |i: f64| {
-        let angle = i * (2.0 * std::f64::consts::PI / AROUND as f64);
-        Vector2::new(libm::cos(angle), libm::sin(angle))
-    };
-    let ring: [f32; AROUND] = std::array::from_fn(|i| {
-        polarity.sign() * image.sample(centre + RING * direction(i as f64))
-    });
+    let ring = ring.map(|offset| polarity.sign() * image.sample(centre + offset));
     let (low, high) = ring
         .iter()
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));

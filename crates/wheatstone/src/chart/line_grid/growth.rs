@@ -33,6 +33,10 @@ const STRAIGHT: f64 = 0.06;
 /// Seeds that are tried in one level: a grid has many, and clutter is as even only by accident.
 const TRIES: usize = 150;
 
+/// Longest step of a level's grids, in pixels: lines of 5 px are the widest that candidates show,
+/// and 1/25 of the pitch the narrowest that charts have.
+const LONGEST: f64 = 125.0;
+
 /// A point of a line, seen across it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Station {
@@ -277,8 +281,11 @@ fn cell(seed: &Seed, candidates: &Candidates, view: View) -> Option<Grid> {
     let places = &candidates.places;
     let own = places[seed.candidate];
     // A corner's curvature is half a full crossing's, or less in its shade.
-    let near: Vec<&Candidate> =
-        places.iter().filter(|other| other.curvature > 0.25 * own.curvature).collect();
+    let row = |offset: f64| places.partition_point(|other| other.pixel.y < own.pixel.y + offset);
+    let near: Vec<&Candidate> = places[row(-LONGEST)..row(LONGEST)]
+        .iter()
+        .filter(|other| other.curvature > 0.25 * own.curvature)
+        .collect();
     let steps: Vec<Option<Vector2<f64>>> =
         seed.arms.iter().map(|arm| neighbour(own.pixel, *arm, &near)).collect();
     (0..steps.len()).find_map(|i| {

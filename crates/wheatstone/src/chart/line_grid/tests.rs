@@ -128,6 +128,12 @@ fn survey() {
             );
         }
     }
+}
+
+#[test]
+#[ignore = "a survey to read, not to pass"]
+fn survey_of_poses() {
+    let base = Scene::default();
     for tilt in [15.0, 30.0, 45.0, 60.0] {
         for axis in [0.0, 0.7, 1.6, 3.9] {
             report(
@@ -167,7 +173,7 @@ fn survey() {
 #[ignore = "a survey to read, not to pass"]
 fn large_survey() {
     let base = Scene::default();
-    for (pitch, columns, rows) in [(150.0, 9, 7), (400.0, 7, 5)] {
+    for (pitch, columns, rows) in [(400.0, 7, 5)] {
         for line_width in [0.04, 0.1, 0.25] {
             let chart = LineGrid { columns, rows, line_width, pitch: 1.0, ..LineGrid::default() };
             let scene =
@@ -182,7 +188,7 @@ fn large_survey() {
 fn random_survey() {
     let mut random = Random::new(5);
     let (mut visible, mut found, mut wrong, mut errors) = (0, 0, 0, vec![]);
-    for seed in 0..200 {
+    for seed in 0..120 {
         let mut pick = |low: f64, high: f64| random.uniform(low, high);
         let pitch = libm::exp(pick(libm::log(15.0), libm::log(80.0)));
         let line_width = pick(0.04, 0.25).max(1.2 / pitch);
