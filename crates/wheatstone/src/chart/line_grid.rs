@@ -1,5 +1,18 @@
 //! The grid of lines, the chart of the 2001 paper: points where the lines cross.
 
+mod candidates;
+mod grid;
+mod growth;
+mod level;
+mod profile;
+mod refine;
+mod search;
+
+#[cfg(test)]
+mod rendered;
+#[cfg(test)]
+mod tests;
+
 use super::{
     Chart, Shape, Sighting,
     lattice::{Lattice, Origin},
@@ -42,6 +55,9 @@ impl Default for LineGrid {
         }
     }
 }
+
+/// Crossings below which a part of a grid is not told from clutter.
+const LEAST_FOUND: usize = 8;
 
 impl LineGrid {
     fn lattice(&self) -> Lattice {
@@ -106,8 +122,14 @@ impl Chart for LineGrid {
         Some((1.0 - down) * (1.0 - across))
     }
 
-    fn detect(&self, _image: &GrayImage) -> Sighting {
-        Sighting::Unseen("not yet".into())
+    fn detect(&self, image: &GrayImage) -> Sighting {
+        let whole = self.columns * self.rows;
+        let found = search::crossings(image, whole);
+        // Fewer than a grid's worth of cells is any window frame.
+        if found.len() < whole.min(LEAST_FOUND) {
+            return Sighting::Unseen("no crossing lines found".into());
+        }
+        self.lattice().place(&found, image, None)
     }
 
     fn validate(&self) -> Result<()> {
