@@ -82,7 +82,7 @@ pub enum Error {
         known: Vec<String>,
     },
     /// A setting outside the values it can take.
-    #[error("{setting} is {value}: {need}")]
+    #[error("{setting} cannot be {value}")]
     Setting {
         /// The setting.
         setting: String,
@@ -125,7 +125,8 @@ impl Error {
                 Some(near) => format!("did you mean `{near}`? There are: {}", known.join(", ")),
                 None => format!("there are: {}", known.join(", ")),
             }),
-            Self::Setting { .. } | Self::Cancelled => None,
+            Self::Setting { need, .. } => Some(format!("give {need}")),
+            Self::Cancelled => None,
         }
         .filter(|hint| !hint.is_empty())
     }

@@ -20,3 +20,8 @@ pub mod synthetic;
 
 pub use calibration::Calibration;
 pub use error::{Error, Result};
+
+/// The README's example is compiled as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -80,7 +80,7 @@ impl Lattice {
                 return Err(Error::Setting {
                     setting: format!("[chart] {setting}"),
                     value: count.to_string(),
-                    need: "2 to 500 are possible (inner corners or crossings, not squares)".into(),
+                    need: "2 to 500 (inner corners or crossings, not squares)".into(),
                 });
             }
         }

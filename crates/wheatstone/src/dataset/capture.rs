@@ -310,8 +310,8 @@ mod tests {
         for (text, pictures, words) in [
             (HEAD.replace("columns", "colums"), &both[..], "colums"),
             (HEAD.replace("line-grid", "line-gird"), &both[..], "line-gird"),
-            (HEAD.replace("columns = 17", "columns = 1"), &both[..], "columns is 1"),
-            (HEAD.replace("5.0", "-5.0"), &both[..], "pitch is -5"),
+            (HEAD.replace("columns = 17", "columns = 1"), &both[..], "columns cannot be 1"),
+            (HEAD.replace("5.0", "-5.0"), &both[..], "pitch cannot be -5"),
             (HEAD.to_owned(), &["left/a.png"], "no file matches `right/*.png`"),
             (HEAD.to_owned(), &["left/a1.png", "left/a2.png", "right/a1.png"], "`left` has 2"),
             (format!("{HEAD}{view}{view}"), &both[..], "2 [[views]], but 1"),

@@ -10,7 +10,7 @@ use crate::{
         split::{Fold, FoldKind, folds},
     },
     geometry::Point3,
-    method::AnyMethod,
+    method::{AnyMethod, depth_is_observable},
     numeric::statistics::root_mean_square,
     progress::{Muted, Progress},
 };
@@ -184,8 +184,8 @@ fn pooled(outcomes: &[Outcome], unit: &str) -> Result<Evaluation> {
 ///
 /// # Errors
 ///
-/// [`crate::Error::Cancelled`]. A method that cannot be fitted is a row with a `problem`, not an
-/// error.
+/// [`crate::Error::Degenerate`] or [`crate::Error::TooFew`] where no method could be fitted to all of
+/// the data, [`crate::Error::Cancelled`]. A method that cannot be fitted is a row with a `problem`.
 pub fn compare(
     methods: &[AnyMethod],
     data: &Dataset,
@@ -193,6 +193,7 @@ pub fn compare(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Comparison> {
+    depth_is_observable(data)?;
     let folds = folds(data);
     let floor = truth.and_then(|cameras| floor(cameras, data).ok());
     let outcomes = run_all(methods, data, &folds, seed, progress)?;

@@ -6,12 +6,12 @@ use crate::{Error, Result, dataset::Dataset};
 /// millimetre over a metre is what a good chart is flat to.
 const FLATTEST: f64 = 1e-4;
 
-/// Refuses data from which depth cannot be learned.
+/// Refuses data from which no method can learn depth.
 ///
 /// # Errors
 ///
 /// [`Error::Degenerate`] or [`Error::TooFew`], with what to add.
-pub(super) fn depth_is_observable(train: &Dataset) -> Result<()> {
+pub fn depth_is_observable(train: &Dataset) -> Result<()> {
     let known = train.known().count();
     if known == 0 {
         let problem = "no point has a known place in the world".into();

@@ -4,6 +4,9 @@
 //! `method/<name>.rs` with both, then add its `mod` line and its two rows below.
 
 mod checks;
+
+pub use checks::depth_is_observable;
+
 pub mod dlt;
 pub mod network;
 
@@ -137,7 +140,7 @@ impl AnyMethod {
     ///
     /// Those of [`Method::fit`], and [`Error::Degenerate`] where no method could.
     pub fn fit_checked(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        checks::depth_is_observable(train)?;
+        depth_is_observable(train)?;
         self.fit(train, seed, progress)
     }
 }

@@ -1,0 +1,312 @@
+//! The program as a user meets it: verbs, messages, exit status, and what lies on disk afterwards.
+
+use std::{
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+fn wheatstone(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_wheatstone"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// Runs what must work, and gives standard output.
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = wheatstone(folder, arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{arguments:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs what must fail with one message and a hint, and gives the message.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = wheatstone(folder, arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        matches!(output.status.code(), Some(1 | 2)),
+        "{arguments:?}: {:?} {errors}",
+        output.status
+    );
+    assert!(output.stdout.is_empty(), "{arguments:?} prints although it fails");
+    assert_eq!(errors.matches("error: ").count(), 1, "{arguments:?}: {errors}");
+    assert!(!errors.contains("panicked"), "{errors}");
+    let clap_has_its_own_tips = output.status.code() == Some(2);
+    assert!(errors.contains("hint: ") || clap_has_its_own_tips, "{arguments:?}: {errors}");
+    errors
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+#[test]
+fn from_a_table_to_located_points() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "--count", "400", "-o", "train.csv"]);
+    done(at, &["synth", "--random", "50", "--noise", "0.1", "--seed", "1", "-o", "exam.csv"]);
+    done(at, &["fit", "train.csv", "--method", "dlt", "-o", "model.json"]);
+    let scores = json(&done(at, &["evaluate", "model.json", "exam.csv", "--json"]));
+    assert_eq!(scores["unit"], "cm");
+    assert_eq!((scores["n"].as_u64(), scores["located"].as_u64()), (Some(50), Some(50)));
+    assert!(scores["mean_percent"].as_f64().unwrap() < 2.0);
+    assert_eq!(scores["rms_xyz"].as_array().unwrap().len(), 3);
+
+    let exam = std::fs::read_to_string(at.join("exam.csv")).unwrap();
+    done(at, &["locate", "model.json", "exam.csv", "-o", "points.csv"]);
+    let points = std::fs::read_to_string(at.join("points.csv")).unwrap();
+    let mut lines = points.lines();
+    let header = "x1,y1,x2,y2,input_X,input_Y,input_Z,X,Y,Z,sX,sY,sZ,residual";
+    assert_eq!(lines.next(), Some(header));
+    for (line, original) in lines.zip(exam.lines().skip(1)) {
+        assert!(line.starts_with(original), "{line} does not begin with {original}");
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        for axis in 0..3 {
+            let error = (cells[7 + axis] - cells[4 + axis]).abs();
+            assert!(error < 10.0 && cells[10 + axis] > 0.0, "{line}");
+        }
+    }
+    assert_eq!(points.lines().count(), 51);
+}
+
+#[test]
+fn rows_that_cannot_be_located_keep_their_place() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--points", "-o", "train.csv"]);
+    done(at, &["fit", "train.csv", "--method", "dlt", "-o", "model.json", "--no-validation"]);
+    std::fs::write(
+        at.join("in.csv"),
+        "id;x1;y1;x2;y2\na;300;200;320;210\nb;;;1;2\nc;300;200;320;210\n",
+    )
+    .unwrap();
+    let text = done(at, &["locate", "model.json", "in.csv"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[2], "b;;;1;2;;;;;;;");
+    assert_eq!(lines[1][1..], lines[3][1..]);
+    assert!(!lines[1].ends_with(';'));
+}
+
+#[test]
+fn comparison_has_the_contracts_fields() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--count", "300", "-o", "train.csv"]);
+    let found = json(&done(at, &["compare", "train.csv", "--json", "--epochs", "200"]));
+    assert_eq!(found["unit"], "cm");
+    let names: Vec<&str> = found["methods"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|m| m["method"].as_str().unwrap())
+        .collect();
+    assert!(names.contains(&"dlt") && names.contains(&"network"), "{names:?}");
+    assert!(names.contains(&found["chosen"].as_str().unwrap()));
+    for method in found["methods"].as_array().unwrap() {
+        for field in ["rms", "median", "p95", "mean_percent", "fit_seconds", "ratio_to_floor"] {
+            assert!(method[field].as_f64().is_some(), "{field} in {method}");
+        }
+        let kinds: Vec<&str> = method["folds"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|f| f["kind"].as_str().unwrap())
+            .collect();
+        assert_eq!(kinds.len(), 7);
+        assert_eq!(
+            (kinds[0], kinds[3], kinds[6]),
+            ("extrapolation", "interpolation", "extrapolation")
+        );
+    }
+}
+
+#[test]
+fn a_rendered_capture_is_detected_and_drawn() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--near", "80", "--far", "110", "--step", "30", "-o", "capture"]);
+    let text = done(at, &["detect", "capture", "--draw", "found"]);
+    assert!(text.starts_with("x1,y1,x2,y2,X,Y,Z,view,id\n"));
+    assert_eq!(text.lines().count(), 1 + 2 * 63);
+    assert!(at.join("found/left-080.png").is_file());
+    done(at, &["detect", "capture/capture.toml", "--whole-pixels", "-o", "whole.csv"]);
+    let whole = std::fs::read_to_string(at.join("whole.csv")).unwrap();
+    let first: Vec<f64> =
+        whole.lines().nth(1).unwrap().split(',').take(4).map(|c| c.parse().unwrap()).collect();
+    assert!(first.iter().all(|pixel| pixel.fract() == 0.0), "{first:?}");
+}
+
+#[test]
+fn charts_are_printed_to_scale() {
+    let dir = folder();
+    let at = dir.path();
+    done(
+        at,
+        &[
+            "chart",
+            "chessboard",
+            "--columns",
+            "4",
+            "--rows",
+            "3",
+            "--pitch",
+            "3",
+            "--unit",
+            "cm",
+            "-o",
+            "c.svg",
+        ],
+    );
+    let text = std::fs::read_to_string(at.join("c.svg")).unwrap();
+    // 5 x 4 squares of 30 mm and half a square of margin all round.
+    assert!(text.contains("width=\"180mm\" height=\"162mm\""), "{text}");
+    assert_eq!(text.matches("width=\"30\" height=\"30\"").count(), 10);
+}
+
+#[test]
+fn lists_name_what_there_is() {
+    let dir = folder();
+    let text = done(dir.path(), &["list"]);
+    for name in ["network", "dlt", "line-grid", "chessboard", "brown-conrady", "paper"] {
+        assert!(text.contains(name), "{name} is not in {text}");
+    }
+    let object = json(&done(dir.path(), &["list", "charts", "--json"]));
+    assert_eq!(object["charts"][0], "line-grid");
+}
+
+#[test]
+fn bad_tables_are_refused_with_file_line_and_hint() {
+    let dir = folder();
+    let at = dir.path();
+    let good = "x1,y1,x2,y2,X,Y,Z\n";
+    let plane: String = (0..40)
+        .map(|i| format!("{i},{},{},{},{},{},5\n", i * i % 17, i + 2, i % 7, i, i * i % 13))
+        .collect();
+    for (name, text, words) in [
+        ("empty.csv", String::new(), "empty.csv:1: the file is empty"),
+        ("text.csv", format!("{good}1,2,3,oops,5,6,7\n"), "text.csv:2: column `y2` is `oops`"),
+        ("nan.csv", format!("{good}1,2,3,4,5,6,NaN\n"), "nan.csv:2: column `Z` is `NaN`"),
+        ("short.csv", format!("{good}1,2,3,4,5,6,7\n1,2\n"), "short.csv:3: 2 cells"),
+        ("twice.csv", format!("{good}1,2,3,4,5,6,7\n1,2,3,4,5,6,7\n"), "twice.csv:3: the same row"),
+        ("header.csv", "1,2,3,4,5,6,7\n".into(), "header.csv:1: there is no header"),
+        ("few.csv", format!("{good}1,2,3,4,5,6,7\n2,2,3,4,5,6,8\n"), "at least 4"),
+        ("plane.csv", format!("{good}{plane}"), "one plane"),
+        ("world.csv", "x1,y1,x2,y2\n1,2,3,4\n".into(), "no point has a known place"),
+    ] {
+        std::fs::write(at.join(name), text).unwrap();
+        let message = refused(at, &["fit", name, "-o", "model.json"]);
+        assert!(message.contains(words), "{name}: {message}");
+        let message = refused(at, &["compare", name]);
+        assert!(message.contains(words), "compare {name}: {message}");
+    }
+    std::fs::write(at.join("binary.csv"), b"x1,y1,x2,y2\n\xff\xfe,1,2,3\n").unwrap();
+    let message = refused(at, &["fit", "binary.csv", "-o", "model.json"]);
+    assert!(message.contains("binary.csv:2: not text"), "{message}");
+    assert!(!at.join("model.json").exists(), "a failed fit leaves a file");
+}
+
+#[test]
+fn missing_and_misplaced_files_are_named() {
+    let dir = folder();
+    let at = dir.path();
+    std::fs::create_dir(at.join("folder.csv")).unwrap();
+    for (arguments, words) in [
+        (&["fit", "none.csv", "-o", "m.json"][..], "cannot read `none.csv`"),
+        (&["fit", "folder.csv", "-o", "m.json"], "folder.csv/capture.toml"),
+        (&["locate", "none.json", "in.csv"], "cannot read `none.json`"),
+        (&["locate", "folder.csv", "in.csv"], "folder.csv"),
+        (&["evaluate", "none.json", "in.csv"], "none.json"),
+        (&["detect", "nowhere"], "nowhere"),
+        (&["synth", "--points", "-o", "no/such/folder.csv"], "no/such"),
+        (&["synth", "--points", "-o", "folder.csv"], "folder.csv"),
+    ] {
+        let message = refused(at, arguments);
+        assert!(message.contains(words), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn mistyped_words_are_usage_errors_with_a_suggestion() {
+    let dir = folder();
+    let at = dir.path();
+    for (arguments, words) in [
+        (&["fit", "a.csv", "--method", "netwrok", "-o", "m.json"][..], "network"),
+        (&["compare", "a.csv", "--methods", "dtl"], "did you mean `dlt`"),
+        (&["synth", "--rig", "papr", "-o", "x"], "paper"),
+        (&["chart", "chesboard", "-o", "x.svg"], "chessboard"),
+        (&["compar", "a.csv"], "compare"),
+    ] {
+        let output = wheatstone(at, arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(words), "{arguments:?}: {message}");
+    }
+    done(at, &["synth", "--points", "-o", "a.csv"]);
+    let message =
+        refused(at, &["fit", "a.csv", "--method", "network", "--preset", "papr", "-o", "m.json"]);
+    assert!(message.contains("did you mean `paper`"), "{message}");
+    let message = refused(at, &["synth", "--points", "--noise", "loud", "-o", "b.csv"]);
+    assert!(message.contains("noise cannot be loud"), "{message}");
+}
+
+#[test]
+fn bad_pictures_and_captures_are_refused_by_name() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--near", "90", "--far", "90", "-o", "capture"]);
+    let picture = at.join("capture/right/090.png");
+    let whole = std::fs::read(&picture).unwrap();
+    let mut header = b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR".to_vec();
+    header.extend([0, 0, 0xEA, 0x60, 0, 0, 0xEA, 0x60, 8, 0, 0, 0, 0]);
+    for bytes in [&whole[..whole.len() / 2], &whole[..20], &[], b"P5 60000 60000 255\n", &header] {
+        std::fs::write(&picture, bytes).unwrap();
+        let message = refused(at, &["detect", "capture", "-o", "points.csv"]);
+        assert!(message.contains("right/090.png"), "{message}");
+    }
+    std::fs::write(&picture, whole).unwrap();
+    let file = at.join("capture/capture.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("pitch = 5.0", "pitch = \"wide\"")).unwrap();
+    let message = refused(at, &["detect", "capture", "-o", "points.csv"]);
+    assert!(message.contains("capture.toml"), "{message}");
+    assert!(!at.join("points.csv").exists());
+}
+
+#[test]
+fn failures_leave_what_was_there() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--points", "-o", "train.csv"]);
+    done(at, &["fit", "train.csv", "--method", "dlt", "--no-validation", "-o", "model.json"]);
+    let model = std::fs::read(at.join("model.json")).unwrap();
+    std::fs::write(at.join("bad.csv"), "x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,x\n").unwrap();
+    refused(at, &["fit", "bad.csv", "-o", "model.json"]);
+    assert_eq!(std::fs::read(at.join("model.json")).unwrap(), model);
+    // The fault comes late: what was located before it must not appear.
+    let mut many: String = "x1,y1,x2,y2\n".into();
+    many += &"300,200,320,210\n".repeat(20_000);
+    many += "300,200,320,left\n";
+    std::fs::write(at.join("late.csv"), many).unwrap();
+    std::fs::write(at.join("points.csv"), "precious").unwrap();
+    let message = refused(at, &["locate", "model.json", "late.csv", "-o", "points.csv"]);
+    assert!(message.contains("late.csv:20002: column `y2`"), "{message}");
+    assert_eq!(std::fs::read_to_string(at.join("points.csv")).unwrap(), "precious");
+    let names: Vec<_> = std::fs::read_dir(at)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert_eq!(names.len(), 6, "something was left behind: {names:?}");
+    let mut three: String = "x1,y1,x2,y2,x3,y3\n".into();
+    three += "1,2,3,4,5,6\n";
+    std::fs::write(at.join("three.csv"), three).unwrap();
+    let message = refused(at, &["locate", "model.json", "three.csv"]);
+    assert!(message.contains("number of cameras: the model has 2, the data has 3"), "{message}");
+}
