@@ -161,8 +161,8 @@ impl Demo {
         bar: &Bar,
     ) -> Outcome<MethodSummary> {
         let model = Calibration::fit(method, train, self.seed, false, bar)?;
-        let pixels = if whole { "whole" } else { "sub-pixel" };
-        let file = format!("{}-{pixels}.json", method.name());
+        let pixels = if whole { "whole pixels" } else { "sub-pixel" };
+        let file = format!("{}-{}.json", method.name(), pixels.replace(' ', "-"));
         model.save(&self.out.join(&file))?;
         let exam = evaluate(&*model.reconstructor, test, model.viewpoint)?;
         let allowed = floor(&rig.cameras, test)?;
@@ -182,7 +182,7 @@ impl Demo {
         storage::write(&self.out.join("summary.json"), &text)?;
         let row = |m: &MethodSummary| {
             vec![
-                format!("{} ({} pixels)", m.method, m.pixels),
+                format!("{}, {}", m.method, m.pixels),
                 figure(m.training.mean_percent),
                 figure(m.exam.mean_percent),
                 figure(m.exam.rms),

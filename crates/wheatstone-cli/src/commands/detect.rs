@@ -9,6 +9,7 @@ use wheatstone::{
     dataset::{capture::Capture, detection::Found, points_file},
     geometry::Pixel,
     imaging::{Annotated, Limits, read_image},
+    numeric::statistics::median,
     storage,
 };
 
@@ -99,7 +100,7 @@ fn as_json(capture: &Capture, found: &Found) -> serde_json::Value {
     json!({ "pictures": pictures })
 }
 
-/// Draws the points of every picture, joined in the order of their ids.
+/// Draws the points of every picture; neighbours in the order of their ids are joined.
 pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -> Outcome {
     storage::create_folder(folder)?;
     for (view, row) in capture.views.iter().zip(&found.pictures) {
@@ -108,8 +109,10 @@ pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -
             let mut canvas = Annotated::new(&image);
             let points: Vec<Pixel> =
                 picture.outcome.iter().flat_map(|d| d.points.iter().map(|p| p.1)).collect();
-            for pair in points.windows(2) {
-                canvas.line(pair[0], pair[1], [255, 200, 120]);
+            let steps: Vec<f64> = points.windows(2).map(|p| (p[1] - p[0]).norm()).collect();
+            let next_row = 2.5 * median(&steps);
+            for pair in points.windows(2).filter(|p| (p[1] - p[0]).norm() < next_row) {
+                canvas.line(pair[0], pair[1], [255, 190, 60]);
             }
             for (index, point) in points.iter().enumerate() {
                 // Orange for the first point, so that one sees which way the chart is read.

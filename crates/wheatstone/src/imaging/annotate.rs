@@ -23,7 +23,7 @@ impl Annotated {
     /// it is small.
     #[must_use]
     pub fn new(image: &GrayImage) -> Self {
-        let scale = (1000 / image.width().max(1)).clamp(1, 4);
+        let scale = (1600 / image.width().max(1)).clamp(1, 4);
         let (width, height) = (image.width() * scale, image.height() * scale);
         let values = (0..height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
@@ -35,12 +35,14 @@ impl Annotated {
         Self { width, height, values, scale }
     }
 
-    /// Puts a cross with a gap in its middle, so that what it marks stays visible.
+    /// Puts a slanting cross with a gap in its middle: what it marks stays visible, and a grid's own
+    /// lines do not hide it.
     pub fn cross(&mut self, at: Pixel, colour: Colour) {
         let Some((x, y)) = self.place(at) else { return };
-        for step in 3..=9 {
-            for (dx, dy) in [(step, 0), (-step, 0), (0, step), (0, -step)] {
+        for step in 3..=11 {
+            for (dx, dy) in [(step, step), (-step, step), (step, -step), (-step, -step)] {
                 self.set(x + dx, y + dy, colour);
+                self.set(x + dx + 1, y + dy, colour);
             }
         }
     }
