@@ -19,6 +19,8 @@ const REACH: f64 = 0.42;
 /// How far beyond a line's edge profiles reach, in pixels: 2 sigma of the blur, and the ends that
 /// make the ground level.
 const GROUND: f64 = 3.0;
+/// Width at half depth of a line without width, in pixels: 2.355 sigma of a lens and of sampling.
+const BLURRED: f64 = 2.5;
 /// See [`Look::settled`].
 const ROUGHLY: f64 = 2.0;
 /// Stations along a line between two crossings.
@@ -144,7 +146,9 @@ impl Expected {
         .into_iter()
         .collect::<Option<_>>()?;
         let (start, slope, deviation) = straight(&leading);
-        let good = |s: &Station| alike(s.dip.depth, self.from.depth) && self.fits(s.dip.width);
+        let good = |s: &Station| {
+            alike(s.dip.depth, self.from.depth) && self.fits(s.dip.width, self.across)
+        };
         if deviation > STRAIGHT || !leading.iter().all(good) {
             return None;
         }
@@ -181,13 +185,15 @@ impl Expected {
         .into_iter()
         .collect::<Option<_>>()?;
         let (_, slope, deviation) = straight(&stations);
-        let good = |s: &Station| alike(s.dip.depth, depth) && self.fits(s.dip.width);
+        let good = |s: &Station| alike(s.dip.depth, depth) && self.fits(s.dip.width, self.step);
         // Steps across are known to a fifth at worst.
         (deviation < STRAIGHT && slope.abs() < 0.3 && stations.iter().all(good)).then_some(stations)
     }
 
-    fn fits(&self, width: f64) -> bool {
-        width < 2.0 * self.width && self.width < 2.0 * width
+    /// Whether a line is as wide as those of the grid. Blur has its own width, which is more of the
+    /// pitch where the grid is far away.
+    fn fits(&self, width: f64, across: Vector2<f64>) -> bool {
+        width < 2.0 * self.width + BLURRED / across.norm() && self.width < 2.0 * width
     }
 }
 

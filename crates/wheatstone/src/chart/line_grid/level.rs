@@ -2,10 +2,7 @@
 
 use crate::{
     geometry::Pixel,
-    imaging::{
-        GrayImage,
-        filter::{gaussian_blur, halve},
-    },
+    imaging::{GrayImage, filter::gaussian_blur},
 };
 use std::cell::OnceCell;
 
@@ -33,7 +30,7 @@ impl Level {
         while let Some(last) = levels.last()
             && last.image.width().min(last.image.height()) >= 2 * least
         {
-            let next = Self::new(last.halvings + 1, halve(&last.image));
+            let next = Self::new(last.halvings + 1, halved(&last.image));
             levels.push(next);
         }
         levels
@@ -59,6 +56,31 @@ impl Level {
         let smooth = self.smooth.get_or_init(|| gaussian_blur(&self.image, SAMPLING_BLUR));
         View { image: smooth, sign: polarity.sign() }
     }
+}
+
+/// Half the size; pixel (x, y) of the result lies at (2 x + 0.5, 2 y + 0.5). Weights of 1, 3, 3, 1
+/// rather than 1, 1: sharp edges of wide lines would else be drawn to pixels, by 0.09 px of the
+/// whole picture at a pitch of 400 (measured), where 0.03 are left.
+fn halved(image: &GrayImage) -> GrayImage {
+    let (width, height) = (image.width() / 2, image.height() / 2);
+    let mut values = Vec::with_capacity(width * height);
+    let weigh = |a: f32, b: f32, c: f32, d: f32| (a + d + 3.0 * (b + c)) / 8.0;
+    let mut column = vec![0.0_f32; image.width()];
+    for y in 0..height {
+        let last = image.height() - 1;
+        let rows = [(2 * y).saturating_sub(1), 2 * y, 2 * y + 1, (2 * y + 2).min(last)];
+        let [a, b, c, d] = rows.map(|row| image.row(row));
+        for (x, value) in column.iter_mut().enumerate() {
+            *value = weigh(a[x], b[x], c[x], d[x]);
+        }
+        let last = image.width() - 1;
+        values.extend((0..width).map(|x| {
+            let (before, after) = ((2 * x).saturating_sub(1), (2 * x + 2).min(last));
+            weigh(column[before], column[2 * x], column[2 * x + 1], column[after])
+        }));
+    }
+    // The values are counted by construction.
+    GrayImage::from_values(width, height, values).unwrap_or_else(|| image.clone())
 }
 
 /// Which of lines and ground is darker.
