@@ -29,8 +29,17 @@ pub struct DltReconstructor {
     pixel_sigma: f64,
 }
 
-impl Method for Dlt {
-    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+impl Dlt {
+    /// Fits every camera.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::fit`].
+    pub(super) fn cameras(
+        &self,
+        train: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<DltReconstructor> {
         let mut cameras = Vec::with_capacity(train.cameras);
         let (mut squares, mut freedom) = (0.0, 0.0);
         for camera in 0..train.cameras {
@@ -57,7 +66,13 @@ impl Method for Dlt {
             cameras.push(fitted);
         }
         let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
-        let reconstructor = DltReconstructor { cameras, pixel_sigma }.into();
+        Ok(DltReconstructor { cameras, pixel_sigma })
+    }
+}
+
+impl Method for Dlt {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        let reconstructor = self.cameras(train, progress)?.into();
         Ok(Fit { reconstructor, curve: Vec::new() })
     }
 

@@ -1,25 +1,52 @@
-//! The network of the 2001 paper: pixels of all cameras in, world coordinates out, no camera model.
+//! The network: pixels of all cameras in, a point out, no camera model.
 //!
-//! Source: "Camera calibration and three-dimensional world reconstruction of stereo-vision using
-//! neural networks", International Journal of Systems Science, 2001. Initial weights: Nguyen & Widrow
-//! 1990 (doi:10.1109/IJCNN.1990.137819); training: see [`crate::numeric::backpropagation`].
+//! The `paper` preset is that of the 2001 paper ("Camera calibration and three-dimensional world
+//! reconstruction of stereo-vision using neural networks", International Journal of Systems
+//! Science): world coordinates as targets, initial weights of Nguyen & Widrow 1990
+//! (doi:10.1109/IJCNN.1990.137819), back-propagation with an adaptive rate.
+//!
+//! The default keeps its layers, and changes what they learn and how: directions and inverse depth
+//! as seen from the cameras, which are smooth in the pixels where world coordinates are not, and
+//! whose noise is even; counted from what distortion-free cameras would say, so that between few
+//! chart planes nothing is left to invent; and second-order training that weighs fit against
+//! smoothness by the evidence.
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, unknown};
+mod evidence;
+mod paper;
+mod targets;
+
+use super::{
+    AnyMethod, Fit, Located, Method, Reconstructor,
+    dlt::{Dlt, DltReconstructor},
+    unknown,
+};
 use crate::{
     Error, Result,
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3},
     numeric::{
         backpropagation::Backpropagation,
-        perceptron::{Batch, OutputActivation, Perceptron, weight_count},
-        random::Random,
+        evidence::Evidence,
+        perceptron::{OutputActivation, Perceptron, weight_count},
     },
     progress::Progress,
 };
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
+use targets::Targets;
 
-/// Settings of the network and its training; the defaults are the paper's.
+/// How the weights are found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "by", rename_all = "kebab-case")]
+pub enum Training {
+    /// As in the paper: world coordinates scaled to 0..1 as targets, gradient descent.
+    Backpropagation(Backpropagation),
+    /// Directions and inverse depth as targets, Levenberg-Marquardt steps, weight decay by the
+    /// evidence; the best of several starts.
+    Evidence(Evidence),
+}
+
+/// Settings of the network and its training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Network {
@@ -30,17 +57,12 @@ pub struct Network {
     /// What the three outputs do.
     pub output: OutputActivation,
     /// How the weights are found.
-    pub training: Backpropagation,
+    pub training: Training,
 }
 
 impl Default for Network {
     fn default() -> Self {
-        Self {
-            hidden: vec![8, 8],
-            gain: 1.0,
-            output: OutputActivation::Linear,
-            training: Backpropagation::default(),
-        }
+        Self { training: Training::Evidence(Evidence::default()), ..Self::paper() }
     }
 }
 
@@ -53,13 +75,6 @@ struct Scale {
 }
 
 impl Scale {
-    /// Of the `column`-th values; `None` where all are equal.
-    fn of(rows: &[Vec<f64>], column: usize) -> Option<Self> {
-        let low = rows.iter().map(|row| row[column]).fold(f64::INFINITY, f64::min);
-        let high = rows.iter().map(|row| row[column]).fold(f64::NEG_INFINITY, f64::max);
-        (high > low).then_some(Self { low, high })
-    }
-
     fn to_unit(self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
@@ -67,6 +82,36 @@ impl Scale {
     fn from_unit(self, value: f64) -> f64 {
         self.low + value * (self.high - self.low)
     }
+
+    fn is_sound(self) -> bool {
+        self.high > self.low && (self.high - self.low).is_finite()
+    }
+}
+
+/// How `(column of values) -> scale` is chosen.
+type Scaling = fn(&[f64]) -> Scale;
+
+/// A scale a column; refuses columns that are all equal.
+fn scales(rows: &[Vec<f64>], what: &[&str], scaling: Scaling) -> Result<Vec<Scale>> {
+    let of = |column: usize| {
+        let values: Vec<f64> = rows.iter().map(|row| row[column]).collect();
+        let scale = scaling(&values);
+        if scale.is_sound() {
+            return Ok(scale);
+        }
+        Err(Error::Degenerate {
+            problem: format!("{} is the same for all points", what[column % what.len()]),
+            hint: "points must differ in every coordinate".into(),
+        })
+    };
+    (0..rows.first().map_or(0, Vec::len)).map(of).collect()
+}
+
+fn scaled(rows: &[Vec<f64>], scales: &[Scale]) -> Vec<Vec<f64>> {
+    let row = |row: &Vec<f64>| {
+        row.iter().zip(scales).map(|(value, scale)| scale.to_unit(*value)).collect()
+    };
+    rows.iter().map(row).collect()
 }
 
 /// The trained network with its scales.
@@ -76,10 +121,18 @@ pub struct NetworkReconstructor {
     perceptron: Perceptron,
     /// x and y of each camera.
     inputs: Vec<Scale>,
-    /// X, Y and Z.
+    /// The three targets.
     outputs: [Scale; 3],
-    /// Standard deviation of X, Y and Z over the training points, in world units.
-    world_sigma: [f64; 3],
+    /// What the targets mean.
+    targets: Targets,
+    /// What the targets are counted from: the point that distortion-free cameras would locate.
+    base: Option<DltReconstructor>,
+    /// Variance of each target about its prediction, in scaled units.
+    noise: [f64; 3],
+    /// Lower triangle of the weights' covariance, row by row; empty where it is not known.
+    weight_covariance: Vec<f64>,
+    /// How many of the weights the data determine.
+    effective_parameters: Option<f64>,
 }
 
 /// The pixels of all cameras in one row; `None` where one did not see the point.
@@ -112,12 +165,11 @@ impl Network {
         Ok(())
     }
 
-    /// Inputs and targets of the points that all cameras saw.
-    fn samples(&self, train: &Dataset) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
-        let usable = |(world, row): (Point3, &Correspondence)| {
-            Some((input_row(&row.pixels)?, world.iter().copied().collect::<Vec<f64>>()))
-        };
-        let (inputs, targets): (Vec<_>, Vec<_>) = train.known().filter_map(usable).unzip();
+    /// Pixels and places of the points that all cameras saw.
+    fn samples(&self, train: &Dataset) -> Result<(Vec<Vec<f64>>, Vec<Point3>)> {
+        let usable =
+            |(world, row): (Point3, &Correspondence)| Some((input_row(&row.pixels)?, world));
+        let (inputs, points): (Vec<_>, Vec<_>) = train.known().filter_map(usable).unzip();
         // Three equations a point must at least be as many as the weights.
         let need = weight_count(&self.sizes(train.cameras)).div_ceil(3);
         if inputs.len() < need {
@@ -128,61 +180,29 @@ impl Network {
                 got: inputs.len(),
             });
         }
-        Ok((inputs, targets))
+        Ok((inputs, points))
     }
-}
-
-fn scales(rows: &[Vec<f64>], what: &[&str]) -> Result<Vec<Scale>> {
-    let of = |column: usize| {
-        Scale::of(rows, column).ok_or_else(|| Error::Degenerate {
-            problem: format!("{} is the same for all points", what[column % what.len()]),
-            hint: "points must differ in every coordinate".into(),
-        })
-    };
-    (0..rows.first().map_or(0, Vec::len)).map(of).collect()
-}
-
-fn scaled(rows: &[Vec<f64>], scales: &[Scale]) -> Vec<Vec<f64>> {
-    rows.iter()
-        .map(|row| row.iter().zip(scales).map(|(value, scale)| scale.to_unit(*value)).collect())
-        .collect()
 }
 
 impl Method for Network {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
         self.refuse_odd_settings()?;
-        let (inputs, targets) = self.samples(train)?;
-        let input_scales = scales(&inputs, &["a camera's x", "a camera's y"])?;
-        let output_scales = scales(&targets, &["X", "Y", "Z"])?;
-        let batch = Batch::new(&scaled(&inputs, &input_scales), &scaled(&targets, &output_scales));
-        let mut perceptron = Perceptron::nguyen_widrow(
-            &self.sizes(train.cameras),
-            self.gain,
-            self.output,
-            &mut Random::new(seed),
-        );
-        let mut curve = Vec::new();
-        self.training
-            .train(&mut perceptron, &batch, progress, &mut |point, _| curve.push(point))?;
-        let mut fitted = NetworkReconstructor {
-            perceptron,
-            inputs: input_scales,
-            outputs: [output_scales[0], output_scales[1], output_scales[2]],
-            world_sigma: [0.0; 3],
-        };
-        let mut squares = [0.0; 3];
-        for (input, target) in inputs.iter().zip(&targets) {
-            let point = fitted.evaluate(input);
-            for axis in 0..3 {
-                squares[axis] += (point[axis] - target[axis]).powi(2);
+        let (inputs, points) = self.samples(train)?;
+        match &self.training {
+            Training::Backpropagation(training) => {
+                paper::fit(self, training, (&inputs, &points), seed, progress)
+            }
+            Training::Evidence(training) => {
+                let base = Dlt::default().cameras(train, progress).ok();
+                let lesson = evidence::Lesson { inputs, points, base };
+                let frame = Targets::from_cameras(train, &lesson.points);
+                evidence::fit(self, training, lesson, frame, (seed, progress))
             }
         }
-        fitted.world_sigma = squares.map(|sum| (sum / inputs.len() as f64).sqrt());
-        Ok(Fit { reconstructor: fitted.into(), curve })
     }
 
     fn summary(&self) -> &'static str {
-        "the 2001 paper's network, pixels in and world coordinates out; no camera model"
+        "a small network, pixels in and a point out; no camera model; `paper` is that of 2001"
     }
 
     fn presets(&self) -> &'static [&'static str] {
@@ -190,21 +210,55 @@ impl Method for Network {
     }
 
     fn preset(&self, name: &str) -> Result<AnyMethod> {
-        if self.presets().contains(&name) {
-            Ok(Self::default().into())
-        } else {
-            Err(unknown("preset", name, self.presets()))
+        match name {
+            "default" => Ok(Self::default().into()),
+            "paper" => Ok(Self::paper().into()),
+            _ => Err(unknown("preset", name, self.presets())),
         }
     }
 }
 
 impl NetworkReconstructor {
-    fn evaluate(&self, inputs: &[f64]) -> Point3 {
-        let unit: Vec<f64> =
-            inputs.iter().zip(&self.inputs).map(|(value, scale)| scale.to_unit(*value)).collect();
-        let out = self.perceptron.evaluate(&unit);
-        let axis = |axis: usize| self.outputs[axis].from_unit(out[axis]);
-        Point3::new(axis(0), axis(1), axis(2))
+    fn scaled_inputs(&self, inputs: &[f64]) -> Vec<f64> {
+        inputs.iter().zip(&self.inputs).map(|(value, scale)| scale.to_unit(*value)).collect()
+    }
+
+    /// The targets of a point seen at `pixels`, whose scaled inputs are `unit`.
+    fn predict(&self, pixels: &[Option<Pixel>], unit: &[f64]) -> Option<[f64; 3]> {
+        let outputs = self.perceptron.evaluate(unit);
+        let base = match &self.base {
+            Some(base) => self.targets.of(base.locate(pixels)?.point),
+            None => [0.0; 3],
+        };
+        Some([0, 1, 2].map(|axis| base[axis] + self.outputs[axis].from_unit(outputs[axis])))
+    }
+
+    /// Covariance of the scaled outputs: their noise, and what the weights are uncertain by.
+    fn output_covariance(&self, unit: &[f64]) -> Matrix3<f64> {
+        let mut covariance = Matrix3::from_diagonal(&self.noise.into());
+        if self.weight_covariance.is_empty() {
+            return covariance;
+        }
+        let count = self.perceptron.weights().len();
+        let mut rows = vec![0.0; 3 * count];
+        self.perceptron.jacobian(unit, &mut rows);
+        let slopes: [&[f64]; 3] = [0, 1, 2].map(|output| &rows[output * count..][..count]);
+        let mut sums = Matrix3::zeros();
+        let mut start = 0;
+        for first in 0..count {
+            let row = &self.weight_covariance[start..=start + first];
+            start += first + 1;
+            for output in 0..3 {
+                // The diagonal counts once, what lies beside it twice.
+                let below: f64 = row.iter().zip(slopes[output]).map(|(c, s)| c * s).sum();
+                let product = 2.0 * below - row[first] * slopes[output][first];
+                for other in 0..3 {
+                    sums[(output, other)] += product * slopes[other][first];
+                }
+            }
+        }
+        covariance += (sums + sums.transpose()) / 2.0;
+        covariance
     }
 }
 
@@ -214,21 +268,31 @@ impl Reconstructor for NetworkReconstructor {
     }
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        let point = self.evaluate(&input_row(pixels)?);
-        let variances = self.world_sigma.map(|sigma| sigma * sigma);
-        let covariance = Matrix3::from_diagonal(&variances.into());
+        let unit = self.scaled_inputs(&input_row(pixels)?);
+        let targets = self.predict(pixels, &unit)?;
+        let (point, jacobian) = self.targets.point(targets)?;
+        let spread = Matrix3::from_diagonal(&self.outputs.map(|s| s.high - s.low).into());
+        let by_output = jacobian * spread;
+        let covariance = by_output * self.output_covariance(&unit) * by_output.transpose();
         Some(Located { point, covariance, residual: f64::NAN })
     }
 
     fn is_consistent(&self) -> bool {
         let sizes = self.perceptron.sizes();
-        let finite = |scale: &Scale| scale.high > scale.low && (scale.high - scale.low).is_finite();
+        let count = self.perceptron.weights().len();
         self.perceptron.is_consistent()
             && sizes.first() == Some(&self.inputs.len())
             && sizes.last() == Some(&3)
             && self.inputs.len() >= 4
             && self.inputs.len() % 2 == 0
-            && self.inputs.iter().chain(&self.outputs).all(finite)
-            && self.world_sigma.iter().all(|sigma| *sigma >= 0.0)
+            && self.inputs.iter().chain(&self.outputs).all(|scale| scale.is_sound())
+            && self.targets.is_consistent()
+            && self
+                .base
+                .as_ref()
+                .is_none_or(|base| base.is_consistent() && base.cameras() == self.cameras())
+            && self.noise.iter().all(|variance| *variance >= 0.0)
+            && [0, count * (count + 1) / 2].contains(&self.weight_covariance.len())
+            && self.weight_covariance.iter().all(|value| value.is_finite())
     }
 }

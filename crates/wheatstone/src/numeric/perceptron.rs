@@ -4,8 +4,9 @@
 //! is what training goes through, tested against the reference.
 
 mod batch;
+mod jacobian;
 
-pub use batch::{Batch, Workspace};
+pub use batch::{Batch, LANES, Lane, Workspace};
 
 use super::{random::Random, sigmoid::sigmoid};
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,74 @@
+//! The paper's recipe.
+
+use super::{Fit, Network, NetworkReconstructor, Scale, Targets, Training, scaled, scales};
+use crate::{
+    Result,
+    geometry::Point3,
+    numeric::{
+        backpropagation::Backpropagation,
+        perceptron::{Batch, OutputActivation, Perceptron},
+        random::Random,
+    },
+    progress::Progress,
+};
+
+impl Network {
+    /// The 2001 paper's: two hidden layers of eight units, targets scaled to 0..1, 100 000 epochs.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            hidden: vec![8, 8],
+            gain: 1.0,
+            output: OutputActivation::Linear,
+            training: Training::Backpropagation(Backpropagation::default()),
+        }
+    }
+}
+
+/// Least to greatest value to 0..1.
+fn range(values: &[f64]) -> Scale {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Scale { low, high }
+}
+
+pub(super) fn fit(
+    settings: &Network,
+    training: &Backpropagation,
+    (inputs, points): (&[Vec<f64>], &[Point3]),
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Fit> {
+    let targets: Vec<Vec<f64>> = points.iter().map(|p| p.iter().copied().collect()).collect();
+    let input_scales = scales(inputs, &["a camera's x", "a camera's y"], range)?;
+    let output_scales = scales(&targets, &["X", "Y", "Z"], range)?;
+    let (unit_inputs, unit_targets) =
+        (scaled(inputs, &input_scales), scaled(&targets, &output_scales));
+    let mut perceptron = Perceptron::nguyen_widrow(
+        &settings.sizes(inputs[0].len() / 2),
+        settings.gain,
+        settings.output,
+        &mut Random::new(seed),
+    );
+    let mut curve = Vec::new();
+    let batch = Batch::new(&unit_inputs, &unit_targets);
+    training.train(&mut perceptron, &batch, progress, &mut |point, _| curve.push(point))?;
+    // The spread about the training points is all that is known of the error.
+    let mut noise = [0.0; 3];
+    for (input, target) in unit_inputs.iter().zip(&unit_targets) {
+        for ((sum, out), wanted) in noise.iter_mut().zip(perceptron.evaluate(input)).zip(target) {
+            *sum += (out - wanted) * (out - wanted) / inputs.len() as f64;
+        }
+    }
+    let reconstructor = NetworkReconstructor {
+        perceptron,
+        inputs: input_scales,
+        outputs: [output_scales[0], output_scales[1], output_scales[2]],
+        targets: Targets::World {},
+        base: None,
+        noise,
+        weight_covariance: Vec::new(),
+        effective_parameters: None,
+    };
+    Ok(Fit { reconstructor: reconstructor.into(), curve })
+}
