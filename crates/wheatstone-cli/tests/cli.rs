@@ -100,7 +100,7 @@ fn comparison_has_the_contracts_fields() {
     let dir = folder();
     let at = dir.path();
     done(at, &["synth", "--points", "--count", "300", "-o", "train.csv"]);
-    let found = json(&done(at, &["compare", "train.csv", "--json", "--epochs", "200"]));
+    let found = json(&done(at, &["compare", "train.csv", "--json"]));
     assert_eq!(found["unit"], "cm");
     let names: Vec<&str> = found["methods"]
         .as_array()

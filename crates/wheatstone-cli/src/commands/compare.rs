@@ -1,6 +1,6 @@
 //! `wheatstone compare`.
 
-use super::{fit::set_epochs, print_json};
+use super::print_json;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
@@ -26,9 +26,6 @@ pub(crate) struct Compare {
     /// Methods, separated by commas, or `all`
     #[arg(long, default_value = "all", value_delimiter = ',')]
     methods: Vec<String>,
-    /// Epochs of training, for methods that learn in steps
-    #[arg(long)]
-    epochs: Option<u64>,
     /// Seed of every random choice
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -42,14 +39,7 @@ pub(crate) struct Compare {
 impl Compare {
     pub(crate) fn run(self) -> Outcome {
         let bar = Bar::new();
-        let mut methods = self.methods()?;
-        if let Some(epochs) = self.epochs {
-            for method in &mut methods {
-                if matches!(method, AnyMethod::Network(_)) {
-                    set_epochs(method, epochs)?;
-                }
-            }
-        }
+        let methods = self.methods()?;
         let loaded = load(&self.input, &self.reading, &bar)?;
         let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
         let found = compare(&methods, &loaded.data, cameras, self.seed, &bar)?;

@@ -1,6 +1,6 @@
 //! `wheatstone demo`: the whole story on a rendered rig.
 
-use super::detect::draw;
+use super::{detect::draw, fit::set_epochs};
 use crate::{
     failure::Outcome,
     progress::Bar,
@@ -86,6 +86,15 @@ struct Seen {
 /// Between the paper's distances.
 const EXAM: Stage = Stage { near: 57.5, far: 132.5, step: 15.0 };
 
+/// Method, preset, and whether it gets whole pixels.
+const DEMONSTRATED: [(&str, &str, bool); 5] = [
+    ("network", "paper", true),
+    ("network", "default", true),
+    ("dlt", "default", true),
+    ("network", "default", false),
+    ("dlt", "default", false),
+];
+
 impl Demo {
     pub(crate) fn run(self) -> Outcome {
         let bar = Bar::new();
@@ -109,12 +118,10 @@ impl Demo {
             figure(detection.median_error_px)
         ));
         let mut methods = Vec::new();
-        for (name, preset, whole) in
-            [("network", "paper", true), ("dlt", "default", true), ("dlt", "default", false)]
-        {
+        for (name, preset, whole) in DEMONSTRATED {
             let mut method = AnyMethod::named(name)?.preset(preset)?;
-            if let AnyMethod::Network(network) = &mut method {
-                network.training.epochs = self.epochs;
+            if preset == "paper" {
+                set_epochs(&mut method, self.epochs)?;
             }
             let (train, test) = if whole {
                 (&training.whole_pixel, &exam.whole_pixel)

@@ -8,7 +8,13 @@ use crate::{
 };
 use clap::{Args, builder::PossibleValuesParser};
 use std::path::PathBuf;
-use wheatstone::{Calibration, method::AnyMethod};
+use wheatstone::{
+    Calibration,
+    method::{
+        AnyMethod,
+        network::{Network, Training},
+    },
+};
 
 /// Fit a method to a capture or a points file, and save the model
 #[derive(Args)]
@@ -81,11 +87,13 @@ impl Fit {
 /// Changes how long a method learns.
 pub(crate) fn set_epochs(method: &mut AnyMethod, epochs: u64) -> Outcome {
     match method {
-        AnyMethod::Network(network) => network.training.epochs = epochs,
+        AnyMethod::Network(Network { training: Training::Backpropagation(training), .. }) => {
+            training.epochs = epochs;
+        }
         other => {
             return Err(Failure::usage(
                 format!("`{}` does not learn in epochs", other.name()),
-                "leave out `--epochs`, or choose `--method network`",
+                "leave out `--epochs`, or choose `--method network --preset paper`",
             ));
         }
     }

@@ -176,7 +176,7 @@ impl Course {
         let count = batch.samples() as f64;
         Self {
             decay: Decay::new(network.sizes(), FIRST_DECAY),
-            noise: errors.iter().map(|sum| (sum / count).max(1e-30)).collect(),
+            noise: errors.iter().map(|sum| (FIRST_NOISE * sum / count).max(1e-30)).collect(),
             errors,
             network,
             damping: 1e-2,
@@ -217,9 +217,9 @@ impl Course {
                 state.log_evidence(&self.decay, (&self.noise, &self.errors, count), &weights);
             self.history.push((misfit(&self.errors, &self.noise), evidence));
             let ten_ago = self.history.len().checked_sub(11).map(|place| self.history[place].1);
-            self.settled = ten_ago.is_some_and(|before| evidence - before < least_gain);
-            // The first steps are taken under the first guess of noise and decay.
-            if self.history.len() > 1 {
+            let warm = self.history.len() > 2 * WARM_UP;
+            self.settled = warm && ten_ago.is_some_and(|before| evidence - before < least_gain);
+            if self.history.len() > WARM_UP {
                 state.update(&mut self.decay, &mut self.noise, (&weights, &self.errors, count));
             }
             self.step(batch, &expansion, &mut work);
@@ -280,6 +280,14 @@ impl Course {
 
 /// Weights of standardised data are of order one.
 const FIRST_DECAY: f64 = 1.0;
+
+/// Share of the targets' variance that is first taken for noise. Where it is taken for all of it, the
+/// evidence can settle on a network that explains nothing.
+const FIRST_NOISE: f64 = 1e-3;
+
+/// Steps taken under the first guess of noise and decay, so that the network has something to show
+/// before either is judged.
+const WARM_UP: usize = 15;
 
 fn singular() -> Error {
     Error::Degenerate {

@@ -9,7 +9,10 @@ use wheatstone::{
     evaluate::evaluate,
     geometry::{Pixel, Point3, Pose, Vector3},
     imaging::GrayImage,
-    method::AnyMethod,
+    method::{
+        AnyMethod,
+        network::{Network, Training},
+    },
     numeric::random::Random,
     progress::Silent,
     synthetic::{Noise, Rig, Sensor, Stage, chart_correspondences, random_correspondences, render},
@@ -133,8 +136,9 @@ fn cameras_look_back_along_what_they_project() {
 
 /// A method that does not take a test's patience: the networks learn for a moment only.
 fn quick(mut method: AnyMethod) -> AnyMethod {
-    if let AnyMethod::Network(network) = &mut method {
-        network.training.epochs = 300;
+    if let AnyMethod::Network(Network { training: Training::Evidence(training), .. }) = &mut method
+    {
+        (training.starts, training.steps) = (1, 30);
     }
     method
 }
