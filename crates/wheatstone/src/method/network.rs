@@ -144,6 +144,16 @@ fn input_row(pixels: &[Option<Pixel>]) -> Option<Vec<f64>> {
         .map(|all| all.iter().flat_map(|pixel| [pixel.x, pixel.y]).collect())
 }
 
+/// Points that all cameras saw.
+struct Samples {
+    /// x and y of each camera.
+    inputs: Vec<Vec<f64>>,
+    /// Where each is.
+    points: Vec<Point3>,
+    /// Which chart placement each belongs to.
+    views: Vec<usize>,
+}
+
 impl Network {
     fn sizes(&self, cameras: usize) -> Vec<usize> {
         let mut sizes = vec![2 * cameras];
@@ -165,10 +175,14 @@ impl Network {
         Ok(())
     }
 
-    /// Pixels and places of the points that all cameras saw.
-    fn samples(&self, train: &Dataset) -> Result<(Vec<Vec<f64>>, Vec<Point3>)> {
-        let usable =
-            |(world, row): (Point3, &Correspondence)| Some((input_row(&row.pixels)?, world));
+    /// The points that all cameras saw.
+    fn samples(&self, train: &Dataset) -> Result<Samples> {
+        let mut views = Vec::new();
+        let usable = |(world, row): (Point3, &Correspondence)| {
+            let input = input_row(&row.pixels)?;
+            views.push(row.view);
+            Some((input, world))
+        };
         let (inputs, points): (Vec<_>, Vec<_>) = train.known().filter_map(usable).unzip();
         // Three equations a point must at least be as many as the weights.
         let need = weight_count(&self.sizes(train.cameras)).div_ceil(3);
@@ -180,21 +194,21 @@ impl Network {
                 got: inputs.len(),
             });
         }
-        Ok((inputs, points))
+        Ok(Samples { inputs, points, views })
     }
 }
 
 impl Method for Network {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
         self.refuse_odd_settings()?;
-        let (inputs, points) = self.samples(train)?;
+        let Samples { inputs, points, views } = self.samples(train)?;
         match &self.training {
             Training::Backpropagation(training) => {
                 paper::fit(self, training, (&inputs, &points), seed, progress)
             }
             Training::Evidence(training) => {
                 let base = Dlt::default().cameras(train, progress).ok();
-                let lesson = evidence::Lesson { inputs, points, base };
+                let lesson = evidence::Lesson { inputs, points, views, base };
                 let frame = Targets::from_cameras(train, &lesson.points);
                 evidence::fit(self, training, lesson, frame, (seed, progress))
             }
