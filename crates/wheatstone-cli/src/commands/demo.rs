@@ -128,7 +128,8 @@ impl Demo {
             } else {
                 (&training.sub_pixel.dataset, &exam.sub_pixel.dataset)
             };
-            methods.push(self.fit(&method, (train, test, whole), &rig, &bar)?);
+            let label = if preset == "paper" { "network of 2001" } else { name };
+            methods.push(self.fit((&method, label), (train, test, whole), &rig, &bar)?);
         }
         drop(bar);
         let unit = training.sub_pixel.dataset.unit.clone();
@@ -162,19 +163,19 @@ impl Demo {
 
     fn fit(
         &self,
-        method: &AnyMethod,
+        (method, label): (&AnyMethod, &str),
         (train, test, whole): (&Dataset, &Dataset, bool),
         rig: &Rig,
         bar: &Bar,
     ) -> Outcome<MethodSummary> {
         let model = Calibration::fit(method, train, self.seed, false, bar)?;
         let pixels = if whole { "whole pixels" } else { "sub-pixel" };
-        let file = format!("{}-{}.json", method.name(), pixels.replace(' ', "-"));
+        let file = format!("{label}-{pixels}.json").replace(' ', "-");
         model.save(&self.out.join(&file))?;
         let exam = evaluate(&*model.reconstructor, test, model.viewpoint)?;
         let allowed = floor(&rig.cameras, test)?;
         Ok(MethodSummary {
-            method: method.name().into(),
+            method: label.into(),
             pixels,
             model: file,
             ratio_to_floor: exam.rms / allowed.rms,
