@@ -46,11 +46,11 @@ fn positive_between<const N: usize>(bernstein: [f64; N], halvings: usize) -> boo
         return false;
     }
     let (mut left, mut right) = (bernstein, bernstein);
-    for level in 1..N {
+    for (level, first) in left.iter_mut().enumerate().skip(1) {
         for place in 0..N - level {
             right[place] = (right[place] + right[place + 1]) / 2.0;
         }
-        left[level] = right[0];
+        *first = right[0];
     }
     positive_between(left, halvings - 1) && positive_between(right, halvings - 1)
 }

@@ -180,8 +180,11 @@ impl Ladder {
             |rung: usize| rung == 0 || 2 * pairs.len() > POSE + self.rungs[rung].len() + 2;
         let top = (0..self.rungs.len()).rev().find(|rung| carried(*rung)).unwrap_or(0);
         let scout = self.scout.min(top);
+        // Every lens's first coefficient follows its focal lengths and principal point.
+        let bent = self.rungs[scout].contains(&4);
         let mut best: Option<Adjusted<L>> = None;
         for start in starts::<L>(pairs, linear) {
+            let start = if bent { start } else { start.undistorted() };
             let Some(found) =
                 possible(start.adjust(&self.unknowns(scout), pairs, SCOUTING, progress))?
             else {
@@ -201,6 +204,7 @@ impl Ladder {
                 None => scouted.camera.clone(),
             };
             let adjusted = start.adjust(&self.unknowns(rung), pairs, FINAL, progress);
+            if std::env::var("DBG").is_ok() { if let Ok(a) = &adjusted { let mut m = a.camera.model.clone(); eprintln!("rung {rung} squares {} n {} {:?}", a.squares, pairs.len(), m.parameters_mut()); } else { eprintln!("rung {rung} none"); } }
             found.extend(possible(adjusted)?);
         }
         Ok(found)
