@@ -52,23 +52,14 @@ struct Radial {
 }
 
 impl BrownConrady {
-    /// How many numbers a fit may change.
-    pub const PARAMETERS: usize = 16;
-
-    /// `None` beyond the radius at which the distorted radius no longer grows: there the polynomial
-    /// folds the picture over.
-    fn radial(&self, s: f64) -> Option<Radial> {
+    /// Whether the distorted radius grows all the way from the axis to squared radius `s`; beyond,
+    /// the polynomial folds the picture over.
+    fn rises(&self, s: f64) -> bool {
         let [k1, k2, k3] = self.radial;
-        let numerator = 1.0 + s * (k1 + s * (k2 + s * k3));
-        let numerator_slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
         if self.rational == [0.0; 3] {
-            let rises = stays_positive([1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3], s);
-            let radial = Radial { factor: numerator, slope: numerator_slope, denominator: 1.0 };
-            return rises.then_some(radial);
+            return stays_positive([1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3], s);
         }
         let [k4, k5, k6] = self.rational;
-        let denominator = 1.0 + s * (k4 + s * (k5 + s * k6));
-        let denominator_slope = k4 + s * (2.0 * k5 + s * 3.0 * k6);
         // The derivative of the radius by the radius, times the squared denominator.
         let mut growth = [0.0; 7];
         for (i, above) in [1.0, k1, k2, k3].into_iter().enumerate() {
@@ -76,12 +67,24 @@ impl BrownConrady {
                 growth[i + j] += above * below * (1.0 + 2.0 * i as f64 - 2.0 * j as f64);
             }
         }
-        if !stays_positive([1.0, k4, k5, k6], s) || !stays_positive(growth, s) {
-            return None;
-        }
-        let factor = numerator / denominator;
+        stays_positive([1.0, k4, k5, k6], s) && stays_positive(growth, s)
+    }
+
+    /// The radial part, beyond the fold too.
+    fn radial(&self, s: f64) -> Radial {
+        let ([k1, k2, k3], [k4, k5, k6]) = (self.radial, self.rational);
+        let denominator = 1.0 + s * (k4 + s * (k5 + s * k6));
+        let factor = (1.0 + s * (k1 + s * (k2 + s * k3))) / denominator;
+        let denominator_slope = k4 + s * (2.0 * k5 + s * 3.0 * k6);
+        let numerator_slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
         let slope = (numerator_slope - factor * denominator_slope) / denominator;
-        Some(Radial { factor, slope, denominator })
+        Radial { factor, slope, denominator }
+    }
+
+    /// The place on the plane z = 1 of a point in front, with its squared radius.
+    fn ideal(point: Point3) -> Option<[f64; 3]> {
+        let (x, y) = (point.x / point.z, point.y / point.z);
+        (point.z > 0.0).then_some([x, y, x * x + y * y])
     }
 
     /// Where a place on the plane z = 1 goes on it, before the focal lengths.
@@ -118,22 +121,17 @@ impl CameraModel for BrownConrady {
     }
 
     fn project(&self, point: Point3) -> Option<Pixel> {
-        if point.z <= 0.0 {
-            return None;
-        }
-        let (x, y) = (point.x / point.z, point.y / point.z);
-        let s = x * x + y * y;
-        let [x, y] = self.distort(x, y, s, self.radial(s)?.factor);
-        Some(self.pinhole.pixel(x, y))
+        let [x, y, s] = Self::ideal(point)?;
+        let [to_x, to_y] = self.distort(x, y, s, self.radial(s).factor);
+        self.rises(s).then(|| self.pinhole.pixel(to_x, to_y))
     }
 
     fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
-        if point.z <= 0.0 {
+        let [x, y, s] = Self::ideal(point)?;
+        if !self.rises(s) {
             return None;
         }
-        let (x, y) = (point.x / point.z, point.y / point.z);
-        let s = x * x + y * y;
-        let radial = self.radial(s)?;
+        let radial = self.radial(s);
         let [to_x, to_y] = self.distort(x, y, s, radial.factor);
         let stretch = self.stretch(x, y, s, &radial);
         Some((self.pinhole.pixel(to_x, to_y), self.pinhole.by_point(&stretch, x, y, point.z)))
@@ -146,12 +144,11 @@ impl AdjustableCamera for BrownConrady {
         point: Point3,
         slopes: &mut [[f64; 2]],
     ) -> Option<(Pixel, Matrix2x3<f64>)> {
-        if point.z <= 0.0 {
+        let [x, y, s] = Self::ideal(point)?;
+        let radial = self.radial(s);
+        if radial.denominator <= 0.0 {
             return None;
         }
-        let (x, y) = (point.x / point.z, point.y / point.z);
-        let s = x * x + y * y;
-        let radial = self.radial(s)?;
         let [to_x, to_y] = self.distort(x, y, s, radial.factor);
         let stretch = self.stretch(x, y, s, &radial);
         let by_k = |power: f64| [x * power / radial.denominator, y * power / radial.denominator];

@@ -35,8 +35,9 @@ impl KannalaBrandt {
         stays_positive([1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4], angle * angle)
     }
 
-    /// Projects, with the derivatives by the point; also the distorted place on the unit picture.
-    fn trace(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>, [f64; 2])> {
+    /// Projects, with the derivatives by the point; also the angle from the axis and the distorted
+    /// place on the unit picture. Goes on beyond the fold.
+    fn trace(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>, f64, [f64; 2])> {
         let square = point.x * point.x + point.y * point.y;
         let radius = square.sqrt();
         let distance_square = square + point.z * point.z;
@@ -47,9 +48,6 @@ impl KannalaBrandt {
         }
         let angle = libm::atan2(radius, point.z);
         let (distorted, slope) = self.distort(angle);
-        if !self.rises(angle) {
-            return None;
-        }
         let scale = if near { 1.0 / point.z } else { distorted / radius };
         let along = slope * point.z / distance_square - scale;
         let (east, south) = if near { (0.0, 0.0) } else { (point.x / radius, point.y / radius) };
@@ -64,7 +62,7 @@ impl KannalaBrandt {
             fy * point.y * by_depth,
         );
         let place = [point.x * scale, point.y * scale];
-        Some((self.pinhole.pixel(place[0], place[1]), by_point, place))
+        Some((self.pinhole.pixel(place[0], place[1]), by_point, angle, place))
     }
 
     /// The distorted angle and its derivative.
@@ -95,7 +93,8 @@ impl CameraModel for KannalaBrandt {
     }
 
     fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
-        self.trace(point).map(|(pixel, by_point, _)| (pixel, by_point))
+        let (pixel, by_point, angle, _) = self.trace(point)?;
+        self.rises(angle).then_some((pixel, by_point))
     }
 
     fn ray(&self, pixel: Pixel) -> Option<Ray> {
@@ -127,9 +126,8 @@ impl AdjustableCamera for KannalaBrandt {
         point: Point3,
         slopes: &mut [[f64; 2]],
     ) -> Option<(Pixel, Matrix2x3<f64>)> {
-        let (pixel, by_point, place) = self.trace(point)?;
+        let (pixel, by_point, angle, place) = self.trace(point)?;
         let radius = (point.x * point.x + point.y * point.y).sqrt();
-        let angle = libm::atan2(radius, point.z);
         let unit = if radius > 0.0 { angle / radius } else { 0.0 };
         let (mut x, mut y) = (point.x * unit, point.y * unit);
         let of_lens = [(); 4].map(|()| {

@@ -43,6 +43,9 @@ pub trait CameraModel: Sync + Send {
 pub trait AdjustableCamera: CameraModel + Clone {
     /// [`CameraModel::project_with_jacobian`]; fills `slopes` with the derivatives of the pixel's x
     /// and y by each of [`CameraModel::parameters_mut`], in their order and number.
+    ///
+    /// Unlike the projection it may go on where the lens folds the picture over, as smoothly as its
+    /// formula does: a search gets past such lenses to a better one, but would stop at a wall.
     fn project_with_slopes(
         &self,
         point: Point3,

@@ -94,9 +94,8 @@ impl ProjectionMatrix {
     /// `None` for a camera at infinity.
     #[must_use]
     pub fn decompose(&self) -> Option<(Matrix3<f64>, Matrix3<f64>, Vector3<f64>)> {
-        let row = |index: usize| -> Vector3<f64> {
-            self.0.fixed_view::<1, 3>(index, 0).transpose()
-        };
+        let row =
+            |index: usize| -> Vector3<f64> { self.0.fixed_view::<1, 3>(index, 0).transpose() };
         // Gram and Schmidt from the last row up.
         let (scale, third) = (row(2).norm(), row(2).normalize());
         let (first, second) = (row(0) / scale, row(1) / scale);

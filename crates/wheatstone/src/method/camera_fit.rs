@@ -109,13 +109,10 @@ impl<L: AdjustableCamera> Placed<L> {
             for (world, pixel) in pairs {
                 let turned = camera.rotation * (world.coords - centre);
                 let point = Point3::from(turned + camera.translation);
-                let Some(normal) = normal.as_deref_mut() else {
-                    squares += (camera.model.project(point)? - pixel).norm_squared();
-                    continue;
-                };
                 let (at, by_point) = camera.model.project_with_slopes(point, &mut slopes)?;
                 let error = at - pixel;
                 squares += error.norm_squared();
+                let Some(normal) = normal.as_deref_mut() else { continue };
                 let by_turn = -(by_point * turned.cross_matrix() * left);
                 for axis in 0..2 {
                     let mut row = [0.0; MOST_UNKNOWNS];
@@ -204,7 +201,6 @@ impl Ladder {
                 None => scouted.camera.clone(),
             };
             let adjusted = start.adjust(&self.unknowns(rung), pairs, FINAL, progress);
-            if std::env::var("DBG").is_ok() { if let Ok(a) = &adjusted { let mut m = a.camera.model.clone(); eprintln!("rung {rung} squares {} n {} {:?}", a.squares, pairs.len(), m.parameters_mut()); } else { eprintln!("rung {rung} none"); } }
             found.extend(possible(adjusted)?);
         }
         Ok(found)
@@ -222,6 +218,8 @@ impl Ladder {
         let found = self.climb(&pairs, &linear, progress)?;
         found
             .into_iter()
+            // A search may end in a lens that folds the picture over; such a lens explains nothing.
+            .filter(|adjusted| adjusted.camera.sees_all(&pairs))
             .map(|adjusted| {
                 (information(adjusted.squares, pairs.len(), adjusted.unknowns), adjusted)
             })

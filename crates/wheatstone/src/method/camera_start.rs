@@ -34,7 +34,7 @@ impl<L: Lens> Placed<L> {
         Self { model: L::ideal(self.model.pinhole(), 0.0), ..self.clone() }
     }
 
-    fn sees_all(&self, pairs: &[(Point3, Pixel)]) -> bool {
+    pub(super) fn sees_all(&self, pairs: &[(Point3, Pixel)]) -> bool {
         pairs.iter().all(|(world, _)| {
             let point = self.rotation * world.coords + self.translation;
             self.model.project(Point3::from(point)).is_some()
