@@ -68,8 +68,7 @@ impl Brown {
         if !self.choose {
             rungs.drain(..rungs.len() - 1);
         }
-        // Starts are compared with k1, which brings strong lenses near.
-        Ladder { method: "brown", scout: usize::from(rungs.len() > 1), rungs }
+        Ladder { method: "brown", rungs }
     }
 }
 

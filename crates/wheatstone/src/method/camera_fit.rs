@@ -141,8 +141,6 @@ pub(super) struct Ladder {
     pub(super) method: &'static str,
     /// Each rung holds those of the rung below, and more; numbered as `parameters_mut` lists them.
     pub(super) rungs: Vec<Vec<usize>>,
-    /// The rung on which starts are compared.
-    pub(super) scout: usize,
 }
 
 /// Steps that show where a start leads.
@@ -175,32 +173,26 @@ impl Ladder {
     ) -> Result<Vec<Adjusted<L>>> {
         let carried =
             |rung: usize| rung == 0 || 2 * pairs.len() > POSE + self.rungs[rung].len() + 2;
-        let top = (0..self.rungs.len()).rev().find(|rung| carried(*rung)).unwrap_or(0);
-        let scout = self.scout.min(top);
-        // Every lens's first coefficient follows its focal lengths and principal point.
-        let bent = self.rungs[scout].contains(&4);
-        let mut best: Option<Adjusted<L>> = None;
-        for start in starts::<L>(pairs, linear) {
-            let start = if bent { start } else { start.undistorted() };
-            let Some(found) =
-                possible(start.adjust(&self.unknowns(scout), pairs, SCOUTING, progress))?
-            else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|best| found.squares < best.squares) {
-                best = Some(found);
+        let starts = starts::<L>(pairs, linear);
+        let mut found: Vec<Adjusted<L>> = Vec::with_capacity(self.rungs.len());
+        for rung in (0..self.rungs.len()).filter(|rung| carried(*rung)) {
+            let unknowns = self.unknowns(rung);
+            // Every lens's first coefficient follows its focal lengths and principal point.
+            let bent = self.rungs[rung].contains(&4);
+            let below = found.last().map(|last| last.camera.clone());
+            let mut best: Option<Adjusted<L>> = None;
+            for start in starts.iter().chain(&below) {
+                let straight = (!bent).then(|| start.undistorted());
+                let start = straight.as_ref().unwrap_or(start);
+                let scouted = possible(start.adjust(&unknowns, pairs, SCOUTING, progress))?;
+                let better =
+                    |new: &Adjusted<L>| best.as_ref().is_none_or(|old| new.squares < old.squares);
+                if let Some(scouted) = scouted.filter(better) {
+                    best = Some(scouted);
+                }
             }
-        }
-        let Some(scouted) = best else { return Ok(Vec::new()) };
-        let mut found: Vec<Adjusted<L>> = Vec::with_capacity(top + 1);
-        for rung in 0..=top {
-            let below = found.last().filter(|last| rung < scout || last.squares < scouted.squares);
-            let start = match below {
-                Some(below) => below.camera.clone(),
-                None if rung < scout => scouted.camera.undistorted(),
-                None => scouted.camera.clone(),
-            };
-            let adjusted = start.adjust(&self.unknowns(rung), pairs, FINAL, progress);
+            let Some(scouted) = best else { continue };
+            let adjusted = scouted.camera.adjust(&unknowns, pairs, FINAL, progress);
             found.extend(possible(adjusted)?);
         }
         Ok(found)

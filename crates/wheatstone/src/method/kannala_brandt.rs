@@ -42,8 +42,7 @@ impl KannalaBrandt {
         let least = if self.choose { 0 } else { self.terms };
         let rungs: Vec<Vec<usize>> =
             (least..=self.terms).map(|terms| (0..4 + terms).collect()).collect();
-        // Starts are compared with k1, which tells most fisheyes from their ideal.
-        Ladder { method: "kannala-brandt", scout: usize::from(rungs.len() > 1), rungs }
+        Ladder { method: "kannala-brandt", rungs }
     }
 }
 
