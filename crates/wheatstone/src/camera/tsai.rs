@@ -1,8 +1,8 @@
 //! Tsai's camera: a pinhole whose picture must be stretched radially to become ideal.
 //!
-//! Source: Tsai 1987 (doi:10.1109/JRA.1987.1087109), equations 5 to 7 with the first coefficient
-//! only, as the paper recommends. The distortion is told from the distorted place to the ideal one,
-//! the other way round than in Brown's model.
+//! Source: Tsai 1987 (doi:10.1109/JRA.1987.1087109), with the first coefficient only, as the paper
+//! recommends. The distortion is told from the distorted place to the ideal one, the other way round
+//! than in Brown's model.
 
 use super::{AdjustableCamera, CameraModel, pinhole::Pinhole};
 use crate::geometry::{Pixel, Point3, Ray, Vector3};

@@ -88,6 +88,18 @@ impl<L: AdjustableCamera> Placed<L> {
         free.iter().map(value).collect()
     }
 
+    /// The same camera with every coefficient of its lens at 0 but the `free` ones.
+    fn without_others(&self, free: &[usize]) -> Self {
+        let mut camera = self.clone();
+        for (index, value) in camera.model.parameters_mut().into_iter().enumerate() {
+            // Every model begins with its pinhole's focal lengths and principal point.
+            if index >= 4 && !free.contains(&index) {
+                *value = 0.0;
+            }
+        }
+        camera
+    }
+
     /// Adjusts the `free` unknowns (0 to 5 the pose, then the model's own numbers) until the sum of
     /// squared pixel errors is least.
     pub(super) fn adjust(
@@ -135,11 +147,12 @@ impl<L: AdjustableCamera> Placed<L> {
     }
 }
 
-/// Which of a model's own numbers may be adjusted, from few to many.
+/// Which of a model's own numbers may be adjusted: several choices, from few to many.
 pub(super) struct Ladder {
     /// The method's name.
     pub(super) method: &'static str,
-    /// Each rung holds those of the rung below, and more; numbered as `parameters_mut` lists them.
+    /// Each rung holds those of the rung below, and more; numbered as `parameters_mut` lists them, the
+    /// pinhole's four first.
     pub(super) rungs: Vec<Vec<usize>>,
 }
 
@@ -177,13 +190,10 @@ impl Ladder {
         let mut found: Vec<Adjusted<L>> = Vec::with_capacity(self.rungs.len());
         for rung in (0..self.rungs.len()).filter(|rung| carried(*rung)) {
             let unknowns = self.unknowns(rung);
-            // Every lens's first coefficient follows its focal lengths and principal point.
-            let bent = self.rungs[rung].contains(&4);
             let below = found.last().map(|last| last.camera.clone());
             let mut best: Option<Adjusted<L>> = None;
             for start in starts.iter().chain(&below) {
-                let straight = (!bent).then(|| start.undistorted());
-                let start = straight.as_ref().unwrap_or(start);
+                let start = start.without_others(&self.rungs[rung]);
                 let scouted = possible(start.adjust(&unknowns, pairs, SCOUTING, progress))?;
                 let better =
                     |new: &Adjusted<L>| best.as_ref().is_none_or(|old| new.squares < old.squares);

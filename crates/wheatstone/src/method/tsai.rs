@@ -36,7 +36,7 @@ pub struct Tsai {}
 /// Tsai's cameras and their noise.
 pub type TsaiReconstructor = FittedCameras<Model>;
 
-/// Radial alignment has seven unknowns and one equation a point (section II-C of the paper).
+/// Radial alignment has seven unknowns and one equation a point.
 const POINTS_NEEDED: usize = 7;
 
 /// T_z, the focal lengths and kappa_1, as [`Placed::adjust`] numbers them: what the paper's second
@@ -46,9 +46,9 @@ const SECOND_STAGE: [usize; 4] = [5, POSE, POSE + 1, POSE + 4];
 /// Everything: six of the pose, two focal lengths, the principal point, kappa_1.
 const ALL: [usize; 11] = [0, 1, 2, 3, 4, 5, POSE, POSE + 1, POSE + 2, POSE + 3, POSE + 4];
 
-/// Focal length and depth from the alignment, without distortion (equation 15 of the paper, for both
-/// coordinates at once): f radius - T_z seen = along seen. A negative solution is that of the mirrored
-/// frame.
+/// Focal length and depth from the alignment, without distortion: the linear equations of the paper's
+/// second stage, for both coordinates at once: f radius - T_z seen = along seen. A negative solution
+/// is that of the mirrored frame.
 fn second_step(scaled: &Scaled, aligned: &Aligned, centre: Pixel) -> Option<Placed<Model>> {
     let rotation = aligned.rotation(false);
     let axis: Vector3 = rotation.row(2).transpose();
