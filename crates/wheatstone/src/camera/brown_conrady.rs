@@ -1,13 +1,18 @@
-//! The pinhole behind a lens with radial and tangential distortion.
+//! The pinhole behind a lens with radial, tangential and thin-prism distortion.
 //!
-//! Source: D. C. Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8);
-//! coefficients as OpenCV numbers them (k1, k2, k3 radial, p1, p2 tangential).
+//! Sources: D. C. Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8),
+//! for the radial and tangential parts; Weng, Cohen & Herniou 1992 (doi:10.1109/34.159901) for the
+//! thin prism. The rational denominator and the numbering of all coefficients are OpenCV's
+//! (k1 to k6, p1, p2, s1 to s4).
 
-use super::{CameraModel, pinhole::Pinhole};
+use super::{AdjustableCamera, CameraModel, pinhole::Pinhole, rising::stays_positive};
 use crate::geometry::{Pixel, Point3};
+use nalgebra::{Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 
-/// A pinhole behind a distorting lens.
+/// A pinhole behind a distorting lens. A place `(x, y)` on the plane z = 1, at squared radius s, goes
+/// to `(x, y) (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)` and from there by the
+/// tangential and prism terms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BrownConrady {
@@ -17,36 +22,184 @@ pub struct BrownConrady {
     pub radial: [f64; 3],
     /// p1, p2: tangential.
     pub tangential: [f64; 2],
+    /// k4, k5, k6: the denominator of the radial part.
+    #[serde(default)]
+    pub rational: [f64; 3],
+    /// s1 to s4: thin prism, of second and fourth order along x, then along y.
+    #[serde(default)]
+    pub prism: [f64; 4],
 }
 
 impl Default for BrownConrady {
     fn default() -> Self {
-        Self { pinhole: Pinhole::default(), radial: [-0.2, 0.05, 0.0], tangential: [1e-3, -5e-4] }
+        Self {
+            pinhole: Pinhole::default(),
+            radial: [-0.2, 0.05, 0.0],
+            tangential: [1e-3, -5e-4],
+            rational: [0.0; 3],
+            prism: [0.0; 4],
+        }
+    }
+}
+
+/// The radial part at one squared radius.
+struct Radial {
+    /// Numerator over denominator.
+    factor: f64,
+    /// Its derivative by the squared radius.
+    slope: f64,
+    denominator: f64,
+}
+
+impl BrownConrady {
+    /// Whether the distorted radius grows all the way from the axis to squared radius `s`; beyond,
+    /// the polynomial folds the picture over.
+    fn rises(&self, s: f64) -> bool {
+        let [k1, k2, k3] = self.radial;
+        if self.rational == [0.0; 3] {
+            return stays_positive([1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3], s);
+        }
+        let [k4, k5, k6] = self.rational;
+        // The derivative of the radius by the radius, times the squared denominator.
+        let mut growth = [0.0; 7];
+        for (i, above) in [1.0, k1, k2, k3].into_iter().enumerate() {
+            for (j, below) in [1.0, k4, k5, k6].into_iter().enumerate() {
+                growth[i + j] += above * below * (1.0 + 2.0 * i as f64 - 2.0 * j as f64);
+            }
+        }
+        stays_positive([1.0, k4, k5, k6], s) && stays_positive(growth, s)
+    }
+
+    /// The radial part, beyond the fold too.
+    fn radial(&self, s: f64) -> Radial {
+        let ([k1, k2, k3], [k4, k5, k6]) = (self.radial, self.rational);
+        let denominator = 1.0 + s * (k4 + s * (k5 + s * k6));
+        let factor = (1.0 + s * (k1 + s * (k2 + s * k3))) / denominator;
+        let denominator_slope = k4 + s * (2.0 * k5 + s * 3.0 * k6);
+        let numerator_slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
+        let slope = (numerator_slope - factor * denominator_slope) / denominator;
+        Radial { factor, slope, denominator }
+    }
+
+    /// The place on the plane z = 1 of a point in front, with its squared radius.
+    fn ideal(point: Point3) -> Option<[f64; 3]> {
+        let (x, y) = (point.x / point.z, point.y / point.z);
+        (point.z > 0.0).then_some([x, y, x * x + y * y])
+    }
+
+    /// Where a place on the plane z = 1 goes on it, before the focal lengths.
+    fn distort(&self, x: f64, y: f64, s: f64, factor: f64) -> [f64; 2] {
+        let [p1, p2] = self.tangential;
+        let [s1, s2, s3, s4] = self.prism;
+        [
+            x * factor + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x) + s * (s1 + s * s2),
+            y * factor + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y + s * (s3 + s * s4),
+        ]
+    }
+
+    /// Derivatives of [`BrownConrady::distort`] by the place.
+    fn stretch(&self, x: f64, y: f64, s: f64, radial: &Radial) -> Matrix2<f64> {
+        let [p1, p2] = self.tangential;
+        let [s1, s2, s3, s4] = self.prism;
+        let (along_x, along_y) = (2.0 * (s1 + 2.0 * s2 * s), 2.0 * (s3 + 2.0 * s4 * s));
+        let Radial { factor, slope, .. } = *radial;
+        let mixed = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
+        Matrix2::new(
+            factor + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x + x * along_x,
+            mixed + y * along_x,
+            mixed + x * along_y,
+            factor + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x + y * along_y,
+        )
     }
 }
 
 impl CameraModel for BrownConrady {
     fn parameters_mut(&mut self) -> Vec<&mut f64> {
-        let Self { pinhole, radial, tangential } = self;
-        pinhole.parameters_mut().into_iter().chain(radial).chain(tangential).collect()
+        let Self { pinhole, radial, tangential, rational, prism } = self;
+        let lens = radial.iter_mut().chain(tangential).chain(rational).chain(prism);
+        pinhole.parameters_mut().into_iter().chain(lens).collect()
     }
 
     fn project(&self, point: Point3) -> Option<Pixel> {
-        if point.z <= 0.0 {
+        let [x, y, s] = Self::ideal(point)?;
+        let [to_x, to_y] = self.distort(x, y, s, self.radial(s).factor);
+        self.rises(s).then(|| self.pinhole.pixel(to_x, to_y))
+    }
+
+    fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        let [x, y, s] = Self::ideal(point)?;
+        if !self.rises(s) {
             return None;
         }
-        let (x, y) = (point.x / point.z, point.y / point.z);
-        let r2 = x * x + y * y;
-        let [k1, k2, k3] = self.radial;
-        // Where the distorted radius no longer grows, the polynomial folds the picture over.
-        if 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3)) <= 0.0 {
+        let radial = self.radial(s);
+        let [to_x, to_y] = self.distort(x, y, s, radial.factor);
+        let stretch = self.stretch(x, y, s, &radial);
+        Some((self.pinhole.pixel(to_x, to_y), self.pinhole.by_point(&stretch, x, y, point.z)))
+    }
+}
+
+impl AdjustableCamera for BrownConrady {
+    fn project_with_slopes(
+        &self,
+        point: Point3,
+        slopes: &mut [[f64; 2]],
+    ) -> Option<(Pixel, Matrix2x3<f64>)> {
+        let [x, y, s] = Self::ideal(point)?;
+        let radial = self.radial(s);
+        if radial.denominator <= 0.0 {
             return None;
         }
-        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        let [p1, p2] = self.tangential;
-        Some(self.pinhole.pixel(
-            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-        ))
+        let [to_x, to_y] = self.distort(x, y, s, radial.factor);
+        let stretch = self.stretch(x, y, s, &radial);
+        let by_k = |power: f64| [x * power / radial.denominator, y * power / radial.denominator];
+        let below = |power: f64| by_k(-power * radial.factor);
+        let of_lens = [
+            by_k(s),
+            by_k(s * s),
+            by_k(s * s * s),
+            [2.0 * x * y, s + 2.0 * y * y],
+            [s + 2.0 * x * x, 2.0 * x * y],
+            below(s),
+            below(s * s),
+            below(s * s * s),
+            [s, 0.0],
+            [s * s, 0.0],
+            [0.0, s],
+            [0.0, s * s],
+        ];
+        self.pinhole.slopes([to_x, to_y], &of_lens, slopes);
+        Some((self.pinhole.pixel(to_x, to_y), self.pinhole.by_point(&stretch, x, y, point.z)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::tests::slopes_agree_with_differences, *};
+
+    #[test]
+    fn slopes_are_those_of_the_projection() {
+        let plain = BrownConrady { radial: [-0.23, 0.12, -0.02], ..BrownConrady::default() };
+        let full = BrownConrady {
+            rational: [0.1, -0.03, 0.01],
+            prism: [1e-3, -2e-3, 5e-4, 3e-3],
+            ..plain
+        };
+        slopes_agree_with_differences(&plain);
+        slopes_agree_with_differences(&full);
+    }
+
+    #[test]
+    fn nothing_is_seen_beyond_the_fold_even_where_the_polynomial_rises_again() {
+        let lens = BrownConrady { radial: [-0.5, 0.1, 0.0], ..BrownConrady::default() };
+        // 1 + 3 k1 s + 5 k2 s^2 is negative for s between 1 and 2, and positive beyond.
+        let at = |s: f64| lens.project(Point3::new(s.sqrt(), 0.0, 1.0));
+        assert!(at(0.9).is_some() && at(1.5).is_none() && at(2.5).is_none());
+    }
+
+    #[test]
+    fn cameras_of_old_files_have_no_prism() {
+        let old = r#"{"pinhole":{"focal":[700.0,700.0],"principal":[319.5,239.5]},
+            "radial":[-0.2,0.05,0.0],"tangential":[0.001,-0.0005]}"#;
+        assert_eq!(serde_json::from_str::<BrownConrady>(old).unwrap(), BrownConrady::default());
     }
 }

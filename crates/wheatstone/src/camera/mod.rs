@@ -9,6 +9,8 @@ pub mod bumped_lens;
 pub mod flat_port;
 pub mod kannala_brandt;
 pub mod pinhole;
+mod rising;
+pub mod tsai;
 
 use crate::{
     geometry::{Pixel, Point3, Pose, Ray, Vector3},
@@ -37,12 +39,44 @@ pub trait CameraModel: Sync + Send {
     }
 }
 
+/// A camera model that a fit may adjust: it also knows how its picture changes with its own numbers.
+pub trait AdjustableCamera: CameraModel + Clone {
+    /// [`CameraModel::project_with_jacobian`]; fills `slopes` with the derivatives of the pixel's x
+    /// and y by each of [`CameraModel::parameters_mut`], in their order and number.
+    ///
+    /// Unlike the projection it may go on where the lens folds the picture over, as smoothly as its
+    /// formula does: a search gets past such lenses to a better one, but would stop at a wall.
+    fn project_with_slopes(
+        &self,
+        point: Point3,
+        slopes: &mut [[f64; 2]],
+    ) -> Option<(Pixel, Matrix2x3<f64>)> {
+        for (index, slope) in slopes.iter_mut().enumerate() {
+            let moved = |by: f64| {
+                let mut camera = self.clone();
+                let step = camera.parameters_mut().get_mut(index).map(|value| {
+                    let step = 1e-6 * (1.0 + value.abs());
+                    **value += by * step;
+                    step
+                })?;
+                Some((camera.project(point)?, step))
+            };
+            let ((ahead, step), (behind, _)) = (moved(1.0)?, moved(-1.0)?);
+            *slope = ((ahead - behind) / (2.0 * step)).into();
+        }
+        self.project_with_jacobian(point)
+    }
+}
+
+impl AdjustableCamera for pinhole::Pinhole {}
+
 registry! {
     /// Every camera model the toolkit knows.
     pub enum AnyCamera: CameraModel, all {
         "pinhole" => Pinhole(pinhole::Pinhole),
         "brown-conrady" => BrownConrady(brown_conrady::BrownConrady),
         "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandt),
+        "tsai" => Tsai(tsai::Tsai),
         "flat-port" => FlatPort(flat_port::FlatPort),
         "bumped-lens" => BumpedLens(bumped_lens::BumpedLens),
     }
@@ -146,4 +180,46 @@ pub(crate) fn jacobian_by_differences(
         *column = (project(point + by)? - project(point - by)?) / (2.0 * step);
     }
     Some((project(point)?, Matrix2x3::from_columns(&columns)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Holds analytic derivatives by the point and by the parameters against differences.
+    pub(super) fn slopes_agree_with_differences(camera: &impl AdjustableCamera) {
+        let mut plain = camera.clone();
+        let count = plain.parameters_mut().len();
+        for (x, y) in [(0.0, 0.0), (1e-9, 0.0), (10.0, -20.0), (-30.0, 15.0), (0.3, 0.2)] {
+            let point = Point3::new(x, y, 80.0);
+            let (mut slopes, mut steps) = (vec![[0.0; 2]; count], vec![[0.0; 2]; count]);
+            let (pixel, by_point) = camera.project_with_slopes(point, &mut slopes).unwrap();
+            assert_eq!(pixel, camera.project(point).unwrap());
+            let (_, own) = camera.project_with_jacobian(point).unwrap();
+            assert_eq!(own, by_point);
+            let (_, differences) = jacobian_by_differences(|p| camera.project(p), point).unwrap();
+            assert!((by_point - differences).norm() < 1e-6, "{point}: {by_point}{differences}");
+            ByDifferences(camera.clone()).project_with_slopes(point, &mut steps).unwrap();
+            for (index, (slope, step)) in slopes.iter().zip(&steps).enumerate() {
+                let gap = (slope[0] - step[0]).abs().max((slope[1] - step[1]).abs());
+                assert!(gap < 1e-5, "{point}, parameter {index}: {slope:?} against {step:?}");
+            }
+        }
+    }
+
+    /// A camera without derivatives of its own.
+    #[derive(Clone)]
+    struct ByDifferences<C>(C);
+
+    impl<C: AdjustableCamera> CameraModel for ByDifferences<C> {
+        fn parameters_mut(&mut self) -> Vec<&mut f64> {
+            self.0.parameters_mut()
+        }
+
+        fn project(&self, point: Point3) -> Option<Pixel> {
+            self.0.project(point)
+        }
+    }
+
+    impl<C: AdjustableCamera> AdjustableCamera for ByDifferences<C> {}
 }

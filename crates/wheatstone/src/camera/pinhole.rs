@@ -2,6 +2,7 @@
 
 use super::CameraModel;
 use crate::geometry::{Pixel, Point3, Ray, Vector3};
+use nalgebra::{Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 
 /// Focal lengths and principal point, in pixels.
@@ -34,6 +35,39 @@ impl Pinhole {
             (pixel.x - self.principal[0]) / self.focal[0],
             (pixel.y - self.principal[1]) / self.focal[1],
         ]
+    }
+
+    /// Derivatives by the camera-frame point at depth `z` whose place on the plane z = 1 is `(x, y)`,
+    /// where the lens has the derivatives `stretch` on that plane.
+    pub(super) fn by_point(
+        &self,
+        stretch: &Matrix2<f64>,
+        x: f64,
+        y: f64,
+        z: f64,
+    ) -> Matrix2x3<f64> {
+        let row = |axis: usize| {
+            let scale = self.focal[axis] / z;
+            let (by_x, by_y) = (stretch[(axis, 0)] * scale, stretch[(axis, 1)] * scale);
+            [by_x, by_y, -(by_x * x + by_y * y)]
+        };
+        let ([a, b, c], [d, e, f]) = (row(0), row(1));
+        Matrix2x3::new(a, b, c, d, e, f)
+    }
+
+    /// Derivatives of the pixel by focal lengths, principal point and the lens's own numbers, where
+    /// the lens brings the point to `distorted` and has the derivatives `of_lens` there.
+    pub(super) fn slopes(
+        &self,
+        distorted: [f64; 2],
+        of_lens: &[[f64; 2]],
+        slopes: &mut [[f64; 2]],
+    ) {
+        let own = [[distorted[0], 0.0], [0.0, distorted[1]], [1.0, 0.0], [0.0, 1.0]];
+        let lens = of_lens.iter().map(|[x, y]| [self.focal[0] * x, self.focal[1] * y]);
+        for (slope, value) in slopes.iter_mut().zip(own.into_iter().chain(lens)) {
+            *slope = value;
+        }
     }
 }
 

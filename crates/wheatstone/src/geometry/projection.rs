@@ -89,6 +89,31 @@ impl ProjectionMatrix {
         Some((pixel, Matrix2x3::from_rows(&[by(0, pixel.x), by(1, pixel.y)])))
     }
 
+    /// The matrix as `K (R | t)`: K upper triangular with a positive diagonal and 1 in its last place,
+    /// R orthonormal. Its determinant is -1 where the world is left-handed, or seen in a mirror.
+    /// `None` for a camera at infinity.
+    #[must_use]
+    pub fn decompose(&self) -> Option<(Matrix3<f64>, Matrix3<f64>, Vector3<f64>)> {
+        let row =
+            |index: usize| -> Vector3<f64> { self.0.fixed_view::<1, 3>(index, 0).transpose() };
+        // Gram and Schmidt from the last row up.
+        let (scale, third) = (row(2).norm(), row(2).normalize());
+        let (first, second) = (row(0) / scale, row(1) / scale);
+        let cy = second.dot(&third);
+        let beside = second - third * cy;
+        let fy = beside.norm();
+        let second = beside / fy;
+        let (cx, skew) = (first.dot(&third), first.dot(&second));
+        let beside = first - third * cx - second * skew;
+        let fx = beside.norm();
+        let intrinsics = Matrix3::new(fx, skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);
+        let rotation =
+            Matrix3::from_rows(&[(beside / fx).transpose(), second.transpose(), third.transpose()]);
+        let translation = intrinsics.try_inverse()? * self.0.column(3) / scale;
+        let finite = rotation.iter().chain(translation.iter()).all(|value| value.is_finite());
+        (finite && fx > 0.0 && fy > 0.0).then_some((intrinsics, rotation, translation))
+    }
+
     /// The camera's centre in the world; `None` for a camera at infinity.
     #[must_use]
     pub fn centre(&self) -> Option<Point3> {
@@ -147,6 +172,23 @@ mod tests {
             assert!((found.project(*world).unwrap() - pixel).norm() < 1e-8);
         }
         assert!((found.centre().unwrap() - camera().centre().unwrap()).norm() < 1e-6);
+    }
+
+    #[test]
+    fn a_decomposed_camera_is_the_same_camera() {
+        for side in [1.0, -1.0] {
+            let mut camera = camera();
+            camera.0.column_mut(0).scale_mut(side);
+            let (k, r, t) = camera.decompose().unwrap();
+            assert!((r * r.transpose() - Matrix3::identity()).norm() < 1e-12);
+            // The camera is one with x right and y down, as long as the world is right-handed.
+            assert!((r.determinant() - side).abs() < 1e-12 && k[(0, 0)] > 0.0 && k[(1, 1)] > 0.0);
+            let scale = camera.0.fixed_view::<1, 3>(2, 0).norm();
+            let mut back = Matrix3x4::zeros();
+            back.fixed_view_mut::<3, 3>(0, 0).copy_from(&(k * r));
+            back.set_column(3, &(k * t));
+            assert!((back * scale - camera.0).norm() < 1e-9);
+        }
     }
 
     #[test]

@@ -3,12 +3,21 @@
 //! A method is settings that fit, and the reconstructor that they fit. To add one: write
 //! `method/<name>.rs` with both, then add its `mod` line and its two rows below.
 
+pub mod brown;
+mod camera_fit;
+mod camera_start;
 mod checks;
 
 pub use checks::depth_is_observable;
 
 pub mod dlt;
+mod fitted_cameras;
+pub mod kannala_brandt;
 pub mod network;
+mod radial_alignment;
+pub mod tsai;
+
+pub use fitted_cameras::{FittedCamera, FittedCameras};
 
 use crate::{
     Error, Result,
@@ -86,6 +95,9 @@ registry! {
     pub enum AnyMethod: Method, all {
         "network" => Network(network::Network),
         "dlt" => Dlt(dlt::Dlt),
+        "brown" => Brown(brown::Brown),
+        "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandt),
+        "tsai" => Tsai(tsai::Tsai),
     }
 }
 
@@ -94,6 +106,9 @@ registry! {
     pub enum AnyReconstructor: Reconstructor {
         "network" => Network(network::NetworkReconstructor),
         "dlt" => Dlt(dlt::DltReconstructor),
+        "brown" => Brown(brown::BrownReconstructor),
+        "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandtReconstructor),
+        "tsai" => Tsai(tsai::TsaiReconstructor),
     }
 }
 

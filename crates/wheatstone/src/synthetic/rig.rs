@@ -133,6 +133,8 @@ fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> 
         pinhole,
         radial: [about(-0.23, 0.02), about(0.12, 0.01), about(-0.02, 0.01)],
         tangential: [about(0.0, 0.0012), about(0.0, 0.0012)],
+        rational: [0.0; 3],
+        prism: [0.0; 4],
     };
     match name {
         "water" => behind_port(brown, (10.0, 8.0, 2.0, 1.333), centre, camera_from_world),
