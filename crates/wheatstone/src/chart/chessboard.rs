@@ -1,8 +1,12 @@
 //! The chessboard: points at the inner corners.
 
+mod growth;
+mod saddle;
+mod seed;
+
 use super::{
     Chart, Shape, Sighting,
-    lattice::{Lattice, Origin},
+    lattice::{Labelled, Lattice, Origin},
 };
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use serde::{Deserialize, Serialize};
@@ -32,6 +36,27 @@ impl Default for Chessboard {
 impl Chessboard {
     fn lattice(&self) -> Lattice {
         Lattice { columns: self.columns, rows: self.rows, pitch: self.pitch, origin: self.origin }
+    }
+
+    /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
+    /// how much there is of it, anything that can be placed on the chart before anything that cannot.
+    fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
+        let seed = seed::find(image, scale, self.columns * self.rows)?;
+        let growth::Grown { mut labels, dark_square } = growth::grow(image, &seed)?;
+        growth::trim(&mut labels, (self.columns, self.rows));
+        let bounds = |pick: fn(&(i32, i32)) -> i32| {
+            let all = labels.keys().map(pick);
+            Some(all.clone().max()? - all.min()? + 1)
+        };
+        let box_of_labels = bounds(|label| label.0)? * bounds(|label| label.1)?;
+        let found: Vec<Labelled> = labels
+            .iter()
+            .map(|((column, row), pixel)| Labelled { column: *column, row: *row, pixel: *pixel })
+            .collect();
+        let sighting = self.lattice().place(&found, image, Some(dark_square));
+        let placed = matches!(sighting, Sighting::Seen(_));
+        let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
+        Some((placed && found.len() == box_of_labels as usize, rank, sighting))
     }
 }
 
@@ -82,8 +107,18 @@ impl Chart for Chessboard {
         Some(1.0 - dark)
     }
 
-    fn detect(&self, _image: &GrayImage) -> Sighting {
-        Sighting::Unseen("not yet".into())
+    fn detect(&self, image: &GrayImage) -> Sighting {
+        let mut best: Option<(usize, Sighting)> = None;
+        for scale in seed::Scale::ladder(image.width() * image.height()) {
+            let Some((full, count, sighting)) = self.look(image, *scale) else { continue };
+            if full {
+                return sighting;
+            }
+            if best.as_ref().is_none_or(|(most, _)| count > *most) {
+                best = Some((count, sighting));
+            }
+        }
+        best.map_or_else(|| Sighting::Unseen("no chessboard found".into()), |(_, sighting)| sighting)
     }
 
     fn validate(&self) -> Result<()> {
