@@ -38,6 +38,22 @@ impl Chessboard {
         Lattice { columns: self.columns, rows: self.rows, pitch: self.pitch, origin: self.origin }
     }
 
+    /// The colour of the square below and right of point 0.
+    ///
+    /// Where one count is odd and the other even, half a turn exchanges the colours, which then tell
+    /// where point 0 is: at a light square, as in OpenCV's order of such boards. On other boards the
+    /// colours say nothing about it, and corners are printed dark to stand out from the margin.
+    fn first_square_is_dark(&self) -> bool {
+        (self.columns + self.rows).is_multiple_of(2)
+    }
+
+    /// Whether colours tell one way to lay the board down from another: half turns where one count
+    /// is odd, quarter turns of square boards with an odd count. Boards of either colouring exist of
+    /// all others, and are welcome.
+    fn colours_tell(&self) -> bool {
+        (self.columns + self.rows) % 2 == 1 || (self.columns == self.rows && self.columns % 2 == 1)
+    }
+
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
@@ -53,7 +69,11 @@ impl Chessboard {
             .iter()
             .map(|((column, row), pixel)| Labelled { column: *column, row: *row, pixel: *pixel })
             .collect();
-        let sighting = self.lattice().place(&found, image, Some(dark_square));
+        // Beside a dark square there is a light one.
+        let beside = i32::from(!self.first_square_is_dark());
+        let first_square = (dark_square.0 + beside, dark_square.1);
+        let sighting =
+            self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
         let placed = matches!(sighting, Sighting::Seen(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         Some((placed && found.len() == box_of_labels as usize, rank, sighting))
@@ -68,8 +88,9 @@ impl Chart for Chessboard {
     fn shapes(&self) -> Vec<Shape> {
         let [left, top] = self.lattice().first_point();
         let squares = (0..=self.rows).flat_map(|row| (0..=self.columns).map(move |c| (c, row)));
-        // The square below and right of point 0 has column 1 and row 1 here, and is dark.
-        let dark = squares.filter(|(column, row)| (column + row) % 2 == 0);
+        // The square below and right of point 0 has column 1 and row 1 here.
+        let light = usize::from(!self.first_square_is_dark());
+        let dark = squares.filter(|(column, row)| (column + row) % 2 == light);
         dark.map(|(column, row)| {
             let x = left + (column as f64 - 1.0) * self.pitch;
             let y = top + (row as f64 - 1.0) * self.pitch;
@@ -102,8 +123,9 @@ impl Chart for Chessboard {
         let (u, v) = (across(x, first_x), across(y, first_y));
         let (across, inside_x) = stripes(u, width / self.pitch, self.columns + 1);
         let (down, inside_y) = stripes(v, height / self.pitch, self.rows + 1);
-        // Dark where both stripes are even or both odd.
-        let dark = (inside_x * inside_y + across * down) / 2.0;
+        // Both stripes even or both odd, or not.
+        let sign = if self.first_square_is_dark() { 1.0 } else { -1.0 };
+        let dark = (inside_x * inside_y + sign * across * down) / 2.0;
         Some(1.0 - dark)
     }
 
@@ -118,7 +140,10 @@ impl Chart for Chessboard {
                 best = Some((count, sighting));
             }
         }
-        best.map_or_else(|| Sighting::Unseen("no chessboard found".into()), |(_, sighting)| sighting)
+        best.map_or_else(
+            || Sighting::Unseen("no chessboard found".into()),
+            |(_, sighting)| sighting,
+        )
     }
 
     fn validate(&self) -> Result<()> {
@@ -144,3 +169,6 @@ fn stripes(at: f64, width: f64, count: usize) -> (f64, f64) {
     let sign = if at.floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
     if inside { (sign, 1.0) } else { (0.0, 0.0) }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,10 @@
 //! From a piece of a board to the whole of it: corners are tested, misplaced ones dropped, and
 //! missing ones looked for where their neighbours say that they are, so that no lens model is needed.
 
-use super::{saddle::refine, seed::{Labels, Seed}};
+use super::{
+    saddle::refine,
+    seed::{Labels, Seed},
+};
 use crate::{geometry::Pixel, imaging::GrayImage};
 use nalgebra::Vector2;
 
@@ -33,8 +36,9 @@ pub(super) fn grow(image: &GrayImage, seed: &Seed) -> Option<Grown> {
     let middle = contrasts.len() / 2;
     let median = *contrasts.select_nth_unstable_by(middle, f64::total_cmp).1;
     let is_corner = |labels: &Labels, label: (i32, i32)| {
-        contrast(image, labels, label)
-            .is_some_and(|found| found * median > 0.0 && found.abs() > LEAST_CONTRAST * median.abs())
+        contrast(image, labels, label).is_some_and(|found| {
+            found * median > 0.0 && found.abs() > LEAST_CONTRAST * median.abs()
+        })
     };
     let refused: Vec<_> =
         labels.keys().copied().filter(|label| !is_corner(&labels, *label)).collect();
@@ -46,7 +50,9 @@ pub(super) fn grow(image: &GrayImage, seed: &Seed) -> Option<Grown> {
     for _ in 0..seed.corners.len() {
         let mut added = false;
         for label in frontier(&labels) {
-            let Some((at, spacing)) = propose(image, &labels, label, &seed.corners) else { continue };
+            let Some((at, spacing)) = propose(image, &labels, label, &seed.corners) else {
+                continue;
+            };
             if labels.values().any(|other| (other - at).norm() < 0.5 * spacing) {
                 continue;
             }
