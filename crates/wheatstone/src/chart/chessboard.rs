@@ -1,8 +1,12 @@
 //! The chessboard: points at the inner corners.
 
+mod growth;
+mod saddle;
+mod seed;
+
 use super::{
     Chart, Shape, Sighting,
-    lattice::{Lattice, Origin},
+    lattice::{Labelled, Lattice, Origin},
 };
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use serde::{Deserialize, Serialize};
@@ -33,6 +37,47 @@ impl Chessboard {
     fn lattice(&self) -> Lattice {
         Lattice { columns: self.columns, rows: self.rows, pitch: self.pitch, origin: self.origin }
     }
+
+    /// The colour of the square below and right of point 0.
+    ///
+    /// Where one count is odd and the other even, half a turn exchanges the colours, which then tell
+    /// where point 0 is: at a light square, as in OpenCV's order of such boards. On other boards the
+    /// colours say nothing about it, and corners are printed dark to stand out from the margin.
+    fn first_square_is_dark(&self) -> bool {
+        (self.columns + self.rows).is_multiple_of(2)
+    }
+
+    /// Whether colours tell one way to lay the board down from another: half turns where one count
+    /// is odd, quarter turns of square boards with an odd count. Boards of either colouring exist of
+    /// all others, and are welcome.
+    fn colours_tell(&self) -> bool {
+        (self.columns + self.rows) % 2 == 1 || (self.columns == self.rows && self.columns % 2 == 1)
+    }
+
+    /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
+    /// how much there is of it, anything that can be placed on the chart before anything that cannot.
+    fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
+        let seed = seed::find(image, scale, self.columns * self.rows)?;
+        let growth::Grown { mut labels, dark_square } = growth::grow(image, &seed)?;
+        growth::trim(&mut labels, (self.columns, self.rows));
+        let bounds = |pick: fn(&(i32, i32)) -> i32| {
+            let all = labels.keys().map(pick);
+            Some(all.clone().max()? - all.min()? + 1)
+        };
+        let box_of_labels = bounds(|label| label.0)? * bounds(|label| label.1)?;
+        let found: Vec<Labelled> = labels
+            .iter()
+            .map(|((column, row), pixel)| Labelled { column: *column, row: *row, pixel: *pixel })
+            .collect();
+        // Beside a dark square there is a light one.
+        let beside = i32::from(!self.first_square_is_dark());
+        let first_square = (dark_square.0 + beside, dark_square.1);
+        let sighting =
+            self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
+        let placed = matches!(sighting, Sighting::Seen(_));
+        let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
+        Some((placed && found.len() == box_of_labels as usize, rank, sighting))
+    }
 }
 
 impl Chart for Chessboard {
@@ -43,8 +88,9 @@ impl Chart for Chessboard {
     fn shapes(&self) -> Vec<Shape> {
         let [left, top] = self.lattice().first_point();
         let squares = (0..=self.rows).flat_map(|row| (0..=self.columns).map(move |c| (c, row)));
-        // The square below and right of point 0 has column 1 and row 1 here, and is dark.
-        let dark = squares.filter(|(column, row)| (column + row) % 2 == 0);
+        // The square below and right of point 0 has column 1 and row 1 here.
+        let light = usize::from(!self.first_square_is_dark());
+        let dark = squares.filter(|(column, row)| (column + row) % 2 == light);
         dark.map(|(column, row)| {
             let x = left + (column as f64 - 1.0) * self.pitch;
             let y = top + (row as f64 - 1.0) * self.pitch;
@@ -77,13 +123,27 @@ impl Chart for Chessboard {
         let (u, v) = (across(x, first_x), across(y, first_y));
         let (across, inside_x) = stripes(u, width / self.pitch, self.columns + 1);
         let (down, inside_y) = stripes(v, height / self.pitch, self.rows + 1);
-        // Dark where both stripes are even or both odd.
-        let dark = (inside_x * inside_y + across * down) / 2.0;
+        // Both stripes even or both odd, or not.
+        let sign = if self.first_square_is_dark() { 1.0 } else { -1.0 };
+        let dark = (inside_x * inside_y + sign * across * down) / 2.0;
         Some(1.0 - dark)
     }
 
-    fn detect(&self, _image: &GrayImage) -> Sighting {
-        Sighting::Unseen("not yet".into())
+    fn detect(&self, image: &GrayImage) -> Sighting {
+        let mut best: Option<(usize, Sighting)> = None;
+        for scale in seed::Scale::ladder(image.width() * image.height()) {
+            let Some((full, count, sighting)) = self.look(image, *scale) else { continue };
+            if full {
+                return sighting;
+            }
+            if best.as_ref().is_none_or(|(most, _)| count > *most) {
+                best = Some((count, sighting));
+            }
+        }
+        best.map_or_else(
+            || Sighting::Unseen("no chessboard found".into()),
+            |(_, sighting)| sighting,
+        )
     }
 
     fn validate(&self) -> Result<()> {
@@ -109,3 +169,6 @@ fn stripes(at: f64, width: f64, count: usize) -> (f64, f64) {
     let sign = if at.floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
     if inside { (sign, 1.0) } else { (0.0, 0.0) }
 }
+
+#[cfg(test)]
+mod tests;

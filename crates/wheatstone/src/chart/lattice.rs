@@ -97,16 +97,16 @@ impl Lattice {
     /// Every way in which the points found can lie on the chart. Where the chart would go on beyond
     /// them, it must go on outside the picture: otherwise more of it would have been found.
     ///
-    /// `dark_square` names, by its lowest labels, a square between the points that is dark, where
-    /// squares have colours; the square below and right of point 0 is then dark.
+    /// Where squares between the points have colours that matter, `first_square` names one, by its
+    /// lowest labels, that has the colour of the square below and right of point 0.
     #[must_use]
     pub fn place(
         &self,
         found: &[Labelled],
         image: &GrayImage,
-        dark_square: Option<(i32, i32)>,
+        first_square: Option<(i32, i32)>,
     ) -> Sighting {
-        let mut turned = Found::new(found, dark_square);
+        let mut turned = Found::new(found, first_square);
         let mut readings: Vec<(f64, Detection)> = Vec::new();
         for _ in 0..4 {
             turned.turn();
@@ -137,7 +137,7 @@ impl Lattice {
         along_columns
             .flat_map(|column| (0..=rows - height).map(move |row| (column, row)))
             .filter(|(_, at)| !(*at > 0 && top || *at + height < rows && bottom))
-            .filter(|(column, row)| match found.dark_square {
+            .filter(|(column, row)| match found.first_square {
                 Some(square) => (square.0 + square.1 + column + row).rem_euclid(2) == 0,
                 None => true,
             })
@@ -192,13 +192,13 @@ enum Side {
 /// Found points under labels that begin at 0, x label rightwards of y label by a quarter turn.
 struct Found {
     points: BTreeMap<(i32, i32), Pixel>,
-    dark_square: Option<(i32, i32)>,
+    first_square: Option<(i32, i32)>,
 }
 
 impl Found {
-    fn new(found: &[Labelled], dark_square: Option<(i32, i32)>) -> Self {
+    fn new(found: &[Labelled], first_square: Option<(i32, i32)>) -> Self {
         let points = found.iter().map(|point| ((point.column, point.row), point.pixel)).collect();
-        let mut own = Self { points, dark_square };
+        let mut own = Self { points, first_square };
         let (along, down) = (own.direction((1, 0)), own.direction((0, 1)));
         // A chart is seen from its face: y turns from x as in the picture, or the labels are exchanged.
         if along.perp(&down) < 0.0 {
@@ -224,7 +224,7 @@ impl Found {
         let row = points.keys().map(|label| label.1).min().unwrap_or(0);
         let shift = |label: (i32, i32)| (label.0 - column, label.1 - row);
         self.points = points.into_iter().map(|(label, pixel)| (shift(label), pixel)).collect();
-        self.dark_square = self.dark_square.map(|label| shift(square(label)));
+        self.first_square = self.first_square.map(|label| shift(square(label)));
     }
 
     fn size(&self) -> (i32, i32) {

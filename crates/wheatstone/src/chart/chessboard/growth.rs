@@ -1,0 +1,218 @@
+//! From a piece of a board to the whole of it: corners are tested, misplaced ones dropped, and
+//! missing ones looked for where their neighbours say that they are, so that no lens model is needed.
+
+use super::{
+    saddle::refine,
+    seed::{Labels, Seed},
+};
+use crate::{geometry::Pixel, imaging::GrayImage};
+use nalgebra::Vector2;
+
+/// The window of the saddle as a share of the distance of neighbours, and its bounds in pixels.
+const WINDOW: (f64, f64, f64) = (0.1, 1.0, 2.5);
+/// How far a corner may be from where its neighbours say, as a share of their distance. Beyond a
+/// half it would be nearer to another corner's place.
+const MOST_DEVIATION: f64 = 0.35;
+/// The least contrast of a corner, as a share of the board's median: shadows and vignetting halve it,
+/// printing on the white margin and things behind the board have less.
+const LEAST_CONTRAST: f64 = 0.25;
+
+/// A board as far as the picture shows it.
+pub(super) struct Grown {
+    /// Its corners.
+    pub(super) labels: Labels,
+    /// The lowest labels of a dark square.
+    pub(super) dark_square: (i32, i32),
+}
+
+/// Makes the most of a seed; `None` where it is no chessboard.
+pub(super) fn grow(image: &GrayImage, seed: &Seed) -> Option<Grown> {
+    let mut labels = seed.labels.clone();
+    let mut contrasts: Vec<f64> =
+        labels.keys().filter_map(|label| contrast(image, &labels, *label)).collect();
+    if contrasts.is_empty() {
+        return None;
+    }
+    let middle = contrasts.len() / 2;
+    let median = *contrasts.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let is_corner = |labels: &Labels, label: (i32, i32)| {
+        contrast(image, labels, label).is_some_and(|found| {
+            found * median > 0.0 && found.abs() > LEAST_CONTRAST * median.abs()
+        })
+    };
+    let refused: Vec<_> =
+        labels.keys().copied().filter(|label| !is_corner(&labels, *label)).collect();
+    for label in refused {
+        labels.remove(&label);
+    }
+    sharpen(image, &mut labels);
+    // Each round adds at least one corner, of at most so many.
+    for _ in 0..seed.corners.len() {
+        let mut added = false;
+        for label in frontier(&labels) {
+            let Some((at, spacing)) = propose(image, &labels, label, &seed.corners) else {
+                continue;
+            };
+            if labels.values().any(|other| (other - at).norm() < 0.5 * spacing) {
+                continue;
+            }
+            labels.insert(label, at);
+            if is_corner(&labels, label) {
+                added = true;
+            } else {
+                labels.remove(&label);
+            }
+        }
+        if !added {
+            break;
+        }
+    }
+    sharpen(image, &mut labels);
+    let dark_square = if median > 0.0 { (1, 0) } else { (0, 0) };
+    (labels.len() >= 4).then_some(Grown { labels, dark_square })
+}
+
+/// Drops the sparsest outer rows and columns of what is larger than `size`, both ways round: a thing
+/// beside the board can look like a corner of it. Fuller ones stay, for then the board is larger.
+pub(super) fn trim(labels: &mut Labels, (columns, rows): (usize, usize)) {
+    loop {
+        let bounds = |pick: fn(&(i32, i32)) -> i32| {
+            let all = labels.keys().map(pick);
+            all.clone().min().zip(all.max())
+        };
+        let (Some((left, right)), Some((top, bottom))) = (bounds(|l| l.0), bounds(|l| l.1)) else {
+            return;
+        };
+        let (width, height) = ((right - left + 1) as usize, (bottom - top + 1) as usize);
+        if width.max(height) <= columns.max(rows) && width.min(height) <= columns.min(rows) {
+            return;
+        }
+        let on = |column: bool, line: i32| {
+            move |label: &(i32, i32)| if column { label.0 == line } else { label.1 == line }
+        };
+        let sides = [(true, left), (true, right), (false, top), (false, bottom)];
+        let share = |(column, line): (bool, i32)| {
+            let count = labels.keys().filter(|label| on(column, line)(label)).count();
+            count as f64 / if column { height as f64 } else { width as f64 }
+        };
+        let Some(sparsest) = sides.into_iter().min_by(|a, b| share(*a).total_cmp(&share(*b)))
+        else {
+            return;
+        };
+        // A side of the board that is mostly hidden still shows more than a third of its corners.
+        if share(sparsest) > 0.34 {
+            return;
+        }
+        labels.retain(|label, _| !on(sparsest.0, sparsest.1)(label));
+    }
+}
+
+/// Moves every corner to its saddle. Where there is none the corner stays: its squares were tested.
+fn sharpen(image: &GrayImage, labels: &mut Labels) {
+    let moved: Vec<_> = labels
+        .iter()
+        .filter_map(|(label, at)| {
+            let (along, down) = steps(labels, *label)?;
+            Some((*label, refine(image, *at, window(along.norm().min(down.norm())))?))
+        })
+        .collect();
+    labels.extend(moved);
+}
+
+fn window(spacing: f64) -> f64 {
+    (WINDOW.0 * spacing).clamp(WINDOW.1, WINDOW.2)
+}
+
+/// Empty places beside corners.
+fn frontier(labels: &Labels) -> Vec<(i32, i32)> {
+    let mut places: Vec<_> = labels
+        .keys()
+        .flat_map(|(c, r)| [(c - 1, *r), (c + 1, *r), (*c, r - 1), (*c, r + 1)])
+        .filter(|place| !labels.contains_key(place))
+        .collect();
+    places.sort_unstable();
+    places.dedup();
+    places
+}
+
+/// The corner that belongs to an empty place, and the distance to its neighbours.
+fn propose(
+    image: &GrayImage,
+    labels: &Labels,
+    label: (i32, i32),
+    corners: &[Pixel],
+) -> Option<(Pixel, f64)> {
+    let (expected, spacing) = predict(labels, label)?;
+    let near = |at: &Pixel| (at - expected).norm();
+    let nearest = corners.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
+    let start = nearest.filter(|at| near(at) < MOST_DEVIATION * spacing).copied();
+    let found = refine(image, start.unwrap_or(expected), window(spacing)).or(start)?;
+    (near(&found) < MOST_DEVIATION * spacing).then_some((found, spacing))
+}
+
+/// Where the corner of an empty place should be, and the distance to its neighbours: the mean of
+/// what the lines through it say, to second order where they are long enough.
+fn predict(labels: &Labels, (column, row): (i32, i32)) -> Option<(Pixel, f64)> {
+    let mut places = Vec::new();
+    let mut spacing = f64::INFINITY;
+    for (across, down) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+        let at = |n: i32| labels.get(&(column + n * across, row + n * down)).map(|p| p.coords);
+        let (Some(one), Some(two)) = (at(1), at(2)) else { continue };
+        spacing = spacing.min((two - one).norm());
+        places.push(match (at(-1), at(3)) {
+            (Some(before), _) => before + (one - before) / 2.0,
+            (None, Some(three)) => 3.0 * one - 3.0 * two + three,
+            (None, None) => 2.0 * one - two,
+        });
+    }
+    let count = places.len() as f64;
+    let sum: Vector2<f64> = places.into_iter().sum();
+    (count > 0.0).then(|| (Pixel::from(sum / count), spacing))
+}
+
+/// Steps to the next column and the next row at a corner: half of what lies between its neighbours,
+/// or to the one that there is.
+fn steps(labels: &Labels, (column, row): (i32, i32)) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    let here = labels.get(&(column, row))?;
+    let step = |(across, down): (i32, i32)| {
+        let ahead = labels.get(&(column + across, row + down)).map(|next| next - here);
+        let behind = labels.get(&(column - across, row - down)).map(|last| here - last);
+        match (ahead, behind) {
+            (Some(ahead), Some(behind)) => Some((ahead + behind) / 2.0),
+            (one, other) => one.or(other),
+        }
+    };
+    // A corner at the end of a line borrows the step of the line beside it.
+    let borrowed = |direction: (i32, i32)| {
+        let beside = (direction.1, direction.0);
+        [1, -1].into_iter().find_map(|side| {
+            let from = (column + side * beside.0, row + side * beside.1);
+            let to = (from.0 + direction.0, from.1 + direction.1);
+            let back = (from.0 - direction.0, from.1 - direction.1);
+            let base = labels.get(&from)?;
+            let ahead = labels.get(&to).map(|next| next - base);
+            ahead.or_else(|| labels.get(&back).map(|last| base - last))
+        })
+    };
+    let along = step((1, 0)).or_else(|| borrowed((1, 0)))?;
+    Some((along, step((0, 1)).or_else(|| borrowed((0, 1)))?))
+}
+
+/// By how much the darkest place in the two bright squares at a corner outshines the brightest in
+/// the two dark ones; positive where squares whose labels add up to an even number are bright. `None`
+/// where the four squares do not alternate.
+fn contrast(image: &GrayImage, labels: &Labels, label: (i32, i32)) -> Option<f64> {
+    let here = labels.get(&label)?;
+    let (along, down) = steps(labels, label)?;
+    // Two places inside each square, clear of its edges and of its middle.
+    let look = |across: f64, downwards: f64| {
+        let way = along * across + down * downwards;
+        f64::from(image.sample(here + way * 0.2) + image.sample(here + way * 0.35)) / 2.0
+    };
+    let (same, other) = ([look(1.0, 1.0), look(-1.0, -1.0)], [look(1.0, -1.0), look(-1.0, 1.0)]);
+    let gap = |bright: [f64; 2], dark: [f64; 2]| bright[0].min(bright[1]) - dark[0].max(dark[1]);
+    let sign = if (label.0 + label.1).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
+    [(gap(same, other), sign), (gap(other, same), -sign)]
+        .into_iter()
+        .find_map(|(gap, sign)| (gap > 0.0).then_some(gap * sign))
+}

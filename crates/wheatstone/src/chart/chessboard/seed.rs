@@ -1,0 +1,98 @@
+//! A first piece of the board, by a general detector on the picture at one of several sizes.
+
+use crate::{
+    geometry::Pixel,
+    imaging::{GrayImage, filter::halve},
+};
+use calib_targets::{
+    chessboard::{ChessboardDetector, ChessboardParams},
+    core::ImageRefiner,
+    detect::{default_chess_config, detect_corners},
+};
+use std::collections::BTreeMap;
+
+/// Points by their labels; where labels begin and which way they go means nothing.
+pub(super) type Labels = BTreeMap<(i32, i32), Pixel>;
+
+/// What a look at the picture gives.
+pub(super) struct Seed {
+    /// The largest piece of one board.
+    pub(super) labels: Labels,
+    /// Everything that looks like a corner, also beyond that piece.
+    pub(super) corners: Vec<Pixel>,
+}
+
+/// The size at which a picture is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scale {
+    /// A quarter: large pictures that are blurred.
+    Quarter,
+    /// Half: large or blurred pictures.
+    Half,
+    /// As it is.
+    Full,
+    /// Twice: squares of few pixels.
+    Double,
+}
+
+impl Scale {
+    /// The sizes that are worth a look, the most promising first. The detector compares a ring of
+    /// radius 5 pixels: large pictures show their squares well at half the size, in a quarter of
+    /// the time; doubling helps small ones only.
+    pub(super) fn ladder(pixels: usize) -> &'static [Self] {
+        match pixels {
+            0..1_000_000 => &[Self::Full, Self::Double, Self::Half],
+            1_000_000..4_000_000 => &[Self::Full, Self::Half],
+            _ => &[Self::Half, Self::Full, Self::Quarter],
+        }
+    }
+
+    fn apply(self, image: &GrayImage) -> GrayImage {
+        match self {
+            Self::Quarter => halve(&halve(image)),
+            Self::Half => halve(image),
+            Self::Full => image.clone(),
+            Self::Double => GrayImage::from_fn(2 * image.width(), 2 * image.height(), |x, y| {
+                image.sample(self.restore(Pixel::new(x as f64, y as f64)))
+            }),
+        }
+    }
+
+    /// From the picture of this size to the original.
+    fn restore(self, at: Pixel) -> Pixel {
+        let factor = match self {
+            Self::Quarter => 4.0,
+            Self::Half => 2.0,
+            Self::Full => 1.0,
+            Self::Double => 0.5,
+        };
+        // Pixel centres are whole numbers, so pictures share their edges at -0.5.
+        Pixel::from((at.coords.add_scalar(0.5) * factor).add_scalar(-0.5))
+    }
+}
+
+/// Looks for the largest piece of a board of `count` points.
+pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
+    let picture = scale.apply(image).to_8_bit();
+    let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
+    let mut corners = detect_corners(&picture, &settings);
+    // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
+    // into a lattice must have a bound.
+    corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    corners.truncate(MOST_CORNERS.max(4 * count));
+    let mut parameters = ChessboardParams::default();
+    parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
+    let board = ChessboardDetector::new(parameters).ok()?.detect(&corners)?;
+    let place = |p: nalgebra::Point2<f32>| scale.restore(p.cast::<f64>());
+    Some(Seed {
+        labels: board
+            .corners
+            .iter()
+            .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
+            .collect(),
+        corners: corners.iter().map(|corner| place(corner.position)).collect(),
+    })
+}
+
+/// Ten times the corners of a large board.
+const MOST_CORNERS: usize = 4_000;
