@@ -74,6 +74,9 @@ impl Scale {
 /// Looks for the largest piece of a board of `count` points.
 pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
     let picture = scale.apply(image).to_8_bit();
+    if picture.width().min(picture.height()) < LEAST_SIDE {
+        return None;
+    }
     let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
     let mut corners = detect_corners(&picture, &settings);
     // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
@@ -96,3 +99,7 @@ pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed
 
 /// Ten times the corners of a large board.
 const MOST_CORNERS: usize = 4_000;
+
+/// Pixels along either side that the detector's rings need on all levels of its pyramid; with fewer
+/// its arithmetic overflows.
+const LEAST_SIDE: u32 = 64;
