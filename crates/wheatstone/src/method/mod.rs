@@ -6,6 +6,7 @@
 mod checks;
 pub mod dlt;
 pub mod network;
+pub mod neural_camera;
 
 use crate::{
     Error, Result,
@@ -83,6 +84,7 @@ registry! {
     pub enum AnyMethod: Method, all {
         "network" => Network(network::Network),
         "dlt" => Dlt(dlt::Dlt),
+        "neural-camera" => NeuralCamera(neural_camera::NeuralCamera),
     }
 }
 
@@ -91,6 +93,7 @@ registry! {
     pub enum AnyReconstructor: Reconstructor {
         "network" => Network(network::NetworkReconstructor),
         "dlt" => Dlt(dlt::DltReconstructor),
+        "neural-camera" => NeuralCamera(neural_camera::NeuralCameraReconstructor),
     }
 }
 
