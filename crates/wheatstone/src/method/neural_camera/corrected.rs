@@ -101,11 +101,15 @@ impl CorrectedCamera {
         Some(Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1)))
     }
 
-    /// Where a pixel looks, the correction taken at the pixel itself and at the middle of the
-    /// depths: a start for a search.
-    pub(super) fn ray(&self, pixel: Pixel) -> Option<Ray> {
-        let middle = self.field.sum(&self.field.values(pixel, self.field.nearness()), &self.weights);
-        self.lens.ray(Pixel::new(pixel.x - middle[0][0], pixel.y - middle[1][0]))
+    /// Where a pixel looks if what it shows is near `world`; without a place, at the middle of the
+    /// depths.
+    pub(super) fn ray(&self, pixel: Pixel, world: Option<Point3>) -> Option<Ray> {
+        let (place, nearness) = match world.and_then(|world| self.lens.project(world)) {
+            Some(seen) => (seen.pixel, seen.nearness),
+            None => (pixel, self.field.nearness()),
+        };
+        let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
+        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
     }
 
     pub(super) fn is_consistent(&self) -> bool {

@@ -8,35 +8,43 @@
 
 use super::{
     field::Field,
-    lens::{FIRST_OF_LENS, FIRST_TANGENTIAL, PARAMETERS},
+    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL, PARAMETERS},
 };
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// What the priors and the noise are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Settings {
-    /// Natural logarithms of, in this order: the pixel noise (px); the standard deviations of the
-    /// radial and the tangential terms at the lens's reach; the waves' (px) and their length (units
+    /// Natural logarithms of, in this order: the pixel noise (px); the standard deviations of a
+    /// pixel's shape, of the principal point (focal lengths), of the radial and the tangential terms; the waves' (px) and their length (units
     /// of the field); the parallax' (px) and the share of it that each degree keeps.
     pub(super) logs: [f64; SETTINGS],
 }
 
-pub(super) const SETTINGS: usize = 7;
+pub(super) const SETTINGS: usize = 9;
 pub(super) const NOISE: usize = 0;
-const RADIAL: usize = 1;
-const TANGENTIAL: usize = 2;
-pub(super) const WAVES: usize = 3;
-pub(super) const LENGTH: usize = 4;
-pub(super) const PARALLAX: usize = 5;
-const DECAY: usize = 6;
+const SHAPE: usize = 1;
+const PRINCIPAL: usize = 2;
+const RADIAL: usize = 3;
+const TANGENTIAL: usize = 4;
+pub(super) const WAVES: usize = 5;
+pub(super) const LENGTH: usize = 6;
+pub(super) const PARALLAX: usize = 7;
+const DECAY: usize = 8;
+
+/// The settings that only the field has.
+pub(super) const OF_FIELD: Range<usize> = WAVES..SETTINGS;
 
 impl Settings {
     /// Lowest and highest values of the settings (not their logarithms). Noise: a thousandth of a
     /// pixel is better than any detector. Lengths: beyond twice the picture a wave is a constant.
     const BOUNDS: [[f64; 2]; SETTINGS] = [
         [1e-3, 100.0],
+        [1e-4, 1.0],
+        [1e-3, 3.0],
         [1e-5, 3.0],
         [1e-6, 0.3],
         [1e-4, 100.0],
@@ -48,11 +56,21 @@ impl Settings {
     /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
     /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
     /// by hundredths; corrections are of the order of a pixel to ten.
-    const SCALES: [f64; SETTINGS] = [f64::INFINITY, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY];
+    const SCALES: [f64; SETTINGS] = [
+        f64::INFINITY,
+        0.02,
+        0.2,
+        0.3,
+        0.01,
+        3.0,
+        f64::INFINITY,
+        3.0,
+        f64::INFINITY,
+    ];
 
     /// Where a search begins, for points that the bare camera misses by `noise` pixels.
     pub(super) fn start(noise: f64) -> Self {
-        let values = [noise, 0.1, 0.01, noise, 0.4, noise, 0.4];
+        let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4];
         Self { logs: values.map(libm::log) }.bounded()
     }
 
@@ -79,7 +97,7 @@ impl Settings {
             (variance, [(WAVES, 2.0), (LENGTH, 2.0 - turns)])
         });
         let parallax = field.parallax.iter().map(|[x, y]| {
-            let degree = 2.0 * (x + y) as f64;
+            let degree = 2.0 * (x + y) as f64 - 2.0;
             let log = 2.0 * self.logs[PARALLAX] + degree * self.logs[DECAY];
             (libm::exp(log), [(PARALLAX, 2.0), (DECAY, degree)])
         });
@@ -88,11 +106,30 @@ impl Settings {
 
     /// Precisions of the lens's numbers; 0 for those that nothing is known of.
     fn lens_precision(&self, index: usize) -> (f64, usize) {
-        match index {
-            0..FIRST_OF_LENS => (0.0, RADIAL),
-            FIRST_OF_LENS..FIRST_TANGENTIAL => (1.0 / self.value(RADIAL).powi(2), RADIAL),
-            _ => (1.0 / self.value(TANGENTIAL).powi(2), TANGENTIAL),
-        }
+        let setting = match index {
+            0..FIRST_OF_PRINCIPAL => SHAPE,
+            FIRST_OF_PRINCIPAL..FIRST_RADIAL => PRINCIPAL,
+            FIRST_RADIAL..FIRST_TANGENTIAL => RADIAL,
+            _ => TANGENTIAL,
+        };
+        (1.0 / self.value(setting).powi(2), setting)
+    }
+
+    /// Minus twice the logarithm of the prior of a lens and its correction, less a constant.
+    pub(super) fn penalty(
+        &self,
+        field: &Field,
+        weights: &[[f64; 2]],
+        numbers: &[f64; PARAMETERS],
+    ) -> f64 {
+        let lens = (FIRST_EXPECTED..PARAMETERS)
+            .map(|index| self.lens_precision(index).0 * numbers[index].powi(2));
+        let variances = self.field_variances(field);
+        let field = weights.iter().zip(&variances).map(|(weight, (variance, _))| {
+            let square = weight[0].powi(2) + weight[1].powi(2);
+            if square > 0.0 { square / variance } else { 0.0 }
+        });
+        lens.sum::<f64>() + field.sum::<f64>()
     }
 
     fn log_hyperprior(&self) -> f64 {
@@ -183,7 +220,7 @@ impl Sums {
         let mut lens = &self.lens * precision;
         let mut lens_errors = &self.lens_errors * precision;
         let mut squares = self.squares * precision;
-        for index in FIRST_OF_LENS..PARAMETERS {
+        for index in FIRST_EXPECTED..PARAMETERS {
             let (precision, _) = settings.lens_precision(index);
             lens[(index, index)] += precision;
             lens_errors[index] -= precision * self.numbers[index];
@@ -296,7 +333,7 @@ impl Posterior {
         evidence -= 2.0 * half_determinant(factors) + half_determinant(lens_factors);
         let mut effective = PARAMETERS as f64;
         let mut prior_squares = 0.0;
-        for index in FIRST_OF_LENS..PARAMETERS {
+        for index in FIRST_EXPECTED..PARAMETERS {
             let (precision, setting) = settings.lens_precision(index);
             evidence += 0.5 * libm::log(precision);
             let square = precision * (sums.numbers[index] + self.step[index]).powi(2);

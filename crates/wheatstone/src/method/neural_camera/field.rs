@@ -60,7 +60,8 @@ impl Field {
         });
         waves.truncate(most);
         field.waves = waves;
-        for degree in 0..=PARALLAX_DEGREE {
+        // A displacement that is the same everywhere is the lens in another place.
+        for degree in 1..=PARALLAX_DEGREE {
             field.parallax.extend((0..=degree).map(|y| [degree - y, y]));
         }
         field

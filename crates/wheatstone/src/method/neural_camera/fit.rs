@@ -3,9 +3,9 @@
 
 use super::{
     corrected::CorrectedCamera,
-    evidence::{LENGTH, NOISE, PARALLAX, Posterior, SETTINGS, Settings, Sums, WAVES},
+    evidence::{LENGTH, NOISE, OF_FIELD, PARALLAX, Posterior, SETTINGS, Settings, Sums, WAVES},
     field::Field,
-    lens::{FIRST_OF_LENS, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
+    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
 };
 use crate::{
     Error, Result,
@@ -13,7 +13,7 @@ use crate::{
     numeric::levenberg_marquardt::{Patience, minimise},
     progress::Progress,
 };
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector, Matrix2, SMatrix};
 
 /// Waves that cover a picture down to lengths of a ninth of its width, below which lenses are smooth;
 /// twice as many change no figure of the study.
@@ -51,6 +51,7 @@ pub(super) fn fit_camera(
         }
     }
     let (lens, posterior) = best.ok_or_else(undetermined)?;
+    let lens = lens.seen_from_its_centre();
     let seen: Option<Vec<(Pixel, f64)>> = pairs
         .iter()
         .map(|(world, pixel)| Some((*pixel, lens.project(*world)?.nearness)))
@@ -69,29 +70,16 @@ fn bare(
     layout: Layout,
     progress: &dyn Progress,
 ) -> Result<Option<(Lens, Posterior)>> {
-    let start = plain.clone().laid_out(layout, pairs.iter().map(|(world, _)| world));
+    let start = plain.clone().laid_out(layout, pairs);
     let Some(lens) = least_squares(pairs, &start, progress)? else { return Ok(None) };
-    let lens = Lens { bend: lens.bend, ..lens };
     let field = Field::new(&[(Pixel::origin(), 1.0)], 0).pruned(|_| false);
     let mut state = State { pairs, lens, field, weights: Vec::new() };
-    let free = [true, true, true, false, false, false, false];
+    let free = std::array::from_fn(|setting| !OF_FIELD.contains(&setting));
     let Some(sums) = state.sums() else { return Ok(None) };
     let noise = (sums.squares / (2 * pairs.len()) as f64).sqrt();
-    let mut settings = Settings::start(noise);
-    let mut last = None;
-    for _ in 0..ROUNDS {
-        let Some(posterior) =
-            state.sums().and_then(|sums| sums.climb(&state.field, settings, free))
-        else {
-            break;
-        };
-        settings = posterior.settings;
-        if !state.advance(&posterior) {
-            break;
-        }
-        last = Some(posterior);
-    }
-    Ok(last.map(|posterior| (state.lens, posterior)))
+    let settings = Settings::start(noise);
+    let posterior = state.alternate(sums.climb(&state.field, settings, free), free, progress)?;
+    Ok(posterior.map(|posterior| (state.lens, posterior)))
 }
 
 /// Plain least squares from a start that may be far off, as that of a fisheye is.
@@ -102,7 +90,9 @@ fn least_squares(
 ) -> Result<Option<Lens>> {
     // Standard deviations of the lens's terms, in units of one pixel's error each: they only keep
     // the search from wandering where points are few.
-    let loose = |index: usize| if index < FIRST_TANGENTIAL { 1.0 } else { 0.1 };
+    let loose = |index: usize| {
+        if (FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL).contains(&index) { 1.0 } else { 0.1 }
+    };
     let patience = Patience { steps: 60, least_gain: 1e-6 };
     let mut scratch = vec![0.0; PARAMETERS];
     let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, mut normal| {
@@ -126,8 +116,9 @@ fn least_squares(
                 normal.add(slopes.row(1).transpose().as_slice(), error.y);
             }
         }
-        for index in FIRST_OF_LENS..PARAMETERS {
-            let error = lens.bend[index - FIRST_OF_LENS] / loose(index);
+        let numbers = lens.numbers();
+        for index in FIRST_EXPECTED..PARAMETERS {
+            let error = numbers[index] / loose(index);
             cost += 0.5 * error * error;
             if let Some(normal) = normal.as_deref_mut() {
                 scratch.fill(0.0);
@@ -164,23 +155,34 @@ fn corrected(
             best = Some(found);
         }
     }
-    for _ in 0..ROUNDS {
-        progress.check()?;
-        let Some(posterior) = &best else { return Ok(None) };
-        let settings = posterior.settings;
-        if !state.advance(posterior) {
-            return Ok(None);
-        }
-        let Some(sums) = state.sums() else { return Ok(None) };
-        best = sums.climb(&state.field, settings, [true; SETTINGS]);
-    }
-    if let Some(posterior) = &best {
-        state.advance(posterior);
-    }
-    Ok(best)
+    state.alternate(best, [true; SETTINGS], progress)
 }
 
 impl State<'_> {
+    /// Settings and linearisation take turns; ends at the mode, with the posterior there.
+    fn alternate(
+        &mut self,
+        first: Option<Posterior>,
+        free: [bool; SETTINGS],
+        progress: &dyn Progress,
+    ) -> Result<Option<Posterior>> {
+        let Some(mut posterior) = first else { return Ok(None) };
+        for _ in 0..ROUNDS {
+            progress.check()?;
+            let next = self
+                .settle(posterior.settings, &posterior)
+                .and_then(|()| self.sums()?.climb(&self.field, posterior.settings, free));
+            match next {
+                Some(next) => posterior = next,
+                None => return Ok(None),
+            }
+        }
+        let settled = self
+            .settle(posterior.settings, &posterior)
+            .and_then(|()| self.sums()?.posterior(&self.field, posterior.settings));
+        Ok(settled)
+    }
+
     /// Sums about the present lens and weights; `None` where a point does not project.
     fn sums(&self) -> Option<Sums> {
         let (points, functions) = (self.pairs.len(), self.field.len());
@@ -199,8 +201,6 @@ impl State<'_> {
                 errors[axis][row] = pixel[axis] - seen.pixel[axis];
             }
         }
-        let mut numbers = [0.0; PARAMETERS];
-        numbers[FIRST_OF_LENS..].copy_from_slice(&self.lens.bend);
         Some(Sums {
             field: field.tr_mul(&field),
             mixed: [field.tr_mul(&lens[0]), field.tr_mul(&lens[1])],
@@ -209,32 +209,72 @@ impl State<'_> {
             lens_errors: lens[0].tr_mul(&errors[0]) + lens[1].tr_mul(&errors[1]),
             squares: errors[0].norm_squared() + errors[1].norm_squared(),
             points,
-            numbers,
+            numbers: self.lens.numbers(),
         })
     }
 
-    /// Takes the step and the weights of a posterior, the step halved until all points project.
-    fn advance(&mut self, posterior: &Posterior) -> bool {
-        let taken = (0..10).find_map(|halvings| {
+    /// What the fit makes least at fixed settings; `None` where a point does not project.
+    fn objective(&self, settings: &Settings) -> Option<f64> {
+        let mut squares = 0.0;
+        for (world, pixel) in self.pairs {
+            let seen = self.lens.project(*world)?;
+            let values = self.field.values(seen.pixel, seen.nearness);
+            let [x, y] = self.field.sum(&values, &self.weights);
+            squares += (pixel.x - seen.pixel.x - x[0]).powi(2);
+            squares += (pixel.y - seen.pixel.y - y[0]).powi(2);
+        }
+        let precision = settings.value(NOISE).powi(-2);
+        let penalty = settings.penalty(&self.field, &self.weights, &self.lens.numbers());
+        Some(squares * precision + penalty).filter(|value| value.is_finite())
+    }
+
+    /// Goes towards the mode of a posterior, the step halved until it is better than where it
+    /// started; how much better, 0 where no step helps.
+    fn advance(&mut self, posterior: &Posterior) -> f64 {
+        let Some(before) = self.objective(&posterior.settings) else { return 0.0 };
+        let (old_lens, old_weights) = (self.lens.clone(), self.weights.clone());
+        for halvings in 0..12 {
             let share = 0.5_f64.powi(halvings);
             let step = std::array::from_fn(|index| share * posterior.step[index]);
-            let lens = self.lens.moved(&step);
-            self.pairs.iter().all(|(world, _)| lens.project(*world).is_some()).then_some(lens)
-        });
-        let Some(lens) = taken else { return false };
-        self.lens = lens;
-        self.weights.clone_from(&posterior.weights);
-        true
+            self.lens = old_lens.moved(&step);
+            let weights = old_weights.iter().zip(&posterior.weights);
+            let between = |(old, new): (&[f64; 2], &[f64; 2])| {
+                [0, 1].map(|axis: usize| old[axis] + share * (new[axis] - old[axis]))
+            };
+            self.weights = weights.map(between).collect();
+            if let Some(after) = self.objective(&posterior.settings).filter(|v| *v < before) {
+                return before - after;
+            }
+        }
+        (self.lens, self.weights) = (old_lens, old_weights);
+        0.0
+    }
+
+    /// Goes to the mode at fixed settings.
+    fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<()> {
+        let mut gain = self.advance(first);
+        for _ in 1..MOST_STEPS {
+            // The objective is in units of a squared standard deviation.
+            if gain < 1e-3 {
+                break;
+            }
+            gain = self.advance(&self.sums()?.posterior(&self.field, settings)?);
+        }
+        Some(())
     }
 }
 
-/// Slopes of the corrected pixel by the lens's numbers, from those of the plain pixel and the
-/// nearness and from the field with its own slopes.
+/// Most Gauss-Newton steps at fixed settings; two or three are the rule, more where points lie so
+/// flat that focal length and distance are hard to tell apart.
+const MOST_STEPS: usize = 10;
+
+/// Slopes of the corrected pixel by the lens's numbers, from those of the plain pixel and
+/// from the field with its own slopes.
 pub(super) fn displaced(
-    slopes: &SMatrix<f64, 3, PARAMETERS>,
+    slopes: &SMatrix<f64, 2, PARAMETERS>,
     field: &[[f64; 4]; 2],
 ) -> SMatrix<f64, 2, PARAMETERS> {
-    let chain = SMatrix::<f64, 2, 3>::from_fn(|row, column| {
+    let chain = Matrix2::from_fn(|row, column| {
         field[row][1 + column] + if row == column { 1.0 } else { 0.0 }
     });
     chain * slopes

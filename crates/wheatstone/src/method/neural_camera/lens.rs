@@ -6,16 +6,17 @@
 //! (Brown 1971, Photogrammetric Engineering 37:855-866).
 
 use crate::geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that a fit may change: rotation and translation, the five of the plane, the lens.
 pub(super) const PARAMETERS: usize = 16;
 
-/// The first of the lens's numbers; from here on they are expected near 0.
-pub(super) const FIRST_OF_LENS: usize = 11;
-
-/// The first tangential term.
+/// The first of the numbers that are expected near 0: shape of a pixel (two), principal point (two),
+/// radial terms (three), tangential terms (two). Of pose and focal length nothing is known.
+pub(super) const FIRST_EXPECTED: usize = 7;
+pub(super) const FIRST_OF_PRINCIPAL: usize = 9;
+pub(super) const FIRST_RADIAL: usize = 11;
 pub(super) const FIRST_TANGENTIAL: usize = 14;
 
 /// How directions are laid out on a plane before the lens bends them.
@@ -40,6 +41,11 @@ pub(super) struct Lens {
     pub(super) plane: [f64; 5],
     /// Three radial and two tangential terms, as relative displacements at `reach`.
     pub(super) bend: [f64; 5],
+    /// The middle of the pixels seen, near which the principal point is expected.
+    pub(super) middle: Pixel,
+    /// The camera's centre as first found: nearness counts from here, so that it stays what it is
+    /// while the lens is moved.
+    pub(super) viewpoint: Point3,
     /// Largest distance from the axis on the layout's plane among the fitted points.
     pub(super) reach: f64,
 }
@@ -74,23 +80,32 @@ impl Lens {
             camera_from_world: Pose { rotation, translation },
             plane,
             bend: [0.0; 5],
+            middle: Pixel::new(upper[(0, 2)], upper[(1, 2)]),
+            viewpoint: centre,
             reach: 1.0,
         })
     }
 
-    /// The same camera laid out otherwise, its reach that of `points`.
-    pub(super) fn laid_out<'a>(
-        mut self,
-        layout: Layout,
-        points: impl Iterator<Item = &'a Point3>,
-    ) -> Self {
+    /// The same camera laid out otherwise, its reach and middle those of `pairs`.
+    pub(super) fn laid_out(mut self, layout: Layout, pairs: &[(Point3, Pixel)]) -> Self {
         self.layout = layout;
         self.bend = [0.0; 5];
         let pose = self.camera_from_world;
         let distance = |world| Some(self.lay_out(pose.transform(world))?.0.norm());
-        let reach = points.filter_map(|world| distance(*world)).fold(0.0, f64::max);
+        let reach = pairs.iter().filter_map(|(world, _)| distance(*world)).fold(0.0, f64::max);
+        let middle = [0, 1].map(|axis| {
+            let low = pairs.iter().map(|(_, pixel)| pixel[axis]).fold(f64::INFINITY, f64::min);
+            let high = pairs.iter().map(|(_, pixel)| pixel[axis]).fold(f64::NEG_INFINITY, f64::max);
+            0.5 * (low + high)
+        });
+        self.middle = Pixel::from(middle);
         self.reach = if reach > 0.0 { reach } else { 1.0 };
         self
+    }
+
+    /// The same lens with its present centre as viewpoint.
+    pub(super) fn seen_from_its_centre(self) -> Self {
+        Self { viewpoint: Point3::from(self.camera_from_world.inverse().translation), ..self }
     }
 
     /// A point in the camera's frame on the layout's plane, with derivatives.
@@ -147,16 +162,17 @@ impl Lens {
         Matrix2::new(fx, skew, 0.0, fy)
     }
 
-    /// Where a world point falls, with derivatives by its coordinates; and the inverse of its
-    /// distance from the camera's centre, with derivatives.
+    /// Where a world point falls, with derivatives by its coordinates; and its nearness,
+    /// with derivatives.
     pub(super) fn project(&self, world: Point3) -> Option<Seen> {
         let point = self.camera_from_world.transform(world);
         let (place, by_point) = self.lay_out(point)?;
         let (bent, by_place) = self.bent(place);
         let pixel = self.plane_matrix() * bent + Vector2::new(self.plane[3], self.plane[4]);
         let rotation = self.camera_from_world.rotation;
-        let nearness = 1.0 / point.coords.norm();
-        let nearness_slopes = rotation.transpose() * point.coords * -nearness.powi(3);
+        let away = world - self.viewpoint;
+        let nearness = 1.0 / away.norm();
+        let nearness_slopes = away * -nearness.powi(3);
         let slopes = self.plane_matrix() * by_place * by_point * rotation;
         let finite = pixel.iter().all(|value| value.is_finite()) && nearness.is_finite();
         finite.then_some(Seen { pixel: Pixel::from(pixel), slopes, nearness, nearness_slopes })
@@ -204,33 +220,51 @@ impl Lens {
             rotation: turn.rotation * old.rotation,
             translation: turn.rotation * old.translation + turn.translation,
         };
-        let mut plane = self.plane;
-        plane.iter_mut().enumerate().for_each(|(index, value)| *value += by(6 + index));
+        let [fx, fy, skew, cx, cy] = self.plane;
+        let focal = 1.0 + by(6);
+        let stretch = libm::exp(0.5 * by(7));
+        let plane =
+            [fx * focal * stretch, fy * focal / stretch, skew + by(8), cx + by(9), cy + by(10)];
         let mut bend = self.bend;
         bend.iter_mut().enumerate().for_each(|(index, value)| *value += by(11 + index));
         Self { camera_from_world, plane, bend, ..self.clone() }
     }
 
-    /// Radians, the distance of the world's origin, focal lengths, and 1: steps of like effect.
+    /// Radians, the distance of the world's origin, shares and focal lengths: steps of like effect.
     fn units(&self) -> [f64; PARAMETERS] {
         let (length, focal) = (self.camera_from_world.translation.norm(), self.plane[1].abs());
         let mut units = [1.0; PARAMETERS];
         units[3..6].fill(if length > 0.0 { length } else { 1.0 });
-        units[6..11].fill(focal);
+        units[8..11].fill(focal);
         units
     }
 
-    /// Derivatives of pixel and nearness by the lens's numbers, by central differences.
+    /// The numbers that are expected near 0, in the units of a step; 0 for the others.
+    pub(super) fn numbers(&self) -> [f64; PARAMETERS] {
+        let [fx, fy, skew, cx, cy] = self.plane;
+        let mut numbers = [0.0; PARAMETERS];
+        let focal = fy.abs();
+        let aspect = libm::log((fx / fy).abs());
+        numbers[FIRST_EXPECTED..FIRST_RADIAL].copy_from_slice(&[
+            aspect,
+            skew / focal,
+            (cx - self.middle.x) / focal,
+            (cy - self.middle.y) / focal,
+        ]);
+        numbers[FIRST_RADIAL..].copy_from_slice(&self.bend);
+        numbers
+    }
+
+    /// Derivatives of the pixel by the lens's numbers, by central differences.
     pub(super) fn slopes_by_parameters(
         shifted: &[(Self, Self)],
         world: Point3,
-    ) -> Option<SMatrix<f64, 3, PARAMETERS>> {
-        let mut slopes = SMatrix::<f64, 3, PARAMETERS>::zeros();
+    ) -> Option<SMatrix<f64, 2, PARAMETERS>> {
+        let mut slopes = SMatrix::<f64, 2, PARAMETERS>::zeros();
         for (index, (ahead, behind)) in shifted.iter().enumerate() {
             let (ahead, behind) = (ahead.project(world)?, behind.project(world)?);
             let pixel = (ahead.pixel - behind.pixel) / (2.0 * DIFFERENCE);
-            let nearness = (ahead.nearness - behind.nearness) / (2.0 * DIFFERENCE);
-            slopes.set_column(index, &SVector::from([pixel.x, pixel.y, nearness]));
+            slopes.set_column(index, &pixel);
         }
         Some(slopes)
     }
@@ -250,6 +284,7 @@ impl Lens {
         let gap = pose.rotation * pose.rotation.transpose() - Matrix3::identity();
         gap.norm() < 1e-6
             && self.reach > 0.0
+            && self.viewpoint.iter().chain(self.middle.iter()).all(|v| v.is_finite())
             && self.plane[0] != 0.0
             && self.plane[1] != 0.0
             && pose.translation.iter().chain(&self.plane).chain(&self.bend).all(|v| v.is_finite())
@@ -266,7 +301,7 @@ pub(super) struct Seen {
     pub(super) pixel: Pixel,
     /// Of the pixel by the world coordinates.
     pub(super) slopes: Matrix2x3<f64>,
-    /// One over the distance from the camera's centre, in inverse world units.
+    /// One over the distance from the viewpoint, in inverse world units.
     pub(super) nearness: f64,
     /// Of the nearness by the world coordinates.
     pub(super) nearness_slopes: Vector3,

@@ -113,8 +113,13 @@ impl Reconstructor for NeuralCameraReconstructor {
         if seen.len() < 2 {
             return None;
         }
-        let rays: Option<Vec<_>> = cameras.iter().zip(&seen).map(|(c, p)| c.ray(*p)).collect();
-        let start = nearest(rays?.into_iter())?;
+        let mut start = None;
+        // The first time at the middle of the depths, then nearly where the point is.
+        for _ in 0..2 {
+            let rays = cameras.iter().zip(&seen).map(|(camera, pixel)| camera.ray(*pixel, start));
+            start = Some(nearest(rays.collect::<Option<Vec<_>>>()?.into_iter())?);
+        }
+        let start = start?;
         // In units of each camera's noise.
         let scaled: Vec<Pixel> =
             cameras.iter().zip(&seen).map(|(camera, pixel)| pixel / camera.noise()).collect();
