@@ -5,8 +5,10 @@
 
 mod checks;
 pub mod dlt;
+pub mod interpolation;
 pub mod network;
 pub mod neural_camera;
+pub mod soloff;
 
 use crate::{
     Error, Result,
@@ -84,6 +86,8 @@ registry! {
     pub enum AnyMethod: Method, all {
         "network" => Network(network::Network),
         "dlt" => Dlt(dlt::Dlt),
+        "soloff" => Soloff(soloff::Soloff),
+        "interpolation" => Interpolation(interpolation::Interpolation),
         "neural-camera" => NeuralCamera(neural_camera::NeuralCamera),
     }
 }
@@ -93,6 +97,8 @@ registry! {
     pub enum AnyReconstructor: Reconstructor {
         "network" => Network(network::NetworkReconstructor),
         "dlt" => Dlt(dlt::DltReconstructor),
+        "soloff" => Soloff(soloff::SoloffReconstructor),
+        "interpolation" => Interpolation(interpolation::InterpolationReconstructor),
         "neural-camera" => NeuralCamera(neural_camera::NeuralCameraReconstructor),
     }
 }
@@ -156,5 +162,20 @@ fn only_default(method: &(impl Into<AnyMethod> + Clone), name: &str) -> Result<A
         Ok(method.clone().into())
     } else {
         Err(unknown("preset", name, &["default"]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        chart::line_grid::LineGrid,
+        dataset::Dataset,
+        synthetic::{Noise, Rig, Stage, chart_correspondences},
+    };
+
+    /// A chart that fills the rig's field of view, at each distance of a stage.
+    pub(super) fn charts(rig: &Rig, stage: Stage, noise: Noise, most: usize) -> Dataset {
+        let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+        chart_correspondences(rig, &chart, &stage.views().unwrap(), (noise, 100), Some(most))
     }
 }

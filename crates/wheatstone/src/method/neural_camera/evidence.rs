@@ -48,7 +48,7 @@ impl Settings {
         [1e-5, 3.0],
         [1e-6, 0.3],
         [1e-4, 100.0],
-        [0.08, 4.0],
+        [0.05, 4.0],
         [1e-4, 100.0],
         [0.03, 1.0],
     ];
@@ -71,17 +71,23 @@ impl Settings {
     /// Where a search begins, for points that the bare camera misses by `noise` pixels.
     pub(super) fn start(noise: f64) -> Self {
         let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4];
-        Self { logs: values.map(libm::log) }.bounded()
+        Self { logs: values.map(libm::log) }
     }
 
     pub(super) fn value(&self, index: usize) -> f64 {
         libm::exp(self.logs[index])
     }
 
-    fn bounded(mut self) -> Self {
+    fn bounded(mut self, field: &Field) -> Self {
+        // Waves shorter than these are missing, so that a shorter length would ring.
+        let shortest = field.waves.last().map_or(0.0, |wave| RESOLVED / field.frequency(*wave));
+        self.logs[LENGTH] = self.logs[LENGTH].max(libm::log(shortest.max(f64::MIN_POSITIVE)));
         for (log, [low, high]) in self.logs.iter_mut().zip(Self::BOUNDS) {
             *log = log.clamp(libm::log(low), libm::log(high));
         }
+        // What a port does to a ray at an angle is a series in the angle's powers: each degree more
+        // brings at most a factor of the widest angle.
+        self.logs[DECAY] = self.logs[DECAY].min(libm::log(field.view));
         self
     }
 
@@ -183,6 +189,9 @@ pub(super) struct Posterior {
     pub(super) lens_covariance: DMatrix<f64>,
 }
 
+/// Length times highest frequency at which the spectral density has fallen to a hundredth.
+const RESOLVED: f64 = 3.0;
+
 /// A function whose prior leaves it less than this share of what noise would is left out.
 const NO_FREEDOM: f64 = 1e-5;
 
@@ -261,7 +270,7 @@ impl Sums {
         start: Settings,
         free: [bool; SETTINGS],
     ) -> Option<Posterior> {
-        let mut best = self.posterior(field, start.bounded())?;
+        let mut best = self.posterior(field, start.bounded(field))?;
         let mut inverse = DMatrix::<f64>::identity(SETTINGS, SETTINGS);
         let slope = |posterior: &Posterior| {
             let value = |index: usize| if free[index] { posterior.gradient[index] } else { 0.0 };
@@ -281,7 +290,7 @@ impl Sums {
                 let share = 0.5_f64.powi(halvings);
                 let mut settings = best.settings;
                 (0..SETTINGS).for_each(|index| settings.logs[index] += share * direction[index]);
-                let tried = self.posterior(field, settings.bounded())?;
+                let tried = self.posterior(field, settings.bounded(field))?;
                 (tried.evidence > best.evidence).then_some(tried)
             });
             let Some(reached) = reached else { break };

@@ -28,6 +28,8 @@ pub(super) struct Field {
     centre: [f64; 3],
     /// Half their extents.
     half: [f64; 3],
+    /// Half the field of view, about in radians.
+    pub(super) view: f64,
     /// Half waves along x and y, a wave each.
     pub(super) waves: Vec<[usize; 2]>,
     /// Degrees in x and y, a polynomial each; after the waves.
@@ -39,7 +41,7 @@ pub(super) type Sloped = [f64; 4];
 
 impl Field {
     /// At most `most` waves, the longest first, and polynomials over where points were seen.
-    pub(super) fn new(seen: &[(Pixel, f64)], most: usize) -> Self {
+    pub(super) fn new(seen: &[(Pixel, f64)], view: f64, most: usize) -> Self {
         let coordinate = |axis: usize| {
             seen.iter().map(move |(p, nearness)| [p.x, p.y, *nearness][axis])
         };
@@ -51,7 +53,7 @@ impl Field {
             let half = 0.5 * (high[axis] - low[axis]);
             if half > 0.0 { half } else { 1.0 }
         });
-        let mut field = Self { centre, half, waves: Vec::new(), parallax: Vec::new() };
+        let mut field = Self { centre, half, view, waves: Vec::new(), parallax: Vec::new() };
         let all = most + 1;
         let mut waves: Vec<[usize; 2]> =
             (0..all * all).map(|index| [index / all, index % all]).collect();

@@ -56,7 +56,7 @@ pub(super) fn fit_camera(
         .iter()
         .map(|(world, pixel)| Some((*pixel, lens.project(*world)?.nearness)))
         .collect();
-    let field = Field::new(&seen.ok_or_else(undetermined)?, MOST_WAVES.min(pairs.len() / 2));
+    let field = Field::new(&seen.ok_or_else(undetermined)?, lens.reach, MOST_WAVES.min(pairs.len() / 2));
     let weights = vec![[0.0; 2]; field.len()];
     let mut state = State { pairs, lens, field, weights };
     let posterior = corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
@@ -72,7 +72,7 @@ fn bare(
 ) -> Result<Option<(Lens, Posterior)>> {
     let start = plain.clone().laid_out(layout, pairs);
     let Some(lens) = least_squares(pairs, &start, progress)? else { return Ok(None) };
-    let field = Field::new(&[(Pixel::origin(), 1.0)], 0).pruned(|_| false);
+    let field = Field::new(&[(Pixel::origin(), 1.0)], 1.0, 0).pruned(|_| false);
     let mut state = State { pairs, lens, field, weights: Vec::new() };
     let free = std::array::from_fn(|setting| !OF_FIELD.contains(&setting));
     let Some(sums) = state.sums() else { return Ok(None) };
@@ -255,7 +255,7 @@ impl State<'_> {
         let mut gain = self.advance(first);
         for _ in 1..MOST_STEPS {
             // The objective is in units of a squared standard deviation.
-            if gain < 1e-3 {
+            if gain < 1e-5 {
                 break;
             }
             gain = self.advance(&self.sums()?.posterior(&self.field, settings)?);
@@ -266,7 +266,7 @@ impl State<'_> {
 
 /// Most Gauss-Newton steps at fixed settings; two or three are the rule, more where points lie so
 /// flat that focal length and distance are hard to tell apart.
-const MOST_STEPS: usize = 10;
+const MOST_STEPS: usize = 60;
 
 /// Slopes of the corrected pixel by the lens's numbers, from those of the plain pixel and
 /// from the field with its own slopes.
