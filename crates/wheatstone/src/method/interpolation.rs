@@ -147,7 +147,8 @@ impl Reconstructor for InterpolationReconstructor {
         let plane = factors.solve(&right);
         let mut scatter = Matrix3::zeros();
         for (weight, row, world) in &rows {
-            let read = |axis: usize| row.iter().enumerate().map(|(i, v)| v * plane[(i, axis)]).sum();
+            let read =
+                |axis: usize| row.iter().enumerate().map(|(i, v)| v * plane[(i, axis)]).sum();
             let error = world.coords - Vector3::new(read(0), read(1), read(2));
             scatter += error * error.transpose() * (weight / total);
         }

@@ -292,7 +292,8 @@ mod tests {
                 let (mut ahead, mut behind) = (at, at);
                 ahead[axis] += step;
                 behind[axis] -= step;
-                let difference = (camera.project(ahead).0 - camera.project(behind).0) / (2.0 * step);
+                let difference =
+                    (camera.project(ahead).0 - camera.project(behind).0) / (2.0 * step);
                 assert!((difference - slopes.column(axis)).norm() < 1e-5);
             }
             pixels.push(Some(pixel));

@@ -42,7 +42,8 @@ impl CorrectedCamera {
             settings: posterior.settings,
             effective: posterior.effective,
             weight_covariance: lower.map(|place| covariance[place]).collect(),
-            follow: [0, 1].map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
+            follow: [0, 1]
+                .map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
             lens_covariance: posterior.lens_covariance.as_slice().to_vec(),
         };
         camera.is_consistent().then_some(camera)
@@ -61,8 +62,7 @@ impl CorrectedCamera {
     /// Where a world point falls, with derivatives.
     pub(super) fn project(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
         let seen = self.lens.project(world)?;
-        let [x, y] =
-            self.field.sum(&self.field.values(seen.pixel, seen.nearness), &self.weights);
+        let [x, y] = self.field.sum(&self.field.values(seen.pixel, seen.nearness), &self.weights);
         let pixel = Pixel::new(seen.pixel.x + x[0], seen.pixel.y + y[0]);
         let mut slopes = seen.slopes;
         slopes.set_row(0, &(seen.slopes.row(0) + chained(&x, &seen).transpose()));
@@ -95,7 +95,8 @@ impl CorrectedCamera {
             }
         }
         let lens = DMatrix::from_column_slice(PARAMETERS, PARAMETERS, &self.lens_covariance);
-        let rows = [0, 1].map(|axis| DVector::from_iterator(PARAMETERS, free.row(axis).iter().copied()));
+        let rows =
+            [0, 1].map(|axis| DVector::from_iterator(PARAMETERS, free.row(axis).iter().copied()));
         let along = |a: usize, b: usize| rows[a].dot(&(&lens * &rows[b]));
         let level = self.noise().powi(2) + own;
         Some(Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1)))
@@ -125,7 +126,4 @@ impl CorrectedCamera {
             && numbers.chain(covariances).chain(self.follow.iter().flatten()).all(|v| v.is_finite())
             && self.effective.is_finite()
     }
-}
-impl CorrectedCamera {
-    pub(super) fn describe(&self) -> String { format!("   {:?} plane {:.1?} bend {:.4?} reach {:.2} fields {} {} eff {:.1} settings {:.4?}", self.lens.layout, self.lens.plane, self.lens.bend, self.lens.reach, self.field.waves.len(), self.field.parallax.len(), self.effective, self.settings.logs.map(libm::exp)) }
 }

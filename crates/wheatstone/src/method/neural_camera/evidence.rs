@@ -56,17 +56,8 @@ impl Settings {
     /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
     /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
     /// by hundredths; corrections are of the order of a pixel to ten.
-    const SCALES: [f64; SETTINGS] = [
-        f64::INFINITY,
-        0.02,
-        0.2,
-        0.3,
-        0.01,
-        3.0,
-        f64::INFINITY,
-        3.0,
-        f64::INFINITY,
-    ];
+    const SCALES: [f64; SETTINGS] =
+        [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY];
 
     /// Where a search begins, for points that the bare camera misses by `noise` pixels.
     pub(super) fn start(noise: f64) -> Self {
@@ -337,8 +328,7 @@ impl Posterior {
         };
         let rows = 2.0 * sums.points as f64;
         let settings = self.settings;
-        let mut evidence =
-            -rows * settings.logs[NOISE] - 0.5 * squares + settings.log_hyperprior();
+        let mut evidence = -rows * settings.logs[NOISE] - 0.5 * squares + settings.log_hyperprior();
         evidence -= 2.0 * half_determinant(factors) + half_determinant(lens_factors);
         let mut effective = PARAMETERS as f64;
         let mut prior_squares = 0.0;
@@ -355,7 +345,8 @@ impl Posterior {
         let lens_part = follow.map(|f| (f * &self.lens_covariance).component_mul(f).column_sum());
         for (place, index) in self.active.iter().enumerate() {
             let square = white[0][place].powi(2) + white[1][place].powi(2);
-            let spread = 2.0 * self.covariance[(place, place)] + lens_part[0][place] + lens_part[1][place];
+            let spread =
+                2.0 * self.covariance[(place, place)] + lens_part[0][place] + lens_part[1][place];
             effective += 2.0 - spread;
             prior_squares += square;
             for (setting, slope) in variances[*index].1 {

@@ -42,9 +42,8 @@ pub(super) type Sloped = [f64; 4];
 impl Field {
     /// At most `most` waves, the longest first, and polynomials over where points were seen.
     pub(super) fn new(seen: &[(Pixel, f64)], view: f64, most: usize) -> Self {
-        let coordinate = |axis: usize| {
-            seen.iter().map(move |(p, nearness)| [p.x, p.y, *nearness][axis])
-        };
+        let coordinate =
+            |axis: usize| seen.iter().map(move |(p, nearness)| [p.x, p.y, *nearness][axis]);
         let low = [0, 1, 2].map(|axis| coordinate(axis).fold(f64::INFINITY, f64::min));
         let high = [0, 1, 2].map(|axis| coordinate(axis).fold(f64::NEG_INFINITY, f64::max));
         let centre = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
@@ -57,9 +56,7 @@ impl Field {
         let all = most + 1;
         let mut waves: Vec<[usize; 2]> =
             (0..all * all).map(|index| [index / all, index % all]).collect();
-        waves.sort_by(|a, b| {
-            field.frequency(*a).total_cmp(&field.frequency(*b)).then(a.cmp(b))
-        });
+        waves.sort_by(|a, b| field.frequency(*a).total_cmp(&field.frequency(*b)).then(a.cmp(b)));
         waves.truncate(most);
         field.waves = waves;
         // A displacement that is the same everywhere is the lens in another place.
@@ -142,11 +139,7 @@ impl Field {
             let kept = list.iter().enumerate().filter(|(index, _)| keep(first + index));
             kept.map(|(_, item)| *item).collect()
         };
-        Self {
-            waves: part(&self.waves, 0),
-            parallax: part(&self.parallax, split),
-            ..self.clone()
-        }
+        Self { waves: part(&self.waves, 0), parallax: part(&self.parallax, split), ..self.clone() }
     }
 
     pub(super) fn is_consistent(&self) -> bool {
@@ -185,10 +178,9 @@ fn legendre(x: f64) -> [(f64, f64); PARALLAX_DEGREE + 1] {
     plain[1] = (x, 1.0);
     for n in 2..=PARALLAX_DEGREE {
         let count = n as f64;
-        let ((before, slope_before), (last, slope)) = (plain[n - 2], plain[n - 1]);
+        let ((before, slope_before), (last, _)) = (plain[n - 2], plain[n - 1]);
         plain[n].0 = ((2.0 * count - 1.0) * x * last - (count - 1.0) * before) / count;
         plain[n].1 = slope_before + (2.0 * count - 1.0) * last;
-        let _ = slope;
     }
     let mut all = plain;
     for (n, (value, slope)) in all.iter_mut().enumerate() {

@@ -52,14 +52,14 @@ pub(super) fn fit_camera(
     }
     let (lens, posterior) = best.ok_or_else(undetermined)?;
     let lens = lens.seen_from_its_centre();
-    let seen: Option<Vec<(Pixel, f64)>> = pairs
-        .iter()
-        .map(|(world, pixel)| Some((*pixel, lens.project(*world)?.nearness)))
-        .collect();
-    let field = Field::new(&seen.ok_or_else(undetermined)?, lens.reach, MOST_WAVES.min(pairs.len() / 2));
+    let seen: Option<Vec<(Pixel, f64)>> =
+        pairs.iter().map(|(world, pixel)| Some((*pixel, lens.project(*world)?.nearness))).collect();
+    let field =
+        Field::new(&seen.ok_or_else(undetermined)?, lens.reach, MOST_WAVES.min(pairs.len() / 2));
     let weights = vec![[0.0; 2]; field.len()];
     let mut state = State { pairs, lens, field, weights };
-    let posterior = corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
+    let posterior =
+        corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
     CorrectedCamera::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
 }
 

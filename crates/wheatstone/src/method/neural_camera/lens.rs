@@ -72,8 +72,7 @@ impl Lens {
         let upper = upper / upper[(2, 2)];
         let centre = matrix.centre()?;
         let translation = -(rotation * centre.coords);
-        let plane =
-            [upper[(0, 0)], upper[(1, 1)], upper[(0, 1)], upper[(0, 2)], upper[(1, 2)]];
+        let plane = [upper[(0, 0)], upper[(1, 1)], upper[(0, 1)], upper[(0, 2)], upper[(1, 2)]];
         let finite = plane.iter().chain(rotation.iter()).all(|value| value.is_finite());
         (finite && plane[0] != 0.0 && plane[1] != 0.0).then_some(Self {
             layout: Layout::Perspective,
@@ -145,8 +144,10 @@ impl Lens {
         let s = x * x + y * y;
         let factor = 1.0 + s * (k1 + s * (k2 + s * k3));
         let slope = k1 + s * (2.0 * k2 + 3.0 * s * k3);
-        let sideways =
-            Vector2::new(2.0 * p1 * x * y + p2 * (s + 2.0 * x * x), p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y);
+        let sideways = Vector2::new(
+            2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
+            p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y,
+        );
         let mixed = 2.0 * (x * y * slope + p1 * x + p2 * y);
         let slopes = Matrix2::new(
             factor + 2.0 * (x * x * slope + p1 * y + 3.0 * p2 * x),

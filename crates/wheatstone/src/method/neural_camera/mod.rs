@@ -147,7 +147,5 @@ impl Reconstructor for NeuralCameraReconstructor {
         self.cameras.len() >= 2 && self.cameras.iter().all(CorrectedCamera::is_consistent)
     }
 }
-impl NeuralCameraReconstructor {
-    /// scratch
-    pub fn describe(&self) -> String { self.cameras.iter().map(|c| c.describe()).collect::<Vec<_>>().join("\n") }
-}
+#[cfg(test)]
+mod tests;
