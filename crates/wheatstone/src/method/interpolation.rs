@@ -87,8 +87,8 @@ impl Method for Interpolation {
 }
 
 /// Slopes are held by this share of what the neighbours' spread holds them: pixels of one point lie
-/// on three dimensions of the 2n, and along the others there is only noise. A tenth of that share of
-/// bias is below the method's own error on the synthetic rigs.
+/// on three dimensions of the 2n; along the others there is only noise, whose mean square is of the
+/// order of this share of the neighbours' (half a pixel in fifty).
 const RIDGE: f64 = 1e-4;
 
 impl InterpolationReconstructor {

@@ -14,6 +14,10 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
+/// A function's prior variance in squared pixels, and the derivatives of its logarithm by the
+/// settings' logarithms: (setting, derivative).
+type Variance = (f64, [(usize, f64); 2]);
+
 /// What the priors and the noise are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -82,9 +86,8 @@ impl Settings {
         self
     }
 
-    /// Variances of the field's functions in squared pixels, and the derivatives of their logarithms
-    /// by the settings' logarithms: (setting, derivative).
-    fn field_variances(&self, field: &Field) -> Vec<(f64, [(usize, f64); 2])> {
+    /// Prior variances of the field's functions.
+    fn field_variances(&self, field: &Field) -> Vec<Variance> {
         let (length, area) = (self.value(LENGTH), field.area());
         let waves = field.waves.iter().map(|wave| {
             let turns = (length * field.frequency(*wave)).powi(2);
@@ -187,7 +190,7 @@ const RESOLVED: f64 = 3.0;
 const NO_FREEDOM: f64 = 1e-5;
 
 impl Sums {
-    fn active(&self, variances: &[(f64, [(usize, f64); 2])], precision: f64) -> Vec<usize> {
+    fn active(&self, variances: &[Variance], precision: f64) -> Vec<usize> {
         let free = |index: &usize| {
             variances[*index].0 * self.field[(*index, *index)] * precision > NO_FREEDOM
         };
@@ -248,7 +251,7 @@ impl Sums {
             lens_covariance: lens_factors.inverse(),
             active,
         };
-        posterior.judge(self, &variances, &white, squares, (&factors, &lens_factors));
+        posterior.judge(self, &variances, (&white, squares), (&factors, &lens_factors));
         posterior.colour(&scale, &white);
         Some(posterior)
     }
@@ -267,7 +270,7 @@ impl Sums {
             let value = |index: usize| if free[index] { posterior.gradient[index] } else { 0.0 };
             DVector::from_fn(SETTINGS, |index, _| value(index))
         };
-        // A first step of a tenth of the gradient's length in logarithms at most half.
+        // The first step changes no setting by more than a factor of exp(1/2).
         inverse *= 0.5 / slope(&best).norm().max(0.5);
         for _ in 0..MOST_CLIMBS {
             let gradient = slope(&best);
@@ -318,9 +321,8 @@ impl Posterior {
     fn judge(
         &mut self,
         sums: &Sums,
-        variances: &[(f64, [(usize, f64); 2])],
-        white: &[DVector<f64>; 2],
-        squares: f64,
+        variances: &[Variance],
+        (white, squares): (&[DVector<f64>; 2], f64),
         (factors, lens_factors): (&Cholesky<f64, Dyn>, &Cholesky<f64, Dyn>),
     ) {
         let half_determinant = |factors: &Cholesky<f64, Dyn>| {

@@ -12,12 +12,13 @@ use crate::geometry::Pixel;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// The box reaches this far beyond the points, so that its flat borders do not flatten what the
-/// points show.
+/// The box reaches this far beyond the points (1 is just round them), so that its flat borders do not
+/// flatten what the points show: the factor that Solin & Sarkka's section 4 finds enough for lengths
+/// up to a third of the box.
 const MARGIN: f64 = 1.2;
 
-/// Highest degree of the polynomials beside the nearness: a port's displacement by a cubic is within
-/// 0.01 px on the rigs of the study, one more for ports at a slant.
+/// Highest degree of the polynomials beside the nearness. Each degree brings at most a factor of the
+/// widest angle, so with half a radian the fifth would be a sixteenth of the first.
 const PARALLAX_DEGREE: usize = 4;
 
 /// Which functions of picture and nearness there are.
@@ -150,7 +151,7 @@ impl Field {
     }
 }
 
-/// More half waves than this no fit makes.
+/// More half waves than this no fit makes: a file that has them is broken.
 const MOST_HALF_WAVES: usize = 1000;
 
 /// `sqrt(2) cos(k pi (x + 1) / 2)` for k to `most` (1 for k = 0), mean square 1 on -1..1, with slopes.

@@ -294,7 +294,7 @@ impl Lens {
 
 /// Step of the differences: the cube root of the machine's precision balances rounding and
 /// curvature.
-const DIFFERENCE: f64 = 6e-6;
+pub(super) const DIFFERENCE: f64 = 6e-6;
 
 /// A world point on the picture.
 #[derive(Clone, Debug)]
