@@ -13,8 +13,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// The box reaches this far beyond the points (1 is just round them), so that its flat borders do not
-/// flatten what the points show: the factor that Solin & Sarkka's section 4 finds enough for lengths
-/// up to a third of the box.
+/// flatten what the points show: the least that Riutort-Mayol et al. 2023
+/// (doi:10.1007/s11222-022-10167-2) advise for this kernel.
 const MARGIN: f64 = 1.2;
 
 /// Highest degree of the polynomials beside the nearness. Each degree brings at most a factor of the

@@ -268,7 +268,7 @@ impl State<'_> {
 
 /// Most Gauss-Newton steps at fixed settings. Two or three are the rule; where points lie so flat that
 /// focal length and distance are hard to tell apart the valley is long: ten steps left the held-out
-/// error of a plate behind water at four times that of sixty.
+/// error of a target in water a third above that of sixty.
 const MOST_STEPS: usize = 60;
 
 /// Slopes of the corrected pixel by the lens's numbers, from those of the plain pixel and
