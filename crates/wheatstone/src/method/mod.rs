@@ -12,9 +12,12 @@ pub use checks::depth_is_observable;
 
 pub mod dlt;
 mod fitted_cameras;
+pub mod interpolation;
 pub mod kannala_brandt;
 pub mod network;
+pub mod neural_camera;
 mod radial_alignment;
+pub mod soloff;
 pub mod tsai;
 
 pub use fitted_cameras::{FittedCamera, FittedCameras};
@@ -98,6 +101,9 @@ registry! {
         "brown" => Brown(brown::Brown),
         "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandt),
         "tsai" => Tsai(tsai::Tsai),
+        "soloff" => Soloff(soloff::Soloff),
+        "interpolation" => Interpolation(interpolation::Interpolation),
+        "neural-camera" => NeuralCamera(neural_camera::NeuralCamera),
     }
 }
 
@@ -109,6 +115,9 @@ registry! {
         "brown" => Brown(brown::BrownReconstructor),
         "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandtReconstructor),
         "tsai" => Tsai(tsai::TsaiReconstructor),
+        "soloff" => Soloff(soloff::SoloffReconstructor),
+        "interpolation" => Interpolation(interpolation::InterpolationReconstructor),
+        "neural-camera" => NeuralCamera(neural_camera::NeuralCameraReconstructor),
     }
 }
 
@@ -171,5 +180,20 @@ fn only_default(method: &(impl Into<AnyMethod> + Clone), name: &str) -> Result<A
         Ok(method.clone().into())
     } else {
         Err(unknown("preset", name, &["default"]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        chart::line_grid::LineGrid,
+        dataset::Dataset,
+        synthetic::{Noise, Rig, Stage, chart_correspondences},
+    };
+
+    /// A chart that fills the rig's field of view, at each distance of a stage.
+    pub(super) fn charts(rig: &Rig, stage: Stage, noise: Noise, most: usize) -> Dataset {
+        let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+        chart_correspondences(rig, &chart, &stage.views().unwrap(), (noise, 100), Some(most))
     }
 }

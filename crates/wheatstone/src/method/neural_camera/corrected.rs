@@ -1,0 +1,129 @@
+//! A fitted camera: where a point falls, and how sure that is.
+
+use super::{
+    evidence::{NOISE, Posterior, Settings},
+    field::{Field, chained},
+    fit::displaced,
+    lens::{Lens, PARAMETERS},
+};
+use crate::geometry::{Pixel, Point3, Ray};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3};
+use serde::{Deserialize, Serialize};
+
+/// Lens and correction, with the covariance of their numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CorrectedCamera {
+    lens: Lens,
+    field: Field,
+    /// Displacement in pixels along x and y, a function of the field each.
+    weights: Vec<[f64; 2]>,
+    settings: Settings,
+    /// Effective number of parameters.
+    effective: f64,
+    /// Of the weights along x (as along y) with the lens held fixed, its lower triangle row by row.
+    weight_covariance: Vec<f64>,
+    /// By how much the weights along x and y fall when the lens's numbers rise, weight by weight.
+    follow: [Vec<f64>; 2],
+    /// Of the lens's numbers, row by row.
+    lens_covariance: Vec<f64>,
+}
+
+impl CorrectedCamera {
+    /// The camera at the posterior's mode, without functions that have no freedom.
+    pub(super) fn new(lens: Lens, field: &Field, posterior: &Posterior) -> Option<Self> {
+        let active = &posterior.active;
+        let covariance = &posterior.covariance;
+        let lower = (0..active.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let camera = Self {
+            lens,
+            field: field.pruned(|index| active.binary_search(&index).is_ok()),
+            weights: active.iter().map(|index| posterior.weights[*index]).collect(),
+            settings: posterior.settings,
+            effective: posterior.effective,
+            weight_covariance: lower.map(|place| covariance[place]).collect(),
+            follow: [0, 1]
+                .map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
+            lens_covariance: posterior.lens_covariance.as_slice().to_vec(),
+        };
+        camera.is_consistent().then_some(camera)
+    }
+
+    /// Standard deviation of one pixel coordinate that the fit could not explain.
+    pub(super) fn noise(&self) -> f64 {
+        self.settings.value(NOISE)
+    }
+
+    /// Effective number of parameters of lens and correction.
+    pub(super) fn effective(&self) -> f64 {
+        self.effective
+    }
+
+    /// Where a world point falls, with derivatives.
+    pub(super) fn project(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        let seen = self.lens.project(world)?;
+        let [x, y] = self.field.sum(&self.field.values(seen.pixel, seen.nearness), &self.weights);
+        let pixel = Pixel::new(seen.pixel.x + x[0], seen.pixel.y + y[0]);
+        let mut slopes = seen.slopes;
+        slopes.set_row(0, &(seen.slopes.row(0) + chained(&x, &seen).transpose()));
+        slopes.set_row(1, &(seen.slopes.row(1) + chained(&y, &seen).transpose()));
+        Some((pixel, slopes))
+    }
+
+    /// Covariance of a pixel of this point about its prediction: that of the detector and that of
+    /// the fit.
+    pub(super) fn pixel_covariance(&self, world: Point3) -> Option<Matrix2<f64>> {
+        let seen = self.lens.project(world)?;
+        let values = self.field.values(seen.pixel, seen.nearness);
+        let slopes = Lens::slopes_by_parameters(&self.lens.shifted(), world)?;
+        let slopes = displaced(&slopes, &self.field.sum(&values, &self.weights));
+        let mut own = 0.0;
+        let mut row_start = 0;
+        for (row, value) in values.iter().enumerate() {
+            let covariances = &self.weight_covariance[row_start..=row_start + row];
+            let before: f64 =
+                covariances[..row].iter().zip(&values).map(|(c, other)| c * other[0]).sum();
+            own += value[0] * (2.0 * before + covariances[row] * value[0]);
+            row_start += row + 1;
+        }
+        let mut free = DMatrix::from_fn(2, PARAMETERS, |axis, index| slopes[(axis, index)]);
+        for (axis, follow) in self.follow.iter().enumerate() {
+            for (value, row) in values.iter().zip(follow.chunks_exact(PARAMETERS)) {
+                for (index, slope) in row.iter().enumerate() {
+                    free[(axis, index)] -= value[0] * slope;
+                }
+            }
+        }
+        let lens = DMatrix::from_column_slice(PARAMETERS, PARAMETERS, &self.lens_covariance);
+        let rows =
+            [0, 1].map(|axis| DVector::from_iterator(PARAMETERS, free.row(axis).iter().copied()));
+        let along = |a: usize, b: usize| rows[a].dot(&(&lens * &rows[b]));
+        let level = self.noise().powi(2) + own;
+        Some(Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1)))
+    }
+
+    /// Where a pixel looks if what it shows is near `world`; without a place, at the middle of the
+    /// depths.
+    pub(super) fn ray(&self, pixel: Pixel, world: Option<Point3>) -> Option<Ray> {
+        let (place, nearness) = match world.and_then(|world| self.lens.project(world)) {
+            Some(seen) => (seen.pixel, seen.nearness),
+            None => (pixel, self.field.nearness()),
+        };
+        let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
+        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        let functions = self.field.len();
+        let numbers = self.weights.iter().flatten().chain(&self.settings.logs);
+        let covariances = self.weight_covariance.iter().chain(&self.lens_covariance);
+        self.lens.is_consistent()
+            && self.field.is_consistent()
+            && self.weights.len() == functions
+            && self.weight_covariance.len() == functions * (functions + 1) / 2
+            && self.follow.iter().all(|follow| follow.len() == functions * PARAMETERS)
+            && self.lens_covariance.len() == PARAMETERS * PARAMETERS
+            && numbers.chain(covariances).chain(self.follow.iter().flatten()).all(|v| v.is_finite())
+            && self.effective.is_finite()
+    }
+}

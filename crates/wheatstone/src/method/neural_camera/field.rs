@@ -1,0 +1,199 @@
+//! The functions from which the correction of a camera is built: smooth waves over the picture, for
+//! what the lens does to a direction, and low polynomials times the nearness, for rays that do not
+//! meet in one point.
+//!
+//! The waves are the cosines of a box about the points, the eigenfunctions of the Laplacian with flat
+//! borders: with variances from the spectral density of a kernel their sum is a Gaussian process
+//! (Solin & Sarkka 2020, doi:10.1007/s11222-019-09886-w). A straight ray that misses the centre by an
+//! offset o is seen, at distance d, displaced by o / d: linear in the nearness 1 / d, so the second
+//! kind needs nothing steeper.
+
+use crate::geometry::Pixel;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// The box reaches this far beyond the points (1 is just round them), so that its flat borders do not
+/// flatten what the points show: the least that Riutort-Mayol et al. 2023
+/// (doi:10.1007/s11222-022-10167-2) advise for this kernel.
+const MARGIN: f64 = 1.2;
+
+/// Highest degree of the polynomials beside the nearness. Each degree brings at most a factor of the
+/// widest angle, so with half a radian the fifth would be a sixteenth of the first.
+const PARALLAX_DEGREE: usize = 4;
+
+/// Which functions of picture and nearness there are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Field {
+    /// Middle of the points' pixels and of their nearness.
+    centre: [f64; 3],
+    /// Half their extents.
+    half: [f64; 3],
+    /// Half the field of view, about in radians.
+    pub(super) view: f64,
+    /// Half waves along x and y, a wave each.
+    pub(super) waves: Vec<[usize; 2]>,
+    /// Degrees in x and y, a polynomial each; after the waves.
+    pub(super) parallax: Vec<[usize; 2]>,
+}
+
+/// A function's value and its slopes by x, y (per pixel) and nearness.
+pub(super) type Sloped = [f64; 4];
+
+impl Field {
+    /// At most `most` waves, the longest first, and polynomials over where points were seen.
+    pub(super) fn new(seen: &[(Pixel, f64)], view: f64, most: usize) -> Self {
+        let coordinate =
+            |axis: usize| seen.iter().map(move |(p, nearness)| [p.x, p.y, *nearness][axis]);
+        let low = [0, 1, 2].map(|axis| coordinate(axis).fold(f64::INFINITY, f64::min));
+        let high = [0, 1, 2].map(|axis| coordinate(axis).fold(f64::NEG_INFINITY, f64::max));
+        let centre = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
+        // Where all is equal any unit does.
+        let half = [0, 1, 2].map(|axis| {
+            let half = 0.5 * (high[axis] - low[axis]);
+            if half > 0.0 { half } else { 1.0 }
+        });
+        let mut field = Self { centre, half, view, waves: Vec::new(), parallax: Vec::new() };
+        let all = most + 1;
+        let mut waves: Vec<[usize; 2]> =
+            (0..all * all).map(|index| [index / all, index % all]).collect();
+        waves.sort_by(|a, b| field.frequency(*a).total_cmp(&field.frequency(*b)).then(a.cmp(b)));
+        waves.truncate(most);
+        field.waves = waves;
+        // A displacement that is the same everywhere is the lens in another place.
+        for degree in 1..=PARALLAX_DEGREE {
+            field.parallax.extend((0..=degree).map(|y| [degree - y, y]));
+        }
+        field
+    }
+
+    /// Number of functions.
+    pub(super) fn len(&self) -> usize {
+        self.waves.len() + self.parallax.len()
+    }
+
+    /// Angular frequency of a wave, in radians a unit of [`Field::unit`].
+    pub(super) fn frequency(&self, [x, y]: [usize; 2]) -> f64 {
+        let along = |count: usize, axis: usize| {
+            count as f64 * std::f64::consts::FRAC_PI_2 * self.unit() / (MARGIN * self.half[axis])
+        };
+        (along(x, 0).powi(2) + along(y, 1).powi(2)).sqrt()
+    }
+
+    /// Half the longer side of the points' extent, in pixels: the unit of the correction's length.
+    pub(super) fn unit(&self) -> f64 {
+        self.half[0].max(self.half[1])
+    }
+
+    /// The middle of the nearness among the points.
+    pub(super) fn nearness(&self) -> f64 {
+        self.centre[2]
+    }
+
+    /// Area of the box in squared units.
+    pub(super) fn area(&self) -> f64 {
+        4.0 * MARGIN * MARGIN * self.half[0] * self.half[1] / (self.unit() * self.unit())
+    }
+
+    /// Every function at a place. Beyond the box they stay as they are on its border.
+    pub(super) fn values(&self, pixel: Pixel, nearness: f64) -> Vec<Sloped> {
+        let place = |value: f64, axis: usize| (value - self.centre[axis]) / self.half[axis];
+        let (x, y) = (place(pixel.x, 0), place(pixel.y, 1));
+        let near = place(nearness, 2);
+        let most = |axis: usize| self.waves.iter().map(|wave| wave[axis]).max().unwrap_or(0);
+        let waves = [cosines(x / MARGIN, most(0)), cosines(y / MARGIN, most(1))];
+        let powers = [legendre(x), legendre(y)];
+        let (by_x, by_y) = (1.0 / self.half[0], 1.0 / self.half[1]);
+        let mut all = Vec::with_capacity(self.len());
+        for [i, j] in &self.waves {
+            let ((a, slope_a), (b, slope_b)) = (waves[0][*i], waves[1][*j]);
+            all.push([a * b, slope_a * b * by_x / MARGIN, a * slope_b * by_y / MARGIN, 0.0]);
+        }
+        for [i, j] in &self.parallax {
+            let ((a, slope_a), (b, slope_b)) = (powers[0][*i], powers[1][*j]);
+            all.push([
+                near * a * b,
+                near * slope_a * b * by_x,
+                near * a * slope_b * by_y,
+                a * b / self.half[2],
+            ]);
+        }
+        all
+    }
+
+    /// Sum of the functions times `weights` (x and y displacement in pixels), with slopes: one
+    /// column a coordinate.
+    pub(super) fn sum(&self, values: &[Sloped], weights: &[[f64; 2]]) -> [Sloped; 2] {
+        let mut sum = [[0.0; 4]; 2];
+        for (value, weight) in values.iter().zip(weights) {
+            for (part, weight) in sum.iter_mut().zip(weight) {
+                part.iter_mut().zip(value).for_each(|(s, v)| *s += weight * v);
+            }
+        }
+        sum
+    }
+
+    /// The field with the functions that `keep` names only.
+    pub(super) fn pruned(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let split = self.waves.len();
+        let part = |list: &[[usize; 2]], first: usize| {
+            let kept = list.iter().enumerate().filter(|(index, _)| keep(first + index));
+            kept.map(|(_, item)| *item).collect()
+        };
+        Self { waves: part(&self.waves, 0), parallax: part(&self.parallax, split), ..self.clone() }
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        self.centre.iter().all(|value| value.is_finite())
+            && self.half.iter().all(|value| value.is_finite() && *value > 0.0)
+            && self.waves.iter().flatten().all(|count| *count <= MOST_HALF_WAVES)
+            && self.parallax.iter().all(|[x, y]| x + y <= PARALLAX_DEGREE)
+    }
+}
+
+/// More half waves than this no fit makes: a file that has them is broken.
+const MOST_HALF_WAVES: usize = 1000;
+
+/// `sqrt(2) cos(k pi (x + 1) / 2)` for k to `most` (1 for k = 0), mean square 1 on -1..1, with slopes.
+fn cosines(x: f64, most: usize) -> Vec<(f64, f64)> {
+    let inside = x.abs() < 1.0;
+    let angle = std::f64::consts::FRAC_PI_2 * (x.clamp(-1.0, 1.0) + 1.0);
+    let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+    let (mut s, mut c) = (0.0, 1.0);
+    let mut all = Vec::with_capacity(most + 1);
+    for k in 0..=most {
+        let size = if k == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
+        let slope = if inside { -size * k as f64 * std::f64::consts::FRAC_PI_2 * s } else { 0.0 };
+        all.push((size * c, slope));
+        (s, c) = (s * cosine + c * sine, c * cosine - s * sine);
+    }
+    all
+}
+
+/// Legendre polynomials to the highest degree, scaled to mean square 1 on -1..1, with slopes; flat
+/// beyond the box.
+fn legendre(x: f64) -> [(f64, f64); PARALLAX_DEGREE + 1] {
+    let inside = x.abs() < MARGIN;
+    let x = x.clamp(-MARGIN, MARGIN);
+    let mut plain = [(1.0, 0.0); PARALLAX_DEGREE + 1];
+    plain[1] = (x, 1.0);
+    for n in 2..=PARALLAX_DEGREE {
+        let count = n as f64;
+        let ((before, slope_before), (last, _)) = (plain[n - 2], plain[n - 1]);
+        plain[n].0 = ((2.0 * count - 1.0) * x * last - (count - 1.0) * before) / count;
+        plain[n].1 = slope_before + (2.0 * count - 1.0) * last;
+    }
+    let mut all = plain;
+    for (n, (value, slope)) in all.iter_mut().enumerate() {
+        let size = (2.0 * n as f64 + 1.0).sqrt();
+        *value *= size;
+        *slope *= if inside { size } else { 0.0 };
+    }
+    all
+}
+
+/// Slopes of a displaced pixel by world coordinates.
+pub(super) fn chained(part: &Sloped, seen: &super::lens::Seen) -> Vector3<f64> {
+    (seen.slopes.row(0) * part[1] + seen.slopes.row(1) * part[2]).transpose()
+        + seen.nearness_slopes * part[3]
+}

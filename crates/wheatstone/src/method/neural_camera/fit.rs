@@ -1,0 +1,284 @@
+//! From known points and their pixels in one camera to its lens, its correction and what is not known
+//! about them.
+
+use super::{
+    corrected::CorrectedCamera,
+    evidence::{LENGTH, NOISE, OF_FIELD, PARALLAX, Posterior, SETTINGS, Settings, Sums, WAVES},
+    field::Field,
+    lens::{
+        DIFFERENCE, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS,
+    },
+};
+use crate::{
+    Error, Result,
+    geometry::{Pixel, Point3, ProjectionMatrix},
+    numeric::levenberg_marquardt::{Patience, minimise},
+    progress::Progress,
+};
+use nalgebra::{DMatrix, DVector, Matrix2, SMatrix};
+
+/// Waves of a camera at most: about twelve half waves a side, which resolve lengths down to a fifth
+/// of half the picture; the strongest bumps of the synthetic rigs ask for a third.
+const MOST_WAVES: usize = 120;
+
+/// Times that settings and linearisation take turns: two to follow each other, one to spare.
+const ROUNDS: usize = 3;
+
+/// A camera on its way to be fitted.
+struct State<'a> {
+    pairs: &'a [(Point3, Pixel)],
+    lens: Lens,
+    field: Field,
+    weights: Vec<[f64; 2]>,
+}
+
+/// Fits one camera to the points that it saw, from its projection matrix.
+pub(super) fn fit_camera(
+    pairs: &[(Point3, Pixel)],
+    start: &ProjectionMatrix,
+    progress: &dyn Progress,
+) -> Result<CorrectedCamera> {
+    let undetermined = || Error::Degenerate {
+        problem: "the known points do not determine a camera".into(),
+        hint: "show it points at two or more distances that fill the picture".into(),
+    };
+    let plain = Lens::from_projection(start).ok_or_else(undetermined)?;
+    let mut best: Option<(Lens, Posterior)> = None;
+    for layout in [Layout::Perspective, Layout::Equidistant] {
+        let candidate = bare(pairs, &plain, layout, progress)?;
+        if let Some((lens, posterior)) = candidate
+            && best.as_ref().is_none_or(|(_, other)| posterior.evidence > other.evidence)
+        {
+            best = Some((lens, posterior));
+        }
+    }
+    let (lens, posterior) = best.ok_or_else(undetermined)?;
+    let lens = lens.seen_from_its_centre();
+    let seen: Option<Vec<(Pixel, f64)>> =
+        pairs.iter().map(|(world, pixel)| Some((*pixel, lens.project(*world)?.nearness))).collect();
+    let field =
+        Field::new(&seen.ok_or_else(undetermined)?, lens.reach, MOST_WAVES.min(pairs.len() / 2));
+    let weights = vec![[0.0; 2]; field.len()];
+    let mut state = State { pairs, lens, field, weights };
+    let posterior =
+        corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
+    CorrectedCamera::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
+}
+
+/// The lens of one layout without correction, and how well it explains the points.
+fn bare(
+    pairs: &[(Point3, Pixel)],
+    plain: &Lens,
+    layout: Layout,
+    progress: &dyn Progress,
+) -> Result<Option<(Lens, Posterior)>> {
+    let start = plain.clone().laid_out(layout, pairs);
+    let Some(lens) = least_squares(pairs, &start, progress)? else { return Ok(None) };
+    let field = Field::new(&[(Pixel::origin(), 1.0)], 1.0, 0).pruned(|_| false);
+    let mut state = State { pairs, lens, field, weights: Vec::new() };
+    let free = std::array::from_fn(|setting| !OF_FIELD.contains(&setting));
+    let Some(sums) = state.sums() else { return Ok(None) };
+    let noise = (sums.squares / (2 * pairs.len()) as f64).sqrt();
+    let settings = Settings::start(noise);
+    let posterior = state.alternate(sums.climb(&state.field, settings, free), free, progress)?;
+    Ok(posterior.map(|posterior| (state.lens, posterior)))
+}
+
+/// Plain least squares from a start that may be far off, as that of a fisheye is.
+fn least_squares(
+    pairs: &[(Point3, Pixel)],
+    start: &Lens,
+    progress: &dyn Progress,
+) -> Result<Option<Lens>> {
+    // Standard deviations of the lens's terms, in units of one pixel's error each: they only keep
+    // the search from wandering where points are few.
+    let loose = |index: usize| {
+        if (FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL).contains(&index) { 1.0 } else { 0.1 }
+    };
+    let patience = Patience { steps: 60, least_gain: 1e-6 };
+    let mut scratch = vec![0.0; PARAMETERS];
+    let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, mut normal| {
+        let step: [f64; PARAMETERS] = step.try_into().ok()?;
+        let lens = start.moved(&step);
+        let shifted = normal.is_some().then(|| {
+            let by = |index: usize, size: f64| {
+                let mut step = step;
+                step[index] += size;
+                start.moved(&step)
+            };
+            (0..PARAMETERS).map(|i| (by(i, DIFFERENCE), by(i, -DIFFERENCE))).collect::<Vec<_>>()
+        });
+        let mut cost = 0.0;
+        for (world, pixel) in pairs {
+            let error = lens.project(*world)?.pixel - pixel;
+            cost += 0.5 * error.norm_squared();
+            if let (Some(normal), Some(shifted)) = (normal.as_deref_mut(), &shifted) {
+                let slopes = Lens::slopes_by_parameters(shifted, *world)?;
+                normal.add(slopes.row(0).transpose().as_slice(), error.x);
+                normal.add(slopes.row(1).transpose().as_slice(), error.y);
+            }
+        }
+        let numbers = lens.numbers();
+        for index in FIRST_EXPECTED..PARAMETERS {
+            let error = numbers[index] / loose(index);
+            cost += 0.5 * error * error;
+            if let Some(normal) = normal.as_deref_mut() {
+                scratch.fill(0.0);
+                scratch[index] = 1.0 / loose(index);
+                normal.add(&scratch, error);
+            }
+        }
+        Some(cost)
+    });
+    match found {
+        Ok(found) => Ok(found.parameters.as_slice().try_into().ok().map(|step| start.moved(step))),
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(_) => Ok(None),
+    }
+}
+
+/// Fits lens and correction together.
+fn corrected(
+    state: &mut State<'_>,
+    settings: Settings,
+    progress: &dyn Progress,
+) -> Result<Option<Posterior>> {
+    let Some(sums) = state.sums() else { return Ok(None) };
+    // The evidence may have two hills: short waves and long ones.
+    let mut best: Option<Posterior> = None;
+    for length in [0.25, 0.8] {
+        progress.check()?;
+        let mut start = settings;
+        start.logs[WAVES] = settings.logs[NOISE];
+        start.logs[PARALLAX] = settings.logs[NOISE];
+        start.logs[LENGTH] = libm::log(length);
+        let Some(found) = sums.climb(&state.field, start, [true; SETTINGS]) else { continue };
+        if best.as_ref().is_none_or(|other| found.evidence > other.evidence) {
+            best = Some(found);
+        }
+    }
+    state.alternate(best, [true; SETTINGS], progress)
+}
+
+impl State<'_> {
+    /// Settings and linearisation take turns; ends at the mode, with the posterior there.
+    fn alternate(
+        &mut self,
+        first: Option<Posterior>,
+        free: [bool; SETTINGS],
+        progress: &dyn Progress,
+    ) -> Result<Option<Posterior>> {
+        let Some(mut posterior) = first else { return Ok(None) };
+        for _ in 0..ROUNDS {
+            progress.check()?;
+            let next = self
+                .settle(posterior.settings, &posterior)
+                .and_then(|()| self.sums()?.climb(&self.field, posterior.settings, free));
+            match next {
+                Some(next) => posterior = next,
+                None => return Ok(None),
+            }
+        }
+        let settled = self
+            .settle(posterior.settings, &posterior)
+            .and_then(|()| self.sums()?.posterior(&self.field, posterior.settings));
+        Ok(settled)
+    }
+
+    /// Sums about the present lens and weights; `None` where a point does not project.
+    fn sums(&self) -> Option<Sums> {
+        let (points, functions) = (self.pairs.len(), self.field.len());
+        let shifted = self.lens.shifted();
+        let mut field = DMatrix::zeros(points, functions);
+        let mut lens = [0, 1].map(|_| DMatrix::zeros(points, PARAMETERS));
+        let mut errors = [0, 1].map(|_| DVector::zeros(points));
+        for (row, (world, pixel)) in self.pairs.iter().enumerate() {
+            let seen = self.lens.project(*world)?;
+            let values = self.field.values(seen.pixel, seen.nearness);
+            values.iter().enumerate().for_each(|(index, value)| field[(row, index)] = value[0]);
+            let slopes = Lens::slopes_by_parameters(&shifted, *world)?;
+            let slopes = displaced(&slopes, &self.field.sum(&values, &self.weights));
+            for axis in 0..2 {
+                lens[axis].set_row(row, &slopes.row(axis));
+                errors[axis][row] = pixel[axis] - seen.pixel[axis];
+            }
+        }
+        Some(Sums {
+            field: field.tr_mul(&field),
+            mixed: [field.tr_mul(&lens[0]), field.tr_mul(&lens[1])],
+            field_errors: [field.tr_mul(&errors[0]), field.tr_mul(&errors[1])],
+            lens: lens[0].tr_mul(&lens[0]) + lens[1].tr_mul(&lens[1]),
+            lens_errors: lens[0].tr_mul(&errors[0]) + lens[1].tr_mul(&errors[1]),
+            squares: errors[0].norm_squared() + errors[1].norm_squared(),
+            points,
+            numbers: self.lens.numbers(),
+        })
+    }
+
+    /// What the fit makes least at fixed settings; `None` where a point does not project.
+    fn objective(&self, settings: &Settings) -> Option<f64> {
+        let mut squares = 0.0;
+        for (world, pixel) in self.pairs {
+            let seen = self.lens.project(*world)?;
+            let values = self.field.values(seen.pixel, seen.nearness);
+            let [x, y] = self.field.sum(&values, &self.weights);
+            squares += (pixel.x - seen.pixel.x - x[0]).powi(2);
+            squares += (pixel.y - seen.pixel.y - y[0]).powi(2);
+        }
+        let precision = settings.value(NOISE).powi(-2);
+        let penalty = settings.penalty(&self.field, &self.weights, &self.lens.numbers());
+        Some(squares * precision + penalty).filter(|value| value.is_finite())
+    }
+
+    /// Goes towards the mode of a posterior, the step halved until it is better than where it
+    /// started; how much better, 0 where no step helps.
+    fn advance(&mut self, posterior: &Posterior) -> f64 {
+        let Some(before) = self.objective(&posterior.settings) else { return 0.0 };
+        let (old_lens, old_weights) = (self.lens.clone(), self.weights.clone());
+        for halvings in 0..12 {
+            let share = 0.5_f64.powi(halvings);
+            let step = std::array::from_fn(|index| share * posterior.step[index]);
+            self.lens = old_lens.moved(&step);
+            let weights = old_weights.iter().zip(&posterior.weights);
+            let between = |(old, new): (&[f64; 2], &[f64; 2])| {
+                [0, 1].map(|axis: usize| old[axis] + share * (new[axis] - old[axis]))
+            };
+            self.weights = weights.map(between).collect();
+            if let Some(after) = self.objective(&posterior.settings).filter(|v| *v < before) {
+                return before - after;
+            }
+        }
+        (self.lens, self.weights) = (old_lens, old_weights);
+        0.0
+    }
+
+    /// Goes to the mode at fixed settings.
+    fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<()> {
+        let mut gain = self.advance(first);
+        for _ in 1..MOST_STEPS {
+            // The objective is in units of a squared standard deviation.
+            if gain < 1e-5 {
+                break;
+            }
+            gain = self.advance(&self.sums()?.posterior(&self.field, settings)?);
+        }
+        Some(())
+    }
+}
+
+/// Most Gauss-Newton steps at fixed settings. Two or three are the rule; where points lie so flat that
+/// focal length and distance are hard to tell apart the valley is long: ten steps left the held-out
+/// error of a target in water a third above that of sixty.
+const MOST_STEPS: usize = 60;
+
+/// Slopes of the corrected pixel by the lens's numbers, from those of the plain pixel and
+/// from the field with its own slopes.
+pub(super) fn displaced(
+    slopes: &SMatrix<f64, 2, PARAMETERS>,
+    field: &[[f64; 4]; 2],
+) -> SMatrix<f64, 2, PARAMETERS> {
+    let chain = Matrix2::from_fn(|row, column| {
+        field[row][1 + column] + if row == column { 1.0 } else { 0.0 }
+    });
+    chain * slopes
+}

@@ -1,0 +1,309 @@
+//! The camera before its correction: a pose, a projective plane, and a symmetric lens.
+//!
+//! The plane is that of the direct linear transformation (eleven numbers, Abdel-Aziz & Karara 1971,
+//! reprint doi:10.14358/PERS.81.2.103). On it, or on the plane of angles for a fisheye (Kannala &
+//! Brandt 2006, doi:10.1109/TPAMI.2006.153), stand Brown's radial and tangential terms
+//! (Brown 1971, Photogrammetric Engineering 37:855-866).
+
+use crate::geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2};
+use serde::{Deserialize, Serialize};
+
+/// Numbers that a fit may change: rotation and translation, the five of the plane, the lens.
+pub(super) const PARAMETERS: usize = 16;
+
+/// The first of the numbers that are expected near 0: shape of a pixel (two), principal point (two),
+/// radial terms (three), tangential terms (two). Of pose and focal length nothing is known.
+pub(super) const FIRST_EXPECTED: usize = 7;
+pub(super) const FIRST_OF_PRINCIPAL: usize = 9;
+pub(super) const FIRST_RADIAL: usize = 11;
+pub(super) const FIRST_TANGENTIAL: usize = 14;
+
+/// How directions are laid out on a plane before the lens bends them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Layout {
+    /// By the tangent of the angle from the axis, as a pinhole does.
+    Perspective,
+    /// By the angle itself, as most fisheye lenses nearly do.
+    Equidistant,
+}
+
+/// World to pixel without correction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Lens {
+    pub(super) layout: Layout,
+    /// World to camera.
+    pub(super) camera_from_world: Pose,
+    /// Focal lengths x and y, skew, principal point x and y; pixels. The first is negative where the
+    /// world's axes are left-handed.
+    pub(super) plane: [f64; 5],
+    /// Three radial and two tangential terms, as relative displacements at `reach`.
+    pub(super) bend: [f64; 5],
+    /// The middle of the pixels seen, near which the principal point is expected.
+    pub(super) middle: Pixel,
+    /// The camera's centre as first found: nearness counts from here, so that it stays what it is
+    /// while the lens is moved.
+    pub(super) viewpoint: Point3,
+    /// Largest distance from the axis on the layout's plane among the fitted points.
+    pub(super) reach: f64,
+}
+
+impl Lens {
+    /// The distortion-free camera that a projection matrix is, for points out to `reach`.
+    pub(super) fn from_projection(matrix: &ProjectionMatrix) -> Option<Self> {
+        let linear: Matrix3<f64> = matrix.0.fixed_view::<3, 3>(0, 0).into();
+        // M = K R: the QR factors of M' with its columns reversed are those of K and R reversed.
+        let reversal = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0);
+        let qr = (linear.transpose() * reversal).qr();
+        let mut upper = reversal * qr.r().transpose() * reversal;
+        let mut rotation = reversal * qr.q().transpose();
+        for axis in 1..3 {
+            if upper[(axis, axis)] < 0.0 {
+                upper.column_mut(axis).neg_mut();
+                rotation.row_mut(axis).neg_mut();
+            }
+        }
+        if rotation.determinant() < 0.0 {
+            upper.column_mut(0).neg_mut();
+            rotation.row_mut(0).neg_mut();
+        }
+        let upper = upper / upper[(2, 2)];
+        let centre = matrix.centre()?;
+        let translation = -(rotation * centre.coords);
+        let plane = [upper[(0, 0)], upper[(1, 1)], upper[(0, 1)], upper[(0, 2)], upper[(1, 2)]];
+        let finite = plane.iter().chain(rotation.iter()).all(|value| value.is_finite());
+        (finite && plane[0] != 0.0 && plane[1] != 0.0).then_some(Self {
+            layout: Layout::Perspective,
+            camera_from_world: Pose { rotation, translation },
+            plane,
+            bend: [0.0; 5],
+            middle: Pixel::new(upper[(0, 2)], upper[(1, 2)]),
+            viewpoint: centre,
+            reach: 1.0,
+        })
+    }
+
+    /// The same camera laid out otherwise, its reach and middle those of `pairs`.
+    pub(super) fn laid_out(mut self, layout: Layout, pairs: &[(Point3, Pixel)]) -> Self {
+        self.layout = layout;
+        self.bend = [0.0; 5];
+        let pose = self.camera_from_world;
+        let distance = |world| Some(self.lay_out(pose.transform(world))?.0.norm());
+        let reach = pairs.iter().filter_map(|(world, _)| distance(*world)).fold(0.0, f64::max);
+        let middle = [0, 1].map(|axis| {
+            let low = pairs.iter().map(|(_, pixel)| pixel[axis]).fold(f64::INFINITY, f64::min);
+            let high = pairs.iter().map(|(_, pixel)| pixel[axis]).fold(f64::NEG_INFINITY, f64::max);
+            0.5 * (low + high)
+        });
+        self.middle = Pixel::from(middle);
+        self.reach = if reach > 0.0 { reach } else { 1.0 };
+        self
+    }
+
+    /// The same lens with its present centre as viewpoint.
+    pub(super) fn seen_from_its_centre(self) -> Self {
+        Self { viewpoint: Point3::from(self.camera_from_world.inverse().translation), ..self }
+    }
+
+    /// A point in the camera's frame on the layout's plane, with derivatives.
+    fn lay_out(&self, point: Point3) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
+        let (x, y, z) = (point.x, point.y, point.z);
+        if self.layout == Layout::Perspective {
+            let (u, v) = (x / z, y / z);
+            let slopes = Matrix2x3::new(1.0, 0.0, -u, 0.0, 1.0, -v) / z;
+            return (z > 0.0).then_some((Vector2::new(u, v), slopes));
+        }
+        let radius2 = x * x + y * y;
+        let distance2 = radius2 + z * z;
+        let radius = radius2.sqrt();
+        // On the axis the angle over the radius is 1 / z, and flat.
+        if radius2 <= 1e-16 * distance2 {
+            let slopes = Matrix2x3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0) / z;
+            return (z > 0.0).then_some((Vector2::new(x / z, y / z), slopes));
+        }
+        let scale = libm::atan2(radius, z) / radius;
+        let along = (z / distance2 - scale) / radius2;
+        let slopes = Matrix2x3::new(
+            scale + along * x * x,
+            along * x * y,
+            -x / distance2,
+            along * x * y,
+            scale + along * y * y,
+            -y / distance2,
+        );
+        Some((Vector2::new(x * scale, y * scale), slopes))
+    }
+
+    /// What the lens makes of a place on the layout's plane, with derivatives.
+    fn bent(&self, place: Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
+        let [k1, k2, k3, p1, p2] = self.bend;
+        let unit = place / self.reach;
+        let (x, y) = (unit.x, unit.y);
+        let s = x * x + y * y;
+        let factor = 1.0 + s * (k1 + s * (k2 + s * k3));
+        let slope = k1 + s * (2.0 * k2 + 3.0 * s * k3);
+        let sideways = Vector2::new(
+            2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
+            p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y,
+        );
+        let mixed = 2.0 * (x * y * slope + p1 * x + p2 * y);
+        let slopes = Matrix2::new(
+            factor + 2.0 * (x * x * slope + p1 * y + 3.0 * p2 * x),
+            mixed,
+            mixed,
+            factor + 2.0 * (y * y * slope + 3.0 * p1 * y + p2 * x),
+        );
+        ((unit * factor + sideways) * self.reach, slopes)
+    }
+
+    fn plane_matrix(&self) -> Matrix2<f64> {
+        let [fx, fy, skew, _, _] = self.plane;
+        Matrix2::new(fx, skew, 0.0, fy)
+    }
+
+    /// Where a world point falls, with derivatives by its coordinates; and its nearness,
+    /// with derivatives.
+    pub(super) fn project(&self, world: Point3) -> Option<Seen> {
+        let point = self.camera_from_world.transform(world);
+        let (place, by_point) = self.lay_out(point)?;
+        let (bent, by_place) = self.bent(place);
+        let pixel = self.plane_matrix() * bent + Vector2::new(self.plane[3], self.plane[4]);
+        let rotation = self.camera_from_world.rotation;
+        let away = world - self.viewpoint;
+        let nearness = 1.0 / away.norm();
+        let nearness_slopes = away * -nearness.powi(3);
+        let slopes = self.plane_matrix() * by_place * by_point * rotation;
+        let finite = pixel.iter().all(|value| value.is_finite()) && nearness.is_finite();
+        finite.then_some(Seen { pixel: Pixel::from(pixel), slopes, nearness, nearness_slopes })
+    }
+
+    /// Where a pixel looks, by Newton's method on the layout's plane; `None` where no direction
+    /// leads to it.
+    pub(super) fn ray(&self, pixel: Pixel) -> Option<Ray> {
+        let target = self.plane_matrix().try_inverse()?
+            * (pixel.coords - Vector2::new(self.plane[3], self.plane[4]));
+        let mut place = target;
+        for _ in 0..20 {
+            let (reached, slopes) = self.bent(place);
+            let step = slopes.try_inverse()? * (target - reached);
+            // Half the reach a step keeps Newton on the branch that starts at the axis.
+            let limit = 0.5 * self.reach;
+            place += step * (limit / step.norm().max(limit));
+            if step.norm() < 1e-12 * self.reach {
+                break;
+            }
+        }
+        let direction = match self.layout {
+            Layout::Perspective => Vector3::new(place.x, place.y, 1.0),
+            Layout::Equidistant => {
+                let angle = place.norm().max(f64::MIN_POSITIVE);
+                let sine = libm::sin(angle) / angle;
+                Vector3::new(place.x * sine, place.y * sine, libm::cos(angle))
+            }
+        };
+        let direction = direction.try_normalize(0.0).filter(|d| d.iter().all(|v| v.is_finite()))?;
+        let own = Ray { origin: Point3::origin(), direction };
+        Some(own.transformed(&self.camera_from_world.inverse()))
+    }
+
+    /// The lens moved by a step of its numbers, in the units of [`Lens::units`].
+    pub(super) fn moved(&self, step: &[f64; PARAMETERS]) -> Self {
+        let units = self.units();
+        let by = |index: usize| step[index] * units[index];
+        let turn = Pose::from_rotation_vector(
+            Vector3::new(by(3), by(4), by(5)),
+            Vector3::new(by(0), by(1), by(2)),
+        );
+        let old = self.camera_from_world;
+        let camera_from_world = Pose {
+            rotation: turn.rotation * old.rotation,
+            translation: turn.rotation * old.translation + turn.translation,
+        };
+        let [fx, fy, skew, cx, cy] = self.plane;
+        let focal = 1.0 + by(6);
+        let stretch = libm::exp(0.5 * by(7));
+        let plane =
+            [fx * focal * stretch, fy * focal / stretch, skew + by(8), cx + by(9), cy + by(10)];
+        let mut bend = self.bend;
+        bend.iter_mut().enumerate().for_each(|(index, value)| *value += by(11 + index));
+        Self { camera_from_world, plane, bend, ..self.clone() }
+    }
+
+    /// Radians, the distance of the world's origin, shares and focal lengths: steps of like effect.
+    fn units(&self) -> [f64; PARAMETERS] {
+        let (length, focal) = (self.camera_from_world.translation.norm(), self.plane[1].abs());
+        let mut units = [1.0; PARAMETERS];
+        units[3..6].fill(if length > 0.0 { length } else { 1.0 });
+        units[8..11].fill(focal);
+        units
+    }
+
+    /// The numbers that are expected near 0, in the units of a step; 0 for the others.
+    pub(super) fn numbers(&self) -> [f64; PARAMETERS] {
+        let [fx, fy, skew, cx, cy] = self.plane;
+        let mut numbers = [0.0; PARAMETERS];
+        let focal = fy.abs();
+        let aspect = libm::log((fx / fy).abs());
+        numbers[FIRST_EXPECTED..FIRST_RADIAL].copy_from_slice(&[
+            aspect,
+            skew / focal,
+            (cx - self.middle.x) / focal,
+            (cy - self.middle.y) / focal,
+        ]);
+        numbers[FIRST_RADIAL..].copy_from_slice(&self.bend);
+        numbers
+    }
+
+    /// Derivatives of the pixel by the lens's numbers, by central differences.
+    pub(super) fn slopes_by_parameters(
+        shifted: &[(Self, Self)],
+        world: Point3,
+    ) -> Option<SMatrix<f64, 2, PARAMETERS>> {
+        let mut slopes = SMatrix::<f64, 2, PARAMETERS>::zeros();
+        for (index, (ahead, behind)) in shifted.iter().enumerate() {
+            let (ahead, behind) = (ahead.project(world)?, behind.project(world)?);
+            let pixel = (ahead.pixel - behind.pixel) / (2.0 * DIFFERENCE);
+            slopes.set_column(index, &pixel);
+        }
+        Some(slopes)
+    }
+
+    /// The lens a small step ahead and behind in each number.
+    pub(super) fn shifted(&self) -> Vec<(Self, Self)> {
+        let by = |index: usize, size: f64| {
+            let mut step = [0.0; PARAMETERS];
+            step[index] = size;
+            self.moved(&step)
+        };
+        (0..PARAMETERS).map(|index| (by(index, DIFFERENCE), by(index, -DIFFERENCE))).collect()
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        let pose = &self.camera_from_world;
+        let gap = pose.rotation * pose.rotation.transpose() - Matrix3::identity();
+        gap.norm() < 1e-6
+            && self.reach > 0.0
+            && self.viewpoint.iter().chain(self.middle.iter()).all(|v| v.is_finite())
+            && self.plane[0] != 0.0
+            && self.plane[1] != 0.0
+            && pose.translation.iter().chain(&self.plane).chain(&self.bend).all(|v| v.is_finite())
+    }
+}
+
+/// Step of the differences: the cube root of the machine's precision balances rounding and
+/// curvature.
+pub(super) const DIFFERENCE: f64 = 6e-6;
+
+/// A world point on the picture.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    pub(super) pixel: Pixel,
+    /// Of the pixel by the world coordinates.
+    pub(super) slopes: Matrix2x3<f64>,
+    /// One over the distance from the viewpoint, in inverse world units.
+    pub(super) nearness: f64,
+    /// Of the nearness by the world coordinates.
+    pub(super) nearness_slopes: Vector3,
+}

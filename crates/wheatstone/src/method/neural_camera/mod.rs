@@ -1,0 +1,151 @@
+//! A camera that learns what its lens does: a projective camera with a symmetric lens, and a
+//! regularised radial-basis correction for what that misses, as a function of the direction and the
+//! inverse depth seen from the camera. Fitted in pixels, where the noise is; located by least pixel
+//! errors; rays are straight, so that it goes on beyond the depths it was shown.
+//!
+//! How much correction there is, how smooth it is and how noisy the pixels are is decided by the
+//! evidence: MacKay 1992 (doi:10.1162/neco.1992.4.3.415), Foresee & Hagan 1997
+//! (doi:10.1109/ICNN.1997.614194). With Gaussian priors on its weights the correction is a Gaussian
+//! process (Neal 1996, doi:10.1007/978-1-4612-0745-0), here in the reduced-rank form of Solin & Sarkka
+//! 2020 (doi:10.1007/s11222-019-09886-w). Triangulation: Hartley & Sturm 1997
+//! (doi:10.1006/cviu.1997.0547).
+
+mod corrected;
+mod evidence;
+mod field;
+mod fit;
+mod lens;
+
+use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3, ProjectionMatrix, Vector3, triangulation},
+    progress::Progress,
+};
+use corrected::CorrectedCamera;
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// There is nothing to set: the evidence does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NeuralCamera {}
+
+/// The fitted cameras.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NeuralCameraReconstructor {
+    cameras: Vec<CorrectedCamera>,
+}
+
+/// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
+const POINTS_NEEDED: usize = 8;
+
+impl Method for NeuralCamera {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        let fit = |camera: usize| {
+            progress.check()?;
+            let pairs = train.seen_by_camera(camera);
+            if pairs.len() < POINTS_NEEDED {
+                return Err(Error::TooFew {
+                    method: "neural-camera".into(),
+                    what: format!("points seen by camera {}", camera + 1),
+                    need: POINTS_NEEDED,
+                    got: pairs.len(),
+                });
+            }
+            let start = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
+                problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+                hint: "show it points at two or more distances".into(),
+            })?;
+            fit::fit_camera(&pairs, &start, progress)
+        };
+        let cameras: Vec<Result<CorrectedCamera>> =
+            (0..train.cameras).into_par_iter().map(fit).collect();
+        let cameras = cameras.into_iter().collect::<Result<Vec<_>>>()?;
+        Ok(Fit { reconstructor: NeuralCameraReconstructor { cameras }.into(), curve: Vec::new() })
+    }
+
+    fn summary(&self) -> &'static str {
+        "each camera a lens and a learned correction, as much as the points ask for; any optics"
+    }
+
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        only_default(self, name)
+    }
+}
+
+/// The point nearest to all rays in the least-squares sense.
+fn nearest(rays: impl Iterator<Item = crate::geometry::Ray>) -> Option<Point3> {
+    let (mut matrix, mut vector) = (Matrix3::zeros(), Vector3::zeros());
+    for ray in rays {
+        let across = Matrix3::identity() - ray.direction * ray.direction.transpose();
+        matrix += across;
+        vector += across * ray.origin.coords;
+    }
+    Some(Point3::from(matrix.try_inverse()? * vector))
+}
+
+impl NeuralCameraReconstructor {
+    /// Standard deviation, in pixels, of what each camera's fit could not explain.
+    #[must_use]
+    pub fn pixel_noise(&self) -> Vec<f64> {
+        self.cameras.iter().map(CorrectedCamera::noise).collect()
+    }
+
+    /// How many numbers each camera's points determined: between 11 and all of lens and correction.
+    #[must_use]
+    pub fn effective_parameters(&self) -> Vec<f64> {
+        self.cameras.iter().map(CorrectedCamera::effective).collect()
+    }
+}
+
+impl Reconstructor for NeuralCameraReconstructor {
+    fn cameras(&self) -> usize {
+        self.cameras.len()
+    }
+
+    fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
+        let (cameras, seen): (Vec<&CorrectedCamera>, Vec<Pixel>) =
+            self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
+        if seen.len() < 2 {
+            return None;
+        }
+        let mut start = None;
+        // The first time at the middle of the depths, then nearly where the point is.
+        for _ in 0..2 {
+            let rays = cameras.iter().zip(&seen).map(|(camera, pixel)| camera.ray(*pixel, start));
+            start = Some(nearest(rays.collect::<Option<Vec<_>>>()?.into_iter())?);
+        }
+        let start = start?;
+        // In units of each camera's noise.
+        let scaled: Vec<Pixel> =
+            cameras.iter().zip(&seen).map(|(camera, pixel)| pixel / camera.noise()).collect();
+        let found = triangulation::refine(start, &scaled, |index, point| {
+            let camera = cameras[index];
+            let (pixel, slopes) = camera.project(point)?;
+            Some((pixel / camera.noise(), slopes / camera.noise()))
+        })?;
+        let (mut information, mut squares) = (Matrix3::zeros(), 0.0);
+        for (camera, pixel) in cameras.iter().zip(&seen) {
+            let (predicted, slopes) = camera.project(found.point)?;
+            squares += (pixel - predicted).norm_squared();
+            let spread = camera.pixel_covariance(found.point)?.try_inverse()?;
+            information += slopes.transpose() * spread * slopes;
+        }
+        let covariance = information.try_inverse()?;
+        Some(Located {
+            point: found.point,
+            covariance: (covariance + covariance.transpose()) * 0.5,
+            residual: (squares / (2 * seen.len()) as f64).sqrt(),
+        })
+    }
+
+    fn is_consistent(&self) -> bool {
+        self.cameras.len() >= 2 && self.cameras.iter().all(CorrectedCamera::is_consistent)
+    }
+}
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,347 @@
+//! Each camera a polynomial from the world to its picture, cubic across and quadratic in depth, as
+//! particle image velocimetry uses it; each located point the one with the least pixel errors.
+//!
+//! Source: Soloff, Adrian & Liu 1997 (doi:10.1088/0957-0233/8/12/008), equation 26: 19 terms in X, Y
+//! and Z, here on coordinates scaled to -1..1. Terms that the points do not determine are left out:
+//! two planes make it linear in Z.
+
+use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
+    numeric::least_squares::solve,
+    progress::Progress,
+};
+use nalgebra::Matrix2x3;
+use serde::{Deserialize, Serialize};
+
+/// There is nothing to set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Soloff {}
+
+/// The fitted cameras.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoloffReconstructor {
+    cameras: Vec<PolynomialCamera>,
+    /// Middle of the fitted points, in world units.
+    centre: [f64; 3],
+    /// Half their extent, in world units.
+    half: [f64; 3],
+    /// Standard deviation of one pixel coordinate about its prediction, over all cameras.
+    pixel_sigma: f64,
+}
+
+/// One camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PolynomialCamera {
+    /// Powers of scaled X, Y and Z, a term each.
+    powers: Vec<[u8; 3]>,
+    /// Pixel x and y that each term adds.
+    terms: Vec<[f64; 2]>,
+    /// The distortion-free camera from which a search starts.
+    start: ProjectionMatrix,
+}
+
+/// Soloff's terms, those of low degree first, so that the data choose among the high ones.
+fn all_powers() -> Vec<[u8; 3]> {
+    let mut powers: Vec<[u8; 3]> = (0..4 * 4 * 3_u8)
+        .map(|index| [index / 12, index / 3 % 4, index % 3])
+        .filter(|[x, y, z]| x + y + z <= 3)
+        .collect();
+    powers.sort_by_key(|[x, y, z]| (x + y + z, *z, *y));
+    powers
+}
+
+/// A term whose values over the points are, but for this share, a sum of earlier terms' is not
+/// determined by them: points of one level of a stage differ by rounding or by a hundredth of its
+/// extent, and such a term would grow by the inverse beyond them.
+const LEAST_SHARE: f64 = 0.02;
+
+/// The terms that the points determine: each is kept if something is left of it when those before it
+/// are taken out (Gram & Schmidt, twice for accuracy).
+fn determined(points: &[[f64; 3]]) -> Vec<[u8; 3]> {
+    let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let mut kept: Vec<[u8; 3]> = Vec::new();
+    let mut directions: Vec<Vec<f64>> = Vec::new();
+    for powers in all_powers() {
+        // Two coordinates share the terms, and the noise must show: one point more than terms.
+        if kept.len() + 1 >= points.len() {
+            break;
+        }
+        let mut values: Vec<f64> = points.iter().map(|point| monomial(*point, powers)).collect();
+        let whole = norm(&values);
+        for _ in 0..2 {
+            for direction in &directions {
+                let share: f64 = direction.iter().zip(&values).map(|(d, v)| d * v).sum();
+                values.iter_mut().zip(direction).for_each(|(v, d)| *v -= share * d);
+            }
+        }
+        let left = norm(&values);
+        if left > LEAST_SHARE * whole {
+            values.iter_mut().for_each(|v| *v /= left);
+            directions.push(values);
+            kept.push(powers);
+        }
+    }
+    kept
+}
+
+fn power(value: f64, exponent: u8) -> f64 {
+    (0..exponent).fold(1.0, |product, _| product * value)
+}
+
+fn monomial(point: [f64; 3], powers: [u8; 3]) -> f64 {
+    (0..3).map(|axis| power(point[axis], powers[axis])).product()
+}
+
+/// Derivative of a monomial along an axis.
+fn slope(point: [f64; 3], mut powers: [u8; 3], axis: usize) -> f64 {
+    let exponent = powers[axis];
+    if exponent == 0 {
+        return 0.0;
+    }
+    powers[axis] -= 1;
+    f64::from(exponent) * monomial(point, powers)
+}
+
+impl PolynomialCamera {
+    /// Of points on scaled coordinates.
+    fn fit(
+        pairs: &[(Point3, Pixel)],
+        scaled: &[[f64; 3]],
+        camera: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        progress.check()?;
+        let need = ProjectionMatrix::POINTS_NEEDED;
+        if pairs.len() < need {
+            return Err(Error::TooFew {
+                method: "soloff".into(),
+                what: format!("points seen by camera {}", camera + 1),
+                need,
+                got: pairs.len(),
+            });
+        }
+        let degenerate = || Error::Degenerate {
+            problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+            hint: "show it points at two or more distances".into(),
+        };
+        let start = ProjectionMatrix::fit(pairs).ok_or_else(degenerate)?;
+        let powers = determined(scaled);
+        let rows: Vec<f64> = scaled
+            .iter()
+            .flat_map(|point| powers.iter().map(|powers| monomial(*point, *powers)))
+            .collect();
+        let pixels: Vec<f64> = pairs.iter().flat_map(|(_, pixel)| [pixel.x, pixel.y]).collect();
+        let solution = solve(&rows, powers.len(), &pixels, 2).ok_or_else(degenerate)?;
+        let terms = (0..powers.len()).map(|term| [solution[(term, 0)], solution[(term, 1)]]);
+        Ok(Self { terms: terms.collect(), powers, start })
+    }
+
+    /// Where a point on scaled coordinates falls, with the derivatives by them.
+    fn project(&self, point: [f64; 3]) -> (Pixel, Matrix2x3<f64>) {
+        let (mut pixel, mut slopes) = (Pixel::origin(), Matrix2x3::zeros());
+        for (powers, term) in self.powers.iter().zip(&self.terms) {
+            let value = monomial(point, *powers);
+            for row in 0..2 {
+                pixel[row] += term[row] * value;
+                for axis in 0..3 {
+                    slopes[(row, axis)] += term[row] * slope(point, *powers, axis);
+                }
+            }
+        }
+        (pixel, slopes)
+    }
+
+    fn is_consistent(&self) -> bool {
+        self.powers.len() == self.terms.len()
+            && self.powers.iter().all(|[x, y, z]| x.max(y) <= &3 && *z <= 2)
+            && self.terms.iter().flatten().chain(&self.start.0).all(|value| value.is_finite())
+    }
+}
+
+impl Method for Soloff {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        let along = |axis: usize| train.known().map(move |(world, _)| world[axis]);
+        let low = [0, 1, 2].map(|axis| along(axis).fold(f64::INFINITY, f64::min));
+        let high = [0, 1, 2].map(|axis| along(axis).fold(f64::NEG_INFINITY, f64::max));
+        let mut fitted = SoloffReconstructor {
+            cameras: Vec::new(),
+            centre: [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis])),
+            // Where all points are level any unit does.
+            half: [0, 1, 2].map(|axis| {
+                let half = 0.5 * (high[axis] - low[axis]);
+                if half > 0.0 { half } else { 1.0 }
+            }),
+            pixel_sigma: 0.0,
+        };
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for camera in 0..train.cameras {
+            let pairs = train.seen_by_camera(camera);
+            let scaled: Vec<[f64; 3]> = pairs.iter().map(|(p, _)| fitted.scaled(*p)).collect();
+            let polynomial = PolynomialCamera::fit(&pairs, &scaled, camera, progress)?;
+            for (point, (_, pixel)) in scaled.iter().zip(&pairs) {
+                squares += (polynomial.project(*point).0 - pixel).norm_squared();
+            }
+            freedom += 2.0 * (pairs.len() as f64 - polynomial.powers.len() as f64);
+            fitted.cameras.push(polynomial);
+        }
+        fitted.pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
+        Ok(Fit { reconstructor: fitted.into(), curve: Vec::new() })
+    }
+
+    fn summary(&self) -> &'static str {
+        "each camera a polynomial of the world, cubic across and quadratic in depth (1997)"
+    }
+
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        only_default(self, name)
+    }
+}
+
+impl SoloffReconstructor {
+    fn scaled(&self, point: Point3) -> [f64; 3] {
+        [0, 1, 2].map(|axis| (point[axis] - self.centre[axis]) / self.half[axis])
+    }
+}
+
+impl Reconstructor for SoloffReconstructor {
+    fn cameras(&self) -> usize {
+        self.cameras.len()
+    }
+
+    fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
+        let (cameras, seen): (Vec<&PolynomialCamera>, Vec<Pixel>) =
+            self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
+        let starts = cameras.iter().map(|camera| &camera.start);
+        let start = triangulation::linear(starts.zip(seen.iter().copied()))?;
+        let found = triangulation::refine(start, &seen, |index, point| {
+            let (pixel, mut slopes) = cameras[index].project(self.scaled(point));
+            for axis in 0..3 {
+                slopes.column_mut(axis).unscale_mut(self.half[axis]);
+            }
+            Some((pixel, slopes))
+        })?;
+        Some(Located {
+            point: found.point,
+            covariance: found.cofactor * (self.pixel_sigma * self.pixel_sigma),
+            residual: found.residual,
+        })
+    }
+
+    fn is_consistent(&self) -> bool {
+        self.cameras.len() >= 2
+            && self.pixel_sigma >= 0.0
+            && self.centre.iter().all(|value| value.is_finite())
+            && self.half.iter().all(|value| value.is_finite() && *value > 0.0)
+            && self.cameras.iter().all(PolynomialCamera::is_consistent)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        evaluate::{evaluate, floor},
+        method::{AnyReconstructor, tests::charts},
+        numeric::random::Random,
+        progress::Silent,
+        synthetic::{Noise, Rig, Stage, random_correspondences},
+    };
+
+    #[test]
+    fn there_are_soloffs_nineteen_terms_and_planes_take_depth_away() {
+        assert_eq!(all_powers().len(), 19);
+        let mut random = Random::new(4);
+        let mut levels = |heights: &[f64]| -> Vec<u8> {
+            let points: Vec<[f64; 3]> = (0..200)
+                .map(|index| {
+                    let height = heights[index % heights.len()];
+                    [random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), height]
+                })
+                .collect();
+            let kept = determined(&points);
+            (0..3).map(|z| kept.iter().filter(|powers| powers[2] == z).count() as u8).collect()
+        };
+        assert_eq!(levels(&[-1.0, 0.0, 0.4, 1.0]), [10, 6, 3]);
+        assert_eq!(levels(&[-1.0, 0.1, 1.0]), [10, 6, 3]);
+        assert_eq!(levels(&[-1.0, 1.0]), [10, 6, 0]);
+        assert_eq!(levels(&[-1.0, -0.999, 1.0]), [10, 6, 0]);
+    }
+
+    #[test]
+    fn an_exact_polynomial_is_recovered_and_its_slopes_agree_with_differences() {
+        let rig = Rig::named("pinhole", 3).unwrap();
+        let data = charts(&rig, Stage::default(), Noise::None, 400);
+        let Ok(Fit { reconstructor: AnyReconstructor::Soloff(fitted), .. }) =
+            Soloff {}.fit(&data, 0, &Silent)
+        else {
+            panic!("not fitted")
+        };
+        let truth = Point3::new(6.0, -7.0, 90.0);
+        let step = 1e-6;
+        let mut pixels = Vec::new();
+        for camera in &fitted.cameras {
+            let at = fitted.scaled(truth);
+            let (pixel, slopes) = camera.project(at);
+            for axis in 0..3 {
+                let (mut ahead, mut behind) = (at, at);
+                ahead[axis] += step;
+                behind[axis] -= step;
+                let difference =
+                    (camera.project(ahead).0 - camera.project(behind).0) / (2.0 * step);
+                assert!((difference - slopes.column(axis)).norm() < 1e-5);
+            }
+            pixels.push(Some(pixel));
+        }
+        assert!((fitted.locate(&pixels).unwrap().point - truth).norm() < 1e-7);
+        pixels[1] = None;
+        assert!((fitted.locate(&pixels).unwrap().point - truth).norm() < 1e-7);
+        pixels[2] = None;
+        assert!(fitted.locate(&pixels).is_none());
+    }
+
+    #[test]
+    fn near_the_floor_between_the_planes_and_sane_with_two() {
+        let rig = Rig::named("paper", 2).unwrap();
+        // A depth range that a quadratic can follow.
+        for (step, bar) in [(5.0, 1.3), (20.0, 6.0)] {
+            let stage = Stage { near: 90.0, far: 110.0, step };
+            let data = charts(&rig, stage, Noise::Quantised, 400);
+            let fit = Soloff {}.fit(&data, 0, &Silent).unwrap();
+            let chart = crate::chart::line_grid::LineGrid::default().into();
+            let test =
+                random_correspondences(&rig, &chart, (90.0, 110.0), (Noise::Quantised, 5), 500);
+            let own = evaluate(&*fit.reconstructor, &test, None).unwrap().rms;
+            let ratio = own / floor(&rig.cameras, &test).unwrap().rms;
+            assert!(ratio < bar, "every {step}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn broken_numbers_are_refused() {
+        let rig = Rig::named("paper", 2).unwrap();
+        let data = charts(&rig, Stage::default(), Noise::None, 200);
+        let Ok(Fit { reconstructor: AnyReconstructor::Soloff(fitted), .. }) =
+            Soloff {}.fit(&data, 0, &Silent)
+        else {
+            panic!("not fitted")
+        };
+        assert!(fitted.is_consistent());
+        let text = serde_json::to_string(&fitted).unwrap();
+        let back: SoloffReconstructor = serde_json::from_str(&text).unwrap();
+        assert_eq!(back, fitted);
+        let odd = text.replacen('{', "{\"other\": 1,", 1);
+        assert!(serde_json::from_str::<SoloffReconstructor>(&odd).is_err());
+        let mut broken = fitted.clone();
+        broken.half[1] = 0.0;
+        assert!(!broken.is_consistent());
+        let mut broken = fitted.clone();
+        broken.cameras[0].terms.pop();
+        assert!(!broken.is_consistent());
+    }
+}
