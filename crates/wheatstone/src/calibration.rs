@@ -6,7 +6,7 @@ use crate::{
     dataset::{Dataset, SavedDataset},
     evaluate::{self, CrossValidation, Evaluation},
     geometry::Point3,
-    method::{AnyMethod, AnyReconstructor},
+    method::{AnyMethod, AnyReconstructor, Choice},
     numeric::backpropagation::CurvePoint,
     progress::Progress,
     storage,
@@ -38,6 +38,8 @@ pub struct Calibration {
     pub seed: u64,
     /// The fitted map.
     pub reconstructor: AnyReconstructor,
+    /// Which method was chosen and why, where there was a choice.
+    pub choice: Option<Choice>,
     /// The middle of the cameras in the world: errors in percent are of the distance from it.
     pub viewpoint: Option<Point3>,
     /// How it does on the points that it was fitted to.
@@ -87,6 +89,7 @@ impl Calibration {
             method: method.clone(),
             seed,
             reconstructor: fit.reconstructor,
+            choice: fit.choice,
             viewpoint,
             training,
             validation,

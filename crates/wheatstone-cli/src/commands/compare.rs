@@ -110,7 +110,7 @@ pub(crate) fn as_text(found: &Comparison) -> String {
         text += &format!("The pixel noise alone allows {} {unit} rms\n", figure(floor.rms));
     }
     if let Some(chosen) = &found.chosen {
-        text += &format!("Least held-out error: {chosen}\n");
+        text += &format!("To be trusted here, by held-out error and simplicity: {chosen}\n");
     }
     text
 }

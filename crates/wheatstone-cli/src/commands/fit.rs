@@ -24,7 +24,7 @@ pub(crate) struct Fit {
     /// A capture (its folder or capture.toml), or a points file with columns x1,y1,x2,y2,…,X,Y,Z
     input: PathBuf,
     /// The method; `wheatstone list methods` describes them
-    #[arg(long, default_value = "dlt", value_parser = PossibleValuesParser::new(AnyMethod::NAMES))]
+    #[arg(long, default_value = "auto", value_parser = PossibleValuesParser::new(AnyMethod::NAMES))]
     method: String,
     /// Ready-made settings of the method, such as `paper` for the network
     #[arg(long)]
@@ -68,6 +68,9 @@ impl Fit {
             data.cameras,
             figure(training.rms)
         );
+        if let Some(choice) = &model.choice {
+            eprintln!("Chose {}: {}", choice.chosen, choice.reason);
+        }
         match &model.validation {
             Some(validation) => eprintln!(
                 "Held-out views: {} {unit} rms, {} {unit} median, {} % of the distance on average",

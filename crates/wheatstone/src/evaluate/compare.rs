@@ -10,7 +10,7 @@ use crate::{
         split::{Fold, FoldKind, folds},
     },
     geometry::Point3,
-    method::{AnyMethod, depth_is_observable},
+    method::{AnyMethod, auto, depth_is_observable},
     numeric::statistics::root_mean_square,
     progress::{Muted, Progress},
 };
@@ -83,7 +83,7 @@ pub struct Comparison {
     pub unit: String,
     /// One row a method, in the order given.
     pub methods: Vec<MethodScore>,
-    /// The method with the least error among those that located most points.
+    /// The method that this comparison speaks for: the simplest whose error is nearly the least.
     pub chosen: Option<String>,
     /// What the pixel noise allows, where the true cameras are known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,14 +222,20 @@ pub fn compare(
             }
         })
         .collect();
-    let most = rows.iter().map(|row| row.located).max().unwrap_or(0);
-    let chosen = rows
-        .iter()
-        .filter(|row| row.located == most)
-        .filter_map(|row| Some((row.rms?, row.method.clone())))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, method)| method);
+    let chosen = choose(&rows);
     Ok(Comparison { unit: data.unit.clone(), methods: rows, chosen, floor })
+}
+
+/// By `auto`'s own rule, among the others: the simplest whose error is nearly the least.
+fn choose(rows: &[MethodScore]) -> Option<String> {
+    let rank = |row: &&MethodScore| auto::BY_SIMPLICITY.iter().position(|name| *name == row.method);
+    let mut single: Vec<&MethodScore> = rows.iter().filter(|row| rank(row).is_some()).collect();
+    single.sort_by_key(rank);
+    let scores: Vec<(&str, f64, usize)> = single
+        .into_iter()
+        .filter_map(|row| Some((row.method.as_str(), row.rms?, row.located)))
+        .collect();
+    auto::simplest_near_best(&scores).map(String::from)
 }
 
 /// One method's error over all views, each left out once; `None` where the data have only one view

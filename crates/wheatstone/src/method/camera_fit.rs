@@ -308,5 +308,5 @@ where
         cameras.push(FittedCamera::new(model, rotation, translation));
     }
     let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
-    Fit { reconstructor: FittedCameras { cameras, pixel_sigma }.into(), curve: Vec::new() }
+    Fit::of(FittedCameras { cameras, pixel_sigma })
 }

@@ -72,8 +72,7 @@ impl Dlt {
 
 impl Method for Dlt {
     fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        let reconstructor = self.cameras(train, progress)?.into();
-        Ok(Fit { reconstructor, curve: Vec::new() })
+        Ok(Fit::of(self.cameras(train, progress)?))
     }
 
     fn summary(&self) -> &'static str {

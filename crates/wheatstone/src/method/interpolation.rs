@@ -74,7 +74,7 @@ impl Method for Interpolation {
         }
         let (cameras, neighbours) = (train.cameras, self.neighbours.max(need));
         let fitted = InterpolationReconstructor { cameras, neighbours, pixels, world };
-        Ok(Fit { reconstructor: fitted.into(), curve: Vec::new() })
+        Ok(Fit::of(fitted))
     }
 
     fn summary(&self) -> &'static str {

@@ -1,15 +1,13 @@
 //! Ways from matched pixels to a point in the world.
 //!
 //! A method is settings that fit, and the reconstructor that they fit. To add one: write
-//! `method/<name>.rs` with both, then add its `mod` line and its two rows below.
+//! `method/<name>.rs` with both, then add its `mod` line and its rows below.
 
+pub mod auto;
 pub mod brown;
 mod camera_fit;
 mod camera_start;
 mod checks;
-
-pub use checks::depth_is_observable;
-
 pub mod dlt;
 mod fitted_cameras;
 pub mod interpolation;
@@ -20,6 +18,7 @@ mod radial_alignment;
 pub mod soloff;
 pub mod tsai;
 
+pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
 
 use crate::{
@@ -32,6 +31,7 @@ use crate::{
 };
 use nalgebra::Matrix3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Settings that can be fitted.
 pub trait Method: Sync + Send {
@@ -66,6 +66,27 @@ pub struct Fit {
     pub reconstructor: AnyReconstructor,
     /// How the error fell, for methods that learn in steps.
     pub curve: Vec<CurvePoint>,
+    /// Which method was chosen and why, where there was a choice.
+    pub choice: Option<Choice>,
+}
+
+impl Fit {
+    /// A fit that leaves nothing but the map.
+    fn of(reconstructor: impl Into<AnyReconstructor>) -> Self {
+        Self { reconstructor: reconstructor.into(), curve: Vec::new(), choice: None }
+    }
+}
+
+/// Which method was chosen among several, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// The method's name.
+    pub chosen: String,
+    /// Why, in one sentence.
+    pub reason: String,
+    /// Root mean square error of each method tried, on views left out, in world units.
+    pub held_out_rms: Vec<(String, f64)>,
 }
 
 /// A point found from its pixels.
@@ -96,6 +117,7 @@ pub trait Reconstructor: Sync + Send {
 registry! {
     /// Every method the toolkit knows.
     pub enum AnyMethod: Method, all {
+        "auto" => Auto(auto::Auto),
         "network" => Network(network::Network),
         "dlt" => Dlt(dlt::Dlt),
         "brown" => Brown(brown::Brown),

@@ -191,7 +191,7 @@ impl Method for Soloff {
             fitted.cameras.push(polynomial);
         }
         fitted.pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
-        Ok(Fit { reconstructor: fitted.into(), curve: Vec::new() })
+        Ok(Fit::of(fitted))
     }
 
     fn summary(&self) -> &'static str {

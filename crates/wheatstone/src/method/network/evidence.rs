@@ -201,13 +201,7 @@ pub(super) fn fit(
         weight_covariance: triangle,
         effective_parameters: Some(trained.effective_parameters),
     };
-    Ok(Fit {
-        reconstructor: reconstructor.into(),
-        curve: curve
-            .map(|(step, square)| CurvePoint {
-                epoch: step as u64,
-                mean_square_error: square / count,
-            })
-            .collect(),
-    })
+    let curve = curve
+        .map(|(step, square)| CurvePoint { epoch: step as u64, mean_square_error: square / count });
+    Ok(Fit { curve: curve.collect(), ..Fit::of(reconstructor) })
 }

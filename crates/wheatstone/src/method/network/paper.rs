@@ -70,5 +70,5 @@ pub(super) fn fit(
         weight_covariance: Vec::new(),
         effective_parameters: None,
     };
-    Ok(Fit { reconstructor: reconstructor.into(), curve })
+    Ok(Fit { curve, ..Fit::of(reconstructor) })
 }

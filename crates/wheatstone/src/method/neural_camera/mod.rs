@@ -65,7 +65,7 @@ impl Method for NeuralCamera {
         let cameras: Vec<Result<CorrectedCamera>> =
             (0..train.cameras).into_par_iter().map(fit).collect();
         let cameras = cameras.into_iter().collect::<Result<Vec<_>>>()?;
-        Ok(Fit { reconstructor: NeuralCameraReconstructor { cameras }.into(), curve: Vec::new() })
+        Ok(Fit::of(NeuralCameraReconstructor { cameras }))
     }
 
     fn summary(&self) -> &'static str {
