@@ -51,42 +51,77 @@ pub fn folds(data: &Dataset) -> Vec<Fold> {
         .collect()
 }
 
+/// Folds across the views: slabs along the two axes on which the views do not differ most. They tell
+/// how a fit does beside the points that it saw, where there are too few views to tell much by
+/// leaving one out.
+#[must_use]
+pub fn folds_across(data: &Dataset) -> Vec<Fold> {
+    const ACROSS: usize = 3;
+    let along = if data.views.len() >= 2 {
+        let axis = longest_axis(view_centres(data).into_iter().flatten());
+        axis.iamax()
+    } else {
+        longest_extent(data)
+    };
+    let slabs = (0..3).filter(|axis| *axis != along).flat_map(|axis| slabs(data, axis, ACROSS));
+    slabs.map(|(view, held_out)| Fold { view, kind: FoldKind::Interpolation, held_out }).collect()
+}
+
 type Group = (String, Vec<usize>);
+
+/// The middle of each view's known points, where it has any.
+fn view_centres(data: &Dataset) -> Vec<Option<Vector3>> {
+    let mut sums = vec![(Vector3::zeros(), 0.0); data.views.len()];
+    for (world, row) in data.known() {
+        sums[row.view].0 += world.coords;
+        sums[row.view].1 += 1.0;
+    }
+    sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect()
+}
 
 /// Views, ordered along the line on which they differ most.
 fn by_view(data: &Dataset) -> Vec<Group> {
+    let centres = view_centres(data);
+    let axis = longest_axis(centres.iter().flatten().copied());
     let mut members = vec![Vec::new(); data.views.len()];
-    let mut sums = vec![(Vector3::zeros(), 0.0); data.views.len()];
     for (index, row) in data.correspondences.iter().enumerate() {
-        if let Some(world) = row.world {
+        if row.world.is_some() {
             members[row.view].push(index);
-            sums[row.view].0 += world.coords;
-            sums[row.view].1 += 1.0;
         }
     }
-    let mut views: Vec<(f64, Group)> = Vec::new();
-    let centres: Vec<Vector3> =
-        sums.iter().map(|(sum, count)| sum / f64::max(*count, 1.0)).collect();
-    let axis = longest_axis(
-        centres.iter().zip(&members).filter(|(_, m)| !m.is_empty()).map(|(centre, _)| *centre),
-    );
-    for ((name, held_out), centre) in data.views.iter().zip(members).zip(&centres) {
-        if !held_out.is_empty() {
-            views.push((centre.dot(&axis), (name.clone(), held_out)));
-        }
-    }
+    let mut views: Vec<(f64, Group)> = data
+        .views
+        .iter()
+        .zip(members)
+        .zip(centres)
+        .filter_map(|((name, held_out), centre)| {
+            Some((centre?.dot(&axis), (name.clone(), held_out)))
+        })
+        .collect();
     views.sort_by(|a, b| a.0.total_cmp(&b.0));
     views.into_iter().map(|(_, group)| group).collect()
 }
 
-/// Slabs of equally many points along the world axis on which the points differ most, never
-/// dividing points that lie on one level.
+/// Extent of the known points along a world axis.
+fn extent(data: &Dataset, axis: usize) -> f64 {
+    let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
+    statistics::percentile(&values, 1.0) - statistics::percentile(&values, 0.0)
+}
+
+/// The world axis on which the points differ most.
+fn longest_extent(data: &Dataset) -> usize {
+    let longer = |a: &usize, b: &usize| extent(data, *a).total_cmp(&extent(data, *b));
+    (0..3).rev().max_by(longer).unwrap_or(2)
+}
+
+/// Slabs along the longest axis.
 fn by_slab(data: &Dataset) -> Vec<Group> {
-    let extent = |axis: usize| {
-        let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
-        statistics::percentile(&values, 1.0) - statistics::percentile(&values, 0.0)
-    };
-    let axis = (0..3).rev().max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(2);
+    slabs(data, longest_extent(data), SLABS)
+}
+
+/// At most `most` slabs of equally many points along a world axis, never dividing points that lie on
+/// one level.
+fn slabs(data: &Dataset, axis: usize, most: usize) -> Vec<Group> {
     let mut points: Vec<(f64, usize)> = data
         .correspondences
         .iter()
@@ -95,7 +130,7 @@ fn by_slab(data: &Dataset) -> Vec<Group> {
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     // Readings of one level of a stage or a chart differ by rounding only.
-    let same_level = 1e-6 * extent(axis);
+    let same_level = 1e-6 * extent(data, axis);
     let mut levels: Vec<Vec<(f64, usize)>> = Vec::new();
     for point in points {
         match levels.last_mut() {
@@ -112,7 +147,7 @@ fn by_slab(data: &Dataset) -> Vec<Group> {
             format!("{letter} = {} .. {}", short(low), short(high))
         }
     };
-    let count = SLABS.min(levels.len());
+    let count = most.min(levels.len());
     let groups: Vec<(String, Vec<(f64, usize)>)> =
         merge(levels.into_iter().map(|level| (String::new(), level)).collect(), count);
     groups

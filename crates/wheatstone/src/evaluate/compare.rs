@@ -10,7 +10,11 @@ use crate::{
         split::{Fold, FoldKind, folds},
     },
     geometry::Point3,
-    method::{AnyMethod, auto, depth_is_observable},
+    method::{
+        AnyMethod,
+        auto::{self, Score},
+        depth_is_observable,
+    },
     numeric::statistics::root_mean_square,
     progress::{Muted, Progress},
 };
@@ -231,9 +235,14 @@ fn choose(rows: &[MethodScore]) -> Option<String> {
     let rank = |row: &&MethodScore| auto::BY_SIMPLICITY.iter().position(|name| *name == row.method);
     let mut single: Vec<&MethodScore> = rows.iter().filter(|row| rank(row).is_some()).collect();
     single.sort_by_key(rank);
-    let scores: Vec<(&str, f64, usize)> = single
+    let scores: Vec<Score> = single
         .into_iter()
-        .filter_map(|row| Some((row.method.as_str(), row.rms?, row.located)))
+        .filter_map(|row| {
+            let folds: Option<Vec<f64>> = row.folds.iter().map(|fold| fold.rms).collect();
+            let (method, located) = (row.method.as_str(), row.located);
+            // Only errors are compared here, not what the error bars say of them.
+            Some(Score { method, folds: folds?, surprise: 1.0, located })
+        })
         .collect();
     auto::simplest_near_best(&scores).map(String::from)
 }

@@ -9,8 +9,9 @@ use crate::{
     Error, Result,
     dataset::{
         Dataset,
-        split::{Fold, folds},
+        split::{Fold, folds, folds_across},
     },
+    numeric::statistics::root_mean_square,
     progress::{Muted, Progress},
 };
 use rayon::prelude::*;
@@ -46,15 +47,21 @@ const MARGIN: f64 = 1.02;
 /// Errors this many times those that a method's own error bars predict ask for a second opinion.
 const HONEST: f64 = 1.25;
 
-/// How a candidate did on the views left out.
-#[derive(Clone, Copy, Debug)]
-struct Score {
-    /// Root mean square error, in world units.
-    rms: f64,
+/// With fewer views than this, leaving one out says more of the lack of views than of the method;
+/// slabs across the views are then left out too.
+const FEW_VIEWS: usize = 5;
+
+/// How a candidate did on what was left out.
+#[derive(Clone, Debug)]
+pub struct Score<'a> {
+    /// The candidate.
+    pub method: &'a str,
+    /// Root mean square error on each fold, in world units.
+    pub folds: Vec<f64>,
     /// Root mean square of the errors over what the error bars predict.
-    surprise: f64,
+    pub surprise: f64,
     /// Points located.
-    located: usize,
+    pub located: usize,
 }
 
 /// Sums over the points of one fold.
@@ -93,13 +100,15 @@ fn examine(
     Ok(tally)
 }
 
-/// How each candidate does; none for one that cannot be fitted without some fold.
+/// How each candidate does; those that cannot be fitted without some fold are left out.
 fn scores(
-    methods: &[AnyMethod],
+    names: &[&'static str],
     data: &Dataset,
     folds: &[Fold],
     (seed, progress): (u64, &dyn Progress),
-) -> Result<Vec<Option<Score>>> {
+) -> Result<Vec<Score<'static>>> {
+    let methods =
+        names.iter().map(|name| AnyMethod::named(name)).collect::<Result<Vec<AnyMethod>>>()?;
     let tallies: Vec<Result<Tally>> = (0..methods.len() * folds.len())
         .into_par_iter()
         .map(|task| {
@@ -108,60 +117,73 @@ fn scores(
         })
         .collect();
     progress.check()?;
-    let total = |tallies: &[Result<Tally>]| {
-        let mut sum = Tally::default();
+    let score = |(name, tallies): (&&'static str, &[Result<Tally>])| {
+        let (mut surprise, mut located, mut rms) = (0.0, 0, Vec::new());
         for tally in tallies {
-            let tally = tally.as_ref().ok()?;
-            sum.squares += tally.squares;
-            sum.surprise += tally.surprise;
-            sum.located += tally.located;
+            let tally = tally.as_ref().ok().filter(|tally| tally.located > 0)?;
+            rms.push((tally.squares / tally.located as f64).sqrt());
+            surprise += tally.surprise;
+            located += tally.located;
         }
-        let count = sum.located as f64;
-        (sum.located > 0).then(|| Score {
-            rms: (sum.squares / count).sqrt(),
-            surprise: (sum.surprise / count).sqrt(),
-            located: sum.located,
-        })
+        let surprise = (surprise / f64::max(located as f64, 1.0)).sqrt();
+        Some(Score { method: name, folds: rms, surprise, located })
     };
-    Ok(tallies.chunks(folds.len().max(1)).map(total).collect())
+    Ok(names.iter().zip(tallies.chunks(folds.len())).filter_map(score).collect())
 }
 
-/// The simplest of those that are nearly best, of `(name, rms, located)` ordered by simplicity; those
-/// that leave out more than a hundredth of the points that others locate are not considered.
+/// The simplest of those that are nearly best, of scores on the same folds ordered by simplicity.
+/// Errors are compared fold by fold, as ratios, so that far and near views count alike; methods that
+/// leave out more than a hundredth of the points that others locate are not considered.
 #[must_use]
-pub fn simplest_near_best<'a>(scores: &[(&'a str, f64, usize)]) -> Option<&'a str> {
-    let most = scores.iter().map(|score| score.2).max()?;
-    let whole = || scores.iter().filter(move |score| 100 * score.2 >= 99 * most);
-    let least = whole().map(|score| score.1).fold(f64::INFINITY, f64::min);
-    whole().find(|score| score.1 <= MARGIN * least).map(|score| score.0)
+pub fn simplest_near_best<'a>(scores: &[Score<'a>]) -> Option<&'a str> {
+    let most = scores.iter().map(|score| score.located).max()?;
+    let whole: Vec<&Score> =
+        scores.iter().filter(|score| 100 * score.located >= 99 * most).collect();
+    let least_of_fold = |fold: usize| {
+        whole
+            .iter()
+            .filter_map(|score| score.folds.get(fold))
+            .copied()
+            .fold(f64::INFINITY, f64::min)
+    };
+    // Mean logarithm of the ratio to the best on each fold.
+    let behind = |score: &Score| {
+        let ratios = score.folds.iter().enumerate().map(|(fold, rms)| {
+            libm::log(rms.max(f64::MIN_POSITIVE) / least_of_fold(fold).max(f64::MIN_POSITIVE))
+        });
+        ratios.sum::<f64>() / score.folds.len() as f64
+    };
+    let least = whole.iter().map(|score| behind(score)).fold(f64::INFINITY, f64::min);
+    let near = |score: &&&Score| behind(score) <= least + libm::log(MARGIN);
+    whole.iter().find(near).map(|score| score.method)
 }
 
 impl Method for Auto {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        let folds = folds(train);
-        let mut tried: Vec<(&str, Score)> = Vec::new();
-        let named = |names: &[&'static str]| -> Result<Vec<AnyMethod>> {
-            names.iter().map(|name| AnyMethod::named(name)).collect()
-        };
-        if folds.len() >= 2 {
-            let found = scores(&named(&CANDIDATES)?, train, &folds, (seed, progress))?;
-            tried.extend(CANDIDATES.into_iter().zip(found).filter_map(|(n, s)| Some((n, s?))));
-            let least = tried.iter().map(|(_, score)| score).min_by(|a, b| a.rms.total_cmp(&b.rms));
-            if least.is_none_or(|score| score.surprise > HONEST) {
-                let found = scores(&named(&[SECOND_OPINION])?, train, &folds, (seed, progress))?;
-                tried.extend(found[0].map(|score| (SECOND_OPINION, score)));
-            }
+        let mut folds = folds(train);
+        if folds.len() < FEW_VIEWS {
+            folds.extend(folds_across(train));
         }
-        let plain: Vec<(&str, f64, usize)> =
-            tried.iter().map(|(name, score)| (*name, score.rms, score.located)).collect();
-        let Some(chosen) = simplest_near_best(&plain) else {
+        let mut tried = if folds.len() < 2 {
+            Vec::new()
+        } else {
+            scores(&CANDIDATES, train, &folds, (seed, progress))?
+        };
+        let best = simplest_near_best(&tried);
+        let honest = |score: &Score| Some(score.method) == best && score.surprise < HONEST;
+        if !tried.is_empty() && !tried.iter().any(honest) {
+            tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
+        }
+        let Some(chosen) = simplest_near_best(&tried) else {
             return without_an_exam(train, seed, progress);
         };
         let mut fit = AnyMethod::named(chosen)?.fit(train, seed, progress)?;
+        let held_out: Vec<(&str, f64)> =
+            tried.iter().map(|score| (score.method, root_mean_square(&score.folds))).collect();
         fit.choice = Some(Choice {
             chosen: chosen.into(),
-            reason: reason(chosen, &plain, &train.unit),
-            held_out_rms: plain.iter().map(|(name, rms, _)| ((*name).into(), *rms)).collect(),
+            reason: reason(chosen, &held_out, &train.unit),
+            held_out_rms: held_out.iter().map(|(name, rms)| ((*name).into(), *rms)).collect(),
         });
         Ok(fit)
     }
@@ -176,21 +198,14 @@ impl Method for Auto {
 }
 
 /// Why `chosen` was, in one sentence.
-fn reason(chosen: &str, tried: &[(&str, f64, usize)], unit: &str) -> String {
-    let own = tried.iter().find(|score| score.0 == chosen).map_or(f64::NAN, |score| score.1);
-    let best = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    let runner_up =
-        tried.iter().filter(|score| score.0 != chosen).min_by(|a, b| a.1.total_cmp(&b.1));
-    match (best, runner_up) {
-        (Some(best), _) if best.0 != chosen => format!(
-            "{own:.4} {unit} rms on views left out; {} reaches {:.4}, which its freedom does not pay for",
-            best.0, best.1
+fn reason(chosen: &str, held_out: &[(&str, f64)], unit: &str) -> String {
+    let own = held_out.iter().find(|score| score.0 == chosen).map_or(f64::NAN, |score| score.1);
+    let others = held_out.iter().filter(|score| score.0 != chosen);
+    match others.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((other, rms)) => format!(
+            "{own:.4} {unit} rms on what was left out, the simplest of the best fold by fold; {other} comes to {rms:.4}"
         ),
-        (_, Some(next)) => format!(
-            "{own:.4} {unit} rms on views left out, the least; next comes {} with {:.4}",
-            next.0, next.1
-        ),
-        _ => format!("{own:.4} {unit} rms on views left out; nothing else could be fitted"),
+        None => format!("{own:.4} {unit} rms on what was left out; nothing else could be fitted"),
     }
 }
 
@@ -218,16 +233,28 @@ fn without_an_exam(train: &Dataset, seed: u64, progress: &dyn Progress) -> Resul
 
 #[cfg(test)]
 mod tests {
-    use super::simplest_near_best;
+    use super::{Score, simplest_near_best};
+
+    fn score(method: &str, folds: [f64; 2], located: usize) -> Score<'_> {
+        Score { method, folds: folds.to_vec(), surprise: 1.0, located }
+    }
 
     #[test]
     fn simplicity_wins_ties_and_completeness_comes_first() {
-        let scores = [("dlt", 1.5, 100), ("brown", 1.01, 100), ("neural-camera", 1.0, 100)];
-        assert_eq!(simplest_near_best(&scores), Some("brown"));
-        let scores = [("dlt", 1.5, 100), ("brown", 1.05, 100), ("neural-camera", 1.0, 100)];
-        assert_eq!(simplest_near_best(&scores), Some("neural-camera"));
-        let scores = [("dlt", 1.5, 100), ("network", 0.5, 60)];
-        assert_eq!(simplest_near_best(&scores), Some("dlt"));
+        let dlt = score("dlt", [1.5, 1.5], 100);
+        let neural = score("neural-camera", [1.0, 1.0], 100);
+        let near = [dlt.clone(), score("brown", [1.01, 1.02], 100), neural.clone()];
+        assert_eq!(simplest_near_best(&near), Some("brown"));
+        let behind = [dlt.clone(), score("brown", [1.0, 1.1], 100), neural];
+        assert_eq!(simplest_near_best(&behind), Some("neural-camera"));
+        let partial = [dlt, score("network", [0.5, 0.5], 60)];
+        assert_eq!(simplest_near_best(&partial), Some("dlt"));
         assert_eq!(simplest_near_best(&[]), None);
+    }
+
+    #[test]
+    fn a_distant_view_does_not_outvote_the_near_ones() {
+        let scores = [score("dlt", [0.2, 10.0], 50), score("brown", [0.1, 10.1], 50)];
+        assert_eq!(simplest_near_best(&scores), Some("brown"));
     }
 }
