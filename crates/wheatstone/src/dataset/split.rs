@@ -67,6 +67,19 @@ pub fn folds_across(data: &Dataset) -> Vec<Fold> {
     slabs.map(|(view, held_out)| Fold { view, kind: FoldKind::Interpolation, held_out }).collect()
 }
 
+/// In how few layers the known points lie: the least number of separate levels along any world axis.
+/// Gaps of a twentieth of the extent separate levels; points that fill an axis are no layers.
+#[must_use]
+pub fn fewest_layers(data: &Dataset) -> Option<usize> {
+    let layers = |axis: usize| {
+        let mut values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let gap = extent(data, axis) / 20.0;
+        1 + values.windows(2).filter(|pair| pair[1] - pair[0] > gap).count()
+    };
+    (0..3).map(layers).filter(|count| *count > 1).min()
+}
+
 type Group = (String, Vec<usize>);
 
 /// The middle of each view's known points, where it has any.
@@ -272,6 +285,22 @@ mod tests {
             }
         }
         assert!(folds[0].view.starts_with("Y = 0"), "{}", folds[0].view);
+    }
+
+    #[test]
+    fn layers_are_counted_along_the_axis_that_has_fewest() {
+        let mut random = Random::new(4);
+        let mut points = |layers: usize| -> Vec<(usize, [f64; 3])> {
+            (0..300)
+                .map(|i| {
+                    let height = (i % layers) as f64 * 7.0 + random.uniform(-0.1, 0.1);
+                    (0, [random.uniform(0.0, 50.0), random.uniform(0.0, 40.0), height])
+                })
+                .collect()
+        };
+        assert_eq!(fewest_layers(&dataset(&[], &points(3))), Some(3));
+        assert_eq!(fewest_layers(&dataset(&[], &points(7))), Some(7));
+        assert_eq!(fewest_layers(&dataset(&[], &points(1))), None);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::{
     Error, Result,
     dataset::{
         Dataset,
-        split::{Fold, folds, folds_across},
+        split::{Fold, fewest_layers, folds, folds_across},
     },
     numeric::statistics::root_mean_square,
     progress::{Muted, Progress},
@@ -22,8 +22,12 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Auto {}
 
-/// The candidates that are always tried, the simplest first.
+/// The candidates, the simplest first.
 const CANDIDATES: [&str; 5] = ["dlt", "brown", "kannala-brandt", "soloff", "neural-camera"];
+
+/// Those of them whose rays are straight. Where points lie in few layers, any other can say between
+/// the layers what nothing contradicts.
+const STRAIGHT: [&str; 4] = ["dlt", "brown", "kannala-brandt", "neural-camera"];
 
 /// Every method that a comparison can speak for, the simplest first.
 pub const BY_SIMPLICITY: [&str; 8] = [
@@ -47,9 +51,9 @@ const MARGIN: f64 = 1.02;
 /// Errors this many times those that a method's own error bars predict ask for a second opinion.
 const HONEST: f64 = 1.25;
 
-/// With fewer views than this, leaving one out says more of the lack of views than of the method;
-/// slabs across the views are then left out too.
-const FEW_VIEWS: usize = 5;
+/// With fewer views or layers than this, leaving one out says more of their lack than of the method:
+/// slabs across the views are then left out too, and only methods with straight rays are tried.
+const FEW: usize = 5;
 
 /// How a candidate did on what was left out.
 #[derive(Clone, Debug)]
@@ -161,17 +165,19 @@ pub fn simplest_near_best<'a>(scores: &[Score<'a>]) -> Option<&'a str> {
 impl Method for Auto {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
         let mut folds = folds(train);
-        if folds.len() < FEW_VIEWS {
+        let few = folds.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
+        if few {
             folds.extend(folds_across(train));
         }
+        let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
         let mut tried = if folds.len() < 2 {
             Vec::new()
         } else {
-            scores(&CANDIDATES, train, &folds, (seed, progress))?
+            scores(candidates, train, &folds, (seed, progress))?
         };
         let best = simplest_near_best(&tried);
         let honest = |score: &Score| Some(score.method) == best && score.surprise < HONEST;
-        if !tried.is_empty() && !tried.iter().any(honest) {
+        if !few && !tried.is_empty() && !tried.iter().any(honest) {
             tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
         }
         let Some(chosen) = simplest_near_best(&tried) else {
