@@ -93,7 +93,12 @@ fn modules_use_only_those_above_them() {
         let Some(own) = layers.iter().position(|l| *l == module) else {
             continue;
         };
-        for name in used(&fs::read_to_string(&file).unwrap()) {
+        // Unit tests may build on anything, such as synthetic worlds.
+        if file.ends_with("tests.rs") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).unwrap();
+        for name in used(text.split("#[cfg(test)]").next().unwrap()) {
             if layers.iter().position(|l| *l == name).is_some_and(|other| other > own) {
                 wrong.push(format!("{} uses `{name}`, which is below it", file.display()));
             }

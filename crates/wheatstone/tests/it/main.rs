@@ -6,4 +6,5 @@ mod contract;
 mod data;
 mod paper;
 mod pipeline;
+mod real_charts;
 mod real_points;
