@@ -32,7 +32,7 @@ pub(crate) fn figure(value: f64) -> String {
         return "0".into();
     }
     let magnitude = value.abs();
-    if magnitude >= 1e6 || magnitude < 1e-4 {
+    if !(1e-4..1e6).contains(&magnitude) {
         return format!("{value:.2e}");
     }
     let places = if magnitude >= 100.0 {

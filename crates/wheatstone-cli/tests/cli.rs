@@ -1,4 +1,5 @@
 //! The program as a user meets it: verbs, messages, exit status, and what lies on disk afterwards.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::{
     path::Path,

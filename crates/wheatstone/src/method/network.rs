@@ -79,7 +79,7 @@ impl Scale {
         (value - self.low) / (self.high - self.low)
     }
 
-    fn from_unit(self, value: f64) -> f64 {
+    fn restore(self, value: f64) -> f64 {
         self.low + value * (self.high - self.low)
     }
 
@@ -244,7 +244,7 @@ impl NetworkReconstructor {
             Some(base) => self.targets.of(base.locate(pixels)?.point),
             None => [0.0; 3],
         };
-        Some([0, 1, 2].map(|axis| base[axis] + self.outputs[axis].from_unit(outputs[axis])))
+        Some([0, 1, 2].map(|axis| base[axis] + self.outputs[axis].restore(outputs[axis])))
     }
 
     /// Covariance of the scaled outputs: their noise, and what the weights are uncertain by.
@@ -298,7 +298,7 @@ impl Reconstructor for NetworkReconstructor {
             && sizes.first() == Some(&self.inputs.len())
             && sizes.last() == Some(&3)
             && self.inputs.len() >= 4
-            && self.inputs.len() % 2 == 0
+            && self.inputs.len().is_multiple_of(2)
             && self.inputs.iter().chain(&self.outputs).all(|scale| scale.is_sound())
             && self.targets.is_consistent()
             && self

@@ -107,7 +107,6 @@ fn corners_of_rendered_boards_are_found_to_a_thirtieth_of_a_pixel() {
         let found = &readings(&BOARD, &scene.render(&BOARD, seed as u64))[0];
         assert_eq!(found.len(), truth.len());
         let rms = rms(found, &truth);
-        println!("rms {rms:.4} px");
         assert!(rms <= 0.035, "rms {rms} px");
     }
 }
