@@ -38,6 +38,7 @@ enum Command {
     Compare(commands::compare::Compare),
     Synth(commands::synth::Synth),
     Chart(commands::chart::Chart),
+    Reproduce(commands::reproduce::Reproduce),
     List(commands::list::List),
 }
 
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         Command::Compare(command) => command.run(),
         Command::Synth(command) => command.run(),
         Command::Chart(command) => command.run(),
+        Command::Reproduce(command) => command.run(),
         Command::List(command) => command.run(),
     };
     match outcome {

@@ -17,6 +17,7 @@ pub mod method;
 pub mod evaluate;
 pub mod calibration;
 pub mod synthetic;
+pub mod reproduction;
 
 pub use calibration::Calibration;
 pub use error::{Error, Result};

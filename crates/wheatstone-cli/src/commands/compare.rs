@@ -106,11 +106,31 @@ pub(crate) fn as_text(found: &Comparison) -> String {
             text += &format!("note: {} could not be fitted {problem}\n", method.method);
         }
     }
+    text += &wrong_models(found);
     if let Some(floor) = &found.floor {
         text += &format!("The pixel noise alone allows {} {unit} rms\n", figure(floor.rms));
     }
     if let Some(chosen) = &found.chosen {
         text += &format!("To be trusted here, by held-out error and simplicity: {chosen}\n");
+    }
+    text
+}
+
+/// Says which camera models do not hold here: those that err clearly more than the best method.
+fn wrong_models(found: &Comparison) -> String {
+    const MODELS: [&str; 4] = ["dlt", "tsai", "brown", "kannala-brandt"];
+    // What chance makes of the errors of two sound methods is a few percent.
+    const CLEARLY: f64 = 1.1;
+    let least = found.methods.iter().filter_map(|m| m.rms).fold(f64::INFINITY, f64::min);
+    let mut text = String::new();
+    for method in found.methods.iter().filter(|m| MODELS.contains(&m.method.as_str())) {
+        if let Some(ratio) = method.rms.map(|rms| rms / least).filter(|ratio| *ratio > CLEARLY) {
+            text += &format!(
+                "note: {} errs {} times as much as the best: these cameras are not what it takes them for\n",
+                method.method,
+                figure(ratio)
+            );
+        }
     }
     text
 }

@@ -8,6 +8,7 @@ pub(crate) mod evaluate;
 pub(crate) mod fit;
 pub(crate) mod list;
 pub(crate) mod locate;
+pub(crate) mod reproduce;
 pub(crate) mod synth;
 
 use crate::failure::Outcome;

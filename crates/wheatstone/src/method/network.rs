@@ -25,7 +25,7 @@ use crate::{
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3},
     numeric::{
-        backpropagation::Backpropagation,
+        backpropagation::{Backpropagation, CurvePoint},
         evidence::Evidence,
         perceptron::{OutputActivation, Perceptron, weight_count},
     },
@@ -175,6 +175,34 @@ impl Network {
         Ok(())
     }
 
+    /// As [`Method::fit`]; `observe` gets every point of the learning curve, and the map as it then
+    /// is, where the training goes by back-propagation.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::fit`].
+    pub fn fit_observed(
+        &self,
+        train: &Dataset,
+        seed: u64,
+        progress: &dyn Progress,
+        observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
+    ) -> Result<Fit> {
+        self.refuse_odd_settings()?;
+        let Samples { inputs, points, views } = self.samples(train)?;
+        match &self.training {
+            Training::Backpropagation(training) => {
+                paper::fit(self, training, (&inputs, &points), (seed, progress), observe)
+            }
+            Training::Evidence(training) => {
+                let base = Dlt::default().cameras(train, progress).ok();
+                let lesson = evidence::Lesson { inputs, points, views, base };
+                let frame = Targets::from_cameras(train, &lesson.points);
+                evidence::fit(self, training, lesson, frame, (seed, progress))
+            }
+        }
+    }
+
     /// The points that all cameras saw.
     fn samples(&self, train: &Dataset) -> Result<Samples> {
         let mut views = Vec::new();
@@ -200,19 +228,7 @@ impl Network {
 
 impl Method for Network {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        self.refuse_odd_settings()?;
-        let Samples { inputs, points, views } = self.samples(train)?;
-        match &self.training {
-            Training::Backpropagation(training) => {
-                paper::fit(self, training, (&inputs, &points), seed, progress)
-            }
-            Training::Evidence(training) => {
-                let base = Dlt::default().cameras(train, progress).ok();
-                let lesson = evidence::Lesson { inputs, points, views, base };
-                let frame = Targets::from_cameras(train, &lesson.points);
-                evidence::fit(self, training, lesson, frame, (seed, progress))
-            }
-        }
+        self.fit_observed(train, seed, progress, &mut |_, _| ())
     }
 
     fn summary(&self) -> &'static str {

@@ -6,9 +6,12 @@
 //! learning" (doi:10.1109/ICNN.1997.614194); Hagan & Menhaj 1994 (doi:10.1109/72.329697) for
 //! Levenberg-Marquardt on networks. Each output has its own noise, each layer its own decay.
 
+mod posterior;
+
 use super::perceptron::{Batch, Lane, Perceptron, Workspace};
 use crate::{Error, Result, progress::Progress};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
+use posterior::{Decay, Posterior, misfit};
 use serde::{Deserialize, Serialize};
 
 /// Settings of the training.
@@ -53,37 +56,6 @@ struct Expansion {
     hessian: DMatrix<f64>,
     /// Half the weighted gradient, without decay.
     gradient: DVector<f64>,
-}
-
-/// One decay a class of weights: a layer's weights, and its biases.
-struct Decay {
-    /// The class of each weight.
-    class: Vec<usize>,
-    /// The decay of each class.
-    rate: Vec<f64>,
-}
-
-impl Decay {
-    fn new(sizes: &[usize], rate: f64) -> Self {
-        let mut class = Vec::new();
-        for (layer, pair) in sizes.windows(2).enumerate() {
-            class.extend(std::iter::repeat_n(2 * layer, pair[0] * pair[1]));
-            class.extend(std::iter::repeat_n(2 * layer + 1, pair[1]));
-        }
-        Self { rate: vec![rate; 2 * (sizes.len() - 1)], class }
-    }
-
-    fn of(&self, weight: usize) -> f64 {
-        self.rate[self.class[weight]]
-    }
-
-    fn penalty(&self, weights: &[f64]) -> f64 {
-        0.5 * weights.iter().enumerate().map(|(i, w)| self.of(i) * w * w).sum::<f64>()
-    }
-}
-
-fn misfit(squares: &[f64], noise: &[f64]) -> f64 {
-    0.5 * squares.iter().zip(noise).map(|(sum, variance)| sum / variance).sum::<f64>()
 }
 
 fn expand(network: &Perceptron, batch: &Batch, noise: &[f64], work: &mut Workspace) -> Expansion {
@@ -296,88 +268,68 @@ fn singular() -> Error {
     }
 }
 
-/// What the data say of the weights, in Laplace's approximation.
-struct Posterior {
-    factors: Cholesky<f64, Dyn>,
-    log_determinant: f64,
-    /// Weights that the data determine, in all and class by class.
-    effective: f64,
-    effective_of_class: Vec<f64>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        numeric::{perceptron::OutputActivation, random::Random},
+        progress::Silent,
+    };
 
-impl Posterior {
-    fn new(expansion: &Expansion, decay: &Decay, weights: &[f64]) -> Option<Self> {
-        let mut matrix = expansion.hessian.clone();
-        for index in 0..weights.len() {
-            matrix[(index, index)] += decay.of(index);
-        }
-        let factors = matrix.cholesky()?;
-        let lower = factors.l();
-        let log_determinant = 2.0 * lower.diagonal().iter().map(|d| libm::log(*d)).sum::<f64>();
-        let variances = diagonal_of_inverse(&lower);
-        let mut effective_of_class = vec![0.0; decay.rate.len()];
-        for (index, variance) in variances.into_iter().enumerate() {
-            effective_of_class[decay.class[index]] += 1.0 - decay.of(index) * variance;
-        }
-        let effective = effective_of_class.iter().sum();
-        Some(Self { factors, log_determinant, effective, effective_of_class })
+    /// 200 samples of a smooth curve and of a straight line, each with its own noise.
+    fn lesson(random: &mut Random) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        (0..200)
+            .map(|_| {
+                let x = random.uniform(-2.0, 2.0);
+                let curve = libm::sin(2.0 * x) + 0.1 * random.normal();
+                (vec![x], vec![curve, 0.5 * x + 0.02 * random.normal()])
+            })
+            .unzip()
     }
 
-    fn log_evidence(
-        &self,
-        decay: &Decay,
-        (noise, errors, count): (&[f64], &[f64], f64),
-        weights: &[f64],
-    ) -> f64 {
-        let prior: f64 = (0..weights.len()).map(|i| 0.5 * libm::log(decay.of(i))).sum();
-        let likelihood: f64 = noise.iter().map(|v| -0.5 * count * libm::log(*v)).sum();
-        prior + likelihood
-            - misfit(errors, noise)
-            - decay.penalty(weights)
-            - 0.5 * self.log_determinant
+    fn start(random: &mut Random) -> Perceptron {
+        Perceptron::nguyen_widrow(&[1, 12, 2], 1.0, OutputActivation::Linear, random)
     }
 
-    /// MacKay's re-estimates.
-    fn update(
-        &self,
-        decay: &mut Decay,
-        noise: &mut [f64],
-        (weights, errors, count): (&[f64], &[f64], f64),
-    ) {
-        let mut sizes = vec![0.0; decay.rate.len()];
-        for (weight, class) in weights.iter().zip(&decay.class) {
-            sizes[*class] += weight * weight;
-        }
-        for ((rate, size), determined) in
-            decay.rate.iter_mut().zip(sizes).zip(&self.effective_of_class)
-        {
-            *rate = (determined.max(1e-3) / f64::max(size, 1e-12)).clamp(1e-6, 1e6);
-        }
-        let share = self.effective / noise.len() as f64;
-        for (variance, sum) in noise.iter_mut().zip(errors) {
-            *variance = (sum / (count - share).max(1.0)).max(1e-30);
+    #[test]
+    fn finds_each_outputs_noise_and_leaves_weights_that_the_data_do_not_need() {
+        let mut random = Random::new(3);
+        let (inputs, targets) = lesson(&mut random);
+        let batch = Batch::new(&inputs, &targets);
+        let mut course = Course::new(start(&mut random), &batch);
+        course.go_on(&batch, (300, 0.01), &Silent).unwrap();
+        let (network, trained) = course.finish(&batch).unwrap();
+        // Two hundred samples tell a standard deviation to a twentieth.
+        assert!((trained.noise[0].sqrt() / 0.1 - 1.0).abs() < 0.15, "{:?}", trained.noise);
+        assert!((trained.noise[1].sqrt() / 0.02 - 1.0).abs() < 0.15, "{:?}", trained.noise);
+        assert!(trained.effective_parameters < 0.8 * network.weights().len() as f64);
+        for x in [-1.5, 0.3, 1.2] {
+            let out = network.evaluate(&[x]);
+            assert!((out[0] - libm::sin(2.0 * x)).abs() < 0.06 && (out[1] - 0.5 * x).abs() < 0.012);
         }
     }
-}
 
-/// The diagonal of `(L L')^-1`: the squared lengths of the columns of `L^-1`.
-fn diagonal_of_inverse(lower: &DMatrix<f64>) -> Vec<f64> {
-    let count = lower.nrows();
-    let mut column = vec![0.0; count];
-    (0..count)
-        .map(|start| {
-            column[start..].fill(0.0);
-            column[start] = 1.0;
-            let mut sum = 0.0;
-            for pivot in start..count {
-                let below = &lower.as_slice()[pivot * count..(pivot + 1) * count];
-                let value = column[pivot] / below[pivot];
-                sum += value * value;
-                for (entry, factor) in column[pivot + 1..].iter_mut().zip(&below[pivot + 1..]) {
-                    *entry -= value * factor;
-                }
+    #[test]
+    fn the_expansion_is_that_of_the_jacobian() {
+        let mut random = Random::new(5);
+        let (inputs, targets) = lesson(&mut random);
+        let (inputs, targets) = (&inputs[..37], &targets[..37]);
+        let network = start(&mut random);
+        let (count, noise) = (network.weights().len(), [0.5, 2.0]);
+        let batch = Batch::new(inputs, targets);
+        let found = expand(&network, &batch, &noise, &mut Workspace::new(network.sizes()));
+        let mut hessian = DMatrix::zeros(count, count);
+        let mut gradient = DVector::zeros(count);
+        let mut rows = vec![0.0; 2 * count];
+        for (input, target) in inputs.iter().zip(targets) {
+            let out = network.jacobian(input, &mut rows);
+            for output in 0..2 {
+                let row = DVector::from_column_slice(&rows[output * count..][..count]);
+                hessian += &row * row.transpose() / noise[output];
+                gradient += row * ((out[output] - target[output]) / noise[output]);
             }
-            sum
-        })
-        .collect()
+        }
+        assert!((found.hessian - &hessian).norm() < 1e-12 * hessian.norm());
+        assert!((found.gradient - &gradient).norm() < 1e-12 * gradient.norm());
+    }
 }

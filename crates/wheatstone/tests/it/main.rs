@@ -5,6 +5,7 @@
 mod architecture;
 mod contract;
 mod data;
+mod methods;
 mod paper;
 mod pipeline;
 mod real_charts;

@@ -5,7 +5,7 @@ use crate::{
     Result,
     geometry::Point3,
     numeric::{
-        backpropagation::Backpropagation,
+        backpropagation::{Backpropagation, CurvePoint},
         perceptron::{Batch, OutputActivation, Perceptron},
         random::Random,
     },
@@ -32,12 +32,13 @@ fn range(values: &[f64]) -> Scale {
     Scale { low, high }
 }
 
+/// Fits; `observe` gets every point of the learning curve, and the map as it then is.
 pub(super) fn fit(
     settings: &Network,
     training: &Backpropagation,
     (inputs, points): (&[Vec<f64>], &[Point3]),
-    seed: u64,
-    progress: &dyn Progress,
+    (seed, progress): (u64, &dyn Progress),
+    observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
 ) -> Result<Fit> {
     let targets: Vec<Vec<f64>> = points.iter().map(|p| p.iter().copied().collect()).collect();
     let input_scales = scales(inputs, &["a camera's x", "a camera's y"], range)?;
@@ -50,25 +51,30 @@ pub(super) fn fit(
         settings.output,
         &mut Random::new(seed),
     );
-    let mut curve = Vec::new();
-    let batch = Batch::new(&unit_inputs, &unit_targets);
-    training.train(&mut perceptron, &batch, progress, &mut |point, _| curve.push(point))?;
-    // The spread about the training points is all that is known of the error.
-    let mut noise = [0.0; 3];
-    for (input, target) in unit_inputs.iter().zip(&unit_targets) {
-        for ((sum, out), wanted) in noise.iter_mut().zip(perceptron.evaluate(input)).zip(target) {
-            *sum += (out - wanted) * (out - wanted) / inputs.len() as f64;
-        }
-    }
-    let reconstructor = NetworkReconstructor {
-        perceptron,
+    let mut fitted = NetworkReconstructor {
+        perceptron: perceptron.clone(),
         inputs: input_scales,
         outputs: [output_scales[0], output_scales[1], output_scales[2]],
         targets: Targets::World {},
         base: None,
-        noise,
+        noise: [0.0; 3],
         weight_covariance: Vec::new(),
         effective_parameters: None,
     };
-    Ok(Fit { curve, ..Fit::of(reconstructor) })
+    let mut curve = Vec::new();
+    let batch = Batch::new(&unit_inputs, &unit_targets);
+    training.train(&mut perceptron, &batch, progress, &mut |point, network| {
+        curve.push(point);
+        fitted.perceptron.clone_from(network);
+        observe(point, &fitted);
+    })?;
+    fitted.perceptron = perceptron;
+    // The spread about the training points is all that is known of the error.
+    for (input, target) in unit_inputs.iter().zip(&unit_targets) {
+        let out = fitted.perceptron.evaluate(input);
+        for ((sum, out), wanted) in fitted.noise.iter_mut().zip(out).zip(target) {
+            *sum += (out - wanted) * (out - wanted) / inputs.len() as f64;
+        }
+    }
+    Ok(Fit { curve, ..Fit::of(fitted) })
 }

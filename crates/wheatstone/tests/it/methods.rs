@@ -1,0 +1,113 @@
+//! Methods against the floor, on rigs whose truth is known. Bars are those of the project's aims;
+//! one seed here, where the aims speak of the median of five.
+
+use rayon::prelude::*;
+use wheatstone::{
+    chart::{AnyChart, line_grid::LineGrid},
+    dataset::Dataset,
+    evaluate::{evaluate, floor},
+    geometry::Point3,
+    method::AnyMethod,
+    progress::Silent,
+    synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
+};
+
+/// Rms error over the floor, between 50 and 140 cm and between 150 and 200 cm, of a method fitted to
+/// 400 pairs of charts `step` apart.
+fn ratios(method: &str, rig: &str, noise: Noise, step: f64) -> (f64, f64) {
+    let rig = Rig::named(rig, 2).unwrap();
+    let chart: AnyChart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let views = Stage { step, ..Stage::default() }.views().unwrap();
+    let train = chart_correspondences(&rig, &chart, &views, (noise, 21), Some(400));
+    let fit = AnyMethod::named(method).unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    let ratio = |near: f64, far: f64| {
+        let exam = random_correspondences(&rig, &chart, (near, far), (noise, 22), 2000);
+        let found = evaluate(&*fit.reconstructor, &exam, None).unwrap();
+        assert_eq!(found.located, found.n, "{method}");
+        found.rms / floor(&rig.cameras, &exam).unwrap().rms
+    };
+    (ratio(50.0, 140.0), ratio(150.0, 200.0))
+}
+
+const RIGS: [&str; 5] = ["paper", "fisheye", "water", "glass", "bump"];
+const NOISES: [Noise; 2] = [Noise::Quantised, Noise::Normal(0.1)];
+
+/// Holds a method to its bars on every rig: in range and beyond, and the same for the bumped lens.
+fn holds(method: &str, bars: (f64, f64), bump: (f64, f64)) {
+    let tasks: Vec<(&str, Noise)> =
+        RIGS.iter().flat_map(|rig| NOISES.map(|noise| (*rig, noise))).collect();
+    tasks.into_par_iter().for_each(|(rig, noise)| {
+        let (inside, beyond) = ratios(method, rig, noise, 15.0);
+        let (most_inside, most_beyond) = if rig == "bump" { bump } else { bars };
+        assert!(inside <= most_inside, "{method}, {rig}, {noise}: {inside} in range");
+        assert!(beyond <= most_beyond, "{method}, {rig}, {noise}: {beyond} beyond");
+        // Nothing beats the floor by more than chance.
+        assert!(inside > 0.97, "{method}, {rig}, {noise}: {inside}");
+    });
+}
+
+#[test]
+fn auto_reaches_the_floor_on_every_optics() {
+    holds("auto", (1.05, 1.12), (1.10, 1.20));
+}
+
+#[test]
+fn the_neural_camera_reaches_the_floor_on_every_optics() {
+    holds("neural-camera", (1.05, 1.12), (1.10, 1.20));
+}
+
+#[test]
+fn the_network_reaches_the_floor_on_every_optics() {
+    holds("network", (1.08, 1.20), (1.25, 1.60));
+}
+
+#[test]
+fn three_planes_are_enough_for_what_lies_between_them() {
+    for rig in RIGS {
+        let (inside, _) = ratios("auto", rig, Noise::Normal(0.1), 45.0);
+        assert!(inside <= 1.15, "{rig}: {inside}");
+    }
+    // No staircase in depth either.
+    for rig in ["paper", "water"] {
+        let (inside, _) = ratios("network", rig, Noise::Normal(0.1), 45.0);
+        assert!(inside <= 1.30, "network, {rig}: {inside}");
+    }
+}
+
+#[test]
+fn camera_models_hold_where_they_are_true_and_show_where_they_are_not() {
+    assert!(ratios("brown", "paper", Noise::Normal(0.1), 15.0).0 <= 1.01);
+    assert!(ratios("kannala-brandt", "fisheye", Noise::Normal(0.1), 15.0).0 <= 1.01);
+    for method in ["brown", "kannala-brandt"] {
+        assert!(ratios(method, "water", Noise::Normal(0.1), 15.0).0 > 1.2);
+        assert!(ratios(method, "bump", Noise::Normal(0.1), 15.0).0 > 3.0);
+    }
+}
+
+/// The same points in a frame whose X axis points the other way: a left-handed one.
+fn mirrored(data: &Dataset) -> Dataset {
+    let mut data = data.clone();
+    for row in &mut data.correspondences {
+        row.world = row.world.map(|p| Point3::new(-p.x, p.y, p.z));
+    }
+    data
+}
+
+#[test]
+fn left_handed_worlds_are_as_good_as_right_handed_ones() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let chart: AnyChart = LineGrid::default().into();
+    let views = Stage::default().views().unwrap();
+    let noise = Noise::Normal(0.1);
+    let train = chart_correspondences(&rig, &chart, &views, (noise, 31), Some(400));
+    let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 32), 1000);
+    for method in AnyMethod::all() {
+        let rms = |train: &Dataset, exam: &Dataset| {
+            let fit = method.fit_checked(train, 0, &Silent).unwrap();
+            evaluate(&*fit.reconstructor, exam, None).unwrap().rms
+        };
+        let (right, left) = (rms(&train, &exam), rms(&mirrored(&train), &mirrored(&exam)));
+        // The network's starts are others there, and so is what it ends with, a little.
+        assert!((left / right - 1.0).abs() < 0.05, "{}: {left} against {right}", method.name());
+    }
+}
