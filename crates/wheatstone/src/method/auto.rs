@@ -4,7 +4,7 @@
 //! Nearly equal candidates are told apart by simplicity: fewer freedoms have fewer ways to go wrong
 //! where there was no exam.
 
-use super::{AnyMethod, Choice, Fit, Method, only_default};
+use super::{AnyMethod, Choice, Fit, Method, depth_is_observable, only_default};
 use crate::{
     Error, Result,
     dataset::{
@@ -76,6 +76,15 @@ struct Tally {
     located: usize,
 }
 
+/// The points that are not in the fold.
+fn without(data: &Dataset, fold: &Fold) -> Dataset {
+    let mut left_out = vec![false; data.correspondences.len()];
+    for index in &fold.held_out {
+        left_out[*index] = true;
+    }
+    data.subset(|index, _| !left_out[index])
+}
+
 /// Fits without the fold, and adds up the errors on it.
 fn examine(
     method: &AnyMethod,
@@ -83,11 +92,7 @@ fn examine(
     fold: &Fold,
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Tally> {
-    let mut left_out = vec![false; data.correspondences.len()];
-    for index in &fold.held_out {
-        left_out[*index] = true;
-    }
-    let fit = method.fit_checked(&data.subset(|index, _| !left_out[index]), seed, progress)?;
+    let fit = method.fit_checked(&without(data, fold), seed, progress)?;
     let mut tally = Tally::default();
     for index in &fold.held_out {
         let row = &data.correspondences[*index];
@@ -169,6 +174,8 @@ impl Method for Auto {
         if few {
             folds.extend(folds_across(train));
         }
+        // What is left without a fold must still tell depth: without one wing of a V it does not.
+        folds.retain(|fold| depth_is_observable(&without(train, fold)).is_ok());
         let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
         let mut tried = if folds.len() < 2 {
             Vec::new()
