@@ -74,6 +74,10 @@ impl Scale {
 /// Looks for the largest piece of a board of `count` points.
 pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
     let picture = scale.apply(image).to_8_bit();
+    // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
+    if picture.width().min(picture.height()) < LEAST_SIDE {
+        return None;
+    }
     let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
     let mut corners = detect_corners(&picture, &settings);
     // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
@@ -94,5 +98,7 @@ pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed
     })
 }
 
+/// In pixels: a ring of radius 5, and one pixel to find a maximum among.
+const LEAST_SIDE: u32 = 13;
 /// Ten times the corners of a large board.
 const MOST_CORNERS: usize = 4_000;
