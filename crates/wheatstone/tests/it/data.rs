@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// The folder of a set of real data: in `WHEATSTONE_DATA`, or in `shared/data` beside the project.
 /// `None`, with a word to whoever reads the test's output, where it is absent.
-pub fn folder(set: &str) -> Option<PathBuf> {
+pub(crate) fn folder(set: &str) -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let root = std::env::var_os("WHEATSTONE_DATA").map_or(beside, PathBuf::from);
     let folder = root.join(set);

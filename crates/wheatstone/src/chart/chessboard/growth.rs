@@ -28,8 +28,9 @@ pub(super) struct Grown {
     pub(super) dark_square: (i32, i32),
 }
 
-/// Makes the most of a seed; `None` where it is no chessboard.
-pub(super) fn grow(image: &GrayImage, seed: &Seed) -> Option<Grown> {
+/// Makes the most of a seed, though little more than `most_points` of it; `None` where it is no
+/// chessboard.
+pub(super) fn grow(image: &GrayImage, seed: &Seed, most_points: usize) -> Option<Grown> {
     let mut labels = seed.labels.clone();
     let mut contrasts: Vec<f64> =
         labels.keys().filter_map(|label| contrast(image, &labels, *label)).collect();
@@ -49,8 +50,7 @@ pub(super) fn grow(image: &GrayImage, seed: &Seed) -> Option<Grown> {
         labels.remove(&label);
     }
     sharpen(image, &mut labels);
-    // Each round adds at least one corner, of at most so many.
-    for _ in 0..seed.corners.len() {
+    while labels.len() < most_points {
         let mut added = false;
         for label in frontier(&labels) {
             let Some((at, spacing)) = propose(image, &labels, label, &seed.corners) else {
