@@ -54,11 +54,18 @@ impl Chessboard {
         (self.columns + self.rows) % 2 == 1 || (self.columns == self.rows && self.columns % 2 == 1)
     }
 
+    /// The size of boards that are followed to their ends: enough to tell a mistaken count by, few
+    /// enough that a tiled wall takes no longer than a board.
+    fn most_points(&self) -> usize {
+        (4 * self.columns * self.rows).max(1_000)
+    }
+
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
         let seed = seed::find(image, scale, self.columns * self.rows)?;
-        let growth::Grown { mut labels, dark_square } = growth::grow(image, &seed)?;
+        let growth::Grown { mut labels, dark_square } =
+            growth::grow(image, &seed, self.most_points())?;
         growth::trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);
@@ -76,7 +83,9 @@ impl Chessboard {
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
         let placed = matches!(sighting, Sighting::Seen(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
-        Some((placed && found.len() == box_of_labels as usize, rank, sighting))
+        // A whole board of other counts is whole at every size of the picture.
+        let counts_enough = placed || found.len() > self.columns * self.rows;
+        Some((counts_enough && found.len() == box_of_labels as usize, rank, sighting))
     }
 }
 

@@ -74,6 +74,7 @@ impl Scale {
 /// Looks for the largest piece of a board of `count` points.
 pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
     let picture = scale.apply(image).to_8_bit();
+    // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
     if picture.width().min(picture.height()) < LEAST_SIDE {
         return None;
     }
@@ -97,9 +98,7 @@ pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed
     })
 }
 
+/// In pixels: a ring of radius 5, and one pixel to find a maximum among.
+const LEAST_SIDE: u32 = 13;
 /// Ten times the corners of a large board.
 const MOST_CORNERS: usize = 4_000;
-
-/// Pixels along either side that the detector's rings need on all levels of its pyramid; with fewer
-/// its arithmetic overflows.
-const LEAST_SIDE: u32 = 64;
