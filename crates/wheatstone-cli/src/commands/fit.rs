@@ -14,6 +14,7 @@ use wheatstone::{
         AnyMethod,
         network::{Network, Training},
     },
+    storage::Output,
 };
 
 /// Fit a method to a capture or a points file, and save the model
@@ -47,6 +48,8 @@ pub(crate) struct Fit {
 
 impl Fit {
     pub(crate) fn run(self) -> Outcome {
+        // A place that cannot be written to is better known before the work than after it.
+        drop(Output::create(&self.output)?);
         let bar = Bar::new();
         let mut method = AnyMethod::named(&self.method)?;
         if let Some(preset) = &self.preset {

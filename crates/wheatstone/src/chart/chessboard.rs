@@ -5,7 +5,7 @@ mod saddle;
 mod seed;
 
 use super::{
-    Chart, Shape, Sighting,
+    AnyChart, Chart, Shape, Sighting,
     lattice::{Labelled, Lattice, Origin},
 };
 use crate::{Result, geometry::Point3, imaging::GrayImage};
@@ -153,6 +153,11 @@ impl Chart for Chessboard {
             || Sighting::Unseen("no chessboard found".into()),
             |(_, sighting)| sighting,
         )
+    }
+
+    fn miscounted(&self) -> Option<AnyChart> {
+        let fewer = Self { columns: self.columns - 1, rows: self.rows - 1, ..self.clone() };
+        fewer.validate().is_ok().then(|| fewer.into())
     }
 
     fn validate(&self) -> Result<()> {

@@ -14,7 +14,7 @@ mod rendered;
 mod tests;
 
 use super::{
-    Chart, Shape, Sighting,
+    AnyChart, Chart, Shape, Sighting,
     lattice::{Lattice, Origin},
 };
 use crate::{Error, Result, geometry::Point3, imaging::GrayImage};
@@ -130,6 +130,11 @@ impl Chart for LineGrid {
             return Sighting::Unseen("no crossing lines found".into());
         }
         self.lattice().place(&found, image, None)
+    }
+
+    fn miscounted(&self) -> Option<AnyChart> {
+        let fewer = Self { columns: self.columns - 1, rows: self.rows - 1, ..self.clone() };
+        fewer.validate().is_ok().then(|| fewer.into())
     }
 
     fn validate(&self) -> Result<()> {

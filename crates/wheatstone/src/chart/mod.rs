@@ -59,6 +59,12 @@ pub trait Chart: Sync {
     /// Looks for the chart.
     fn detect(&self, image: &GrayImage) -> Sighting;
 
+    /// The chart that a user who describes this one may have before the cameras, in case this one is
+    /// nowhere to be found: squares are often counted where inner corners are meant.
+    fn miscounted(&self) -> Option<AnyChart> {
+        None
+    }
+
     /// Refuses sizes that no chart has.
     ///
     /// # Errors

@@ -79,6 +79,11 @@ pub fn detect(
                 .collect()
         })
         .collect();
+    let all: Vec<&Picture> = pictures.iter().flatten().collect();
+    let seen = all.iter().filter(|picture| picture.outcome.is_ok()).count();
+    if 2 * seen < all.len() {
+        refuse_a_miscount(capture, &all, (seen, settings))?;
+    }
     let dataset = assemble(capture, &pictures);
     if dataset.correspondences.is_empty() {
         return Err(nothing_found(capture, &pictures));
@@ -296,6 +301,39 @@ fn assemble(capture: &Capture, pictures: &[Vec<Picture>]) -> Dataset {
         views: capture.views.iter().map(|view| view.name.clone()).collect(),
         correspondences,
     }
+}
+
+/// Where the chart is in few pictures, looks for the one that is left when squares were counted instead
+/// of corners, and says so if it is there.
+fn refuse_a_miscount(
+    capture: &Capture,
+    pictures: &[&Picture],
+    (seen, settings): (usize, DetectionSettings),
+) -> Result<()> {
+    // A few pictures tell; looking at all would take as long again.
+    const LOOKED_AT: usize = 6;
+    let Some(meant) = capture.chart.miscounted() else { return Ok(()) };
+    let few: Vec<&&Picture> = pictures.iter().take(LOOKED_AT).collect();
+    let found = few
+        .par_iter()
+        .filter(|picture| {
+            read_image(&picture.path, settings.limits)
+                .is_ok_and(|image| matches!(meant.detect(&image), Sighting::Seen(_)))
+        })
+        .count();
+    if 2 * found <= few.len() {
+        return Ok(());
+    }
+    let described = serde_json::to_value(&meant).unwrap_or_default();
+    Err(Error::Degenerate {
+        problem: format!("the chart was found in {seen} of {} pictures only", pictures.len()),
+        hint: format!(
+            "with `columns = {}`, `rows = {}` it is in {found} of the first {}: inner corners or crossings are counted, not squares",
+            described["columns"],
+            described["rows"],
+            few.len()
+        ),
+    })
 }
 
 /// The error for a capture without a single chart, naming the commonest reason.

@@ -91,6 +91,27 @@ fn charts_larger_than_the_picture_are_read_by_the_rest_of_the_stage() {
 }
 
 #[test]
+fn squares_counted_for_crossings_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let stage = Stage { near: 80.0, far: 95.0, step: 15.0 };
+    rendered(dir.path(), &LineGrid::default().into(), stage);
+    let path = dir.path().join("capture.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(
+        &path,
+        text.replace("columns = 9", "columns = 10").replace("rows = 7", "rows = 8"),
+    )
+    .unwrap();
+    let capture = Capture::open(dir.path()).unwrap();
+    let error = detect(&capture, DetectionSettings::default(), &Silent).unwrap_err();
+    let hint = error.hint().unwrap();
+    assert!(
+        hint.contains("`columns = 9`, `rows = 7` it is in 4 of the first 4"),
+        "{error}: {hint}"
+    );
+}
+
+#[test]
 fn a_capture_without_the_chart_says_so() {
     let dir = tempfile::tempdir().unwrap();
     let stage = Stage { near: 100.0, far: 100.0, step: 15.0 };
