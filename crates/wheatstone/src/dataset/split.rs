@@ -26,6 +26,18 @@ pub struct Fold {
     pub held_out: Vec<usize>,
 }
 
+impl Fold {
+    /// The points to fit to, and those set apart.
+    #[must_use]
+    pub fn divide(&self, data: &Dataset) -> (Dataset, Dataset) {
+        let mut held_out = vec![false; data.correspondences.len()];
+        for index in &self.held_out {
+            held_out[*index] = true;
+        }
+        (data.subset(|index, _| !held_out[index]), data.subset(|index, _| held_out[index]))
+    }
+}
+
 /// More folds than this cost time and tell no more: neighbouring views then share one.
 const MOST_FOLDS: usize = 12;
 

@@ -102,14 +102,6 @@ struct Outcome {
     problem: Option<String>,
 }
 
-fn without(data: &Dataset, fold: &Fold) -> (Dataset, Dataset) {
-    let mut held_out = vec![false; data.correspondences.len()];
-    for index in &fold.held_out {
-        held_out[*index] = true;
-    }
-    (data.subset(|index, _| !held_out[index]), data.subset(|index, _| held_out[index]))
-}
-
 fn run(
     method: &AnyMethod,
     data: &Dataset,
@@ -117,7 +109,7 @@ fn run(
     (seed, from): (u64, Option<Point3>),
     progress: &dyn Progress,
 ) -> Result<Outcome> {
-    let (train, exam) = without(data, fold);
+    let (train, exam) = fold.divide(data);
     let start = Instant::now();
     let fitted = method.fit_checked(&train, seed, progress);
     let seconds = start.elapsed().as_secs_f64();

@@ -76,15 +76,6 @@ struct Tally {
     located: usize,
 }
 
-/// The points that are not in the fold.
-fn without(data: &Dataset, fold: &Fold) -> Dataset {
-    let mut left_out = vec![false; data.correspondences.len()];
-    for index in &fold.held_out {
-        left_out[*index] = true;
-    }
-    data.subset(|index, _| !left_out[index])
-}
-
 /// Fits without the fold, and adds up the errors on it.
 fn examine(
     method: &AnyMethod,
@@ -92,13 +83,11 @@ fn examine(
     fold: &Fold,
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Tally> {
-    let fit = method.fit_checked(&without(data, fold), seed, progress)?;
+    let (train, exam) = fold.divide(data);
+    let fit = method.fit_checked(&train, seed, progress)?;
     let mut tally = Tally::default();
-    for index in &fold.held_out {
-        let row = &data.correspondences[*index];
-        let (Some(world), Some(found)) = (row.world, fit.reconstructor.locate(&row.pixels)) else {
-            continue;
-        };
+    for (world, row) in exam.known() {
+        let Some(found) = fit.reconstructor.locate(&row.pixels) else { continue };
         let error = found.point - world;
         tally.squares += error.norm_squared();
         if let Some(inverse) = found.covariance.try_inverse() {
@@ -175,7 +164,7 @@ impl Method for Auto {
             folds.extend(folds_across(train));
         }
         // What is left without a fold must still tell depth: without one wing of a V it does not.
-        folds.retain(|fold| depth_is_observable(&without(train, fold)).is_ok());
+        folds.retain(|fold| depth_is_observable(&fold.divide(train).0).is_ok());
         let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
         let mut tried = if folds.len() < 2 {
             Vec::new()

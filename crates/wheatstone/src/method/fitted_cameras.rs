@@ -118,11 +118,7 @@ impl<L: CameraModel + Clone> Reconstructor for FittedCameras<L> {
         let found = triangulation::refine(start, &seen, |index, point| {
             cameras[index].project_with_jacobian(point)
         })?;
-        Some(Located {
-            point: found.point,
-            covariance: found.cofactor * (self.pixel_sigma * self.pixel_sigma),
-            residual: found.residual,
-        })
+        Some(Located::triangulated(&found, self.pixel_sigma))
     }
 
     fn is_consistent(&self) -> bool {

@@ -24,7 +24,7 @@ pub use fitted_cameras::{FittedCamera, FittedCameras};
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, triangulation::Triangulated},
     numeric::backpropagation::CurvePoint,
     progress::Progress,
     registry::registry,
@@ -99,6 +99,17 @@ pub struct Located {
     /// How badly the rays miss each other: root mean square over pixel coordinates. NaN for methods
     /// that have no rays.
     pub residual: f64,
+}
+
+impl Located {
+    /// A triangulated point whose pixels have this standard deviation, with no other uncertainty.
+    fn triangulated(found: &Triangulated, pixel_sigma: f64) -> Self {
+        Self {
+            point: found.point,
+            covariance: found.cofactor * (pixel_sigma * pixel_sigma),
+            residual: found.residual,
+        }
+    }
 }
 
 /// A fitted map from pixels to points.

@@ -226,11 +226,7 @@ impl Reconstructor for SoloffReconstructor {
             }
             Some((pixel, slopes))
         })?;
-        Some(Located {
-            point: found.point,
-            covariance: found.cofactor * (self.pixel_sigma * self.pixel_sigma),
-            residual: found.residual,
-        })
+        Some(Located::triangulated(&found, self.pixel_sigma))
     }
 
     fn is_consistent(&self) -> bool {
