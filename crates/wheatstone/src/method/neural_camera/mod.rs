@@ -24,7 +24,7 @@ use crate::{
     progress::Progress,
 };
 use corrected::CorrectedCamera;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix2, Matrix3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -93,6 +93,15 @@ impl NeuralCameraReconstructor {
     #[must_use]
     pub fn pixel_noise(&self) -> Vec<f64> {
         self.cameras.iter().map(CorrectedCamera::noise).collect()
+    }
+
+    /// Where a camera sees a world point, with the covariance of a detected pixel about it: that of
+    /// the detector and that of the fit, in squared pixels.
+    #[must_use]
+    pub fn predict(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2<f64>)> {
+        let camera = self.cameras.get(camera)?;
+        let (pixel, _) = camera.project(world)?;
+        Some((pixel, camera.pixel_covariance(world)?))
     }
 
     /// How many numbers each camera's points determined: between 11 and all of lens and correction.
