@@ -1,5 +1,6 @@
 //! How a command fails: one message, what to do about it, and the exit status.
 
+use crate::voice::labelled;
 use std::process::ExitCode;
 
 /// Why a command did not finish.
@@ -32,12 +33,15 @@ impl Failure {
                 return ExitCode::SUCCESS;
             }
             Self::Output(e) => (format!("cannot write to standard output: {e}"), None, 1),
+            Self::Library(e @ wheatstone::Error::Cancelled) => {
+                (e.to_string(), None, crate::interruption::STATUS)
+            }
             Self::Library(e) => (e.to_string(), e.hint(), 1),
             Self::Usage { problem, hint } => (problem.clone(), Some(hint.clone()), 2),
         };
-        eprintln!("error: {problem}");
+        labelled("error", &problem);
         if let Some(hint) = hint {
-            eprintln!("hint: {hint}");
+            labelled("hint", &hint);
         }
         ExitCode::from(status)
     }

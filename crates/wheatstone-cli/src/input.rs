@@ -1,5 +1,6 @@
 //! The two kinds of input that most commands take: a capture or a points file.
 
+use crate::voice::remark;
 use crate::{failure::Outcome, progress::Bar};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -45,8 +46,9 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         let (_, found) = open_and_detect(path, reading.whole_pixels, bar)?;
         let skipped = found.pictures.iter().flatten().filter(|p| p.outcome.is_err()).count();
         if skipped > 0 {
-            eprintln!(
-                "note: the chart was not found in {skipped} pictures; `wheatstone detect` says why"
+            remark!(
+                "note",
+                "the chart was not found in {skipped} pictures; `wheatstone detect` says why"
             );
         }
         return Ok(Loaded { data: found.dataset, truth });

@@ -1,15 +1,20 @@
 //! The program `wheatstone`: from pictures of a chart to points in the world.
 //!
 //! What people read goes to standard error, what programs read to standard output. Exit status: 0
-//! done, 1 the input or the fit failed, 2 the command line was not understood.
+//! done, 1 the input or the fit failed, 2 the command line was not understood, 130 interrupted.
 
 mod commands;
 mod failure;
 mod input;
+mod interruption;
 mod progress;
 mod table;
+mod voice;
 
-use clap::{Parser, Subcommand};
+use clap::{
+    CommandFactory, Parser,
+    error::{ContextKind, ContextValue},
+};
 use std::process::ExitCode;
 
 /// Metric 3-D from matched pixels of any two or more cameras.
@@ -17,45 +22,47 @@ use std::process::ExitCode;
 /// Show the cameras a chart at known places, fit, and locate: no camera model to choose, no first
 /// guess, and every point comes with its error bar.
 #[derive(Parser)]
-#[command(version, max_term_width = 100)]
+#[command(name = "wheatstone", version, max_term_width = 100)]
 #[command(after_help = "Examples:\n  \
     wheatstone demo                                   the whole story on a rendered rig\n  \
+    wheatstone new capture/                           begin one of your own\n  \
     wheatstone fit capture/ -o model.json             from pictures of a chart to a model\n  \
     wheatstone locate model.json pixels.csv -o points.csv\n  \
     wheatstone compare points.csv                     which method to trust, on held-out views")]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    verb: commands::Verb,
+    #[command(flatten)]
+    voice: voice::Voice,
 }
 
-#[derive(Subcommand)]
-enum Command {
-    Demo(commands::demo::Demo),
-    Detect(commands::detect::Detect),
-    Fit(commands::fit::Fit),
-    Locate(commands::locate::Locate),
-    Evaluate(commands::evaluate::Evaluate),
-    Compare(commands::compare::Compare),
-    Synth(commands::synth::Synth),
-    Chart(commands::chart::Chart),
-    Reproduce(commands::reproduce::Reproduce),
-    List(commands::list::List),
+/// The command line as data: what help, completions and manual pages are made from.
+fn definition() -> clap::Command {
+    Arguments::command()
+}
+
+/// A mistyped verb with the one that was probably meant, where the parser itself sees none.
+fn suggesting(mut error: clap::Error) -> clap::Error {
+    let typed = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(typed)) => typed.clone(),
+        _ => return error,
+    };
+    let verbs: Vec<String> =
+        definition().get_subcommands().map(|verb| verb.get_name().to_owned()).collect();
+    if error.get(ContextKind::SuggestedSubcommand).is_none()
+        && let Some(near) = wheatstone::error::nearest(&typed, &verbs)
+    {
+        let near = ContextValue::Strings(vec![near.to_owned()]);
+        error.insert(ContextKind::SuggestedSubcommand, near);
+    }
+    error
 }
 
 fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
-        Command::Demo(command) => command.run(),
-        Command::Detect(command) => command.run(),
-        Command::Fit(command) => command.run(),
-        Command::Locate(command) => command.run(),
-        Command::Evaluate(command) => command.run(),
-        Command::Compare(command) => command.run(),
-        Command::Synth(command) => command.run(),
-        Command::Chart(command) => command.run(),
-        Command::Reproduce(command) => command.run(),
-        Command::List(command) => command.run(),
-    };
-    match outcome {
+    let arguments = Arguments::try_parse().unwrap_or_else(|e| suggesting(e).exit());
+    arguments.voice.adopt();
+    interruption::listen();
+    match arguments.verb.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

@@ -44,7 +44,14 @@ impl Drop for Bar {
 }
 
 impl Progress for Bar {
+    fn cancelled(&self) -> bool {
+        crate::interruption::asked()
+    }
+
     fn report(&self, task: &str, done: u64, total: u64) {
+        if !crate::voice::speaks() {
+            return;
+        }
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.task != task {
             if let Some(bar) = state.bar.take() {

@@ -1,6 +1,7 @@
 //! `wheatstone chart`.
 
 use crate::failure::{Failure, Outcome};
+use crate::voice::say;
 use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -45,7 +46,7 @@ pub(crate) struct ChartOptions {
     #[arg(long)]
     line_width: Option<f64>,
     /// The kind of chart, where the command does not say
-    #[arg(long = "chart", value_parser = PossibleValuesParser::new(AnyChart::NAMES), hide = true)]
+    #[arg(long = "chart", value_name = "KIND", value_parser = PossibleValuesParser::new(AnyChart::NAMES))]
     chart_kind: Option<String>,
 }
 
@@ -87,7 +88,7 @@ impl Chart {
         let title = format!("{} {}", self.kind, self.output.display());
         let drawing = svg::draw(&*chart, &self.unit, &title)?;
         storage::write(&self.output, drawing.as_bytes())?;
-        eprintln!("Wrote {}; print it at 100 %", self.output.display());
+        say!("Wrote {}; print it at 100 %", self.output.display());
         Ok(())
     }
 }

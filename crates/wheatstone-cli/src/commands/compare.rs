@@ -1,6 +1,7 @@
 //! `wheatstone compare`.
 
 use super::print_json;
+use crate::voice::say;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
@@ -50,7 +51,7 @@ impl Compare {
         if self.json {
             return print_json(&found);
         }
-        eprint!("{}", as_text(&found));
+        say!("{}", as_text(&found).trim_end());
         Ok(())
     }
 

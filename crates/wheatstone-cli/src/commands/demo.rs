@@ -1,6 +1,7 @@
 //! `wheatstone demo`: the whole story on a rendered rig.
 
 use super::{detect::draw, fit::set_epochs};
+use crate::voice::say;
 use crate::{
     failure::Outcome,
     progress::Bar,
@@ -32,6 +33,9 @@ use wheatstone::{
 /// fits the paper's network and the direct linear transformation, and judges them on charts that
 /// stand between the fitted ones. Everything it made lies in the output folder.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  wheatstone demo\n  wheatstone demo --out story/ --json > summary.json"
+)]
 pub(crate) struct Demo {
     /// Where everything goes
     #[arg(long, value_name = "DIR", default_value = "demo-out")]
@@ -101,7 +105,7 @@ impl Demo {
         let rig = Rig::named("paper", 2)?;
         let chart = AnyChart::from(LineGrid::default());
         storage::create_folder(&self.out)?;
-        let say = |text: &str| eprintln!("{text}");
+        let say = |text: &str| say!("{text}");
         say("Two unaligned cameras look at a grid of lines, 5 cm apart, at 50 to 140 cm");
         let training =
             self.picture(&rig, &chart, ("capture", Stage::default(), self.seed), &bar)?;
@@ -200,17 +204,14 @@ impl Demo {
         };
         let rows: Vec<Vec<String>> = summary.methods.iter().map(row).collect();
         let heading = ["method", "fitted, mean %", "exam, mean %", "rms cm", "95 % cm", "x floor"];
-        eprintln!("\nErrors on charts that stood between the fitted ones:\n");
-        eprintln!("{}", table(&heading, &rows));
-        eprintln!(
+        say!("\nErrors on charts that stood between the fitted ones:\n");
+        say!("{}", table(&heading, &rows));
+        say!(
             "mean %: of the distance from the cameras; x floor: times what the pixel noise allows"
         );
-        eprintln!("\nPictures with what was found  {}", show(&self.out, "detections"));
-        eprintln!("Models and all figures        {}", show(&self.out, "summary.json"));
-        eprintln!(
-            "Next                          wheatstone compare {}",
-            show(&self.out, "capture")
-        );
+        say!("\nPictures with what was found  {}", show(&self.out, "detections"));
+        say!("Models and all figures        {}", show(&self.out, "summary.json"));
+        say!("Next                          wheatstone compare {}", show(&self.out, "capture"));
         if self.json {
             super::print_json(summary)?;
         }

@@ -1,6 +1,7 @@
 //! `wheatstone detect`.
 
 use super::print_json;
+use crate::voice::say;
 use crate::{failure::Outcome, input::open_and_detect, progress::Bar, table::table};
 use clap::Args;
 use serde_json::json;
@@ -46,7 +47,7 @@ impl Detect {
         if let Some(path) = &self.output {
             storage::write(path, text.as_bytes())?;
         }
-        eprint!("{}", summary(&capture, &found));
+        say!("{}", summary(&capture, &found).trim_end());
         if self.json {
             print_json(&as_json(&capture, &found))?;
         } else if self.output.is_none() {

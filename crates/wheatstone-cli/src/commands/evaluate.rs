@@ -1,6 +1,7 @@
 //! `wheatstone evaluate`.
 
 use super::print_json;
+use crate::voice::say;
 use crate::{
     failure::Outcome,
     input::{Reading, load},
@@ -48,15 +49,15 @@ impl Evaluate {
         }
         let unit = &found.unit;
         let [x, y, z] = found.rms_xyz.map(figure);
-        eprintln!("{} of {} points located", found.located, found.n);
-        eprintln!(
+        say!("{} of {} points located", found.located, found.n);
+        say!(
             "Error {} {unit} rms, {} {unit} median, 95 % below {} {unit}; {} % of the distance on average",
             figure(found.rms),
             figure(found.median),
             figure(found.p95),
             figure(found.mean_percent)
         );
-        eprintln!("Along X {x}, Y {y}, Z {z} {unit} rms");
+        say!("Along X {x}, Y {y}, Z {z} {unit} rms");
         Ok(())
     }
 }

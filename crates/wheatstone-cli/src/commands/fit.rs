@@ -1,5 +1,6 @@
 //! `wheatstone fit`.
 
+use crate::voice::say;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
@@ -64,7 +65,7 @@ impl Fit {
         drop(bar);
         let unit = &model.unit;
         let training = &model.training;
-        eprintln!(
+        say!(
             "Fitted {} to {} points of {} cameras; on these points {} {unit} rms",
             self.method,
             training.located,
@@ -72,20 +73,20 @@ impl Fit {
             figure(training.rms)
         );
         if let Some(choice) = &model.choice {
-            eprintln!("Chose {}: {}", choice.chosen, choice.reason);
+            say!("Chose {}: {}", choice.chosen, choice.reason);
         }
         match &model.validation {
-            Some(validation) => eprintln!(
+            Some(validation) => say!(
                 "Held-out views: {} {unit} rms, {} {unit} median, {} % of the distance on average",
                 figure(validation.all.rms),
                 figure(validation.all.median),
                 figure(validation.all.mean_percent)
             ),
-            None => eprintln!(
-                "Not judged on held-out views: the error above says little about new points"
-            ),
+            None => {
+                say!("Not judged on held-out views: the error above says little about new points")
+            }
         }
-        eprintln!("Wrote {}", self.output.display());
+        say!("Wrote {}", self.output.display());
         Ok(())
     }
 }

@@ -9,6 +9,7 @@ use wheatstone::{camera::AnyCamera, chart::AnyChart, method::AnyMethod, syntheti
 
 /// List what there is: methods, charts, camera models, file formats, synthetic rigs
 #[derive(Args)]
+#[command(after_help = "Examples:\n  wheatstone list\n  wheatstone list methods --json")]
 pub(crate) struct List {
     /// Only these
     kind: Option<Kind>,

@@ -1,18 +1,55 @@
-//! One file a verb.
+//! One file a verb, and its row below.
 
 pub(crate) mod chart;
 pub(crate) mod compare;
+pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod evaluate;
 pub(crate) mod fit;
 pub(crate) mod list;
 pub(crate) mod locate;
+pub(crate) mod man;
+pub(crate) mod new;
 pub(crate) mod reproduce;
 pub(crate) mod synth;
 
 use crate::failure::Outcome;
 use std::io::Write;
+
+/// Makes the verbs of the program, in the order in which help lists them.
+macro_rules! verbs {
+    ($($file:ident::$Verb:ident,)*) => {
+        #[derive(clap::Subcommand)]
+        pub(crate) enum Verb {
+            $($Verb($file::$Verb),)*
+        }
+
+        impl Verb {
+            pub(crate) fn run(self) -> Outcome {
+                match self {
+                    $(Self::$Verb(verb) => verb.run(),)*
+                }
+            }
+        }
+    };
+}
+
+verbs! {
+    demo::Demo,
+    new::New,
+    chart::Chart,
+    detect::Detect,
+    fit::Fit,
+    locate::Locate,
+    evaluate::Evaluate,
+    compare::Compare,
+    synth::Synth,
+    reproduce::Reproduce,
+    list::List,
+    completions::Completions,
+    man::Man,
+}
 
 /// Prints one JSON object on standard output.
 pub(crate) fn print_json(value: &impl serde::Serialize) -> Outcome {

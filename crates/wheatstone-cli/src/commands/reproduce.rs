@@ -1,6 +1,7 @@
 //! `wheatstone reproduce`.
 
 use super::print_json;
+use crate::voice::say;
 use crate::{
     failure::Outcome,
     progress::Bar,
@@ -12,6 +13,9 @@ use wheatstone::reproduction::{Effort, Reproduction, Verdict, reproduce, write};
 
 /// Do the 2001 paper again: its figures and claims, each beside what is measured
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  wheatstone reproduce\n  wheatstone reproduce --seeds 1 --epochs 20000 --out quick/"
+)]
 pub(crate) struct Reproduce {
     /// Where figures, tables and reproduction.json go
     #[arg(long, value_name = "DIR", default_value = "reproduction")]
@@ -33,8 +37,8 @@ impl Reproduce {
         let all = reproduce(Effort { seeds: self.seeds, epochs: self.epochs }, &bar)?;
         drop(bar);
         write(&all, &self.out)?;
-        eprint!("{}", as_text(&all));
-        eprintln!("\nFigures and tables  {}", self.out.display());
+        say!("{}", as_text(&all).trim_end());
+        say!("\nFigures and tables  {}", self.out.display());
         if self.json {
             print_json(&all)?;
         }

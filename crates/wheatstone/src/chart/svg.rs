@@ -10,7 +10,9 @@ pub const UNITS: [&str; 4] = ["mm", "cm", "m", "in"];
 /// Length of the ruler below the chart, in millimetres.
 const RULER: f64 = 100.0;
 
-fn millimetres_per(unit: &str) -> Option<f64> {
+/// Millimetres in one of [`UNITS`]; `None` for any other.
+#[must_use]
+pub fn millimetres_per(unit: &str) -> Option<f64> {
     match unit {
         "mm" => Some(1.0),
         "cm" => Some(10.0),

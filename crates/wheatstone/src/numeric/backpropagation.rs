@@ -52,6 +52,9 @@ pub struct CurvePoint {
 /// Points on a learning curve, beside the first.
 const CURVE_POINTS: u64 = 200;
 
+/// A few hundredths of a second of work: one who asks to stop does not notice the wait.
+const EPOCHS_BETWEEN_REPORTS: u64 = 256;
+
 impl Backpropagation {
     /// Trains `network` in place; it ends with the weights of the least error met, which is what the
     /// learning curve shows. `observe` is called with every point of the learning curve and
@@ -101,10 +104,12 @@ impl Backpropagation {
                     best.copy_from_slice(&weights);
                 }
             }
-            if epoch % stride == 0 || epoch == self.epochs {
-                network.set_weights(&best);
+            if epoch % EPOCHS_BETWEEN_REPORTS == 0 {
                 progress.check()?;
                 progress.report("training", epoch, self.epochs);
+            }
+            if epoch % stride == 0 || epoch == self.epochs {
+                network.set_weights(&best);
                 observe(CurvePoint { epoch, mean_square_error: best_error }, network);
             }
         }

@@ -1,0 +1,33 @@
+//! `wheatstone man`.
+
+use crate::{failure::Outcome, voice::say};
+use clap::Args;
+use std::path::PathBuf;
+use wheatstone::storage;
+
+/// Write manual pages: one for the program and one for each verb
+#[derive(Args)]
+#[command(after_help = "Example:\n  wheatstone man ~/.local/share/man/man1 && man wheatstone-fit")]
+pub(crate) struct Man {
+    /// The folder that the pages go into
+    folder: PathBuf,
+}
+
+impl Man {
+    pub(crate) fn run(self) -> Outcome {
+        storage::create_folder(&self.folder)?;
+        let mut program = crate::definition();
+        // Fills in the verbs' full names.
+        program.build();
+        let verbs = program.get_subcommands().filter(|verb| verb.get_name() != "help");
+        let verbs: Vec<clap::Command> = verbs.cloned().collect();
+        for command in std::iter::once(program).chain(verbs) {
+            let name = command.get_display_name().unwrap_or(command.get_name()).to_owned();
+            let mut page = Vec::new();
+            clap_mangen::Man::new(command).render(&mut page)?;
+            storage::write(&self.folder.join(format!("{name}.1")), &page)?;
+        }
+        say!("Wrote manual pages to {}", self.folder.display());
+        Ok(())
+    }
+}
