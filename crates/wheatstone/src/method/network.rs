@@ -195,7 +195,7 @@ impl Network {
                 paper::fit(self, training, (&inputs, &points), (seed, progress), observe)
             }
             Training::Evidence(training) => {
-                let base = Dlt::default().cameras(train, progress).ok();
+                let base = Dlt::default().cameras(train, progress).ok().map(DltReconstructor::bare);
                 let lesson = evidence::Lesson { inputs, points, views, base };
                 let frame = Targets::from_cameras(train, &lesson.points);
                 evidence::fit(self, training, lesson, frame, (seed, progress))
@@ -257,7 +257,7 @@ impl NetworkReconstructor {
     fn predict(&self, pixels: &[Option<Pixel>], unit: &[f64]) -> Option<[f64; 3]> {
         let outputs = self.perceptron.evaluate(unit);
         let base = match &self.base {
-            Some(base) => self.targets.of(base.locate(pixels)?.point),
+            Some(base) => self.targets.of(base.point(pixels)?),
             None => [0.0; 3],
         };
         Some([0, 1, 2].map(|axis| base[axis] + self.outputs[axis].restore(outputs[axis])))
@@ -304,7 +304,11 @@ impl Reconstructor for NetworkReconstructor {
         let spread = Matrix3::from_diagonal(&self.outputs.map(|s| s.high - s.low).into());
         let by_output = jacobian * spread;
         let covariance = by_output * self.output_covariance(&unit) * by_output.transpose();
-        Some(Located { point, covariance, residual: f64::NAN })
+        Some(Located { point, covariance, residual: f64::NAN, residual_sigma: f64::NAN })
+    }
+
+    fn pixel_sigma(&self, _camera: usize, _pixel: Pixel) -> Option<f64> {
+        None
     }
 
     fn is_consistent(&self) -> bool {

@@ -314,6 +314,10 @@ impl Reconstructor for Boxed {
         self.0.locate(pixels)
     }
 
+    fn pixel_sigma(&self, camera: usize, pixel: crate::geometry::Pixel) -> Option<f64> {
+        self.0.pixel_sigma(camera, pixel)
+    }
+
     fn is_consistent(&self) -> bool {
         self.0.is_consistent()
     }

@@ -4,7 +4,7 @@ use super::{Fit, Network, NetworkReconstructor, Scale, Targets, scaled, scales};
 use crate::{
     Error, Result,
     geometry::{Pixel, Point3},
-    method::{Reconstructor, dlt::DltReconstructor},
+    method::dlt::DltReconstructor,
     numeric::{
         backpropagation::CurvePoint,
         evidence::{Course, Evidence, Trained},
@@ -73,7 +73,7 @@ impl Lesson {
         let of = |base: &DltReconstructor, row: &Vec<f64>| {
             let pixels: Vec<Option<Pixel>> =
                 row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
-            let targets = frame.of(base.locate(&pixels)?.point);
+            let targets = frame.of(base.point(&pixels)?);
             targets.iter().all(|value| value.is_finite()).then_some(targets)
         };
         let all = self

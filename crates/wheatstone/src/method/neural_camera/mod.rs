@@ -16,7 +16,7 @@ mod field;
 mod fit;
 mod lens;
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default, sight::Sight};
 use crate::{
     Error, Result,
     dataset::Dataset,
@@ -137,19 +137,17 @@ impl Reconstructor for NeuralCameraReconstructor {
             let (pixel, slopes) = camera.project(point)?;
             Some((pixel / camera.noise(), slopes / camera.noise()))
         })?;
-        let (mut information, mut squares) = (Matrix3::zeros(), 0.0);
-        for (camera, pixel) in cameras.iter().zip(&seen) {
+        let sight = |(camera, pixel): (&&CorrectedCamera, Pixel)| {
             let (predicted, slopes) = camera.project(found.point)?;
-            squares += (pixel - predicted).norm_squared();
-            let spread = camera.pixel_covariance(found.point)?.try_inverse()?;
-            information += slopes.transpose() * spread * slopes;
-        }
-        let covariance = information.try_inverse()?;
-        Some(Located {
-            point: found.point,
-            covariance: (covariance + covariance.transpose()) * 0.5,
-            residual: (squares / (2 * seen.len()) as f64).sqrt(),
-        })
+            let spread = camera.pixel_covariance(found.point)?;
+            Some(Sight { pixel, predicted, slopes, spread, weight: camera.noise().powi(-2) })
+        };
+        let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
+        Located::by_least_squares(found.point, &sights?)
+    }
+
+    fn pixel_sigma(&self, camera: usize, _pixel: Pixel) -> Option<f64> {
+        Some(self.cameras.get(camera)?.noise())
     }
 
     fn is_consistent(&self) -> bool {
