@@ -42,7 +42,7 @@ impl CameraUncertainty {
         let mut rising = adjusted.to_vec();
         rising.sort_unstable();
         let mut found = Self {
-            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len()),
+            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64),
             adjusted: rising,
             about: Point3::from(middle / pairs.len() as f64),
             covariance: Covariance::default(),

@@ -15,6 +15,7 @@ use crate::{
     geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
     progress::Progress,
 };
+use nalgebra::{Matrix3, Matrix3xX};
 use serde::{Deserialize, Serialize};
 
 /// There is nothing to set.
@@ -88,6 +89,25 @@ impl DltReconstructor {
             cameras[index].project_with_jacobian(point)
         })?;
         Some(found.point)
+    }
+
+    /// The point with its derivatives by the pixels' coordinates, three rows; those of second order
+    /// in the errors left out.
+    pub(super) fn point_with_slopes(
+        &self,
+        pixels: &[Option<Pixel>],
+    ) -> Option<(Point3, Matrix3xX<f64>)> {
+        let point = self.point(pixels)?;
+        let mut normal = Matrix3::zeros();
+        let mut by_pixel = Matrix3xX::zeros(2 * self.cameras.len());
+        for (index, (camera, pixel)) in self.cameras.iter().zip(pixels).enumerate() {
+            if pixel.is_some() {
+                let (_, slopes) = camera.project_with_jacobian(point)?;
+                normal += slopes.transpose() * slopes;
+                by_pixel.columns_mut(2 * index, 2).copy_from(&slopes.transpose());
+            }
+        }
+        Some((point, normal.try_inverse()? * by_pixel))
     }
 
     /// The same cameras, for who asks only where points are.

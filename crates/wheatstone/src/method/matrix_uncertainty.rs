@@ -43,7 +43,7 @@ impl MatrixUncertainty {
         let seen = pairs.iter().filter_map(|(world, pixel)| {
             Some((*pixel, (matrix.project(*world)? - pixel).norm_squared()))
         });
-        let noise = PixelNoise::fit(&seen.collect::<Vec<_>>(), NUMBERS - 1);
+        let noise = PixelNoise::fit(&seen.collect::<Vec<_>>(), (NUMBERS - 1) as f64);
         let mut found = Self { noise, world, picture, covariance: Covariance::default() };
         let mut equations = LeastSquaresSpread::new(NUMBERS);
         for (point, pixel) in pairs {

@@ -90,13 +90,13 @@ impl PixelNoise {
         Self { level: variance, terms: Vec::new(), middle: [0.0; 2], half: [1.0; 2] }
     }
 
-    /// Of pixels, each with the sum of its two coordinates' squared errors; `unknowns` of the fit
-    /// have made these smaller.
+    /// Of pixels, each with the sum of its two coordinates' squared errors; so many `unknowns` of the
+    /// fit have made these smaller.
     #[must_use]
-    pub fn fit(seen: &[(Pixel, f64)], unknowns: usize) -> Self {
+    pub fn fit(seen: &[(Pixel, f64)], unknowns: f64) -> Self {
         let equations = (2 * seen.len()) as f64;
         let total: f64 = seen.iter().map(|(_, square)| square).sum();
-        let share = equations / (equations - unknowns as f64).max(1.0);
+        let share = equations / (equations - unknowns).max(1.0);
         let even = Self::even(share * total / equations);
         let bounds = |axis: usize| {
             let values = seen.iter().map(|(pixel, _)| pixel[axis]);
@@ -174,7 +174,7 @@ mod tests {
             (pixel, (x * x + y * y) * sigma(pixel.x, pixel.y).powi(2))
         };
         let seen: Vec<(Pixel, f64)> = (0..600).map(&mut draw).collect();
-        PixelNoise::fit(&seen, 12)
+        PixelNoise::fit(&seen, 12.0)
     }
 
     #[test]
@@ -190,6 +190,9 @@ mod tests {
         }
         let edge = uneven.variance(Pixel::new(640.0, 240.0));
         assert!((uneven.variance(Pixel::new(2000.0, 240.0)) / edge - 1.0).abs() < 0.05);
-        assert_eq!(PixelNoise::fit(&[(Pixel::origin(), 0.0); 3], 0).variance(Pixel::origin()), 0.0);
+        assert_eq!(
+            PixelNoise::fit(&[(Pixel::origin(), 0.0); 3], 0.0).variance(Pixel::origin()),
+            0.0
+        );
     }
 }

@@ -155,7 +155,7 @@ impl PolynomialCamera {
             .zip(pairs)
             .map(|(point, (_, pixel))| (*pixel, (fitted.project(*point).0 - pixel).norm_squared()));
         let width = fitted.powers.len();
-        fitted.noise = PixelNoise::fit(&errors.collect::<Vec<_>>(), 2 * width);
+        fitted.noise = PixelNoise::fit(&errors.collect::<Vec<_>>(), (2 * width) as f64);
         let mut spread = LeastSquaresSpread::new(width);
         for (row, (_, pixel)) in rows.chunks_exact(width).zip(pairs) {
             spread.add(row, fitted.noise.variance(*pixel));
