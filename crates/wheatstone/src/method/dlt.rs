@@ -148,7 +148,7 @@ impl Reconstructor for DltReconstructor {
         Located::by_least_squares(point, &sights?)
     }
 
-    fn pixel_sigma(&self, camera: usize, pixel: Pixel) -> Option<f64> {
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 

@@ -129,7 +129,7 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         Located::by_least_squares(found.point, &sights?)
     }
 
-    fn pixel_sigma(&self, camera: usize, pixel: Pixel) -> Option<f64> {
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 

@@ -162,7 +162,7 @@ impl Reconstructor for InterpolationReconstructor {
         })
     }
 
-    fn pixel_sigma(&self, _camera: usize, _pixel: Pixel) -> Option<f64> {
+    fn pixel_sigma(&self, _camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
         None
     }
 

@@ -131,10 +131,10 @@ pub trait Reconstructor: Sync + Send {
     /// saw it or the pixels mean no point.
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located>;
 
-    /// Standard deviation of one coordinate that its error bars assume of a pixel seen here by this
-    /// camera (counted from 0), in pixels, without what the fit is uncertain by. `None` for no such
-    /// camera, and for methods that assume nothing of pixels.
-    fn pixel_sigma(&self, camera: usize, pixel: Pixel) -> Option<f64>;
+    /// Standard deviation of one coordinate that its error bars assume of a pixel of this camera
+    /// (counted from 0) that shows a world point, in pixels, without what the fit is uncertain by.
+    /// `None` for no such camera, and for methods that assume nothing of pixels.
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
 
     /// Whether the parts of a reconstructor read from a file fit together.
     fn is_consistent(&self) -> bool;

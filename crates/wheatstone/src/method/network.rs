@@ -33,7 +33,7 @@ use crate::{
     },
     progress::Progress,
 };
-use noise::Noise;
+use noise::{Noise, direction};
 use serde::{Deserialize, Serialize};
 use targets::Targets;
 
@@ -278,16 +278,17 @@ impl Reconstructor for NetworkReconstructor {
         let unit = self.scaled_inputs(&input_row(pixels)?);
         let targets = self.predict(pixels, &unit)?;
         let (point, jacobian) = self.targets.point(targets)?;
-        let covariance = jacobian * self.target_covariance(pixels, &unit)? * jacobian.transpose();
+        let covariance =
+            jacobian * self.target_covariance((pixels, targets), &unit)? * jacobian.transpose();
         let told = self.witness.as_ref().and_then(|witness| witness.residual(point, pixels));
         let (residual, residual_sigma) = told.unwrap_or((f64::NAN, f64::NAN));
         Some(Located { point, covariance, residual, residual_sigma })
     }
 
-    fn pixel_sigma(&self, camera: usize, pixel: Pixel) -> Option<f64> {
+    fn pixel_sigma(&self, camera: usize, _pixel: Pixel, world: Point3) -> Option<f64> {
         match &self.noise {
             Noise::Pixels { noise } if camera < self.cameras() => {
-                Some(noise.variance(pixel).sqrt())
+                Some(noise.variance(direction(self.targets.of(world))).sqrt())
             }
             _ => None,
         }

@@ -1,5 +1,7 @@
 //! How far pixels lie from where a fitted camera expects them, as a function of the place in the
 //! picture: even where the camera's model is right, uneven where the lens does what no term says.
+//! Not of depth: charts stand at a few depths only, and what is learned there of each does not hold
+//! between them, still less beyond.
 //!
 //! The logarithm of the variance is a polynomial of low order, fitted by maximum likelihood (Harvey
 //! 1976, doi:10.2307/1913974); its order is chosen by Schwarz's criterion (1978,
@@ -134,7 +136,7 @@ impl PixelNoise {
         [0, 1].map(|axis| ((pixel[axis] - self.middle[axis]) / self.half[axis]).clamp(-1.0, 1.0))
     }
 
-    /// In squared pixels, at a place of the picture.
+    /// In squared pixels, at a place of the picture, or in whatever plane it was fitted.
     #[must_use]
     pub fn variance(&self, pixel: Pixel) -> f64 {
         if self.terms.is_empty() {

@@ -269,7 +269,7 @@ impl Reconstructor for SoloffReconstructor {
         Located::by_least_squares(found.point, &sights)
     }
 
-    fn pixel_sigma(&self, camera: usize, pixel: Pixel) -> Option<f64> {
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.cameras.get(camera)?.noise.variance(pixel).sqrt())
     }
 

@@ -6,7 +6,7 @@ use crate::{
     geometry::{Pixel, Point3},
     method::PixelNoise,
 };
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Point2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Where the errors of located points come from.
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Noise {
     /// Each target has a variance of its own, in scaled units, the same everywhere.
     Targets { variance: [f64; 3] },
-    /// All cameras' pixels have the same variance, which may depend on their mean place.
+    /// All cameras' pixels have the same variance, which may depend on the direction.
     Pixels { noise: PixelNoise },
 }
 
@@ -30,11 +30,9 @@ impl Noise {
     }
 }
 
-/// The middle of where all cameras saw a point.
-fn mean_place(pixels: &[Option<Pixel>]) -> Pixel {
-    let seen = pixels.iter().flatten();
-    let sum: nalgebra::Vector2<f64> = seen.clone().map(|pixel| pixel.coords).sum();
-    Pixel::from(sum / seen.count().max(1) as f64)
+/// Where a point with these targets is seen from the cameras' middle.
+pub(super) fn direction([across, down, _]: [f64; 3]) -> Point2<f64> {
+    Point2::new(across, down)
 }
 
 impl NetworkReconstructor {
@@ -91,10 +89,10 @@ impl NetworkReconstructor {
         Matrix3::from_diagonal(&self.outputs.map(|scale| scale.high - scale.low).into())
     }
 
-    /// Covariance of the targets of a point seen at `pixels`, whose scaled inputs are `unit`.
+    /// Covariance of the `targets` of a point seen at `pixels`, whose scaled inputs are `unit`.
     pub(super) fn target_covariance(
         &self,
-        pixels: &[Option<Pixel>],
+        (pixels, targets): (&[Option<Pixel>], [f64; 3]),
         unit: &[f64],
     ) -> Option<Matrix3<f64>> {
         let noise = match &self.noise {
@@ -103,7 +101,7 @@ impl NetworkReconstructor {
                 spread * Matrix3::from_diagonal(&(*variance).into()) * spread
             }
             Noise::Pixels { noise } => {
-                carried(&self.slopes(pixels, unit)?) * noise.variance(mean_place(pixels))
+                carried(&self.slopes(pixels, unit)?) * noise.variance(direction(targets))
             }
         };
         Some(noise + self.covariance_of_weights(unit))
@@ -120,9 +118,10 @@ impl NetworkReconstructor {
             let error = Vector3::from(found) - Vector3::from(wanted);
             let inverse = carried(&self.slopes(&pixels, &unit)?).try_inverse()?;
             // Of three coordinates, where the noise counts two.
-            Some((mean_place(&pixels), error.dot(&(inverse * error)) * (2.0 / 3.0)))
+            Some((direction(wanted), error.dot(&(inverse * error)) * (2.0 / 3.0)))
         };
-        let squares: Vec<(Pixel, f64)> = inputs.iter().zip(points).filter_map(square).collect();
+        let squares: Vec<(Point2<f64>, f64)> =
+            inputs.iter().zip(points).filter_map(square).collect();
         self.noise = Noise::Pixels { noise: PixelNoise::fit(&squares, determined * (2.0 / 3.0)) };
     }
 }

@@ -156,7 +156,7 @@ impl Reconstructor for NeuralCameraReconstructor {
         Located::by_least_squares(found.point, &sights?)
     }
 
-    fn pixel_sigma(&self, camera: usize, _pixel: Pixel) -> Option<f64> {
+    fn pixel_sigma(&self, camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.cameras.get(camera)?.noise())
     }
 
