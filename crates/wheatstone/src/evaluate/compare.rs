@@ -1,7 +1,9 @@
 //! Methods judged on what they have not seen: each is fitted without one view (or slab of space)
 //! after the other, and located points of the view left out are compared with their known places.
 
-use super::{Evaluation, PointError, floor, point_errors, summarise, viewpoint};
+use super::{
+    Evaluation, HeldOut, PointError, floor, mahalanobis2, point_errors, summarise, viewpoint,
+};
 use crate::{
     Result,
     camera::PosedCamera,
@@ -97,6 +99,7 @@ pub struct Comparison {
 /// What one fit without one fold came to.
 struct Outcome {
     errors: Vec<PointError>,
+    held_out: Vec<HeldOut>,
     points: usize,
     seconds: f64,
     problem: Option<String>,
@@ -118,13 +121,17 @@ fn run(
     Ok(match fitted {
         Ok(fit) => Outcome {
             errors: point_errors(&*fit.reconstructor, &exam, from),
+            held_out: mahalanobis2(&*fit.reconstructor, &exam)
+                .into_iter()
+                .map(|distance2| HeldOut { kind: fold.kind, distance2 })
+                .collect(),
             points,
             seconds,
             problem: None,
         },
         Err(e) => {
             let problem = Some(format!("without `{}`: {e}", fold.view));
-            Outcome { errors: Vec::new(), points, seconds, problem }
+            Outcome { errors: Vec::new(), held_out: Vec::new(), points, seconds, problem }
         }
     })
 }
@@ -251,13 +258,28 @@ pub fn cross_validate(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Option<CrossValidation>> {
+    Ok(hold_out(method, data, seed, progress)?.map(|(validation, _)| validation))
+}
+
+/// [`cross_validate`], with how far each point held out lies from its place by its own error bars:
+/// what [`super::Ellipsoids::estimate`] asks for.
+///
+/// # Errors
+///
+/// [`crate::Error::Cancelled`].
+pub fn hold_out(
+    method: &AnyMethod,
+    data: &Dataset,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Option<(CrossValidation, Vec<HeldOut>)>> {
     let folds = folds(data);
     if folds.len() < 2 {
         return Ok(None);
     }
     let outcomes = run_all(std::slice::from_ref(method), data, &folds, seed, progress)?;
-    let outcomes = &outcomes[0];
-    Ok(pooled(outcomes, &data.unit)
-        .ok()
-        .map(|all| CrossValidation { all, folds: fold_scores(&folds, outcomes) }))
+    let outcomes = outcomes.first().map_or(&[][..], Vec::as_slice);
+    let Ok(all) = pooled(outcomes, &data.unit) else { return Ok(None) };
+    let held_out = outcomes.iter().flat_map(|outcome| outcome.held_out.clone()).collect();
+    Ok(Some((CrossValidation { all, folds: fold_scores(&folds, outcomes) }, held_out)))
 }

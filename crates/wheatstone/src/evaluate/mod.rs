@@ -1,10 +1,14 @@
 //! How good a map is: errors in the user's unit on points that it has not seen, comparison of
-//! methods, and the floor that pixel noise sets.
+//! methods, the floor that pixel noise sets, and error ellipsoids that hold.
 
 mod compare;
+mod coverage;
 mod floor;
 
-pub use compare::{Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate};
+pub use compare::{
+    Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate, hold_out,
+};
+pub use coverage::{Coverage, Ellipsoids, HeldOut, coverage, mahalanobis2};
 pub use floor::floor;
 
 use crate::{

@@ -6,7 +6,7 @@
 //! Tsai 1989 (doi:10.1093/biomet/76.2.297).
 
 use super::{
-    AnyReconstructor, Fit,
+    AnyReconstructor, CameraUncertainty, Fit,
     camera_start::{Lens, starts},
     fitted_cameras::{FittedCamera, FittedCameras},
 };
@@ -25,7 +25,7 @@ use rayon::prelude::*;
 pub(super) const POSE: usize = 6;
 
 /// Room for the unknowns of the camera with most of them.
-const MOST_UNKNOWNS: usize = 32;
+pub(super) const MOST_UNKNOWNS: usize = 32;
 
 /// A camera on its way to the best fit; its rotation has determinant -1 if it is mirrored.
 #[derive(Clone, Debug)]
@@ -41,8 +41,8 @@ pub(super) struct Adjusted<L> {
     pub(super) camera: Placed<L>,
     /// Sum of squared pixel errors.
     pub(super) squares: f64,
-    /// Unknowns that were adjusted.
-    pub(super) unknowns: usize,
+    /// Unknowns that were adjusted, as [`Placed::adjust`] numbers them: 0 to 5 the pose, then the model's own.
+    pub(super) adjusted: Vec<usize>,
 }
 
 /// Rotation matrix by its rotation vector, and the left Jacobian: the derivative of the turned
@@ -143,7 +143,7 @@ impl<L: AdjustableCamera> Placed<L> {
         let found = minimise(&start.unknowns(free), patience, progress, evaluate)?;
         let (mut camera, _) = start.moved(free, &found.parameters);
         camera.translation -= camera.rotation * centre;
-        Ok(Adjusted { camera, squares: 2.0 * found.cost, unknowns: free.len() })
+        Ok(Adjusted { camera, squares: 2.0 * found.cost, adjusted: free.to_vec() })
     }
 }
 
@@ -214,7 +214,7 @@ impl Ladder {
         camera: usize,
         train: &Dataset,
         progress: &dyn Progress,
-    ) -> Result<(Adjusted<L>, usize)> {
+    ) -> Result<Adjusted<L>> {
         let pairs = pairs_of(self.method, camera, self.points_needed(), train)?;
         let linear = linear_camera(camera, &pairs)?;
         let found = self.climb(&pairs, &linear, progress)?;
@@ -223,10 +223,10 @@ impl Ladder {
             // A search may end in a lens that folds the picture over; such a lens explains nothing.
             .filter(|adjusted| adjusted.camera.sees_all(&pairs))
             .map(|adjusted| {
-                (information(adjusted.squares, pairs.len(), adjusted.unknowns), adjusted)
+                (information(adjusted.squares, pairs.len(), adjusted.adjusted.len()), adjusted)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, adjusted)| (adjusted, pairs.len()))
+            .map(|(_, adjusted)| adjusted)
             .ok_or_else(|| unexplained(self.method, camera))
     }
 
@@ -240,7 +240,7 @@ impl Ladder {
             .into_par_iter()
             .map(|camera| self.fit_camera::<L>(camera, train, progress))
             .collect();
-        Ok(assemble(found?))
+        assemble(found?, train)
     }
 }
 
@@ -293,20 +293,27 @@ pub(super) fn possible<T>(adjusted: Result<T>) -> Result<Option<T>> {
     }
 }
 
-/// The reconstructor of adjusted cameras, each with the number of its points.
-pub(super) fn assemble<L>(found: Vec<(Adjusted<L>, usize)>) -> Fit
+/// The reconstructor of cameras adjusted to what each saw of `train`.
+pub(super) fn assemble<L>(found: Vec<Adjusted<L>>, train: &Dataset) -> Result<Fit>
 where
     L: AdjustableCamera,
     FittedCameras<L>: Into<AnyReconstructor>,
 {
     let (mut squares, mut freedom) = (0.0, 0.0);
     let mut cameras = Vec::with_capacity(found.len());
-    for (adjusted, points) in found {
-        squares += adjusted.squares;
-        freedom += (2 * points) as f64 - adjusted.unknowns as f64;
-        let Placed { model, rotation, translation } = adjusted.camera;
-        cameras.push(FittedCamera::new(model, rotation, translation));
+    let mut uncertainty = Vec::with_capacity(found.len());
+    for (index, Adjusted { camera, squares: own, adjusted }) in found.into_iter().enumerate() {
+        let pairs = train.seen_by_camera(index);
+        squares += own;
+        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64;
+        let camera = FittedCamera::new(camera.model, camera.rotation, camera.translation);
+        let open = CameraUncertainty::new(&camera, &adjusted, &pairs);
+        uncertainty.push(open.ok_or_else(|| Error::Degenerate {
+            problem: format!("what camera {} saw leaves it undetermined", index + 1),
+            hint: "show it points at two or more distances that fill the picture".into(),
+        })?);
+        cameras.push(camera);
     }
     let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
-    Fit::of(FittedCameras { cameras, pixel_sigma })
+    Ok(Fit::of(FittedCameras { cameras, uncertainty, pixel_sigma }))
 }

@@ -5,13 +5,17 @@
 //! (Hartley 1997, doi:10.1109/34.601246); triangulation as in Hartley & Sturm 1997
 //! (doi:10.1006/cviu.1997.0547). Lens distortion is not modelled.
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use super::{
+    AnyMethod, Fit, Located, Method, Reconstructor, matrix_uncertainty::MatrixUncertainty,
+    only_default, sight::Sight,
+};
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, ProjectionMatrix, triangulation},
+    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
     progress::Progress,
 };
+use nalgebra::{Matrix3, Matrix3xX};
 use serde::{Deserialize, Serialize};
 
 /// There is nothing to set.
@@ -25,6 +29,8 @@ pub struct Dlt {}
 pub struct DltReconstructor {
     /// World to pixel, a camera each.
     cameras: Vec<ProjectionMatrix>,
+    /// What is not known about each of them; empty where nobody asks.
+    uncertainty: Vec<MatrixUncertainty>,
     /// Standard deviation of one pixel coordinate about its prediction, over all cameras.
     pixel_sigma: f64,
 }
@@ -41,6 +47,7 @@ impl Dlt {
         progress: &dyn Progress,
     ) -> Result<DltReconstructor> {
         let mut cameras = Vec::with_capacity(train.cameras);
+        let mut uncertainty = Vec::with_capacity(train.cameras);
         let (mut squares, mut freedom) = (0.0, 0.0);
         for camera in 0..train.cameras {
             progress.check()?;
@@ -54,19 +61,58 @@ impl Dlt {
                     got: pairs.len(),
                 });
             }
-            let fitted = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
+            let flat = || Error::Degenerate {
                 problem: format!("the points that camera {} saw lie on one plane", camera + 1),
                 hint: "show it points at two or more distances".into(),
-            })?;
+            };
+            let fitted = ProjectionMatrix::fit(&pairs).ok_or_else(flat)?;
             let errors =
                 pairs.iter().filter_map(|(world, pixel)| Some(fitted.project(*world)? - pixel));
             squares += errors.map(|error| error.norm_squared()).sum::<f64>();
             // Two equations a point, eleven unknowns a camera.
             freedom += (2 * pairs.len()) as f64 - 11.0;
+            uncertainty.push(MatrixUncertainty::new(&fitted, &pairs).ok_or_else(flat)?);
             cameras.push(fitted);
         }
         let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
-        Ok(DltReconstructor { cameras, pixel_sigma })
+        Ok(DltReconstructor { cameras, uncertainty, pixel_sigma })
+    }
+}
+
+impl DltReconstructor {
+    /// The point with the least pixel errors.
+    pub(super) fn point(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
+        let (cameras, seen): (Vec<&ProjectionMatrix>, Vec<Pixel>) =
+            self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
+        let start = triangulation::linear(cameras.iter().copied().zip(seen.iter().copied()))?;
+        let found = triangulation::refine(start, &seen, |index, point| {
+            cameras[index].project_with_jacobian(point)
+        })?;
+        Some(found.point)
+    }
+
+    /// The point with its derivatives by the pixels' coordinates, three rows; those of second order
+    /// in the errors left out.
+    pub(super) fn point_with_slopes(
+        &self,
+        pixels: &[Option<Pixel>],
+    ) -> Option<(Point3, Matrix3xX<f64>)> {
+        let point = self.point(pixels)?;
+        let mut normal = Matrix3::zeros();
+        let mut by_pixel = Matrix3xX::zeros(2 * self.cameras.len());
+        for (index, (camera, pixel)) in self.cameras.iter().zip(pixels).enumerate() {
+            if pixel.is_some() {
+                let (_, slopes) = camera.project_with_jacobian(point)?;
+                normal += slopes.transpose() * slopes;
+                by_pixel.columns_mut(2 * index, 2).copy_from(&slopes.transpose());
+            }
+        }
+        Some((point, normal.try_inverse()? * by_pixel))
+    }
+
+    /// The same cameras, for who asks only where points are.
+    pub(super) fn bare(self) -> Self {
+        Self { uncertainty: Vec::new(), ..self }
     }
 }
 
@@ -90,17 +136,26 @@ impl Reconstructor for DltReconstructor {
     }
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        let (cameras, seen): (Vec<&ProjectionMatrix>, Vec<Pixel>) =
-            self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
-        let start = triangulation::linear(cameras.iter().copied().zip(seen.iter().copied()))?;
-        let found = triangulation::refine(start, &seen, |index, point| {
-            cameras[index].project_with_jacobian(point)
-        })?;
-        Some(Located::triangulated(&found, self.pixel_sigma))
+        let point = self.point(pixels)?;
+        let seen = self.cameras.iter().zip(&self.uncertainty).zip(pixels);
+        let seen = seen.filter_map(|(camera, pixel)| Some((camera, (*pixel)?)));
+        let sight = |((camera, open), pixel): ((&ProjectionMatrix, &MatrixUncertainty), Pixel)| {
+            let (predicted, slopes) = camera.project_with_jacobian(point)?;
+            let spread = open.spread(camera, point, pixel)?;
+            Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
+        };
+        let sights: Option<Vec<Sight>> = seen.map(sight).collect();
+        Located::by_least_squares(point, &sights?)
+    }
+
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
+        Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 
     fn is_consistent(&self) -> bool {
         self.cameras.len() >= 2
+            && [0, self.cameras.len()].contains(&self.uncertainty.len())
+            && self.uncertainty.iter().all(MatrixUncertainty::is_consistent)
             && self.pixel_sigma >= 0.0
             && self.cameras.iter().all(|camera| camera.0.iter().all(|value| value.is_finite()))
     }

@@ -3,9 +3,9 @@
 //! A point is located where it explains all pixels best (Hartley & Sturm 1997,
 //! doi:10.1006/cviu.1997.0547), from the point nearest to all rays.
 
-use super::{Located, Reconstructor};
+use super::{CameraUncertainty, Located, Reconstructor, sight::Sight};
 use crate::{
-    camera::CameraModel,
+    camera::{AdjustableCamera, CameraModel},
     geometry::{Pixel, Point3, Pose, Ray, triangulation},
 };
 use nalgebra::{Matrix2x3, Matrix3, Vector3};
@@ -41,7 +41,7 @@ impl<L: CameraModel> FittedCamera<L> {
     }
 
     /// A world point as the lens sees it, in the camera's frame behind the mirror if there is one.
-    fn before_lens(&self, world: Point3) -> Point3 {
+    pub(super) fn before_lens(&self, world: Point3) -> Point3 {
         let mut point = self.camera_from_world.transform(world);
         point.x *= self.side();
         point
@@ -77,6 +77,8 @@ impl<L: CameraModel> FittedCamera<L> {
 pub struct FittedCameras<L> {
     /// The cameras, in the order of the data.
     pub cameras: Vec<FittedCamera<L>>,
+    /// What is not known about each of them.
+    pub uncertainty: Vec<CameraUncertainty>,
     /// Standard deviation of one pixel coordinate about its prediction, over all cameras.
     pub pixel_sigma: f64,
 }
@@ -96,7 +98,7 @@ fn nearest_to(rays: impl Iterator<Item = Ray>) -> Option<Point3> {
     Some(Point3::from(matrix.cholesky()?.solve(&vector)))
 }
 
-impl<L: CameraModel + Clone> Reconstructor for FittedCameras<L> {
+impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
     fn cameras(&self) -> usize {
         self.cameras.len()
     }
@@ -105,26 +107,36 @@ impl<L: CameraModel + Clone> Reconstructor for FittedCameras<L> {
         let mut cameras = Vec::with_capacity(self.cameras.len());
         let mut seen = Vec::with_capacity(self.cameras.len());
         let mut rays = Vec::with_capacity(self.cameras.len());
-        for (camera, pixel) in self.cameras.iter().zip(pixels) {
+        for ((camera, open), pixel) in self.cameras.iter().zip(&self.uncertainty).zip(pixels) {
             // A pixel that no light can reach says nothing.
             let Some((pixel, ray)) = pixel.and_then(|p| Some((p, camera.ray(p)?))) else {
                 continue;
             };
-            cameras.push(camera);
+            cameras.push((camera, open));
             seen.push(pixel);
             rays.push(ray);
         }
         let start = nearest_to(rays.into_iter())?;
         let found = triangulation::refine(start, &seen, |index, point| {
-            cameras[index].project_with_jacobian(point)
+            cameras[index].0.project_with_jacobian(point)
         })?;
-        Some(Located::triangulated(&found, self.pixel_sigma))
+        let sight = |((camera, open), pixel): (&(&FittedCamera<L>, &CameraUncertainty), Pixel)| {
+            let (predicted, slopes) = camera.project_with_jacobian(found.point)?;
+            let spread = open.spread(camera, found.point, pixel)?;
+            Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
+        };
+        let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
+        Located::by_least_squares(found.point, &sights?)
+    }
+
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
+        Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 
     fn is_consistent(&self) -> bool {
         // Far above rounding, far below anything a file could mean.
         const CROOKED: f64 = 1e-6;
-        let camera_holds = |camera: &FittedCamera<L>| {
+        let camera_holds = |(camera, open): (&FittedCamera<L>, &CameraUncertainty)| {
             let Pose { rotation, translation } = &camera.camera_from_world;
             let square = rotation * rotation.transpose() - Matrix3::identity();
             let mut model = camera.model.clone();
@@ -132,11 +144,13 @@ impl<L: CameraModel + Clone> Reconstructor for FittedCameras<L> {
                 && rotation.determinant() > 0.0
                 && translation.iter().all(|value| value.is_finite())
                 && model.parameters_mut().iter().all(|value| value.is_finite())
+                && open.is_consistent(model.parameters_mut().len())
         };
         self.cameras.len() >= 2
+            && self.uncertainty.len() == self.cameras.len()
             && self.pixel_sigma >= 0.0
             && self.pixel_sigma.is_finite()
-            && self.cameras.iter().all(camera_holds)
+            && self.cameras.iter().zip(&self.uncertainty).all(camera_holds)
     }
 }
 

@@ -7,24 +7,30 @@ pub mod auto;
 pub mod brown;
 mod camera_fit;
 mod camera_start;
+mod camera_uncertainty;
 mod checks;
 pub mod dlt;
 mod fitted_cameras;
 pub mod interpolation;
 pub mod kannala_brandt;
+mod matrix_uncertainty;
 pub mod network;
 pub mod neural_camera;
+mod pixel_noise;
 mod radial_alignment;
+mod sight;
 pub mod soloff;
 pub mod tsai;
 
+pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
+pub use pixel_noise::PixelNoise;
 
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3, triangulation::Triangulated},
+    geometry::{Pixel, Point3},
     numeric::backpropagation::CurvePoint,
     progress::Progress,
     registry::registry,
@@ -99,16 +105,20 @@ pub struct Located {
     /// How badly the rays miss each other: root mean square over pixel coordinates. NaN for methods
     /// that have no rays.
     pub residual: f64,
+    /// What noise and uncertainty of the fit let expect of it, as the standard deviation of one
+    /// pixel coordinate: NaN where the residual is.
+    pub residual_sigma: f64,
 }
 
 impl Located {
-    /// A triangulated point whose pixels have this standard deviation, with no other uncertainty.
-    fn triangulated(found: &Triangulated, pixel_sigma: f64) -> Self {
-        Self {
-            point: found.point,
-            covariance: found.cofactor * (pixel_sigma * pixel_sigma),
-            residual: found.residual,
-        }
+    /// The residual as a chi-square, with its degrees of freedom: two coordinates for each of the
+    /// cameras that saw the point, less three. Larger than chance allows for pixels that do not
+    /// belong together. `None` where there are no rays, or no error is expected.
+    #[must_use]
+    pub fn misfit(&self, cameras: usize) -> Option<(f64, usize)> {
+        let coordinates = 2 * cameras;
+        let chi_square = coordinates as f64 * (self.residual / self.residual_sigma).powi(2);
+        (chi_square.is_finite() && coordinates > 3).then_some((chi_square, coordinates - 3))
     }
 }
 
@@ -120,6 +130,11 @@ pub trait Reconstructor: Sync + Send {
     /// The point that the cameras saw at `pixels` (one entry a camera); `None` where too few cameras
     /// saw it or the pixels mean no point.
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located>;
+
+    /// Standard deviation of one coordinate that its error bars assume of a pixel of this camera
+    /// (counted from 0) that shows a world point, in pixels, without what the fit is uncertain by.
+    /// `None` for no such camera, and for methods that assume nothing of pixels.
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
 
     /// Whether the parts of a reconstructor read from a file fit together.
     fn is_consistent(&self) -> bool;

@@ -12,12 +12,14 @@
 //! smoothness by the evidence.
 
 mod evidence;
+mod noise;
 mod paper;
 mod targets;
 
 use super::{
     AnyMethod, Fit, Located, Method, Reconstructor,
     dlt::{Dlt, DltReconstructor},
+    neural_camera::Witness,
     unknown,
 };
 use crate::{
@@ -31,7 +33,7 @@ use crate::{
     },
     progress::Progress,
 };
-use nalgebra::Matrix3;
+use noise::{Noise, direction};
 use serde::{Deserialize, Serialize};
 use targets::Targets;
 
@@ -127,10 +129,12 @@ pub struct NetworkReconstructor {
     targets: Targets,
     /// What the targets are counted from: the point that distortion-free cameras would locate.
     base: Option<DltReconstructor>,
-    /// Variance of each target about its prediction, in scaled units.
-    noise: [f64; 3],
+    /// Of located points about their places.
+    noise: Noise,
     /// Lower triangle of the weights' covariance, row by row; empty where it is not known.
     weight_covariance: Vec<f64>,
+    /// Who says whether pixels belong together: the map has no rays.
+    witness: Option<Witness>,
     /// How many of the weights the data determine.
     effective_parameters: Option<f64>,
 }
@@ -195,8 +199,9 @@ impl Network {
                 paper::fit(self, training, (&inputs, &points), (seed, progress), observe)
             }
             Training::Evidence(training) => {
-                let base = Dlt::default().cameras(train, progress).ok();
-                let lesson = evidence::Lesson { inputs, points, views, base };
+                let base = Dlt::default().cameras(train, progress).ok().map(DltReconstructor::bare);
+                let witness = Witness::fit(train, progress).ok();
+                let lesson = evidence::Lesson { inputs, points, views, base, witness };
                 let frame = Targets::from_cameras(train, &lesson.points);
                 evidence::fit(self, training, lesson, frame, (seed, progress))
             }
@@ -257,38 +262,10 @@ impl NetworkReconstructor {
     fn predict(&self, pixels: &[Option<Pixel>], unit: &[f64]) -> Option<[f64; 3]> {
         let outputs = self.perceptron.evaluate(unit);
         let base = match &self.base {
-            Some(base) => self.targets.of(base.locate(pixels)?.point),
+            Some(base) => self.targets.of(base.point(pixels)?),
             None => [0.0; 3],
         };
         Some([0, 1, 2].map(|axis| base[axis] + self.outputs[axis].restore(outputs[axis])))
-    }
-
-    /// Covariance of the scaled outputs: their noise, and what the weights are uncertain by.
-    fn output_covariance(&self, unit: &[f64]) -> Matrix3<f64> {
-        let mut covariance = Matrix3::from_diagonal(&self.noise.into());
-        if self.weight_covariance.is_empty() {
-            return covariance;
-        }
-        let count = self.perceptron.weights().len();
-        let mut rows = vec![0.0; 3 * count];
-        self.perceptron.jacobian(unit, &mut rows);
-        let slopes: [&[f64]; 3] = [0, 1, 2].map(|output| &rows[output * count..][..count]);
-        let mut sums = Matrix3::zeros();
-        let mut start = 0;
-        for first in 0..count {
-            let row = &self.weight_covariance[start..=start + first];
-            start += first + 1;
-            for output in 0..3 {
-                // The diagonal counts once, what lies beside it twice.
-                let below: f64 = row.iter().zip(slopes[output]).map(|(c, s)| c * s).sum();
-                let product = 2.0 * below - row[first] * slopes[output][first];
-                for other in 0..3 {
-                    sums[(output, other)] += product * slopes[other][first];
-                }
-            }
-        }
-        covariance += (sums + sums.transpose()) / 2.0;
-        covariance
     }
 }
 
@@ -301,10 +278,20 @@ impl Reconstructor for NetworkReconstructor {
         let unit = self.scaled_inputs(&input_row(pixels)?);
         let targets = self.predict(pixels, &unit)?;
         let (point, jacobian) = self.targets.point(targets)?;
-        let spread = Matrix3::from_diagonal(&self.outputs.map(|s| s.high - s.low).into());
-        let by_output = jacobian * spread;
-        let covariance = by_output * self.output_covariance(&unit) * by_output.transpose();
-        Some(Located { point, covariance, residual: f64::NAN })
+        let covariance =
+            jacobian * self.target_covariance((pixels, targets), &unit)? * jacobian.transpose();
+        let told = self.witness.as_ref().and_then(|witness| witness.residual(point, pixels));
+        let (residual, residual_sigma) = told.unwrap_or((f64::NAN, f64::NAN));
+        Some(Located { point, covariance, residual, residual_sigma })
+    }
+
+    fn pixel_sigma(&self, camera: usize, _pixel: Pixel, world: Point3) -> Option<f64> {
+        match &self.noise {
+            Noise::Pixels { noise } if camera < self.cameras() => {
+                Some(noise.variance(direction(self.targets.of(world))).sqrt())
+            }
+            _ => None,
+        }
     }
 
     fn is_consistent(&self) -> bool {
@@ -321,7 +308,10 @@ impl Reconstructor for NetworkReconstructor {
                 .base
                 .as_ref()
                 .is_none_or(|base| base.is_consistent() && base.cameras() == self.cameras())
-            && self.noise.iter().all(|variance| *variance >= 0.0)
+            && self.noise.is_consistent()
+            && self.witness.as_ref().is_none_or(|witness| {
+                witness.is_consistent() && witness.cameras() == self.cameras()
+            })
             && [0, count * (count + 1) / 2].contains(&self.weight_covariance.len())
             && self.weight_covariance.iter().all(|value| value.is_finite())
     }

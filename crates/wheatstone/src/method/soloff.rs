@@ -5,15 +5,20 @@
 //! and Z, here on coordinates scaled to -1..1. Terms that the points do not determine are left out:
 //! two planes make it linear in Z.
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use super::{
+    AnyMethod, Fit, Located, Method, PixelNoise, Reconstructor, only_default, sight::Sight,
+};
 use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
-    numeric::least_squares::solve,
+    numeric::{
+        covariance::{Covariance, LeastSquaresSpread},
+        least_squares::solve,
+    },
     progress::Progress,
 };
-use nalgebra::Matrix2x3;
+use nalgebra::{Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 
 /// There is nothing to set.
@@ -44,6 +49,10 @@ struct PolynomialCamera {
     terms: Vec<[f64; 2]>,
     /// The distortion-free camera from which a search starts.
     start: ProjectionMatrix,
+    /// Of pixels about their predictions.
+    noise: PixelNoise,
+    /// Of the terms along x, as of those along y.
+    covariance: Covariance,
 }
 
 /// Soloff's terms, those of low degree first, so that the data choose among the high ones.
@@ -139,7 +148,27 @@ impl PolynomialCamera {
         let pixels: Vec<f64> = pairs.iter().flat_map(|(_, pixel)| [pixel.x, pixel.y]).collect();
         let solution = solve(&rows, powers.len(), &pixels, 2).ok_or_else(degenerate)?;
         let terms = (0..powers.len()).map(|term| [solution[(term, 0)], solution[(term, 1)]]);
-        Ok(Self { terms: terms.collect(), powers, start })
+        let (noise, covariance) = (PixelNoise::even(0.0), Covariance::default());
+        let mut fitted = Self { terms: terms.collect(), powers, start, noise, covariance };
+        let errors = scaled
+            .iter()
+            .zip(pairs)
+            .map(|(point, (_, pixel))| (*pixel, (fitted.project(*point).0 - pixel).norm_squared()));
+        let width = fitted.powers.len();
+        fitted.noise = PixelNoise::fit(&errors.collect::<Vec<_>>(), (2 * width) as f64);
+        let mut spread = LeastSquaresSpread::new(width);
+        for (row, (_, pixel)) in rows.chunks_exact(width).zip(pairs) {
+            spread.add(row, fitted.noise.variance(*pixel));
+        }
+        fitted.covariance = spread.covariance().ok_or_else(degenerate)?;
+        Ok(fitted)
+    }
+
+    /// Covariance of a pixel of a point on scaled coordinates about its prediction.
+    fn spread(&self, point: [f64; 3], pixel: Pixel) -> Matrix2<f64> {
+        let values: Vec<f64> = self.powers.iter().map(|powers| monomial(point, *powers)).collect();
+        let variance = self.noise.variance(pixel) + self.covariance.of_one(&values);
+        Matrix2::from_diagonal_element(variance)
     }
 
     /// Where a point on scaled coordinates falls, with the derivatives by them.
@@ -159,6 +188,8 @@ impl PolynomialCamera {
 
     fn is_consistent(&self) -> bool {
         self.powers.len() == self.terms.len()
+            && self.noise.is_consistent()
+            && self.covariance.is_sound(self.powers.len())
             && self.powers.iter().all(|[x, y, z]| x.max(y) <= &3 && *z <= 2)
             && self.terms.iter().flatten().chain(&self.start.0).all(|value| value.is_finite())
     }
@@ -219,14 +250,27 @@ impl Reconstructor for SoloffReconstructor {
             self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
         let starts = cameras.iter().map(|camera| &camera.start);
         let start = triangulation::linear(starts.zip(seen.iter().copied()))?;
-        let found = triangulation::refine(start, &seen, |index, point| {
-            let (pixel, mut slopes) = cameras[index].project(self.scaled(point));
+        let project = |camera: &PolynomialCamera, point: Point3| {
+            let (pixel, mut slopes) = camera.project(self.scaled(point));
             for axis in 0..3 {
                 slopes.column_mut(axis).unscale_mut(self.half[axis]);
             }
-            Some((pixel, slopes))
+            (pixel, slopes)
+        };
+        let found = triangulation::refine(start, &seen, |index, point| {
+            Some(project(cameras[index], point))
         })?;
-        Some(Located::triangulated(&found, self.pixel_sigma))
+        let sight = |(camera, pixel): (&&PolynomialCamera, Pixel)| {
+            let (predicted, slopes) = project(camera, found.point);
+            let spread = camera.spread(self.scaled(found.point), pixel);
+            Sight { pixel, predicted, slopes, spread, weight: 1.0 }
+        };
+        let sights: Vec<Sight> = cameras.iter().zip(seen).map(sight).collect();
+        Located::by_least_squares(found.point, &sights)
+    }
+
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
+        Some(self.cameras.get(camera)?.noise.variance(pixel).sqrt())
     }
 
     fn is_consistent(&self) -> bool {

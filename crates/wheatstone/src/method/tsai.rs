@@ -69,11 +69,7 @@ fn second_step(scaled: &Scaled, aligned: &Aligned, centre: Pixel) -> Option<Plac
 }
 
 /// One camera by both steps, from the best of several principal points.
-fn fit_camera(
-    camera: usize,
-    train: &Dataset,
-    progress: &dyn Progress,
-) -> Result<(Adjusted<Model>, usize)> {
+fn fit_camera(camera: usize, train: &Dataset, progress: &dyn Progress) -> Result<Adjusted<Model>> {
     let pairs: Vec<(Point3, Pixel)> = pairs_of("tsai", camera, POINTS_NEEDED, train)?;
     let linear = linear_camera(camera, &pairs)?;
     let scaled = Scaled::new(&pairs).ok_or_else(|| unexplained("tsai", camera))?;
@@ -90,7 +86,7 @@ fn fit_camera(
             best = Some(whole);
         }
     }
-    best.map(|adjusted| (adjusted, pairs.len())).ok_or_else(|| unexplained("tsai", camera))
+    best.ok_or_else(|| unexplained("tsai", camera))
 }
 
 impl Method for Tsai {
@@ -99,7 +95,7 @@ impl Method for Tsai {
             .into_par_iter()
             .map(|camera| fit_camera(camera, train, progress))
             .collect();
-        Ok(assemble(found?))
+        assemble(found?, train)
     }
 
     fn summary(&self) -> &'static str {

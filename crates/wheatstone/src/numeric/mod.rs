@@ -5,6 +5,7 @@
 //! transcendental functions come from `libm` or from [`sigmoid`].
 
 pub mod backpropagation;
+pub mod covariance;
 pub mod evidence;
 pub mod least_squares;
 pub mod levenberg_marquardt;

@@ -314,6 +314,15 @@ impl Reconstructor for Boxed {
         self.0.locate(pixels)
     }
 
+    fn pixel_sigma(
+        &self,
+        camera: usize,
+        pixel: crate::geometry::Pixel,
+        world: Point3,
+    ) -> Option<f64> {
+        self.0.pixel_sigma(camera, pixel, world)
+    }
+
     fn is_consistent(&self) -> bool {
         self.0.is_consistent()
     }

@@ -5,6 +5,7 @@
 mod architecture;
 mod contract;
 mod data;
+mod error_bars;
 mod methods;
 mod paper;
 mod pipeline;

@@ -1,10 +1,10 @@
 //! The default recipe: inverse depth, second-order steps, decay by the evidence, several starts.
 
-use super::{Fit, Network, NetworkReconstructor, Scale, Targets, scaled, scales};
+use super::{Fit, Network, NetworkReconstructor, Noise, Scale, Targets, Witness, scaled, scales};
 use crate::{
     Error, Result,
     geometry::{Pixel, Point3},
-    method::{Reconstructor, dlt::DltReconstructor},
+    method::{PixelNoise, dlt::DltReconstructor},
     numeric::{
         backpropagation::CurvePoint,
         evidence::{Course, Evidence, Trained},
@@ -65,6 +65,8 @@ pub(super) struct Lesson {
     /// The view of each point.
     pub(super) views: Vec<usize>,
     pub(super) base: Option<DltReconstructor>,
+    /// Who says whether pixels belong together.
+    pub(super) witness: Option<Witness>,
 }
 
 impl Lesson {
@@ -73,7 +75,7 @@ impl Lesson {
         let of = |base: &DltReconstructor, row: &Vec<f64>| {
             let pixels: Vec<Option<Pixel>> =
                 row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
-            let targets = frame.of(base.locate(&pixels)?.point);
+            let targets = frame.of(base.point(&pixels)?);
             targets.iter().all(|value| value.is_finite()).then_some(targets)
         };
         let all = self
@@ -140,21 +142,12 @@ fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// Makes the network say nothing: its base alone remains, with the spread that it leaves.
-fn silence(
-    perceptron: &mut Perceptron,
-    trained: &mut Trained,
-    targets: &[Vec<f64>],
-    nothing: &[f64],
-) {
+/// Makes the network say nothing: its base alone remains.
+fn silence(perceptron: &mut Perceptron, trained: &mut Trained, nothing: &[f64]) {
     let mut weights = vec![0.0; perceptron.weights().len()];
     let biases = weights.len() - nothing.len();
     weights[biases..].copy_from_slice(nothing);
     perceptron.set_weights(&weights);
-    for (output, variance) in trained.noise.iter_mut().enumerate() {
-        let squares = targets.iter().map(|t| (t[output] - nothing[output]).powi(2));
-        *variance = squares.sum::<f64>() / targets.len() as f64;
-    }
     trained.covariance.fill(0.0);
     trained.effective_parameters = 0.0;
 }
@@ -183,7 +176,7 @@ pub(super) fn fit(
     let nothing: Vec<f64> = output_scales.iter().map(|scale| scale.to_unit(0.0)).collect();
     let few = FewViews { settings, training, unit: (&unit.0, &unit.1), views: &lesson.views };
     if lesson.base.is_some() && few.network_does_harm(&nothing, (cameras, seed), progress)? {
-        silence(&mut perceptron, &mut trained, &unit.1, &nothing);
+        silence(&mut perceptron, &mut trained, &nothing);
     }
     let covariance = &trained.covariance;
     let triangle = (0..covariance.nrows())
@@ -191,16 +184,18 @@ pub(super) fn fit(
         .collect();
     let curve = trained.curve.iter().enumerate();
     let count = (3 * inputs.len()) as f64;
-    let reconstructor = NetworkReconstructor {
+    let mut reconstructor = NetworkReconstructor {
         perceptron,
         inputs: input_scales,
         outputs: [output_scales[0], output_scales[1], output_scales[2]],
         targets: frame,
         base: lesson.base,
-        noise: [trained.noise[0], trained.noise[1], trained.noise[2]],
+        noise: Noise::Pixels { noise: PixelNoise::even(0.0) },
         weight_covariance: triangle,
+        witness: lesson.witness,
         effective_parameters: Some(trained.effective_parameters),
     };
+    reconstructor.learn_noise(&lesson.inputs, &lesson.points, trained.effective_parameters);
     let curve = curve
         .map(|(step, square)| CurvePoint { epoch: step as u64, mean_square_error: square / count });
     Ok(Fit { curve: curve.collect(), ..Fit::of(reconstructor) })

@@ -1,6 +1,6 @@
 //! The paper's recipe.
 
-use super::{Fit, Network, NetworkReconstructor, Scale, Targets, Training, scaled, scales};
+use super::{Fit, Network, NetworkReconstructor, Noise, Scale, Targets, Training, scaled, scales};
 use crate::{
     Result,
     geometry::Point3,
@@ -57,8 +57,9 @@ pub(super) fn fit(
         outputs: [output_scales[0], output_scales[1], output_scales[2]],
         targets: Targets::World {},
         base: None,
-        noise: [0.0; 3],
+        noise: Noise::Targets { variance: [0.0; 3] },
         weight_covariance: Vec::new(),
+        witness: None,
         effective_parameters: None,
     };
     let mut curve = Vec::new();
@@ -70,11 +71,13 @@ pub(super) fn fit(
     })?;
     fitted.perceptron = perceptron;
     // The spread about the training points is all that is known of the error.
+    let mut variance = [0.0; 3];
     for (input, target) in unit_inputs.iter().zip(&unit_targets) {
         let out = fitted.perceptron.evaluate(input);
-        for ((sum, out), wanted) in fitted.noise.iter_mut().zip(out).zip(target) {
+        for ((sum, out), wanted) in variance.iter_mut().zip(out).zip(target) {
             *sum += (out - wanted) * (out - wanted) / inputs.len() as f64;
         }
     }
+    fitted.noise = Noise::Targets { variance };
     Ok(Fit { curve, ..Fit::of(fitted) })
 }

@@ -10,14 +10,52 @@ use crate::geometry::{Pixel, Point3, Ray};
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 
-/// Lens and correction, with the covariance of their numbers.
+/// Lens and correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CorrectedCamera {
+pub(super) struct Optics {
     lens: Lens,
     field: Field,
     /// Displacement in pixels along x and y, a function of the field each.
     weights: Vec<[f64; 2]>,
+}
+
+impl Optics {
+    /// Where a world point falls, with derivatives.
+    pub(super) fn project(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        let seen = self.lens.project(world)?;
+        let [x, y] = self.field.sum(&self.field.values(seen.pixel, seen.nearness), &self.weights);
+        let pixel = Pixel::new(seen.pixel.x + x[0], seen.pixel.y + y[0]);
+        let mut slopes = seen.slopes;
+        slopes.set_row(0, &(seen.slopes.row(0) + chained(&x, &seen).transpose()));
+        slopes.set_row(1, &(seen.slopes.row(1) + chained(&y, &seen).transpose()));
+        Some((pixel, slopes))
+    }
+
+    /// Where a pixel looks if what it shows is near `world`; without a place, at the middle of the
+    /// depths.
+    pub(super) fn ray(&self, pixel: Pixel, world: Option<Point3>) -> Option<Ray> {
+        let (place, nearness) = match world.and_then(|world| self.lens.project(world)) {
+            Some(seen) => (seen.pixel, seen.nearness),
+            None => (pixel, self.field.nearness()),
+        };
+        let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
+        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        self.lens.is_consistent()
+            && self.field.is_consistent()
+            && self.weights.len() == self.field.len()
+            && self.weights.iter().flatten().all(|value| value.is_finite())
+    }
+}
+
+/// Lens and correction, with the covariance of their numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CorrectedCamera {
+    pub(super) optics: Optics,
     settings: Settings,
     /// Effective number of parameters.
     effective: f64,
@@ -35,10 +73,13 @@ impl CorrectedCamera {
         let active = &posterior.active;
         let covariance = &posterior.covariance;
         let lower = (0..active.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-        let camera = Self {
+        let optics = Optics {
             lens,
             field: field.pruned(|index| active.binary_search(&index).is_ok()),
             weights: active.iter().map(|index| posterior.weights[*index]).collect(),
+        };
+        let camera = Self {
+            optics,
             settings: posterior.settings,
             effective: posterior.effective,
             weight_covariance: lower.map(|place| covariance[place]).collect(),
@@ -61,22 +102,17 @@ impl CorrectedCamera {
 
     /// Where a world point falls, with derivatives.
     pub(super) fn project(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
-        let seen = self.lens.project(world)?;
-        let [x, y] = self.field.sum(&self.field.values(seen.pixel, seen.nearness), &self.weights);
-        let pixel = Pixel::new(seen.pixel.x + x[0], seen.pixel.y + y[0]);
-        let mut slopes = seen.slopes;
-        slopes.set_row(0, &(seen.slopes.row(0) + chained(&x, &seen).transpose()));
-        slopes.set_row(1, &(seen.slopes.row(1) + chained(&y, &seen).transpose()));
-        Some((pixel, slopes))
+        self.optics.project(world)
     }
 
     /// Covariance of a pixel of this point about its prediction: that of the detector and that of
     /// the fit.
     pub(super) fn pixel_covariance(&self, world: Point3) -> Option<Matrix2<f64>> {
-        let seen = self.lens.project(world)?;
-        let values = self.field.values(seen.pixel, seen.nearness);
-        let slopes = Lens::slopes_by_parameters(&self.lens.shifted(), world)?;
-        let slopes = displaced(&slopes, &self.field.sum(&values, &self.weights));
+        let Optics { lens, field, weights } = &self.optics;
+        let seen = lens.project(world)?;
+        let values = field.values(seen.pixel, seen.nearness);
+        let slopes = Lens::slopes_by_parameters(&lens.shifted(), world)?;
+        let slopes = displaced(&slopes, &field.sum(&values, weights));
         let mut own = 0.0;
         let mut row_start = 0;
         for (row, value) in values.iter().enumerate() {
@@ -102,28 +138,17 @@ impl CorrectedCamera {
         Some(Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1)))
     }
 
-    /// Where a pixel looks if what it shows is near `world`; without a place, at the middle of the
-    /// depths.
-    pub(super) fn ray(&self, pixel: Pixel, world: Option<Point3>) -> Option<Ray> {
-        let (place, nearness) = match world.and_then(|world| self.lens.project(world)) {
-            Some(seen) => (seen.pixel, seen.nearness),
-            None => (pixel, self.field.nearness()),
-        };
-        let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
-        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
-    }
-
     pub(super) fn is_consistent(&self) -> bool {
-        let functions = self.field.len();
-        let numbers = self.weights.iter().flatten().chain(&self.settings.logs);
-        let covariances = self.weight_covariance.iter().chain(&self.lens_covariance);
-        self.lens.is_consistent()
-            && self.field.is_consistent()
-            && self.weights.len() == functions
+        let functions = self.optics.weights.len();
+        let numbers = self.weight_covariance.iter().chain(&self.lens_covariance);
+        self.optics.is_consistent()
             && self.weight_covariance.len() == functions * (functions + 1) / 2
             && self.follow.iter().all(|follow| follow.len() == functions * PARAMETERS)
             && self.lens_covariance.len() == PARAMETERS * PARAMETERS
-            && numbers.chain(covariances).chain(self.follow.iter().flatten()).all(|v| v.is_finite())
+            && numbers
+                .chain(&self.settings.logs)
+                .chain(self.follow.iter().flatten())
+                .all(|value| value.is_finite())
             && self.effective.is_finite()
     }
 }

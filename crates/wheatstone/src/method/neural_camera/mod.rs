@@ -15,8 +15,11 @@ mod evidence;
 mod field;
 mod fit;
 mod lens;
+mod witness;
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+pub(super) use witness::Witness;
+
+use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default, sight::Sight};
 use crate::{
     Error, Result,
     dataset::Dataset,
@@ -43,8 +46,9 @@ pub struct NeuralCameraReconstructor {
 /// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
 const POINTS_NEEDED: usize = 8;
 
-impl Method for NeuralCamera {
-    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+impl NeuralCamera {
+    /// Each camera fitted to what it saw.
+    fn cameras(&self, train: &Dataset, progress: &dyn Progress) -> Result<Vec<CorrectedCamera>> {
         let fit = |camera: usize| {
             progress.check()?;
             let pairs = train.seen_by_camera(camera);
@@ -64,8 +68,13 @@ impl Method for NeuralCamera {
         };
         let cameras: Vec<Result<CorrectedCamera>> =
             (0..train.cameras).into_par_iter().map(fit).collect();
-        let cameras = cameras.into_iter().collect::<Result<Vec<_>>>()?;
-        Ok(Fit::of(NeuralCameraReconstructor { cameras }))
+        cameras.into_iter().collect()
+    }
+}
+
+impl Method for NeuralCamera {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, progress)? }))
     }
 
     fn summary(&self) -> &'static str {
@@ -125,7 +134,8 @@ impl Reconstructor for NeuralCameraReconstructor {
         let mut start = None;
         // The first time at the middle of the depths, then nearly where the point is.
         for _ in 0..2 {
-            let rays = cameras.iter().zip(&seen).map(|(camera, pixel)| camera.ray(*pixel, start));
+            let rays =
+                cameras.iter().zip(&seen).map(|(camera, pixel)| camera.optics.ray(*pixel, start));
             start = Some(nearest(rays.collect::<Option<Vec<_>>>()?.into_iter())?);
         }
         let start = start?;
@@ -137,19 +147,17 @@ impl Reconstructor for NeuralCameraReconstructor {
             let (pixel, slopes) = camera.project(point)?;
             Some((pixel / camera.noise(), slopes / camera.noise()))
         })?;
-        let (mut information, mut squares) = (Matrix3::zeros(), 0.0);
-        for (camera, pixel) in cameras.iter().zip(&seen) {
+        let sight = |(camera, pixel): (&&CorrectedCamera, Pixel)| {
             let (predicted, slopes) = camera.project(found.point)?;
-            squares += (pixel - predicted).norm_squared();
-            let spread = camera.pixel_covariance(found.point)?.try_inverse()?;
-            information += slopes.transpose() * spread * slopes;
-        }
-        let covariance = information.try_inverse()?;
-        Some(Located {
-            point: found.point,
-            covariance: (covariance + covariance.transpose()) * 0.5,
-            residual: (squares / (2 * seen.len()) as f64).sqrt(),
-        })
+            let spread = camera.pixel_covariance(found.point)?;
+            Some(Sight { pixel, predicted, slopes, spread, weight: camera.noise().powi(-2) })
+        };
+        let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
+        Located::by_least_squares(found.point, &sights?)
+    }
+
+    fn pixel_sigma(&self, camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
+        Some(self.cameras.get(camera)?.noise())
     }
 
     fn is_consistent(&self) -> bool {

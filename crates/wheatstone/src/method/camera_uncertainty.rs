@@ -1,0 +1,108 @@
+//! What a fit leaves open about a parametric camera, and what that means for its pixels.
+
+use super::{
+    camera_fit::{MOST_UNKNOWNS, POSE},
+    fitted_cameras::FittedCamera,
+    pixel_noise::PixelNoise,
+};
+use crate::{
+    camera::AdjustableCamera,
+    geometry::{Pixel, Point3},
+    numeric::covariance::{Covariance, LeastSquaresSpread},
+};
+use nalgebra::Matrix2;
+use serde::{Deserialize, Serialize};
+
+/// How far pixels lie from where a camera expects them, and how sure its adjusted numbers are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraUncertainty {
+    /// About its predictions.
+    pub noise: PixelNoise,
+    /// The numbers that were adjusted: 0 to 2 a turn of the world about `about`, 3 to 5 a move, in
+    /// the lens's frame; then the model's own.
+    adjusted: Vec<usize>,
+    /// The middle of the points fitted: about it turns and moves hardly depend on each other.
+    about: Point3,
+    /// Of the adjusted numbers.
+    covariance: Covariance,
+}
+
+impl CameraUncertainty {
+    /// Of a camera adjusted to `pairs`, the best fit for its `adjusted` numbers.
+    pub(super) fn new<L: AdjustableCamera>(
+        camera: &FittedCamera<L>,
+        adjusted: &[usize],
+        pairs: &[(Point3, Pixel)],
+    ) -> Option<Self> {
+        let middle = pairs.iter().map(|(world, _)| world.coords).sum::<crate::geometry::Vector3>();
+        let seen = pairs.iter().filter_map(|(world, pixel)| {
+            Some((*pixel, (camera.project(*world)? - pixel).norm_squared()))
+        });
+        let mut rising = adjusted.to_vec();
+        rising.sort_unstable();
+        let mut found = Self {
+            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64),
+            adjusted: rising,
+            about: Point3::from(middle / pairs.len() as f64),
+            covariance: Covariance::default(),
+        };
+        let mut spread = LeastSquaresSpread::new(adjusted.len());
+        for (world, pixel) in pairs {
+            let slopes = found.slopes(camera, *world)?;
+            let variance = found.noise.variance(*pixel);
+            for axis in 0..2 {
+                let row: Vec<f64> =
+                    slopes[..adjusted.len()].iter().map(|slope| slope[axis]).collect();
+                spread.add(&row, variance);
+            }
+        }
+        found.covariance = spread.covariance()?;
+        Some(found)
+    }
+
+    /// Derivatives of a world point's pixel by the adjusted numbers.
+    fn slopes<L: AdjustableCamera>(
+        &self,
+        camera: &FittedCamera<L>,
+        world: Point3,
+    ) -> Option<[[f64; 2]; MOST_UNKNOWNS]> {
+        let point = camera.before_lens(world);
+        let turned = point - camera.before_lens(self.about);
+        let count = camera.model.clone().parameters_mut().len();
+        let mut own = [[0.0; 2]; MOST_UNKNOWNS];
+        let (_, by_point) = camera.model.project_with_slopes(point, own.get_mut(..count)?)?;
+        let by_turn = -(by_point * turned.cross_matrix());
+        let mut slopes = [[0.0; 2]; MOST_UNKNOWNS];
+        for (slope, index) in slopes.iter_mut().zip(&self.adjusted) {
+            *slope = match index {
+                0..3 => by_turn.column(*index).into_owned().into(),
+                3..POSE => by_point.column(index - 3).into_owned().into(),
+                _ => *own.get(index - POSE)?,
+            };
+        }
+        Some(slopes)
+    }
+
+    /// Covariance of a pixel of this point about its prediction.
+    pub(super) fn spread<L: AdjustableCamera>(
+        &self,
+        camera: &FittedCamera<L>,
+        world: Point3,
+        pixel: Pixel,
+    ) -> Option<Matrix2<f64>> {
+        let slopes = self.slopes(camera, world)?;
+        let noise = Matrix2::from_diagonal_element(self.noise.variance(pixel));
+        Some(noise + self.covariance.of_two(&slopes[..self.adjusted.len()]))
+    }
+
+    /// Whether it can be that of a camera whose model has so many numbers.
+    pub(super) fn is_consistent(&self, numbers: usize) -> bool {
+        self.noise.is_consistent()
+            && self.adjusted.len() <= MOST_UNKNOWNS
+            && self.adjusted.windows(2).all(|pair| pair[0] < pair[1])
+            && self.adjusted.iter().all(|index| *index < POSE + numbers)
+            && self.about.iter().all(|value| value.is_finite())
+            && self.covariance.is_sound(self.adjusted.len())
+    }
+}

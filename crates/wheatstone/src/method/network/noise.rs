@@ -1,0 +1,184 @@
+//! How sure the network's points are: noise of the pixels, carried through the whole map, and what
+//! is not known about the weights.
+
+use super::NetworkReconstructor;
+use crate::{
+    geometry::{Pixel, Point3},
+    method::PixelNoise,
+};
+use nalgebra::{DMatrix, Matrix3, Point2, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Where the errors of located points come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "of", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum Noise {
+    /// Each target has a variance of its own, in scaled units, the same everywhere.
+    Targets { variance: [f64; 3] },
+    /// All cameras' pixels have the same variance, which may depend on the direction.
+    Pixels { noise: PixelNoise },
+}
+
+impl Noise {
+    pub(super) fn is_consistent(&self) -> bool {
+        match self {
+            Self::Targets { variance } => {
+                variance.iter().all(|value| *value >= 0.0 && value.is_finite())
+            }
+            Self::Pixels { noise } => noise.is_consistent(),
+        }
+    }
+}
+
+/// Where a point with these targets is seen from the cameras' middle.
+pub(super) fn direction([across, down, _]: [f64; 3]) -> Point2<f64> {
+    Point2::new(across, down)
+}
+
+impl NetworkReconstructor {
+    /// Derivatives of the targets by the pixels' coordinates, three rows; that of the base neglects
+    /// how its rays' misses bend it.
+    fn slopes(&self, pixels: &[Option<Pixel>], unit: &[f64]) -> Option<DMatrix<f64>> {
+        let width = unit.len();
+        let mut rows = vec![0.0; 3 * width];
+        self.perceptron.input_jacobian(unit, &mut rows);
+        let mut slopes = DMatrix::from_row_slice(3, width, &rows);
+        for (axis, scale) in self.outputs.iter().enumerate() {
+            slopes.row_mut(axis).scale_mut(scale.high - scale.low);
+        }
+        for (column, scale) in self.inputs.iter().enumerate() {
+            slopes.column_mut(column).unscale_mut(scale.high - scale.low);
+        }
+        if let Some(base) = &self.base {
+            let (point, by_pixel) = base.point_with_slopes(pixels)?;
+            let (_, by_target) = self.targets.point(self.targets.of(point))?;
+            slopes += by_target.try_inverse()? * by_pixel;
+        }
+        Some(slopes)
+    }
+
+    /// What is not known about the weights, as covariance of the targets.
+    fn covariance_of_weights(&self, unit: &[f64]) -> Matrix3<f64> {
+        let mut sums = Matrix3::zeros();
+        if self.weight_covariance.is_empty() {
+            return sums;
+        }
+        let count = self.perceptron.weights().len();
+        let mut rows = vec![0.0; 3 * count];
+        self.perceptron.jacobian(unit, &mut rows);
+        let slopes: [&[f64]; 3] = [0, 1, 2].map(|output| &rows[output * count..][..count]);
+        let mut start = 0;
+        for first in 0..count {
+            let row = &self.weight_covariance[start..=start + first];
+            start += first + 1;
+            for output in 0..3 {
+                // The diagonal counts once, what lies beside it twice.
+                let below: f64 = row.iter().zip(slopes[output]).map(|(c, s)| c * s).sum();
+                let product = 2.0 * below - row[first] * slopes[output][first];
+                for other in 0..3 {
+                    sums[(output, other)] += product * slopes[other][first];
+                }
+            }
+        }
+        let spread = self.spread();
+        spread * ((sums + sums.transpose()) / 2.0) * spread
+    }
+
+    /// From scaled outputs to targets.
+    fn spread(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&self.outputs.map(|scale| scale.high - scale.low).into())
+    }
+
+    /// Covariance of the `targets` of a point seen at `pixels`, whose scaled inputs are `unit`.
+    pub(super) fn target_covariance(
+        &self,
+        (pixels, targets): (&[Option<Pixel>], [f64; 3]),
+        unit: &[f64],
+    ) -> Option<Matrix3<f64>> {
+        let noise = match &self.noise {
+            Noise::Targets { variance } => {
+                let spread = self.spread();
+                spread * Matrix3::from_diagonal(&(*variance).into()) * spread
+            }
+            Noise::Pixels { noise } => {
+                carried(&self.slopes(pixels, unit)?) * noise.variance(direction(targets))
+            }
+        };
+        Some(noise + self.covariance_of_weights(unit))
+    }
+
+    /// Takes for the pixels' noise what explains the errors at known points best, in the sense of
+    /// maximum likelihood; `determined` weights have made those smaller.
+    pub(super) fn learn_noise(&mut self, inputs: &[Vec<f64>], points: &[Point3], determined: f64) {
+        let square = |(row, point): (&Vec<f64>, &Point3)| {
+            let pixels: Vec<Option<Pixel>> =
+                row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
+            let unit = self.scaled_inputs(row);
+            let (found, wanted) = (self.predict(&pixels, &unit)?, self.targets.of(*point));
+            let error = Vector3::from(found) - Vector3::from(wanted);
+            let inverse = carried(&self.slopes(&pixels, &unit)?).try_inverse()?;
+            // Of three coordinates, where the noise counts two.
+            Some((direction(wanted), error.dot(&(inverse * error)) * (2.0 / 3.0)))
+        };
+        let squares: Vec<(Point2<f64>, f64)> =
+            inputs.iter().zip(points).filter_map(square).collect();
+        self.noise = Noise::Pixels { noise: PixelNoise::fit(&squares, determined * (2.0 / 3.0)) };
+    }
+}
+
+/// J J': the covariance that unit noise of the pixels makes.
+fn carried(slopes: &DMatrix<f64>) -> Matrix3<f64> {
+    let product = slopes * slopes.transpose();
+    product.fixed_view::<3, 3>(0, 0).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        geometry::Pixel,
+        method::{AnyMethod, AnyReconstructor, Reconstructor, network::Training, tests::charts},
+        progress::Silent,
+        synthetic::{Noise, Rig, Stage},
+    };
+    use nalgebra::Vector3;
+
+    #[test]
+    fn the_maps_slopes_are_its_differences_and_its_residual_is_in_pixels() {
+        let rig = Rig::named("fisheye", 2).unwrap();
+        let data = charts(&rig, Stage::default(), Noise::Normal(0.1), 300);
+        let mut method = AnyMethod::named("network").unwrap();
+        if let AnyMethod::Network(network) = &mut method
+            && let Training::Evidence(training) = &mut network.training
+        {
+            (training.starts, training.steps) = (1, 60);
+        }
+        let fit = method.fit_checked(&data, 0, &Silent).unwrap();
+        let AnyReconstructor::Network(fitted) = fit.reconstructor else { unreachable!() };
+        let targets = |pixels: &[Option<Pixel>]| {
+            let row: Vec<f64> = pixels.iter().flatten().flat_map(|p| [p.x, p.y]).collect();
+            let unit = fitted.scaled_inputs(&row);
+            (Vector3::from(fitted.predict(pixels, &unit).unwrap()), unit)
+        };
+        for row in data.correspondences.iter().step_by(37) {
+            let (_, unit) = targets(&row.pixels);
+            let slopes = fitted.slopes(&row.pixels, &unit).unwrap();
+            for column in 0..4 {
+                let at = |by: f64| {
+                    let mut moved = row.pixels.clone();
+                    moved[column / 2].as_mut().unwrap()[column % 2] += by;
+                    targets(&moved).0
+                };
+                let difference = (at(1e-3) - at(-1e-3)) / 2e-3;
+                let gap = (difference - slopes.column(column)).norm();
+                assert!(gap < 0.02 * difference.norm(), "{gap} of {difference}");
+            }
+            let located = fitted.locate(&row.pixels).unwrap();
+            assert!((located.residual_sigma - 0.1).abs() < 0.02);
+            assert!(located.residual < 0.4);
+            // Another row's pixel does not belong to it.
+            let mut wrong = row.pixels.clone();
+            wrong[1].as_mut().unwrap().y += 8.0;
+            assert!(fitted.locate(&wrong).unwrap().residual > 1.0);
+        }
+    }
+}

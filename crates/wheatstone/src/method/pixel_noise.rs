@@ -1,0 +1,200 @@
+//! How far pixels lie from where a fitted camera expects them, as a function of the place in the
+//! picture: even where the camera's model is right, uneven where the lens does what no term says.
+//! Not of depth: charts stand at a few depths only, and what is learned there of each does not hold
+//! between them, still less beyond.
+//!
+//! The logarithm of the variance is a polynomial of low order, fitted by maximum likelihood (Harvey
+//! 1976, doi:10.2307/1913974); its order is chosen by Schwarz's criterion (1978,
+//! doi:10.1214/aos/1176344136).
+
+use crate::{geometry::Pixel, numeric::least_squares::solve};
+use serde::{Deserialize, Serialize};
+
+/// Variance of one pixel coordinate about its prediction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PixelNoise {
+    /// In squared pixels, where the terms come to nothing.
+    level: f64,
+    /// What is added to its logarithm: the monomials of the scaled place, by rising order, the
+    /// constant left out. Empty where the noise is even.
+    terms: Vec<f64>,
+    /// Middle of the pixels fitted.
+    middle: [f64; 2],
+    /// Half their extent.
+    half: [f64; 2],
+}
+
+/// Highest order tried: ten terms, which resolve a third of the picture.
+const MOST_ORDER: usize = 3;
+
+/// Points a term of the polynomial, at least.
+const POINTS_A_TERM: usize = 10;
+
+/// Monomials of orders 1 to `order`.
+fn monomials([x, y]: [f64; 2], order: usize) -> Vec<f64> {
+    let power = |value: f64, exponent: usize| (0..exponent).fold(1.0, |p, _| p * value);
+    (1..=order)
+        .flat_map(|sum| (0..=sum).map(move |along_y| (sum - along_y, along_y)))
+        .map(|(a, b)| power(x, a) * power(y, b))
+        .collect()
+}
+
+/// A polynomial for the logarithm of half the mean square, and how likely it makes the squares.
+fn harvey(places: &[[f64; 2]], squares: &[f64], order: usize) -> Option<(Vec<f64>, f64)> {
+    // Scoring steps settle in a few; halved steps keep them from overshooting.
+    const MOST_STEPS: usize = 60;
+    let rows: Vec<f64> =
+        places.iter().flat_map(|p| std::iter::once(1.0).chain(monomials(*p, order))).collect();
+    let width = rows.len() / places.len();
+    let log_variance = |terms: &[f64], row: &[f64]| -> f64 {
+        row.iter().zip(terms).map(|(value, term)| value * term).sum()
+    };
+    let likelihood = |terms: &[f64]| -> f64 {
+        let rows = rows.chunks_exact(width).zip(squares);
+        rows.map(|(row, square)| {
+            let log = log_variance(terms, row);
+            -log - 0.5 * square * libm::exp(-log)
+        })
+        .sum()
+    };
+    let mean = squares.iter().sum::<f64>() / (2 * squares.len()) as f64;
+    let mut terms = vec![0.0; width];
+    terms[0] = libm::log(mean);
+    let mut best = likelihood(&terms);
+    for _ in 0..MOST_STEPS {
+        let scores: Vec<f64> = rows
+            .chunks_exact(width)
+            .zip(squares)
+            .map(|(row, square)| 0.5 * square * libm::exp(-log_variance(&terms, row)) - 1.0)
+            .collect();
+        let mut step = solve(&rows, width, &scores, 1)?;
+        let better = (0..20).find_map(|_| {
+            let moved: Vec<f64> = terms.iter().zip(step.iter()).map(|(t, s)| t + s).collect();
+            step *= 0.5;
+            let reached = likelihood(&moved);
+            (reached > best).then_some((moved, reached))
+        });
+        let Some((moved, reached)) = better else { break };
+        let gain = reached - best;
+        (terms, best) = (moved, reached);
+        if gain < 1e-9 {
+            break;
+        }
+    }
+    best.is_finite().then_some((terms, best))
+}
+
+impl PixelNoise {
+    /// The same everywhere; `variance` in squared pixels.
+    #[must_use]
+    pub fn even(variance: f64) -> Self {
+        Self { level: variance, terms: Vec::new(), middle: [0.0; 2], half: [1.0; 2] }
+    }
+
+    /// Of pixels, each with the sum of its two coordinates' squared errors; so many `unknowns` of the
+    /// fit have made these smaller.
+    #[must_use]
+    pub fn fit(seen: &[(Pixel, f64)], unknowns: f64) -> Self {
+        let equations = (2 * seen.len()) as f64;
+        let total: f64 = seen.iter().map(|(_, square)| square).sum();
+        let share = equations / (equations - unknowns).max(1.0);
+        let even = Self::even(share * total / equations);
+        let bounds = |axis: usize| {
+            let values = seen.iter().map(|(pixel, _)| pixel[axis]);
+            let low = values.clone().fold(f64::INFINITY, f64::min);
+            let high = values.fold(f64::NEG_INFINITY, f64::max);
+            (0.5 * (low + high), 0.5 * (high - low))
+        };
+        let [(x, wide), (y, high)] = [0, 1].map(bounds);
+        // Errors of rounding say nothing of the lens.
+        if !(wide > 0.0 && high > 0.0 && total > 1e-12 * equations) {
+            return even;
+        }
+        let scaled = Self { middle: [x, y], half: [wide, high], ..even.clone() };
+        let places: Vec<[f64; 2]> = seen.iter().map(|(pixel, _)| scaled.place(*pixel)).collect();
+        let squares: Vec<f64> = seen.iter().map(|(_, square)| *square).collect();
+        let mut best = (even, f64::INFINITY);
+        for order in 0..=MOST_ORDER {
+            let terms = (order + 1) * (order + 2) / 2;
+            if order > 0 && POINTS_A_TERM * terms > seen.len() {
+                break;
+            }
+            let Some((found, likelihood)) = harvey(&places, &squares, order) else { break };
+            let criterion = terms as f64 * libm::log(equations) - 2.0 * likelihood;
+            if criterion < best.1 {
+                let level = share * libm::exp(found[0]);
+                let noise = Self { level, terms: found[1..].to_vec(), ..scaled.clone() };
+                best = (noise, criterion);
+            }
+        }
+        best.0
+    }
+
+    /// On -1..1; beyond the pixels fitted it is as at their edge.
+    fn place(&self, pixel: Pixel) -> [f64; 2] {
+        [0, 1].map(|axis| ((pixel[axis] - self.middle[axis]) / self.half[axis]).clamp(-1.0, 1.0))
+    }
+
+    /// In squared pixels, at a place of the picture, or in whatever plane it was fitted.
+    #[must_use]
+    pub fn variance(&self, pixel: Pixel) -> f64 {
+        if self.terms.is_empty() {
+            return self.level;
+        }
+        let order = (1..=MOST_ORDER).find(|order| terms_of(*order) == self.terms.len());
+        let monomials = monomials(self.place(pixel), order.unwrap_or(0));
+        let log: f64 = self.terms.iter().zip(&monomials).map(|(t, m)| t * m).sum();
+        self.level * libm::exp(log)
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        let numbers = self.terms.iter().chain(&self.middle).chain(&self.half);
+        self.level >= 0.0
+            && self.level.is_finite()
+            && numbers.into_iter().all(|value| value.is_finite())
+            && self.half.iter().all(|half| *half > 0.0)
+            && (0..=MOST_ORDER).any(|order| terms_of(order) == self.terms.len())
+    }
+}
+
+/// Monomials of orders 1 to `order`.
+fn terms_of(order: usize) -> usize {
+    (order + 1) * (order + 2) / 2 - 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Random;
+
+    fn noisy(sigma: impl Fn(f64, f64) -> f64) -> PixelNoise {
+        let mut random = Random::new(9);
+        let mut draw = |_| {
+            let pixel = Pixel::new(random.uniform(0.0, 640.0), random.uniform(0.0, 480.0));
+            let (x, y) = (random.normal(), random.normal());
+            (pixel, (x * x + y * y) * sigma(pixel.x, pixel.y).powi(2))
+        };
+        let seen: Vec<(Pixel, f64)> = (0..600).map(&mut draw).collect();
+        PixelNoise::fit(&seen, 12.0)
+    }
+
+    #[test]
+    fn even_noise_stays_even_and_uneven_noise_is_followed() {
+        let even = noisy(|_, _| 0.3);
+        assert!(even.terms.is_empty() && (even.level.sqrt() - 0.3).abs() < 0.02, "{even:?}");
+        let truth = |x: f64, _: f64| libm::exp(-2.0 + 2.0 * ((x - 320.0) / 320.0).powi(2));
+        let uneven = noisy(truth);
+        assert!(uneven.is_consistent());
+        for x in [20.0, 200.0, 320.0, 500.0, 620.0] {
+            let ratio = uneven.variance(Pixel::new(x, 240.0)).sqrt() / truth(x, 240.0);
+            assert!((0.85..1.18).contains(&ratio), "{x}: {ratio}");
+        }
+        let edge = uneven.variance(Pixel::new(640.0, 240.0));
+        assert!((uneven.variance(Pixel::new(2000.0, 240.0)) / edge - 1.0).abs() < 0.05);
+        assert_eq!(
+            PixelNoise::fit(&[(Pixel::origin(), 0.0); 3], 0.0).variance(Pixel::origin()),
+            0.0
+        );
+    }
+}
