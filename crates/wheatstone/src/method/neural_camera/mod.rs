@@ -15,6 +15,7 @@ mod evidence;
 mod field;
 mod fit;
 mod lens;
+pub(crate) mod loose;
 
 use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
 use crate::{
