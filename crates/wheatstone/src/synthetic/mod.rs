@@ -9,7 +9,9 @@ mod stage_error;
 mod truth;
 mod write;
 
-pub use correspondences::{chart_correspondences, misplaced_correspondences, random_correspondences};
+pub use correspondences::{
+    chart_correspondences, misplaced_correspondences, random_correspondences,
+};
 pub use noise::Noise;
 pub use render::{Sensor, render};
 pub use rig::Rig;

@@ -29,7 +29,8 @@ impl StageError {
         };
         let mut moved = |(name, pose): &(String, Pose)| {
             let (offset, turn) = (vector(self.offset), vector(self.rotation));
-            let turned = Pose::from_rotation_vector(Vector3::zeros(), turn).rotation * pose.rotation;
+            let turned =
+                Pose::from_rotation_vector(Vector3::zeros(), turn).rotation * pose.rotation;
             (name.clone(), Pose { rotation: turned, translation: pose.translation + offset })
         };
         nominal.iter().map(&mut moved).collect()

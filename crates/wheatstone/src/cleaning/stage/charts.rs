@@ -29,7 +29,8 @@ impl Placement {
         let points: Vec<Vector3> =
             rows.iter().filter_map(|row| Some(data.correspondences[*row].world?.coords)).collect();
         let first = points.first()?;
-        let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let (low, high) =
+            points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
         let centre = points.iter().sum::<Vector3>() / points.len() as f64;
         Some(Self { name, rows, centre: centre.into(), half_extent: 0.5 * (high - low).amax() })
     }
@@ -99,7 +100,9 @@ fn layers(data: &Dataset) -> Result<Vec<(String, Vec<usize>)>> {
                 _ => layers.push((value, vec![index])),
             }
         }
-        let name = |(level, rows): (f64, Vec<usize>)| (format!("{} = {level}", ["X", "Y", "Z"][axis]), rows);
+        let name = |(level, rows): (f64, Vec<usize>)| {
+            (format!("{} = {level}", ["X", "Y", "Z"][axis]), rows)
+        };
         layers.into_iter().map(name).collect::<Vec<_>>()
     };
     let sheets = |layers: &Vec<(String, Vec<usize>)>| {

@@ -20,9 +20,7 @@ mod charts;
 mod joint;
 mod observable;
 
-use crate::{
-    Error, Result, dataset::Dataset, progress::Progress,
-};
+use crate::{Error, Result, dataset::Dataset, progress::Progress};
 use charts::Placement;
 use joint::{Joint, Sight};
 use serde::{Deserialize, Serialize};
@@ -32,8 +30,9 @@ use serde::{Deserialize, Serialize};
 pub struct StagePrior {
     /// Standard deviation of a chart's place along each axis, in world units.
     pub offset_sigma: f64,
-    /// Standard deviation of its rotation about each axis, in radians; without one, the view's offset
-    /// sigma over half the chart's extent: a chart held at its ends.
+    /// Standard deviation of its rotation about each axis, in radians. Without one, the view's offset
+    /// sigma over half the chart's extent (a chart held at its ends) is a first guess, and what the
+    /// pixels say of it is learnt.
     pub rotation_sigma: Option<f64>,
     /// Views (by name) whose place is known better or worse than that: their own offset sigma. 0
     /// holds a view where it is.
@@ -50,7 +49,8 @@ impl StagePrior {
     fn check(&self, data: &Dataset) -> Result<()> {
         let sigmas = [("stage sigma", self.offset_sigma, false)].into_iter();
         let sigmas = sigmas.chain(self.rotation_sigma.map(|s| ("stage rotation sigma", s, true)));
-        let sigmas = sigmas.chain(self.views.iter().map(|(_, s)| ("stage sigma of a view", *s, true)));
+        let sigmas =
+            sigmas.chain(self.views.iter().map(|(_, s)| ("stage sigma of a view", *s, true)));
         for (setting, value, zero) in sigmas {
             if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero) {
                 let need = if zero { "a number that is 0 or more" } else { "a number above 0" };
@@ -148,12 +148,12 @@ pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Res
     let charts = charts::loose(&placements, prior);
     let sights = Sight::of_all(data, &placements);
     let mut joint = Joint::new(&sights, charts, progress)?;
-    let rounds = joint.settle(progress)?;
+    let rounds = joint.settle(prior.rotation_sigma.is_none(), progress)?;
     let offsets = observable::offsets(&placements, &joint);
     Ok(SolvedStage {
         offsets,
-        data: charts::moved(data, &placements, &joint.charts()),
-        significance: observable::significance(&joint, prior.offset_sigma),
+        data: charts::moved(data, &placements, &joint.charts),
+        significance: observable::significance(&joint.information, prior.offset_sigma),
         pixel_noise: joint.pixel_noise(),
         rounds,
     })
@@ -175,6 +175,5 @@ pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> 
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
     let sights = Sight::of_all(data, &placements);
     let joint = Joint::new(&sights, charts, progress)?;
-    Ok(observable::significance(&joint, sigma))
+    Ok(observable::significance(&joint.information, sigma))
 }
-

@@ -1,7 +1,7 @@
 //! What of the charts' motions the pixels show, and whether it is more than chance.
 
 use super::{Significance, ViewOffset, charts::Placement, joint::Joint};
-use crate::method::neural_camera::loose::MOTION;
+use crate::method::neural_camera::loose::{Information, MOTION};
 use nalgebra::{DMatrix, DVector};
 
 /// Placements that spread less than this share of their longest spread along a direction have no
@@ -33,7 +33,7 @@ fn beside_affine(placements: &[Placement]) -> DMatrix<f64> {
 
 /// The charts' offsets, whole and as far as they can be seen.
 pub(super) fn offsets(placements: &[Placement], joint: &Joint<'_>) -> Vec<ViewOffset> {
-    let (count, charts) = (placements.len(), joint.charts());
+    let (count, charts) = (placements.len(), &joint.charts);
     let beside = beside_affine(placements);
     let along = |axis: usize| {
         let whole = DVector::from_fn(count, |view, _| charts[view].moved_by().0[axis]);
@@ -60,35 +60,54 @@ pub(super) fn offsets(placements: &[Placement], joint: &Joint<'_>) -> Vec<ViewOf
     placements.iter().enumerate().map(offset).collect()
 }
 
-/// Whether the charts stood elsewhere: what the cameras say of offsets, whatever the rotations are,
-/// in directions of which they say more than the prior. `sigma` is that of the prior.
-pub(super) fn significance(joint: &Joint<'_>, sigma: f64) -> Significance {
-    let said = &joint.information;
-    let count = said.vector.len();
-    let is_offset = |index: &usize| index % MOTION < 3;
-    let offsets: Vec<usize> = (0..count).filter(is_offset).collect();
-    let turns: Vec<usize> = (0..count).filter(|index| !is_offset(index)).collect();
+/// Half of the numbers of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Offsets.
+    Offset,
+    /// Rotations.
+    Rotation,
+}
+
+impl Part {
+    /// Whether a number of all motions is one of this part.
+    pub(super) fn holds(self, index: usize) -> bool {
+        (index % MOTION < 3) == (self == Self::Offset)
+    }
+}
+
+/// What the pixels say of one part of the motions, whatever the other is, along independent
+/// directions: information in units of the prior's, and the square of the score in units of its own
+/// standard deviation (1 in the mean if nothing moved).
+pub(super) fn directions(said: &Information, part: Part) -> Vec<(f64, f64)> {
+    let (own, other): (Vec<usize>, Vec<usize>) =
+        (0..said.vector.len()).partition(|index| part.holds(*index));
     let block = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |a, b| said.matrix[(rows[a], columns[b])])
     };
-    let part = |rows: &[usize]| DVector::from_fn(rows.len(), |a, _| said.vector[rows[a]]);
-    let nothing = Significance { chi_square: 0.0, degrees: 0, estimated_sigma: 0.0 };
-    let own = block(&turns, &turns) + DMatrix::identity(turns.len(), turns.len());
-    let Some(factors) = own.cholesky() else { return nothing };
-    let mixed = block(&turns, &offsets);
-    let matrix = block(&offsets, &offsets) - mixed.tr_mul(&factors.solve(&mixed));
-    let vector = part(&offsets) - mixed.tr_mul(&factors.solve(&part(&turns)));
+    let entries = |rows: &[usize]| DVector::from_fn(rows.len(), |a, _| said.vector[rows[a]]);
+    let others = block(&other, &other) + DMatrix::identity(other.len(), other.len());
+    let Some(factors) = others.cholesky() else { return Vec::new() };
+    let mixed = block(&other, &own);
+    let matrix = block(&own, &own) - mixed.tr_mul(&factors.solve(&mixed));
+    let vector = entries(&own) - mixed.tr_mul(&factors.solve(&entries(&other)));
     let eigen = ((&matrix + matrix.transpose()) * 0.5).symmetric_eigen();
-    let directions: Vec<(f64, f64)> = eigen
-        .eigenvalues
-        .iter()
-        .enumerate()
-        .filter(|(_, information)| **information > 1.0)
+    let information = eigen.eigenvalues.iter().enumerate();
+    information
+        // Less than this is rounding.
+        .filter(|(_, information)| **information > 1e-9 * eigen.eigenvalues.amax())
         .map(|(index, information)| {
             let score = eigen.eigenvectors.column(index).dot(&vector);
             (*information, score * score / information)
         })
-        .collect();
+        .collect()
+}
+
+/// Whether the charts stood elsewhere, by directions of which the pixels say more than the prior;
+/// `sigma` is that of the prior.
+pub(super) fn significance(said: &Information, sigma: f64) -> Significance {
+    let mut directions = directions(said, Part::Offset);
+    directions.retain(|(information, _)| *information > 1.0);
     Significance {
         chi_square: directions.iter().map(|direction| direction.1).sum(),
         degrees: directions.len(),
@@ -98,7 +117,7 @@ pub(super) fn significance(joint: &Joint<'_>, sigma: f64) -> Significance {
 
 /// The scale `s` of the prior that makes the scores most likely: each square is chi-square of one
 /// degree times `1 + information s^2`.
-fn most_likely_scale(directions: &[(f64, f64)]) -> f64 {
+pub(super) fn most_likely_scale(directions: &[(f64, f64)]) -> f64 {
     let slope = |variance: f64| {
         let one = |(information, square): &(f64, f64)| {
             let spread = 1.0 + information * variance;

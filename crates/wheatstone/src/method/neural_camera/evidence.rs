@@ -118,12 +118,7 @@ impl Settings {
     }
 
     /// Minus twice the logarithm of the prior of a lens and its correction, less a constant.
-    pub(super) fn penalty(
-        &self,
-        field: &Field,
-        weights: &[[f64; 2]],
-        numbers: &[f64],
-    ) -> f64 {
+    pub(super) fn penalty(&self, field: &Field, weights: &[[f64; 2]], numbers: &[f64]) -> f64 {
         let lens = (FIRST_EXPECTED..numbers.len())
             .map(|index| self.lens_precision(index).0 * numbers[index].powi(2));
         let variances = self.field_variances(field);

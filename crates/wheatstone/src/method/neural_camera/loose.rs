@@ -148,7 +148,8 @@ impl<'a> LooseCamera<'a> {
     }
 
     fn information(&self, posterior: &Posterior) -> Option<Information> {
-        let motions: Vec<f64> = self.state.charts.iter().flat_map(LooseCharts::free_numbers).collect();
+        let motions: Vec<f64> =
+            self.state.charts.iter().flat_map(LooseCharts::free_numbers).collect();
         Information::of(posterior, &motions)
     }
 
@@ -162,13 +163,11 @@ impl<'a> LooseCamera<'a> {
         }
     }
 
-    /// Refits the camera to charts moved by `motions`, learns noise and priors anew if asked, and
-    /// says again what it knows about the charts. `None` where a point no longer projects.
-    pub(crate) fn refit(&mut self, motions: &DVector<f64>, learn: bool) -> Option<Information> {
-        for (chart, numbers) in self.state.charts.iter_mut().flat_map(|charts| {
-            charts.charts.iter_mut().zip(motions.as_slice().chunks_exact(MOTION))
-        }) {
-            chart.motion.copy_from_slice(numbers);
+    /// Refits the camera to charts that stand as `charts` do, learns noise and priors anew if asked,
+    /// and says again what it knows about the charts. `None` where a point no longer projects.
+    pub(crate) fn refit(&mut self, charts: &[LooseChart], learn: bool) -> Option<Information> {
+        if let Some(loose) = &mut self.state.charts {
+            loose.charts = charts.to_vec();
         }
         self.hold(true);
         let held = self.posterior()?;
