@@ -58,6 +58,27 @@ pub fn chart_correspondences(
     dataset(rig, views.iter().map(|(name, _)| name.clone()).collect(), rows)
 }
 
+/// [`chart_correspondences`] of charts that stand at `actual` placements and are said to stand at
+/// `nominal` ones (the same number, in the same order): the pixels are those of the actual places, the
+/// world points the nominal ones.
+#[must_use]
+pub fn misplaced_correspondences(
+    rig: &Rig,
+    chart: &AnyChart,
+    (actual, nominal): (&[(String, Pose)], &[(String, Pose)]),
+    noise: (Noise, u64),
+    most: Option<usize>,
+) -> Dataset {
+    let mut data = chart_correspondences(rig, chart, actual, noise, most);
+    for row in &mut data.correspondences {
+        if let (Some((_, said)), Some((_, stood))) = (nominal.get(row.view), actual.get(row.view)) {
+            let place = |world| said.transform(stood.inverse().transform(world));
+            row.world = row.world.map(place);
+        }
+    }
+    data
+}
+
 /// Points spread evenly over the box that a chart of this size sweeps from `near` to `far`, as far
 /// as all cameras see them. Fewer than `count` where the cameras see next to nothing of it.
 #[must_use]

@@ -5,12 +5,16 @@ mod correspondences;
 mod noise;
 mod render;
 mod rig;
+mod stage_error;
 mod truth;
 mod write;
 
-pub use correspondences::{chart_correspondences, random_correspondences};
+pub use correspondences::{
+    chart_correspondences, misplaced_correspondences, random_correspondences,
+};
 pub use noise::Noise;
 pub use render::{Sensor, render};
 pub use rig::Rig;
+pub use stage_error::StageError;
 pub use truth::Truth;
 pub use write::{Stage, write_capture, write_points};

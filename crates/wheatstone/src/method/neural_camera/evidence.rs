@@ -104,25 +104,22 @@ impl Settings {
         waves.chain(parallax).collect()
     }
 
-    /// Precisions of the lens's numbers; 0 for those that nothing is known of.
-    fn lens_precision(&self, index: usize) -> (f64, usize) {
+    /// Precision of a number that is expected near 0, and the setting that gives it. What follows
+    /// the lens's own numbers comes in units of its standard deviation, which no setting changes.
+    fn lens_precision(&self, index: usize) -> (f64, Option<usize>) {
         let setting = match index {
             0..FIRST_OF_PRINCIPAL => SHAPE,
             FIRST_OF_PRINCIPAL..FIRST_RADIAL => PRINCIPAL,
             FIRST_RADIAL..FIRST_TANGENTIAL => RADIAL,
-            _ => TANGENTIAL,
+            FIRST_TANGENTIAL..PARAMETERS => TANGENTIAL,
+            _ => return (1.0, None),
         };
-        (1.0 / self.value(setting).powi(2), setting)
+        (1.0 / self.value(setting).powi(2), Some(setting))
     }
 
     /// Minus twice the logarithm of the prior of a lens and its correction, less a constant.
-    pub(super) fn penalty(
-        &self,
-        field: &Field,
-        weights: &[[f64; 2]],
-        numbers: &[f64; PARAMETERS],
-    ) -> f64 {
-        let lens = (FIRST_EXPECTED..PARAMETERS)
+    pub(super) fn penalty(&self, field: &Field, weights: &[[f64; 2]], numbers: &[f64]) -> f64 {
+        let lens = (FIRST_EXPECTED..numbers.len())
             .map(|index| self.lens_precision(index).0 * numbers[index].powi(2));
         let variances = self.field_variances(field);
         let field = weights.iter().zip(&variances).map(|(weight, (variance, _))| {
@@ -155,8 +152,9 @@ pub(super) struct Sums {
     pub(super) squares: f64,
     /// Points.
     pub(super) points: usize,
-    /// The lens's present numbers, of which those of the lens itself are expected near 0.
-    pub(super) numbers: [f64; PARAMETERS],
+    /// The lens's present numbers, of which those of the lens itself are expected near 0; then those
+    /// of charts that may have moved, if any.
+    pub(super) numbers: Vec<f64>,
 }
 
 /// The most likely step and weights under some settings, and how good the settings are.
@@ -167,7 +165,7 @@ pub(super) struct Posterior {
     pub(super) evidence: f64,
     /// By the settings' logarithms.
     gradient: [f64; SETTINGS],
-    /// The lens's numbers change by this.
+    /// The lens's numbers, and those of charts, change by this.
     pub(super) step: DVector<f64>,
     /// Of the field's functions, for x and y.
     pub(super) weights: Vec<[f64; 2]>,
@@ -210,7 +208,7 @@ impl Sums {
         });
         let factors = whitened.cholesky()?;
         let sides = |axis: usize| {
-            let mixed = DMatrix::from_fn(count, PARAMETERS, |i, j| {
+            let mixed = DMatrix::from_fn(count, self.numbers.len(), |i, j| {
                 precision * scale[i] * self.mixed[axis][(active[i], j)]
             });
             let errors = DVector::from_fn(count, |i, _| {
@@ -223,7 +221,7 @@ impl Sums {
         let mut lens = &self.lens * precision;
         let mut lens_errors = &self.lens_errors * precision;
         let mut squares = self.squares * precision;
-        for index in FIRST_EXPECTED..PARAMETERS {
+        for index in FIRST_EXPECTED..self.numbers.len() {
             let (precision, _) = settings.lens_precision(index);
             lens[(index, index)] += precision;
             lens_errors[index] -= precision * self.numbers[index];
@@ -332,16 +330,18 @@ impl Posterior {
         let settings = self.settings;
         let mut evidence = -rows * settings.logs[NOISE] - 0.5 * squares + settings.log_hyperprior();
         evidence -= 2.0 * half_determinant(factors) + half_determinant(lens_factors);
-        let mut effective = PARAMETERS as f64;
+        let mut effective = sums.numbers.len() as f64;
         let mut prior_squares = 0.0;
-        for index in FIRST_EXPECTED..PARAMETERS {
+        for index in FIRST_EXPECTED..sums.numbers.len() {
             let (precision, setting) = settings.lens_precision(index);
             evidence += 0.5 * libm::log(precision);
             let square = precision * (sums.numbers[index] + self.step[index]).powi(2);
             let spread = precision * self.lens_covariance[(index, index)];
             effective -= spread;
             prior_squares += square;
-            self.gradient[setting] -= 1.0 - square - spread;
+            if let Some(setting) = setting {
+                self.gradient[setting] -= 1.0 - square - spread;
+            }
         }
         let follow = [&self.follow[0], &self.follow[1]];
         let lens_part = follow.map(|f| (f * &self.lens_covariance).component_mul(f).column_sum());

@@ -4,10 +4,11 @@
 use super::{
     corrected::CorrectedCamera,
     evidence::{LENGTH, NOISE, OF_FIELD, PARALLAX, Posterior, SETTINGS, Settings, Sums, WAVES},
-    field::Field,
+    field::{Field, chained},
     lens::{
         DIFFERENCE, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS,
     },
+    loose::LooseCharts,
 };
 use crate::{
     Error, Result,
@@ -25,11 +26,13 @@ const MOST_WAVES: usize = 120;
 const ROUNDS: usize = 3;
 
 /// A camera on its way to be fitted.
-struct State<'a> {
-    pairs: &'a [(Point3, Pixel)],
-    lens: Lens,
-    field: Field,
-    weights: Vec<[f64; 2]>,
+pub(super) struct State<'a> {
+    pub(super) pairs: &'a [(Point3, Pixel)],
+    pub(super) lens: Lens,
+    pub(super) field: Field,
+    pub(super) weights: Vec<[f64; 2]>,
+    /// Where the charts stand, if that is not certain.
+    pub(super) charts: Option<LooseCharts>,
 }
 
 /// Fits one camera to the points that it saw, from its projection matrix.
@@ -38,50 +41,66 @@ pub(super) fn fit_camera(
     start: &ProjectionMatrix,
     progress: &dyn Progress,
 ) -> Result<CorrectedCamera> {
-    let undetermined = || Error::Degenerate {
-        problem: "the known points do not determine a camera".into(),
-        hint: "show it points at two or more distances that fill the picture".into(),
-    };
-    let plain = Lens::from_projection(start).ok_or_else(undetermined)?;
-    let mut best: Option<(Lens, Posterior)> = None;
-    for layout in [Layout::Perspective, Layout::Equidistant] {
-        let candidate = bare(pairs, &plain, layout, progress)?;
-        if let Some((lens, posterior)) = candidate
-            && best.as_ref().is_none_or(|(_, other)| posterior.evidence > other.evidence)
-        {
-            best = Some((lens, posterior));
-        }
-    }
-    let (lens, posterior) = best.ok_or_else(undetermined)?;
-    let lens = lens.seen_from_its_centre();
-    let seen: Option<Vec<(Pixel, f64)>> =
-        pairs.iter().map(|(world, pixel)| Some((*pixel, lens.project(*world)?.nearness))).collect();
-    let field =
-        Field::new(&seen.ok_or_else(undetermined)?, lens.reach, MOST_WAVES.min(pairs.len() / 2));
-    let weights = vec![[0.0; 2]; field.len()];
-    let mut state = State { pairs, lens, field, weights };
-    let posterior =
-        corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
+    let (state, posterior) = fit_state(pairs, start, None, progress)?;
     CorrectedCamera::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
 }
 
+pub(super) fn undetermined() -> Error {
+    Error::Degenerate {
+        problem: "the known points do not determine a camera".into(),
+        hint: "show it points at two or more distances that fill the picture".into(),
+    }
+}
+
+/// Fits one camera, and where its charts stand if they are loose.
+pub(super) fn fit_state<'a>(
+    pairs: &'a [(Point3, Pixel)],
+    start: &ProjectionMatrix,
+    charts: Option<LooseCharts>,
+    progress: &dyn Progress,
+) -> Result<(State<'a>, Posterior)> {
+    let plain = Lens::from_projection(start).ok_or_else(undetermined)?;
+    let mut best: Option<(State<'a>, Posterior)> = None;
+    for layout in [Layout::Perspective, Layout::Equidistant] {
+        let candidate = bare(pairs, &plain, layout, charts.clone(), progress)?;
+        if let Some((state, posterior)) = candidate
+            && best.as_ref().is_none_or(|(_, other)| posterior.evidence > other.evidence)
+        {
+            best = Some((state, posterior));
+        }
+    }
+    let (mut state, posterior) = best.ok_or_else(undetermined)?;
+    state.lens = state.lens.seen_from_its_centre();
+    let seen: Option<Vec<(Pixel, f64)>> = pairs
+        .iter()
+        .map(|(world, pixel)| Some((*pixel, state.lens.project(*world)?.nearness)))
+        .collect();
+    let most = MOST_WAVES.min(pairs.len() / 2);
+    state.field = Field::new(&seen.ok_or_else(undetermined)?, state.lens.reach, most);
+    state.weights = vec![[0.0; 2]; state.field.len()];
+    let posterior =
+        corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
+    Ok((state, posterior))
+}
+
 /// The lens of one layout without correction, and how well it explains the points.
-fn bare(
-    pairs: &[(Point3, Pixel)],
+fn bare<'a>(
+    pairs: &'a [(Point3, Pixel)],
     plain: &Lens,
     layout: Layout,
+    charts: Option<LooseCharts>,
     progress: &dyn Progress,
-) -> Result<Option<(Lens, Posterior)>> {
+) -> Result<Option<(State<'a>, Posterior)>> {
     let start = plain.clone().laid_out(layout, pairs);
     let Some(lens) = least_squares(pairs, &start, progress)? else { return Ok(None) };
     let field = Field::new(&[(Pixel::origin(), 1.0)], 1.0, 0).pruned(|_| false);
-    let mut state = State { pairs, lens, field, weights: Vec::new() };
+    let mut state = State { pairs, lens, field, weights: Vec::new(), charts };
     let free = std::array::from_fn(|setting| !OF_FIELD.contains(&setting));
     let Some(sums) = state.sums() else { return Ok(None) };
     let noise = (sums.squares / (2 * pairs.len()) as f64).sqrt();
     let settings = Settings::start(noise);
     let posterior = state.alternate(sums.climb(&state.field, settings, free), free, progress)?;
-    Ok(posterior.map(|posterior| (state.lens, posterior)))
+    Ok(posterior.map(|posterior| (state, posterior)))
 }
 
 /// Plain least squares from a start that may be far off, as that of a fisheye is.
@@ -162,7 +181,7 @@ fn corrected(
 
 impl State<'_> {
     /// Settings and linearisation take turns; ends at the mode, with the posterior there.
-    fn alternate(
+    pub(super) fn alternate(
         &mut self,
         first: Option<Posterior>,
         free: [bool; SETTINGS],
@@ -186,20 +205,33 @@ impl State<'_> {
     }
 
     /// Sums about the present lens and weights; `None` where a point does not project.
-    fn sums(&self) -> Option<Sums> {
+    pub(super) fn sums(&self) -> Option<Sums> {
         let (points, functions) = (self.pairs.len(), self.field.len());
         let shifted = self.lens.shifted();
+        let numbers = self.numbers();
         let mut field = DMatrix::zeros(points, functions);
-        let mut lens = [0, 1].map(|_| DMatrix::zeros(points, PARAMETERS));
+        let mut lens = [0, 1].map(|_| DMatrix::zeros(points, numbers.len()));
         let mut errors = [0, 1].map(|_| DVector::zeros(points));
-        for (row, (world, pixel)) in self.pairs.iter().enumerate() {
-            let seen = self.lens.project(*world)?;
+        for (row, (world, pixel)) in self.placed().enumerate() {
+            let seen = self.lens.project(world)?;
             let values = self.field.values(seen.pixel, seen.nearness);
             values.iter().enumerate().for_each(|(index, value)| field[(row, index)] = value[0]);
-            let slopes = Lens::slopes_by_parameters(&shifted, *world)?;
-            let slopes = displaced(&slopes, &self.field.sum(&values, &self.weights));
+            let slopes = Lens::slopes_by_parameters(&shifted, world)?;
+            let sum = self.field.sum(&values, &self.weights);
+            let slopes = displaced(&slopes, &sum);
+            let by_chart = self.charts.as_ref().and_then(|charts| {
+                let by_world = [0, 1].map(|axis: usize| {
+                    seen.slopes.row(axis).transpose() + chained(&sum[axis], &seen)
+                });
+                charts.slopes(row, world, &by_world)
+            });
             for axis in 0..2 {
-                lens[axis].set_row(row, &slopes.row(axis));
+                lens[axis].view_mut((row, 0), (1, PARAMETERS)).copy_from(&slopes.row(axis));
+                if let Some((first, by_chart)) = &by_chart {
+                    by_chart[axis].iter().enumerate().for_each(|(index, slope)| {
+                        lens[axis][(row, PARAMETERS + first + index)] = *slope;
+                    });
+                }
                 errors[axis][row] = pixel[axis] - seen.pixel[axis];
             }
         }
@@ -211,22 +243,37 @@ impl State<'_> {
             lens_errors: lens[0].tr_mul(&errors[0]) + lens[1].tr_mul(&errors[1]),
             squares: errors[0].norm_squared() + errors[1].norm_squared(),
             points,
-            numbers: self.lens.numbers(),
+            numbers,
         })
+    }
+
+    /// The points where the charts are now believed to stand, with their pixels.
+    fn placed(&self) -> impl Iterator<Item = (Point3, Pixel)> {
+        self.pairs.iter().enumerate().map(|(row, (world, pixel))| {
+            let place = |charts: &LooseCharts| charts.place(row, *world);
+            (self.charts.as_ref().map_or(*world, place), *pixel)
+        })
+    }
+
+    /// What is expected near 0: the lens's numbers, and how far free charts have moved.
+    fn numbers(&self) -> Vec<f64> {
+        let mut numbers = self.lens.numbers().to_vec();
+        numbers.extend(self.charts.iter().flat_map(LooseCharts::free_numbers));
+        numbers
     }
 
     /// What the fit makes least at fixed settings; `None` where a point does not project.
     fn objective(&self, settings: &Settings) -> Option<f64> {
         let mut squares = 0.0;
-        for (world, pixel) in self.pairs {
-            let seen = self.lens.project(*world)?;
+        for (world, pixel) in self.placed() {
+            let seen = self.lens.project(world)?;
             let values = self.field.values(seen.pixel, seen.nearness);
             let [x, y] = self.field.sum(&values, &self.weights);
             squares += (pixel.x - seen.pixel.x - x[0]).powi(2);
             squares += (pixel.y - seen.pixel.y - y[0]).powi(2);
         }
         let precision = settings.value(NOISE).powi(-2);
-        let penalty = settings.penalty(&self.field, &self.weights, &self.lens.numbers());
+        let penalty = settings.penalty(&self.field, &self.weights, &self.numbers());
         Some(squares * precision + penalty).filter(|value| value.is_finite())
     }
 
@@ -234,7 +281,8 @@ impl State<'_> {
     /// started; how much better, 0 where no step helps.
     fn advance(&mut self, posterior: &Posterior) -> f64 {
         let Some(before) = self.objective(&posterior.settings) else { return 0.0 };
-        let (old_lens, old_weights) = (self.lens.clone(), self.weights.clone());
+        let old = (self.lens.clone(), self.weights.clone(), self.charts.clone());
+        let (old_lens, old_weights, old_charts) = &old;
         for halvings in 0..12 {
             let share = 0.5_f64.powi(halvings);
             let step = std::array::from_fn(|index| share * posterior.step[index]);
@@ -244,16 +292,20 @@ impl State<'_> {
                 [0, 1].map(|axis: usize| old[axis] + share * (new[axis] - old[axis]))
             };
             self.weights = weights.map(between).collect();
+            self.charts = old_charts.clone();
+            if let Some(charts) = &mut self.charts {
+                charts.advance(share, &posterior.step.as_slice()[PARAMETERS..]);
+            }
             if let Some(after) = self.objective(&posterior.settings).filter(|v| *v < before) {
                 return before - after;
             }
         }
-        (self.lens, self.weights) = (old_lens, old_weights);
+        (self.lens, self.weights, self.charts) = old;
         0.0
     }
 
     /// Goes to the mode at fixed settings.
-    fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<()> {
+    pub(super) fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<()> {
         let mut gain = self.advance(first);
         for _ in 1..MOST_STEPS {
             // The objective is in units of a squared standard deviation.

@@ -16,6 +16,7 @@ mod field;
 mod fit;
 mod lens;
 mod witness;
+pub(crate) mod loose;
 
 pub(super) use witness::Witness;
 
