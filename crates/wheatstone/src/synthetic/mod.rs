@@ -3,6 +3,7 @@
 
 mod correspondences;
 mod noise;
+mod outliers;
 mod render;
 mod rig;
 mod truth;
@@ -10,6 +11,7 @@ mod write;
 
 pub use correspondences::{chart_correspondences, random_correspondences};
 pub use noise::Noise;
+pub use outliers::{GrossError, Region, with_gross_errors};
 pub use render::{Sensor, render};
 pub use rig::Rig;
 pub use truth::Truth;
