@@ -13,13 +13,16 @@ use crate::{
     Error, Result,
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3},
-    method::{AnyReconstructor, Method, neural_camera::{NeuralCamera, NeuralCameraReconstructor}},
+    method::{
+        AnyReconstructor, Method,
+        neural_camera::{NeuralCamera, NeuralCameraReconstructor},
+    },
     numeric::{random::Random, statistics::median},
     progress::{Muted, Progress},
 };
-use decision::{Judge, rayleigh_sigma};
+use decision::{Judge, Verdict};
 use rayon::prelude::*;
-use start::{Start, lengths};
+use start::{Start, lengths, scale};
 
 /// A point that at least one camera did not see where it was said to be.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +64,12 @@ const POINTS_NEEDED: usize = 24;
 const MOST_FITTED: usize = 2000;
 
 /// Times that a camera is fitted and its pixels judged anew, at most. Three or four are the rule.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 12;
+
+/// How far, in standard deviations of the noise, a prediction may be off for its pixel to be taken into
+/// the next fit. Without a limit, a camera fitted to the middle of the picture admits anything at
+/// its edge.
+const FIRST_REACH: f64 = 8.0;
 
 impl Screening {
     /// The data without the outliers' pixels. Points that no camera is left for disappear; the order
@@ -136,9 +144,11 @@ struct Screened {
 
 impl Sightings {
     fn of(data: &Dataset, camera: usize) -> Self {
-        let seen = data.correspondences.iter().enumerate().filter_map(|(row, c)| {
-            Some((row, (c.world?, (*c.pixels.get(camera)?)?)))
-        });
+        let seen = data
+            .correspondences
+            .iter()
+            .enumerate()
+            .filter_map(|(row, c)| Some((row, (c.world?, (*c.pixels.get(camera)?)?))));
         let (rows, pairs) = seen.unzip();
         Self { rows, pairs }
     }
@@ -159,30 +169,54 @@ impl Sightings {
         if let Some(pixel_sigma) = decision::nothing_stands_out(&start) {
             return Ok(Screened { pixel_sigma, ..nobody });
         }
-        let judge = Judge::new(&self.pairs, &start.places, level);
-        let mut accepted = judge.by_start(&start);
-        let mut last = None;
-        let mut seen_sets: Vec<Vec<bool>> = Vec::new();
-        for round in 0..ROUNDS {
-            let Some(fitted) = self.fitted(&accepted, &mut random, progress)? else { break };
-            let verdict = judge.verdict(&fitted, &accepted, round < ROUNDS / 3);
-            let settled = verdict.good == accepted && round >= 1;
-            seen_sets.push(std::mem::replace(&mut accepted, verdict.good.clone()));
-            last = Some(verdict);
-            if settled {
-                break;
-            }
-        }
-        let Some(verdict) = last else { return Ok(nobody) };
-        if std::env::var("DBG").is_ok() {
-            let n: Vec<usize> = seen_sets.iter().map(|s| s.iter().filter(|g| **g).count()).collect();
-            eprintln!("camera {camera}: {n:?} -> {} sigma {}", verdict.good.iter().filter(|g| **g).count(), verdict.pixel_sigma);
-        }
+        let judge = Judge::new(&self.pairs, &start, level);
+        let verdict = self.grown(&judge, judge.by_start(&start), &mut random, progress)?;
+        let Some(verdict) = verdict else { return Ok(nobody) };
         let accused = (0..self.rows.len()).filter(|index| !verdict.good[*index]);
         Ok(Screened {
             accused: accused.map(|index| (self.rows[index], verdict.errors[index])).collect(),
             pixel_sigma: verdict.pixel_sigma,
         })
+    }
+
+    /// The accepted points grown or shrunk until they stand; `None` where they determine no camera.
+    fn grown(
+        &self,
+        judge: &Judge<'_>,
+        start: Vec<bool>,
+        random: &mut Random,
+        progress: &dyn Progress,
+    ) -> Result<Option<Verdict>> {
+        let mut accepted = start;
+        let mut best: Option<Verdict> = None;
+        let mut most_sigma = judge.most_sigma;
+        let (mut wary, mut reach) = (true, FIRST_REACH);
+        for _ in 0..ROUNDS {
+            let Some(fitted) = self.fitted(&accepted, random, progress)? else { break };
+            let mut verdict = judge.verdict(&fitted, (wary, most_sigma));
+            if let Some(best) = best.as_ref().filter(|_| verdict.misfit > most_sigma) {
+                // What came last was bad, and the fit broke: not so far next time.
+                reach *= 0.5;
+                if reach < 1.0 {
+                    break;
+                }
+                accepted = best.members(reach);
+                continue;
+            }
+            if wary && verdict.members(reach) == accepted {
+                wary = false;
+                verdict = judge.verdict(&fitted, (wary, most_sigma));
+            }
+            let next = verdict.members(reach);
+            let settled = next == accepted;
+            accepted = next;
+            most_sigma = most_sigma.min(2.0 * verdict.misfit.max(judge.least_sigma));
+            best = Some(verdict);
+            if settled {
+                break;
+            }
+        }
+        Ok(best)
     }
 
     /// A neural camera of the accepted points; `None` where they determine none.
@@ -214,7 +248,8 @@ impl Sightings {
             views: Vec::new(),
             correspondences: members.iter().map(point).collect(),
         };
-        match NeuralCamera::default().fit(&alone, 0, &Muted(progress)).map(|fit| fit.reconstructor) {
+        match NeuralCamera::default().fit(&alone, 0, &Muted(progress)).map(|fit| fit.reconstructor)
+        {
             Ok(AnyReconstructor::NeuralCamera(camera)) => Ok(Some(Fitted { camera, members })),
             Err(Error::Cancelled) => Err(Error::Cancelled),
             _ => Ok(None),

@@ -129,13 +129,7 @@ fn exchange(
     }
 }
 
-fn spoil(
-    spoilt: &mut Dataset,
-    data: &Dataset,
-    error: GrossError,
-    row: usize,
-    random: &mut Random,
-) {
+fn spoil(spoilt: &mut Dataset, data: &Dataset, error: GrossError, row: usize, random: &mut Random) {
     let camera = random.below(data.cameras);
     let changed = &mut spoilt.correspondences[row];
     if error == GrossError::Misplace {
@@ -143,8 +137,7 @@ fn spoil(
             let (low, high) = extent(data.known().map(|(world, _)| world[axis]));
             random.uniform(low, high)
         };
-        changed.world =
-            Some(Point3::new(within(0, random), within(1, random), within(2, random)));
+        changed.world = Some(Point3::new(within(0, random), within(1, random), within(2, random)));
     } else if let Some(pixel) = &mut changed.pixels[camera] {
         *pixel = match error {
             GrossError::Shift(size) => Pixel::new(

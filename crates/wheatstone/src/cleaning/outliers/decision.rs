@@ -1,6 +1,6 @@
 //! Which pixels are good, given a camera or a start.
 
-use super::{Fitted, Pixel, Point3, Start, lengths, median};
+use super::{Fitted, Pixel, Point3, Start, lengths, median, scale};
 use rayon::prelude::*;
 
 /// Standard deviation of a coordinate from the lengths of errors of two: the median of a Rayleigh
@@ -22,7 +22,7 @@ const LEAST_SIGMA: f64 = 1e-4;
 /// The noise, if a robust polynomial already leaves nothing but noise and no pixel sticks out of it.
 pub(super) fn nothing_stands_out(start: &Start) -> Option<f64> {
     let errors = lengths(&start.residuals);
-    let sigma = rayleigh_sigma(&errors);
+    let sigma = scale(&errors);
     let largest = errors.iter().copied().fold(0.0, f64::max);
     // What misses the polynomial by less is no gross outlier whatever the level.
     if largest > 4.0 * sigma {
@@ -61,42 +61,53 @@ fn neighbours(places: &[[f64; 3]], members: &[usize]) -> Vec<Vec<usize>> {
     places.par_iter().enumerate().map(of).collect()
 }
 
+/// Least share of its own noise that a residual is taken to hold: a point far from all others holds
+/// less, but a linear fit's algebra is not to be trusted there.
+const LEAST_SHARE: f64 = 0.01;
+
 /// Judges the pixels of one camera.
 pub(super) struct Judge<'a> {
     pairs: &'a [(Point3, Pixel)],
     places: &'a [[f64; 3]],
     level: f64,
-    least_sigma: f64,
+    pub(super) least_sigma: f64,
+    pub(super) most_sigma: f64,
 }
 
 /// What was decided.
 pub(super) struct Verdict {
     /// Which pixels are good.
     pub(super) good: Vec<bool>,
+    /// Variance of each prediction, with the noise, over that of the noise.
+    shares: Vec<f64>,
     /// How far each is from where it should be, in pixels.
     pub(super) errors: Vec<f64>,
     /// Standard deviation of a coordinate of the good ones.
     pub(super) pixel_sigma: f64,
+    /// The same by the fitted ones' median, unlimited.
+    pub(super) misfit: f64,
 }
 
 impl<'a> Judge<'a> {
-    pub(super) fn new(
-        pairs: &'a [(Point3, Pixel)],
-        places: &'a [[f64; 3]],
-        level: f64,
-    ) -> Self {
+    pub(super) fn new(pairs: &'a [(Point3, Pixel)], start: &'a Start, level: f64) -> Self {
         let along = |axis: usize| {
             let values: Vec<f64> = pairs.iter().map(|(_, pixel)| pixel[axis]).collect();
             let centre = median(&values);
             median(&values.iter().map(|value| (value - centre).abs()).collect::<Vec<_>>())
         };
-        Self { pairs, places, level, least_sigma: LEAST_SIGMA * along(0).max(along(1)) }
+        Self {
+            pairs,
+            places: &start.places,
+            level,
+            least_sigma: LEAST_SIGMA * along(0).max(along(1)),
+            most_sigma: 2.0 * scale(&lengths(&start.residuals)),
+        }
     }
 
     /// The pixels that the robust polynomial agrees with.
     pub(super) fn by_start(&self, start: &Start) -> Vec<bool> {
         let errors = lengths(&start.residuals);
-        let sigma = rayleigh_sigma(&errors).max(self.least_sigma);
+        let sigma = scale(&errors).max(self.least_sigma);
         // Twice what a Rayleigh distribution leaves one in a thousand beyond: a lens with bumps must
         // not lose them.
         errors.iter().map(|error| *error < 5.0 * sigma).collect()
@@ -104,7 +115,7 @@ impl<'a> Judge<'a> {
 
     /// Judges all pixels by a camera that was fitted to the accepted ones. `wary` while bad pixels may
     /// be among them: the noise is then the median's, not the fit's.
-    pub(super) fn verdict(&self, fitted: &Fitted, accepted: &[bool], wary: bool) -> Verdict {
+    pub(super) fn verdict(&self, fitted: &Fitted, (wary, most_sigma): (bool, f64)) -> Verdict {
         let noise = fitted.camera.pixel_sigma().first().copied().unwrap_or(f64::NAN);
         let mut member = vec![false; self.pairs.len()];
         fitted.members.iter().for_each(|index| member[*index] = true);
@@ -118,14 +129,15 @@ impl<'a> Judge<'a> {
                 };
                 let own = (0.5 * covariance.trace() / (noise * noise) - 1.0).max(0.0);
                 // What a point says of itself is taken out of its residual.
-                let share = if *member { (1.0 - own / (1.0 + own)).max(0.1) } else { 1.0 + own };
+                let share = if *member { (1.0 - own).max(LEAST_SHARE) } else { 1.0 + own };
                 ((pixel - at).norm(), share)
             })
             .collect();
         let whitened = |index: usize| seen[index].0 / seen[index].1.sqrt();
         let inside: Vec<f64> = fitted.members.iter().map(|index| whitened(*index)).collect();
         let robust = rayleigh_sigma(&inside);
-        let sigma = if wary { robust } else { robust.max(noise) }.max(self.least_sigma);
+        let sigma = if wary { robust } else { robust.max(noise) };
+        let sigma = sigma.clamp(self.least_sigma, most_sigma.max(self.least_sigma));
         let near = neighbours(self.places, &fitted.members);
         let freedom = (2.0 * fitted.members.len() as f64 - 11.0).max(2.0);
         let good = |index: usize| {
@@ -135,11 +147,22 @@ impl<'a> Judge<'a> {
             // The tail of Fisher's F with 2 and so many degrees of freedom, in closed form.
             libm::pow(1.0 + ratio, -0.5 * freedom) > self.level
         };
-        let _ = accepted;
+        let good: Vec<bool> = (0..self.pairs.len()).map(good).collect();
         Verdict {
-            good: (0..self.pairs.len()).map(good).collect(),
+            good,
+            shares: seen.iter().map(|(_, share)| *share).collect(),
             errors: seen.iter().map(|(error, _)| *error).collect(),
             pixel_sigma: sigma,
+            misfit: robust,
         }
+    }
+}
+
+impl Verdict {
+    /// Good pixels that the fit can predict within so many standard deviations of the noise: fit for
+    /// the next round.
+    pub(super) fn members(&self, reach: f64) -> Vec<bool> {
+        let judged = self.good.iter().zip(&self.shares);
+        judged.map(|(good, share)| *good && *share < reach * reach).collect()
     }
 }

@@ -8,7 +8,11 @@
 
 use crate::{
     geometry::{Pixel, Point3, ProjectionMatrix},
-    numeric::{least_squares::solve, random::Random, statistics::median},
+    numeric::{
+        least_squares::solve,
+        random::Random,
+        statistics::{median, percentile},
+    },
 };
 
 /// Points a sample. Six determine a camera, but a sample of six good ones of a distorted lens fits
@@ -93,10 +97,7 @@ fn trimmed_camera(pairs: &[(Point3, Pixel)], random: &mut Random) -> Option<Proj
 }
 
 /// Sum of the smaller half of the errors, and whose they are.
-fn half_of_errors(
-    pairs: &[(Point3, Pixel)],
-    camera: &ProjectionMatrix,
-) -> (f64, Vec<usize>) {
+fn half_of_errors(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> (f64, Vec<usize>) {
     let errors = lengths(&differences(pairs, |index| camera.project(pairs[index].0)));
     let mut order: Vec<usize> = (0..pairs.len()).collect();
     let half = pairs.len().div_ceil(2).max(SAMPLE).min(pairs.len());
@@ -132,7 +133,9 @@ fn places(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> Option<Vec<[f
         // All points equally far: any scale does.
         let scale = if spread > 0.0 { 1.0 / spread } else { 0.0 };
         // Half the points are within 1 of the centre; few good ones are beyond 4.
-        places.iter_mut().for_each(|p| p[axis] = 0.5 * ((p[axis] - centre) * scale).clamp(-4.0, 4.0));
+        places
+            .iter_mut()
+            .for_each(|p| p[axis] = 0.5 * ((p[axis] - centre) * scale).clamp(-4.0, 4.0));
     }
     Some(places)
 }
@@ -148,25 +151,82 @@ fn powers() -> Vec<[i32; 3]> {
     powers
 }
 
-/// Residuals of the polynomial that most points agree on.
+/// Residuals of the polynomial that most points agree on: the better of two, one fitted with all terms
+/// from the first, one through cubics, whose edges a few bad points cannot lift.
 fn robust_polynomial(
     pairs: &[(Point3, Pixel)],
     places: &[[f64; 3]],
     first: &[f64],
 ) -> Option<Vec<Pixel>> {
-    let mut powers = powers();
+    let powers = powers();
     // Six points a term: with half of them bad there are still three.
-    powers.truncate((pairs.len() / 6).max(4));
-    let terms = powers.len();
-    let values: Vec<f64> = places
-        .iter()
-        .flat_map(|p| {
-            powers.iter().map(move |e| p[0].powi(e[0]) * p[1].powi(e[1]) * p[2].powi(e[2]))
-        })
-        .collect();
-    let fitted = |weights: &[f64]| -> Option<Vec<Pixel>> {
+    let most = (pairs.len() / 6).clamp(4, powers.len());
+    let cubic = powers.iter().filter(|[x, y, z]| x + y + 2 * z <= 3).count().min(most);
+    let polynomial = Polynomial { pairs, places, powers };
+    let direct = polynomial.robust(&[(most, ABSOLUTE, 15), (most, DESCENDING, 12)], first);
+    let cubic_first = [
+        (cubic, ABSOLUTE, 15),
+        (cubic, DESCENDING, 8),
+        (most, ABSOLUTE, 2),
+        (most, DESCENDING, 12),
+    ];
+    let through_cubics = polynomial.robust(&cubic_first, first);
+    let misfit = |residuals: &Vec<Pixel>| scale(&lengths(residuals));
+    direct.into_iter().chain(through_cubics).min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
+}
+
+/// Standard deviation of a coordinate of the good points from the errors of all: of up to half bad ones
+/// the least 40 % of the errors know nothing. Four in ten of a Rayleigh distribution lie below
+/// `sqrt(-2 ln 0.6)`.
+pub(super) fn scale(errors: &[f64]) -> f64 {
+    percentile(errors, 0.4) / 1.0108
+}
+
+/// Weights of a robust fit, from an error in standard deviations.
+type Weight = fn(f64) -> f64;
+
+/// Of least absolute deviations.
+const ABSOLUTE: Weight = |error| 1.0 / error.max(0.05);
+
+/// Geman & McClure's: half of a good point's at two and a half deviations.
+const DESCENDING: Weight = |error| (1.0 + error * error / 16.0).powi(-2);
+
+struct Polynomial<'a> {
+    pairs: &'a [(Point3, Pixel)],
+    places: &'a [[f64; 3]],
+    powers: Vec<[i32; 3]>,
+}
+
+impl Polynomial<'_> {
+    /// Residuals after stages of so many terms, a weight, and rounds.
+    fn robust(&self, stages: &[(usize, Weight, usize)], first: &[f64]) -> Option<Vec<Pixel>> {
+        let mut errors = first.to_vec();
+        let mut residuals = Vec::new();
+        for (terms, weight, rounds) in stages {
+            let values = self.values(*terms);
+            for _ in 0..*rounds {
+                let sigma = scale(&errors).max(1e-9);
+                let weights: Vec<f64> = errors.iter().map(|error| weight(error / sigma)).collect();
+                residuals = self.residuals(&values, *terms, &weights)?;
+                errors = lengths(&residuals);
+            }
+        }
+        Some(residuals)
+    }
+
+    /// The terms at each point, row by row.
+    fn values(&self, terms: usize) -> Vec<f64> {
+        let at = |place: &[f64; 3], powers: &[i32; 3]| -> f64 {
+            (0..3).map(|axis| place[axis].powi(powers[axis])).product()
+        };
+        let powers = &self.powers[..terms];
+        self.places.iter().flat_map(|p| powers.iter().map(move |powers| at(p, powers))).collect()
+    }
+
+    /// Residuals of all points from the weighted fit.
+    fn residuals(&self, values: &[f64], terms: usize, weights: &[f64]) -> Option<Vec<Pixel>> {
         let (mut a, mut b) = (Vec::new(), Vec::new());
-        for ((row, (_, pixel)), weight) in values.chunks_exact(terms).zip(pairs).zip(weights) {
+        for ((row, (_, pixel)), weight) in values.chunks_exact(terms).zip(self.pairs).zip(weights) {
             let root = weight.sqrt();
             a.extend(row.iter().map(|value| value * root));
             b.extend([pixel.x * root, pixel.y * root]);
@@ -182,29 +242,10 @@ fn robust_polynomial(
             let along = |axis| row.iter().enumerate().map(|(t, v)| v * solution[(t, axis)]).sum();
             Some(Pixel::new(along(0), along(1)))
         };
-        Some(differences(pairs, at))
-    };
-    let mut errors = first.to_vec();
-    let mut residuals = Vec::new();
-    for round in 0..ABSOLUTE_ROUNDS + DESCENDING_ROUNDS {
-        let scale = median(&errors).max(1e-9);
-        let weights: Vec<f64> = if round < ABSOLUTE_ROUNDS {
-            errors.iter().map(|error| scale / error.max(0.05 * scale)).collect()
-        } else {
-            errors.iter().map(|error| (1.0 + (error / (2.0 * scale)).powi(2)).powi(-2)).collect()
-        };
-        residuals = fitted(&weights)?;
-        errors = lengths(&residuals);
+        Some(differences(self.pairs, at))
     }
-    Some(residuals)
 }
 
 /// Size of the rows that keep undetermined terms small, as a share of a point's: a thousandth of
 /// a point's weight moves no determined term by a noticeable share of a pixel.
 const RIDGE: f64 = 1e-5;
-
-/// Rounds of least absolute deviations: the sum falls by less than a percent a round after a dozen.
-const ABSOLUTE_ROUNDS: usize = 15;
-
-/// Rounds with redescending weights, the scale following the median down.
-const DESCENDING_ROUNDS: usize = 10;
