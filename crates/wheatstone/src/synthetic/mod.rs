@@ -3,6 +3,7 @@
 
 mod correspondences;
 mod noise;
+mod outliers;
 mod render;
 mod rig;
 mod stage_error;
@@ -13,6 +14,7 @@ pub use correspondences::{
     chart_correspondences, misplaced_correspondences, random_correspondences,
 };
 pub use noise::Noise;
+pub use outliers::{GrossError, Region, with_gross_errors};
 pub use render::{Sensor, render};
 pub use rig::Rig;
 pub use stage_error::StageError;

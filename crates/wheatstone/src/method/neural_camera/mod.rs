@@ -114,6 +114,13 @@ impl NeuralCameraReconstructor {
         Some((pixel, camera.pixel_covariance(world)?))
     }
 
+    /// Standard deviation of one coordinate of a camera's detected pixels about what the fit can
+    /// explain, a camera.
+    #[must_use]
+    pub fn pixel_sigma(&self) -> Vec<f64> {
+        self.cameras.iter().map(CorrectedCamera::noise).collect()
+    }
+
     /// How many numbers each camera's points determined: between 11 and all of lens and correction.
     #[must_use]
     pub fn effective_parameters(&self) -> Vec<f64> {

@@ -1,0 +1,168 @@
+//! Which pixels are good, given a camera or a start.
+
+use super::{Fitted, Pixel, Point3, Start, lengths, median, scale};
+use rayon::prelude::*;
+
+/// Standard deviation of a coordinate from the lengths of errors of two: the median of a Rayleigh
+/// distribution is `sqrt(2 ln 2)` of them.
+pub(super) fn rayleigh_sigma(lengths: &[f64]) -> f64 {
+    median(lengths) / (2.0 * std::f64::consts::LN_2).sqrt()
+}
+
+/// Neighbours by which a residual is judged: those around it on a grid.
+const NEIGHBOURS: usize = 8;
+
+/// Points among which neighbours are sought, at most.
+const MOST_NEIGHBOURS: usize = 2000;
+
+/// No detector errs less than this share of the picture's spread (0.02 px of 640x480), and no fit of
+/// noise-free points misses them by less.
+const LEAST_SIGMA: f64 = 1e-4;
+
+/// The noise, if a robust polynomial already leaves nothing but noise and no pixel sticks out of it.
+pub(super) fn nothing_stands_out(start: &Start) -> Option<f64> {
+    let errors = lengths(&start.residuals);
+    let sigma = scale(&errors);
+    let largest = errors.iter().copied().fold(0.0, f64::max);
+    // What misses the polynomial by less is no gross outlier whatever the level.
+    if largest > 4.0 * sigma {
+        return None;
+    }
+    // White residuals: neighbours' do not agree. Of n products the mean has a deviation of
+    // 1 / sqrt(2 n): a fifth is six of them for 400 points.
+    let members: Vec<usize> = (0..start.places.len()).collect();
+    let nearest: Vec<Vec<usize>> = neighbours(&start.places, &members);
+    let (mut products, mut squares) = (0.0, 0.0);
+    for (index, near) in nearest.iter().enumerate() {
+        let own = start.residuals[index].coords;
+        products += near.iter().map(|other| own.dot(&start.residuals[*other].coords)).sum::<f64>()
+            / near.len().max(1) as f64;
+        squares += own.norm_squared();
+    }
+    (products < 0.2 * squares).then_some(sigma)
+}
+
+/// The nearest members of each point, itself left out.
+fn neighbours(places: &[[f64; 3]], members: &[usize]) -> Vec<Vec<usize>> {
+    let step = members.len().div_ceil(MOST_NEIGHBOURS).max(1);
+    let members: Vec<usize> = members.iter().copied().step_by(step).collect();
+    let of = |(index, place): (usize, &[f64; 3])| {
+        let distance = |other: usize| -> f64 {
+            (0..3).map(|axis| (place[axis] - places[other][axis]).powi(2)).sum()
+        };
+        let others = members.iter().copied().filter(|other| *other != index);
+        let mut near: Vec<(f64, usize)> = others.map(|other| (distance(other), other)).collect();
+        if near.len() > NEIGHBOURS {
+            near.select_nth_unstable_by(NEIGHBOURS, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            near.truncate(NEIGHBOURS);
+        }
+        near.into_iter().map(|(_, other)| other).collect()
+    };
+    places.par_iter().enumerate().map(of).collect()
+}
+
+/// Least share of its own noise that a residual is taken to hold: a point far from all others holds
+/// less, but a linear fit's algebra is not to be trusted there.
+const LEAST_SHARE: f64 = 0.01;
+
+/// Judges the pixels of one camera.
+pub(super) struct Judge<'a> {
+    pairs: &'a [(Point3, Pixel)],
+    places: &'a [[f64; 3]],
+    level: f64,
+    pub(super) least_sigma: f64,
+    pub(super) most_sigma: f64,
+}
+
+/// What was decided.
+pub(super) struct Verdict {
+    /// Which pixels are good.
+    pub(super) good: Vec<bool>,
+    /// Variance of each prediction, with the noise, over that of the noise.
+    shares: Vec<f64>,
+    /// How far each is from where it should be, in pixels.
+    pub(super) errors: Vec<f64>,
+    /// Standard deviation of a coordinate of the good ones.
+    pub(super) pixel_sigma: f64,
+    /// The same by the fitted ones' median, unlimited.
+    pub(super) misfit: f64,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(pairs: &'a [(Point3, Pixel)], start: &'a Start, level: f64) -> Self {
+        let along = |axis: usize| {
+            let values: Vec<f64> = pairs.iter().map(|(_, pixel)| pixel[axis]).collect();
+            let centre = median(&values);
+            median(&values.iter().map(|value| (value - centre).abs()).collect::<Vec<_>>())
+        };
+        Self {
+            pairs,
+            places: &start.places,
+            level,
+            least_sigma: LEAST_SIGMA * along(0).max(along(1)),
+            most_sigma: 2.0 * scale(&lengths(&start.residuals)),
+        }
+    }
+
+    /// The pixels that the robust polynomial agrees with.
+    pub(super) fn by_start(&self, start: &Start) -> Vec<bool> {
+        let errors = lengths(&start.residuals);
+        let sigma = scale(&errors).max(self.least_sigma);
+        // Twice what a Rayleigh distribution leaves one in a thousand beyond: a lens with bumps must
+        // not lose them.
+        errors.iter().map(|error| *error < 5.0 * sigma).collect()
+    }
+
+    /// Judges all pixels by a camera that was fitted to the accepted ones. `wary` while bad pixels may
+    /// be among them: the noise is then the median's, not the fit's.
+    pub(super) fn verdict(&self, fitted: &Fitted, (wary, most_sigma): (bool, f64)) -> Verdict {
+        let noise = fitted.camera.pixel_sigma().first().copied().unwrap_or(f64::NAN);
+        let mut member = vec![false; self.pairs.len()];
+        fitted.members.iter().for_each(|index| member[*index] = true);
+        let seen: Vec<(f64, f64)> = self
+            .pairs
+            .par_iter()
+            .zip(&member)
+            .map(|((world, pixel), member)| {
+                let Some((at, covariance)) = fitted.camera.predict(0, *world) else {
+                    return (f64::INFINITY, 1.0);
+                };
+                let own = (0.5 * covariance.trace() / (noise * noise) - 1.0).max(0.0);
+                // What a point says of itself is taken out of its residual.
+                let share = if *member { (1.0 - own).max(LEAST_SHARE) } else { 1.0 + own };
+                ((pixel - at).norm(), share)
+            })
+            .collect();
+        let whitened = |index: usize| seen[index].0 / seen[index].1.sqrt();
+        let inside: Vec<f64> = fitted.members.iter().map(|index| whitened(*index)).collect();
+        let robust = rayleigh_sigma(&inside);
+        let sigma = if wary { robust } else { robust.max(noise) };
+        let sigma = sigma.clamp(self.least_sigma, most_sigma.max(self.least_sigma));
+        let near = neighbours(self.places, &fitted.members);
+        let freedom = (2.0 * fitted.members.len() as f64 - 11.0).max(2.0);
+        let good = |index: usize| {
+            let local: Vec<f64> = near[index].iter().map(|other| whitened(*other)).collect();
+            let scale = sigma.max(rayleigh_sigma(&local));
+            let ratio = (whitened(index) / scale).powi(2) / freedom;
+            // The tail of Fisher's F with 2 and so many degrees of freedom, in closed form.
+            libm::pow(1.0 + ratio, -0.5 * freedom) > self.level
+        };
+        let good: Vec<bool> = (0..self.pairs.len()).map(good).collect();
+        Verdict {
+            good,
+            shares: seen.iter().map(|(_, share)| *share).collect(),
+            errors: seen.iter().map(|(error, _)| *error).collect(),
+            pixel_sigma: sigma,
+            misfit: robust,
+        }
+    }
+}
+
+impl Verdict {
+    /// Good pixels that the fit can predict within so many standard deviations of the noise: fit for
+    /// the next round.
+    pub(super) fn members(&self, reach: f64) -> Vec<bool> {
+        let judged = self.good.iter().zip(&self.shares);
+        judged.map(|(good, share)| *good && *share < reach * reach).collect()
+    }
+}
