@@ -5,6 +5,7 @@ pub mod capture;
 pub mod detection;
 pub mod points_file;
 pub mod split;
+pub mod volume;
 
 use crate::{
     geometry::{Pixel, Point3},

@@ -1,0 +1,253 @@
+//! The part of space, and of the pictures, that a dataset shows: whether a point lies within what a
+//! fit was shown can be told from its pixels alone, whatever the method makes of them.
+//!
+//! Each camera's lens is straightened by a table of its own, rays are met, and where they meet is
+//! compared with the convex hull of the points that each of the cameras was shown; what no rays meet,
+//! or what lies outside the trained part of a picture, is outside as well. A method that wraps far
+//! pixels back among its training points has no say in this.
+
+mod hull;
+mod straightened;
+
+use super::Dataset;
+use crate::{
+    geometry::{Pixel, Point3, Vector3},
+    numeric::statistics::percentile,
+};
+use hull::Hull;
+use nalgebra::{Matrix3, RowVector3};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use straightened::Straightened;
+
+/// How far from what was trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trust {
+    /// Within the hull of the training points.
+    Inside,
+    /// Beyond it by no more than a twentieth of its width.
+    Edge,
+    /// Further beyond, or not seen by two cameras that were trained.
+    Outside,
+}
+
+impl fmt::Display for Trust {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Inside => "inside",
+            Self::Edge => "edge",
+            Self::Outside => "outside",
+        })
+    }
+}
+
+/// What the cameras were shown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Volume {
+    /// Middle of the training points, in the world; what follows is relative to it.
+    centre: Vector3,
+    /// The parts of space that some camera was shown.
+    hulls: Vec<Hull>,
+    /// Each camera with the place of its hull; none where a camera saw too little to be placed.
+    cameras: Vec<Option<Camera>>,
+    /// The residual, in pixels, that 99 % of the training points stay below.
+    residual: f64,
+    /// By how much of a hull's width noise moves points of the hull's surface beyond it.
+    noise: f64,
+}
+
+/// One camera's share in the volume.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Camera {
+    straightened: Straightened,
+    hull: usize,
+}
+
+/// Beyond the hull by this share of its width is still its edge.
+const EDGE: f64 = 0.05;
+
+/// Where rays meet.
+#[derive(Clone, Copy, Debug)]
+struct Meeting {
+    /// Relative to the volume's centre.
+    point: Vector3,
+    /// Root mean square over pixel coordinates.
+    residual: f64,
+    /// The largest excess of a pixel over its camera's picture region, as a share of the width.
+    beyond_region: f64,
+}
+
+impl Volume {
+    /// The volume of the points whose place is known.
+    #[must_use]
+    pub fn of(data: &Dataset) -> Self {
+        let count = data.known().count().max(1) as f64;
+        let centre = data.known().fold(Vector3::zeros(), |sum, (p, _)| sum + p.coords) / count;
+        let (mut hulls, mut shown): (Vec<Hull>, Vec<Vec<Vector3>>) = (Vec::new(), Vec::new());
+        let mut cameras = Vec::with_capacity(data.cameras);
+        for camera in 0..data.cameras {
+            let pairs: Vec<(Point3, Pixel)> = data
+                .seen_by_camera(camera)
+                .into_iter()
+                .map(|(world, pixel)| (world - centre, pixel))
+                .collect();
+            let points: Vec<Vector3> = pairs.iter().map(|(world, _)| world.coords).collect();
+            let hull = shown.iter().position(|other| *other == points);
+            let straightened = Straightened::fit(&pairs);
+            cameras.push(match (straightened, hull) {
+                (Some(straightened), Some(hull)) => Some(Camera { straightened, hull }),
+                (Some(straightened), None) => Hull::of(&points).map(|own| {
+                    hulls.push(own);
+                    shown.push(points);
+                    Camera { straightened, hull: hulls.len() - 1 }
+                }),
+                (None, _) => None,
+            });
+        }
+        let mut volume = Self { centre, hulls, cameras, residual: 0.0, noise: 0.0 };
+        volume.judge_noise(data);
+        volume
+    }
+
+    /// Notes how far the training points' rays miss each other, and meet beyond the hull.
+    fn judge_noise(&mut self, data: &Dataset) {
+        // A chart at the end of its stage lies on the hull with all its points: of these, too, nearly
+        // all are to be called inside. With gross errors among them half the edge is the most.
+        const NEARLY_ALL: f64 = 0.975;
+        let met: Vec<(f64, f64)> = data
+            .known()
+            .filter_map(|(_, row)| {
+                let meeting = self.meet(&row.pixels)?;
+                Some((meeting.residual, self.beyond_hulls(&row.pixels, &meeting)))
+            })
+            .collect();
+        let of = |which: fn(&(f64, f64)) -> f64| met.iter().map(which).collect::<Vec<_>>();
+        self.residual = percentile(&of(|met| met.0), 0.99);
+        self.noise = percentile(&of(|met| met.1), NEARLY_ALL).clamp(0.0, EDGE / 2.0);
+    }
+
+    /// How far beyond the hull of some camera that saw it a point lies, as a share of the width.
+    fn beyond_hulls(&self, pixels: &[Option<Pixel>], meeting: &Meeting) -> f64 {
+        let asked = |index: &usize| self.seen(pixels).any(|(camera, _)| camera.hull == *index);
+        let hulls = (0..self.hulls.len()).filter(asked);
+        let excess = hulls.map(|index| self.hulls[index].beyond(&meeting.point));
+        excess.fold(meeting.beyond_region, f64::max)
+    }
+
+    /// Whether what the cameras saw at `pixels` (one entry a camera) lies where they were trained.
+    #[must_use]
+    pub fn trust(&self, pixels: &[Option<Pixel>]) -> Trust {
+        // Matches of natural texture miss by a pixel where a chart's crossings miss by a tenth, and
+        // what they show is where it is all the same.
+        const OFF_BY: f64 = 1.5;
+        let Some(meeting) = self.meet(pixels) else { return Trust::Outside };
+        // As shares of what is still called an edge.
+        let missed = meeting.residual / (2.0 * f64::max(self.residual, OFF_BY)) - 1.0;
+        let beyond = missed.max(self.beyond_hulls(pixels, &meeting) / EDGE);
+        if beyond > 1.0 {
+            Trust::Outside
+        } else if beyond > self.noise / EDGE {
+            Trust::Edge
+        } else {
+            Trust::Inside
+        }
+    }
+
+    /// The trained cameras with the pixels that they saw.
+    fn seen<'a>(
+        &'a self,
+        pixels: &'a [Option<Pixel>],
+    ) -> impl Iterator<Item = (&'a Camera, Pixel)> + 'a {
+        self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c.as_ref()?, (*p)?)))
+    }
+
+    /// Where the rays of the trained cameras meet; `None` for fewer than two, or in front of none.
+    fn meet(&self, pixels: &[Option<Pixel>]) -> Option<Meeting> {
+        let mut beyond_region = 0.0_f64;
+        let (mut rays, mut count) = ([None; MOST_CAMERAS], 0);
+        for (camera, pixel) in self.seen(pixels).take(MOST_CAMERAS) {
+            rays[count] = Some(camera.straightened.ray(pixel));
+            beyond_region = beyond_region.max(camera.straightened.beyond(pixel));
+            count += 1;
+        }
+        if count < 2 {
+            return None;
+        }
+        let rays = || rays.iter().flatten();
+        let mut found = None;
+        // The first time all cameras count as if equally far, then by their depths.
+        for _ in 0..2 {
+            let (mut matrix, mut vector) = (Matrix3::zeros(), Vector3::zeros());
+            for ray in rays() {
+                let depth = found.map_or(ray.middle_depth, |point| ray.depth(&point));
+                if depth.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+                    return None;
+                }
+                let weight = 1.0 / (depth * depth);
+                for (row, right) in &ray.equations {
+                    matrix += row.transpose() * row * weight;
+                    vector += row.transpose() * (right * weight);
+                }
+            }
+            found = Some(matrix.try_inverse()? * vector);
+        }
+        let point = found?;
+        let mut squares = 0.0;
+        for ray in rays() {
+            let depth = ray.depth(&point);
+            if depth <= 0.0 {
+                return None;
+            }
+            for (row, right) in &ray.equations {
+                squares += (((row * point)[0] - right) / depth).powi(2);
+            }
+        }
+        let residual = (squares / (2 * count) as f64).sqrt();
+        residual.is_finite().then_some(Meeting { point, residual, beyond_region })
+    }
+
+    /// Whether the parts of a volume read from a file fit together.
+    #[must_use]
+    pub fn is_consistent(&self) -> bool {
+        let whole =
+            |camera: &Camera| camera.hull < self.hulls.len() && camera.straightened.is_consistent();
+        self.cameras.iter().flatten().all(whole)
+            && self.hulls.iter().all(Hull::is_consistent)
+            && self
+                .centre
+                .iter()
+                .chain([&self.residual, &self.noise])
+                .all(|value| value.is_finite())
+    }
+
+    /// How many cameras' pixels it takes.
+    #[must_use]
+    pub fn cameras(&self) -> usize {
+        self.cameras.len()
+    }
+}
+
+/// More cameras than this do not say more of where a point lies.
+const MOST_CAMERAS: usize = 16;
+
+/// A straight ray as two equations, `row . point = right`, in pixels times depth.
+#[derive(Clone, Copy, Debug)]
+struct StraightRay {
+    equations: [(RowVector3<f64>, f64); 2],
+    /// The camera's depth of a point, `row . point + constant`.
+    depth: (RowVector3<f64>, f64),
+    /// The middle of the depths that the camera was shown.
+    middle_depth: f64,
+}
+
+impl StraightRay {
+    fn depth(&self, point: &Vector3) -> f64 {
+        (self.depth.0 * point)[0] + self.depth.1
+    }
+}
+
+#[cfg(test)]
+mod tests;

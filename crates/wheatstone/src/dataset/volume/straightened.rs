@@ -1,0 +1,331 @@
+//! A camera whose lens is straightened by a smooth table: enough to tell where its pixels look among
+//! the points that it was shown, and straight beyond.
+//!
+//! A pixel's ray meets the projective camera (direct linear transformation) at
+//! `pixel + across(pixel) + along(pixel) * nearness`: any bundle of straight rays, also one without a
+//! common centre as behind a window, is of this form. Both are penalised tensor splines (Eilers &
+//! Marx 1996, doi:10.1214/ss/1038425655), found by one linear least squares.
+
+use super::StraightRay;
+use crate::{
+    geometry::{Pixel, Point3, ProjectionMatrix},
+    numeric::statistics::{median, percentile},
+};
+use nalgebra::{DMatrix, RowVector3};
+use serde::{Deserialize, Serialize};
+
+/// A projective camera with the table that makes it so.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Straightened {
+    projection: ProjectionMatrix,
+    /// Middle and half the range of the inverse depths.
+    nearness: [f64; 2],
+    /// Where the table begins, and the size of its cells, in pixels.
+    grid: [[f64; 2]; 2],
+    /// A spline coefficient each: pixels across x and y, and along x and y.
+    table: Vec<[f64; 4]>,
+    /// In each of [`REGION`] directions, from where to where the pixels reach.
+    region: Vec<[f64; 2]>,
+}
+
+/// Cells along x and y. A lens's errors are smooth over tenths of the picture.
+const CELLS: [usize; 2] = [8, 6];
+
+/// A quadratic spline has two functions more than cells.
+const FUNCTIONS: [usize; 2] = [CELLS[0] + 2, CELLS[1] + 2];
+const ALL: usize = FUNCTIONS[0] * FUNCTIONS[1];
+
+/// The table goes on beyond the pixels by this share of their extent: a little more than is still
+/// called the edge.
+const MARGIN: f64 = 0.06;
+
+/// Directions of half a turn in which the trained region of the picture is bounded, both ways.
+const REGION: usize = 12;
+
+/// Bending is penalised this many times more along the ray than across: camera centres move less
+/// over the picture than rays turn.
+const STIFFER_ALONG: f64 = 100.0;
+
+impl Straightened {
+    /// From world points and pixels; `None` where they do not determine a projective camera.
+    pub(super) fn fit(pairs: &[(Point3, Pixel)]) -> Option<Self> {
+        // Gross errors are a few of many: what misses by more than six times the median twice over
+        // is left out of the next round.
+        const GROSS: f64 = 6.0;
+        const ROUNDS: usize = 4;
+        let mut kept: Vec<(Point3, Pixel)> = pairs.to_vec();
+        let mut found = Self::once(&kept)?;
+        for _ in 0..ROUNDS {
+            let misses: Vec<f64> =
+                pairs.iter().map(|(world, pixel)| found.miss(*world, *pixel)).collect();
+            // Below a hundredth of a pixel nothing is gross.
+            let most = GROSS * median(&misses).max(0.01);
+            let next: Vec<(Point3, Pixel)> = pairs
+                .iter()
+                .zip(&misses)
+                .filter(|(_, miss)| **miss <= most)
+                .map(|(pair, _)| *pair)
+                .collect();
+            if next == kept {
+                break;
+            }
+            kept = next;
+            found = Self::once(&kept)?;
+        }
+        Some(found)
+    }
+
+    fn once(pairs: &[(Point3, Pixel)]) -> Option<Self> {
+        let projection = ProjectionMatrix::fit(pairs)?;
+        let bounds = |axis: usize| {
+            let values = pairs.iter().map(|(_, pixel)| pixel[axis]);
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+        };
+        let grid = [0, 1].map(|axis| {
+            let (low, high) = bounds(axis);
+            let margin = MARGIN * (high - low);
+            [low - margin, (high - low + 2.0 * margin) / CELLS[axis] as f64]
+        });
+        let near: Vec<f64> = pairs
+            .iter()
+            .map(|(world, _)| 1.0 / (projection.0 * world.to_homogeneous()).z)
+            .filter(|near| *near > 0.0)
+            .collect();
+        let (low, high) =
+            near.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
+        let mut camera = Self {
+            projection,
+            nearness: [(low + high) / 2.0, (high - low) / 2.0],
+            grid,
+            table: vec![[0.0; 4]; ALL],
+            region: region(pairs),
+        };
+        if !camera.is_consistent() {
+            return None;
+        }
+        camera.learn(pairs)?;
+        camera.is_consistent().then_some(camera)
+    }
+
+    /// The spline functions that are not 0 at a pixel, with their values.
+    fn functions(&self, pixel: Pixel) -> [(usize, f64); 9] {
+        let along = |axis: usize| {
+            let [start, cell] = self.grid[axis];
+            let place = ((pixel[axis] - start) / cell).clamp(0.0, CELLS[axis] as f64);
+            let first = (place as usize).min(CELLS[axis] - 1);
+            let f = place - first as f64;
+            (first, [0.5 * (1.0 - f) * (1.0 - f), 0.5 + f - f * f, 0.5 * f * f])
+        };
+        let ((column, x), (row, y)) = (along(0), along(1));
+        std::array::from_fn(|index| {
+            let (i, j) = (index % 3, index / 3);
+            ((row + j) * FUNCTIONS[0] + column + i, x[i] * y[j])
+        })
+    }
+
+    fn lookup(&self, pixel: Pixel) -> [f64; 4] {
+        let mut sum = [0.0; 4];
+        for (index, value) in self.functions(pixel) {
+            for (total, coefficient) in sum.iter_mut().zip(&self.table[index]) {
+                *total += value * coefficient;
+            }
+        }
+        sum
+    }
+
+    /// Where the projective camera sees a point, relative to the pixel; and the point's nearness in
+    /// -1..1.
+    fn target(&self, world: Point3, pixel: Pixel) -> Option<([f64; 2], f64)> {
+        let h = self.projection.0 * world.to_homogeneous();
+        let near = (1.0 / h.z - self.nearness[0]) / self.nearness[1];
+        (h.z > 0.0).then(|| ([h.x / h.z - pixel.x, h.y / h.z - pixel.y], near))
+    }
+
+    /// By how many pixels the ray of a pixel misses a point.
+    fn miss(&self, world: Point3, pixel: Pixel) -> f64 {
+        let Some((target, near)) = self.target(world, pixel) else { return f64::INFINITY };
+        let [x, y, along_x, along_y] = self.lookup(pixel);
+        let (x, y) = (target[0] - x - along_x * near, target[1] - y - along_y * near);
+        (x * x + y * y).sqrt()
+    }
+
+    /// Fills the table. How stiff it is, every other point decides about the rest.
+    fn learn(&mut self, pairs: &[(Point3, Pixel)]) -> Option<()> {
+        let mut halves = [Normal::new(), Normal::new()];
+        for (index, (world, pixel)) in pairs.iter().enumerate() {
+            if let Some((target, near)) = self.target(*world, *pixel) {
+                halves[index % 2].add(&self.functions(*pixel), near, target);
+            }
+        }
+        let bending = bending();
+        let mut best: Option<(f64, f64)> = None;
+        // From what follows every point to what is all but flat.
+        for stiffness in [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0] {
+            self.table = halves[0].solve(&bending, stiffness)?;
+            let judged = pairs.iter().skip(1).step_by(2);
+            let misses: Vec<f64> = judged.map(|(world, pixel)| self.miss(*world, *pixel)).collect();
+            // Three quarters of the points are not gross errors, and feel a local bend of the lens.
+            let error = percentile(&misses, 0.75);
+            if best.is_none_or(|(least, _)| error < least) {
+                best = Some((error, stiffness));
+            }
+        }
+        let [mut all, other] = halves;
+        all.matrix += other.matrix;
+        all.right += other.right;
+        self.table = all.solve(&bending, best?.1)?;
+        Some(())
+    }
+
+    /// The ray of a pixel.
+    pub(super) fn ray(&self, pixel: Pixel) -> StraightRay {
+        let [x, y, along_x, along_y] = self.lookup(pixel);
+        let [middle, half] = self.nearness;
+        let p = &self.projection.0;
+        let row = |index: usize| RowVector3::new(p[(index, 0)], p[(index, 1)], p[(index, 2)]);
+        let depth = (row(2), p[(2, 3)]);
+        // h_x = h_z (x + across + along (1 / h_z - middle) / half), and the same in y.
+        let equation = |index: usize, straight: f64, along: f64| {
+            let at = straight - along * middle / half;
+            (row(index) - depth.0 * at, along / half + depth.1 * at - p[(index, 3)])
+        };
+        StraightRay {
+            equations: [equation(0, pixel.x + x, along_x), equation(1, pixel.y + y, along_y)],
+            depth,
+            middle_depth: 1.0 / middle,
+        }
+    }
+
+    /// By how much a pixel lies beyond the trained region of the picture, as a share of the region's
+    /// width; negative inside.
+    pub(super) fn beyond(&self, pixel: Pixel) -> f64 {
+        let excess = |(index, [low, high]): (usize, &[f64; 2])| {
+            let reach = along(index, pixel);
+            (reach - high).max(low - reach) / (high - low)
+        };
+        self.region.iter().enumerate().map(excess).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        let numbers =
+            self.projection.0.iter().chain(&self.nearness).chain(self.grid.iter().flatten());
+        numbers.chain(self.table.iter().flatten()).all(|value| value.is_finite())
+            && self.nearness.iter().chain(self.grid.iter().map(|axis| &axis[1])).all(|v| *v > 0.0)
+            && self.table.len() == ALL
+            && self.region.len() == REGION
+            && self.region.iter().all(|[low, high]| high > low && (high - low).is_finite())
+    }
+}
+
+/// Cosine and sine of every 15 degrees.
+const DIRECTIONS: [[f64; 2]; REGION] = {
+    use std::f64::consts::FRAC_1_SQRT_2 as C45;
+    const C15: f64 = 0.965_925_826_289_068_3;
+    const C30: f64 = 0.866_025_403_784_438_6;
+    const C75: f64 = 0.258_819_045_102_520_74;
+    [
+        [1.0, 0.0],
+        [C15, C75],
+        [C30, 0.5],
+        [C45, C45],
+        [0.5, C30],
+        [C75, C15],
+        [0.0, 1.0],
+        [-C75, C15],
+        [-0.5, C30],
+        [-C45, C45],
+        [-C30, 0.5],
+        [-C15, C75],
+    ]
+};
+
+fn along(direction: usize, pixel: Pixel) -> f64 {
+    DIRECTIONS[direction][0] * pixel.x + DIRECTIONS[direction][1] * pixel.y
+}
+
+/// From where to where pixels reach in each direction.
+fn region(pairs: &[(Point3, Pixel)]) -> Vec<[f64; 2]> {
+    let reach = |direction: usize| {
+        let values = pairs.iter().map(|(_, pixel)| along(direction, *pixel));
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
+    };
+    (0..REGION).map(reach).collect()
+}
+
+/// Normal equations of the table: the coefficients across, then those along the ray.
+struct Normal {
+    matrix: DMatrix<f64>,
+    right: DMatrix<f64>,
+}
+
+impl Normal {
+    fn new() -> Self {
+        Self { matrix: DMatrix::zeros(2 * ALL, 2 * ALL), right: DMatrix::zeros(2 * ALL, 2) }
+    }
+
+    fn add(&mut self, functions: &[(usize, f64); 9], near: f64, target: [f64; 2]) {
+        let both = |offset: usize, factor: f64| {
+            functions.iter().map(move |(index, value)| (index + offset, value * factor))
+        };
+        let unknowns = || both(0, 1.0).chain(both(ALL, near));
+        for (row, a) in unknowns() {
+            for (column, b) in unknowns() {
+                self.matrix[(row, column)] += a * b;
+            }
+            for axis in 0..2 {
+                self.right[(row, axis)] += a * target[axis];
+            }
+        }
+    }
+
+    fn solve(&self, bending: &DMatrix<f64>, stiffness: f64) -> Option<Vec<[f64; 4]>> {
+        let mut matrix = &self.matrix + bending * stiffness;
+        // Keeps what neither points nor bending determine at nothing; too little to matter else.
+        let ridge = 1e-9 * matrix.trace();
+        for k in 0..2 * ALL {
+            matrix[(k, k)] += ridge;
+        }
+        let found = matrix.cholesky()?.solve(&self.right);
+        let coefficients = (0..ALL)
+            .map(|k| [found[(k, 0)], found[(k, 1)], found[(ALL + k, 0)], found[(ALL + k, 1)]]);
+        Some(coefficients.collect())
+    }
+}
+
+/// The sum of squared second differences of both tables, as a quadratic form.
+fn bending() -> DMatrix<f64> {
+    let [columns, rows] = FUNCTIONS;
+    let mut form = DMatrix::zeros(2 * ALL, 2 * ALL);
+    let mut add = |terms: &[(usize, f64)]| {
+        for (i, a) in terms {
+            for (j, b) in terms {
+                form[(*i, *j)] += a * b;
+                form[(ALL + i, ALL + j)] += STIFFER_ALONG * a * b;
+            }
+        }
+    };
+    let at = |row: usize, column: usize| row * columns + column;
+    for row in 0..rows {
+        for column in 0..columns {
+            if column + 2 < columns {
+                let k = at(row, column);
+                add(&[(k, 1.0), (k + 1, -2.0), (k + 2, 1.0)]);
+            }
+            if row + 2 < rows {
+                let k = at(row, column);
+                add(&[(k, 1.0), (k + columns, -2.0), (k + 2 * columns, 1.0)]);
+            }
+            if row + 1 < rows && column + 1 < columns {
+                let (k, twist) = (at(row, column), 2.0_f64.sqrt());
+                add(&[
+                    (k, twist),
+                    (k + 1, -twist),
+                    (k + columns, -twist),
+                    (k + columns + 1, twist),
+                ]);
+            }
+        }
+    }
+    form
+}
