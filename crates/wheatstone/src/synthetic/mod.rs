@@ -2,7 +2,10 @@
 //! for users who want to know what their rig could do.
 
 mod correspondences;
+pub mod fault_survey;
+pub mod faults;
 mod noise;
+pub mod random_capture;
 mod render;
 mod rig;
 mod truth;
