@@ -142,12 +142,11 @@ fn reversed(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
         let own = pairs.iter().position(|(place, _)| *place == world)?;
         Some(pairs[last - own].0)
     };
-    // Where the whole lattice is there this is half a turn, and that name is the better known.
-    let what = "the points are listed in reversed order".to_owned();
-    Some(Proposal {
-        left: left * 1.02,
-        ..proposal(cell, left, "order-reversed", ("reversed".into(), what), relabelled(evidence, cell, place))
-    })
+    // Where the whole lattice is there this is half a turn: one name for both.
+    let half = Mixing::Turned(2);
+    let (code, what) = naming(half);
+    let changes = relabelled(evidence, cell, place);
+    Some(proposal(cell, left, code, (format!("{half:?}"), what), changes))
 }
 
 /// World axes exchanged in the view.

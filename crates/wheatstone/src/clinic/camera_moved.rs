@@ -55,7 +55,7 @@ fn segment(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         .fold(0.0, f64::max);
     let before = moved.iter().map(|view| evidence.excess((*view, camera))).fold(0.0, f64::max);
     // The lens was fitted without these views: they may use other parts of it.
-    if left > 1.5 || left > 0.4 * before {
+    if left > 1.5 || left > 0.4 * before || before < CLEARLY {
         return None;
     }
     let distance = (there.centre() - seen.camera.centre()).norm() * evidence.frame.size;

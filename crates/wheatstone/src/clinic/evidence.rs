@@ -14,6 +14,7 @@ use crate::{
         statistics::{median, percentile},
     },
 };
+use nalgebra::Vector2;
 use rayon::prelude::*;
 
 /// The points of one view.
@@ -34,6 +35,8 @@ pub(super) struct Cell {
     pub(super) pairs: Vec<Pair>,
     /// Median pixel error after the camera of the other views; infinite for too few points.
     pub(super) error: f64,
+    /// Median of the pixel errors by axis.
+    pub(super) offset: Vector2<f64>,
     pub(super) suspicious: bool,
 }
 
@@ -126,6 +129,7 @@ impl<'a> Evidence<'a> {
                 if let (Some(seen), true) = (seen, cell.pairs.len() >= LEAST) {
                     cell.error = seen.without[place].median_error(&cell.pairs);
                     cell.suspicious = cell.error > seen.good();
+                    cell.offset = offset(&seen.without[place], &cell.pairs);
                 }
             }
         }
@@ -153,6 +157,16 @@ impl<'a> Evidence<'a> {
     /// The cameras that saw enough of a view.
     pub(super) fn present(&self, view: usize) -> Vec<usize> {
         (0..self.data.cameras).filter(|camera| self.at(view, *camera).is_some()).collect()
+    }
+
+    /// How far sound views of a camera are off as a whole: the median length of their offsets.
+    pub(super) fn stray(&self, camera: usize) -> f64 {
+        let sound = self.cells.iter().map(|view| &view[camera]);
+        let sizes: Vec<f64> = sound
+            .filter(|cell| !cell.suspicious && cell.error.is_finite())
+            .map(|cell| cell.offset.norm())
+            .collect();
+        median(&sizes)
     }
 
     /// How well a cell is explained by other world places: median pixel error, over the cell's good
@@ -251,6 +265,13 @@ fn thinned(pairs: &[Pair], most: usize) -> Vec<Pair> {
         return pairs.to_vec();
     }
     (0..most).map(|index| pairs[index * pairs.len() / most]).collect()
+}
+
+/// Median error by axis.
+fn offset(camera: &RobustCamera, pairs: &[Pair]) -> Vector2<f64> {
+    let errors: Vec<_> = pairs.iter().map(|pair| camera.error(pair)).collect();
+    let along = |axis: usize| median(&errors.iter().map(|error| error[axis]).collect::<Vec<_>>());
+    Vector2::new(along(0), along(1))
 }
 
 fn cell(data: &Dataset, frame: &Frame, view: &View, camera: usize) -> Cell {

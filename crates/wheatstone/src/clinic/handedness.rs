@@ -5,7 +5,7 @@ use super::{
     Fault,
     board::Mixing,
     board_order::{naming, relabelled},
-    evidence::{Evidence, Seen, pixel_box},
+    evidence::{Cell, Evidence, Seen, pixel_box},
     finding::{Proposal, Severity},
     robust_camera::{Pair, RobustCamera},
 };
@@ -93,10 +93,24 @@ fn overall(
     Some(RobustCamera::fit(&pairs, 10)?.median_error(&pairs))
 }
 
+/// Points of the sound views, thinned out.
+fn sound(evidence: &Evidence, camera: usize) -> Vec<Pair> {
+    let cells = evidence.cells.iter().map(|view| &view[camera]).filter(|cell| !cell.suspicious);
+    let pairs = |cell: &Cell| -> Vec<Pair> {
+        cell.pairs.iter().step_by(cell.pairs.len().div_ceil(20).max(1)).copied().collect()
+    };
+    cells.flat_map(pairs).collect()
+}
+
 /// Mirrored cameras: all, then the frame is left-handed or v points up; some, then those.
 fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
-    let fitted: Vec<usize> =
-        (0..told.len()).filter(|camera| evidence.seen[*camera].is_some()).collect();
+    let certain = |camera: &usize| {
+        evidence.seen[*camera].as_ref().is_some_and(|seen| {
+            let pairs = sound(evidence, *camera);
+            seen.camera.tells_near_from_far(&pairs)
+        })
+    };
+    let fitted: Vec<usize> = (0..told.len()).filter(certain).collect();
     let is = |camera: &usize| evidence.seen[*camera].as_ref().is_some_and(|s| s.camera.is_mirrored());
     let mirrored: Vec<usize> = fitted.iter().copied().filter(is).collect();
     if mirrored.is_empty() {

@@ -3,12 +3,16 @@
 
 use super::{
     Fault,
-    evidence::Evidence,
+    evidence::{Evidence, LEAST},
     finding::{Change, Freedom, Proposal, Severity},
+    robust_camera::Pair,
 };
 use crate::{geometry::Pixel, numeric::statistics::median};
 
 pub(super) struct PixelUnits;
+
+/// How far above the good level a cell must be before a free scale may explain it.
+const CLEARLY: f64 = 5.0;
 
 impl Fault for PixelUnits {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
@@ -16,6 +20,11 @@ impl Fault for PixelUnits {
         for cell in evidence.suspicious() {
             for exchanged in [false, true] {
                 found.extend(measured(evidence, cell, exchanged));
+            }
+        }
+        for view in 0..evidence.views.len() {
+            for camera in evidence.present(view) {
+                found.extend(slight(evidence, (view, camera)));
             }
         }
         found
@@ -68,15 +77,6 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
             ("pixel-axes-swapped", "x and y of the pixels are exchanged".into(), *measure)
         });
     }
-    if one(sx) && one(sy) {
-        let offset = measure.offset.map(|o| (o * 2.0).round() / 2.0);
-        let known = offset[0] == offset[1] && [0.5, 1.0].contains(&offset[0].abs());
-        let exact = Measure { scale: [1.0; 2], offset, exchanged: false };
-        let from = if offset[0].abs() == 1.0 { "counted from 1 instead of 0" } else { "counted from the corner of the first pixel instead of its centre" };
-        return known.then(|| {
-            ("pixel-offset", format!("pixels are {} px off in x and y: {from}", offset[0]), exact)
-        });
-    }
     if one(sx) && minus(sy) {
         return Some(("v-axis-up", "y of the pixels points up".into(), *measure));
     }
@@ -86,7 +86,8 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
     if minus(sx) && minus(sy) {
         return Some(("picture-turned", "the picture is turned by 180 degrees".into(), *measure));
     }
-    let resized = sx > 0.0 && sy > 0.0 && (0.05..20.0).contains(&sx) && (0.05..20.0).contains(&sy);
+    let changed = |scale: f64| (scale - 1.0).abs() > 0.02;
+    let resized = (changed(sx) || changed(sy)) && sx > 0.0 && sy > 0.0 && (0.05..20.0).contains(&sx) && (0.05..20.0).contains(&sy);
     resized.then(|| {
         let exact = Measure { scale: [clean(sx), clean(sy)], ..*measure };
         let what = if (exact.scale[0] - exact.scale[1]).abs() < 0.01 {
@@ -121,9 +122,10 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
     };
     let (x, y) = (along(0)?, along(1)?);
     let fitted = Measure { scale: [x.0, y.0], offset: [x.1, y.1], exchanged };
-    // Small offsets are tried as they are meant: the slope's error would hide them.
-    let slight = [x, y].iter().all(|(scale, _)| (scale - 1.0).abs() < 0.01) && !exchanged;
-    let fitted = if slight { slight_offset(evidence, cell)? } else { fitted };
+    // A lens or a stage makes a cell seem a little larger or smaller too.
+    if evidence.excess(cell) < CLEARLY || points.pairs.len() < 2 * LEAST {
+        return None;
+    }
     let (code, what, measure) = naming(&fitted)?;
     let mut left = evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
     let mut undo = measure;
@@ -134,12 +136,29 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
     if left > 1.0 || left > 0.6 * evidence.excess(cell) {
         return None;
     }
-    let change = |(row, (_, pixel)): (&usize, &(crate::geometry::Point3, Pixel))| Change::Pixel {
+    let figures = vec![
+        ("scale of x".into(), fitted.scale[0]),
+        ("scale of y".into(), fitted.scale[1]),
+        ("offset of x, px".into(), fitted.offset[0]),
+        ("offset of y, px".into(), fitted.offset[1]),
+    ];
+    Some(proposal(evidence, cell, (code, what), (left, undo), figures))
+}
+
+fn proposal(
+    evidence: &Evidence,
+    cell: (usize, usize),
+    (code, what): (&'static str, String),
+    (left, undo): (f64, Measure),
+    figures: Vec<(String, f64)>,
+) -> Proposal {
+    let points = &evidence.cells[cell.0][cell.1];
+    let change = |(row, (_, pixel)): (&usize, &Pair)| Change::Pixel {
         row: *row,
         camera: cell.1,
         to: Some(undo.undone(*pixel)),
     };
-    Some(Proposal {
+    Proposal {
         freedom: Freedom::Scale,
         left,
         cells: vec![cell],
@@ -148,20 +167,44 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         severity: Severity::Fatal,
         what,
         hint: "take all pictures of a camera with one size and count their pixels alike, or let `wheatstone check --fix OUT` put these right".into(),
-        figures: vec![
-            ("scale of x".into(), fitted.scale[0]),
-            ("scale of y".into(), fitted.scale[1]),
-            ("offset of x, px".into(), fitted.offset[0]),
-            ("offset of y, px".into(), fitted.offset[1]),
-        ],
+        figures,
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
-    })
+    }
 }
 
-/// A cell's common offset.
-fn slight_offset(evidence: &Evidence, (view, camera): (usize, usize)) -> Option<Measure> {
-    let (points, _, other) = evidence.at(view, camera)?;
-    let errors: Vec<_> = points.pairs.iter().map(|pair| other.error(pair)).collect();
-    let along = |axis: usize| median(&errors.iter().map(|error| error[axis]).collect::<Vec<_>>());
-    Some(Measure { scale: [1.0; 2], offset: [along(0), along(1)], exchanged: false })
+/// A cell off by half a pixel or one in both axes, where the view's other cameras are not off.
+fn slight(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
+    let (view, camera) = cell;
+    let (points, seen, _) = evidence.at(view, camera)?;
+    let stray = evidence.stray(camera);
+    let offset = points.offset;
+    let meant = offset.map(|o| (o * 2.0).round() / 2.0);
+    let known = meant[0] == meant[1] && [0.5, 1.0].contains(&meant[0].abs());
+    let near = (0..2).all(|axis| (offset[axis] - meant[axis]).abs() < 0.12 + 2.0 * stray);
+    let clear = meant[0].abs() > 5.0 * stray + 0.1;
+    // A chart that stands elsewhere moves in all pictures.
+    let alone = evidence.present(view).into_iter().filter(|other| *other != camera).all(|other| {
+        evidence.cells[view][other].offset.norm() < 4.0 * evidence.stray(other) + 0.1
+    });
+    if !(known && near && clear && alone) {
+        return None;
+    }
+    let undo = Measure { scale: [1.0; 2], offset: meant.into(), exchanged: false };
+    let left = evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))));
+    if left > 1.0 || left > 0.9 * evidence.excess(cell) {
+        return None;
+    }
+    let from = if meant[0].abs() == 1.0 {
+        "counted from 1 instead of 0, or the other way round"
+    } else {
+        "counted from the corner of the first pixel instead of its centre, or the other way round"
+    };
+    let what = format!("pixels are {} px off in x and y: {from}", meant[0]);
+    let figures = vec![
+        ("offset of x, px".into(), offset[0]),
+        ("offset of y, px".into(), offset[1]),
+        ("offset in sound views, px".into(), stray),
+        ("good level, px".into(), seen.good()),
+    ];
+    Some(proposal(evidence, cell, ("pixel-offset", what), (left, undo), figures))
 }

@@ -132,6 +132,27 @@ impl RobustCamera {
         self.lens.pinhole.focal
     }
 
+    /// Standard deviation of where its axis meets the picture, in pixels: the larger of x's and y's.
+    pub(super) fn principal_uncertainty(&self, pairs: &[Pair]) -> Option<f64> {
+        let normal = Normal::at(&self.without_field(), pairs, UNKNOWNS, None);
+        let inverse = normal.matrix.try_inverse()?;
+        let largest = inverse[(8, 8)].max(inverse[(9, 9)]);
+        (largest > 0.0).then(|| largest.sqrt())
+    }
+
+    /// Whether the points tell on which side of their middle they are nearer: the camera that sees
+    /// the same with near and far exchanged, mirrored, errs clearly more. Weak perspective does not
+    /// tell (Necker's cube).
+    pub(super) fn tells_near_from_far(&self, pairs: &[Pair]) -> bool {
+        let own = self.without_field();
+        let depths: Vec<f64> = pairs.iter().map(|(world, _)| own.depth(*world)).collect();
+        let mut other = own.clone();
+        other.rotation.row_mut(2).neg_mut();
+        other.translation.z = 2.0 * median(&depths) - own.translation.z;
+        let other = other.refined(pairs, 15);
+        other.median_error(pairs) > 1.3 * own.median_error(pairs)
+    }
+
     /// The same camera after steps of Gauss and Newton (damped) under Cauchy's weight.
     pub(super) fn refined(&self, pairs: &[Pair], steps: usize) -> Self {
         self.adjusted(pairs, steps, UNKNOWNS)

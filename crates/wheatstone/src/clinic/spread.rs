@@ -38,22 +38,11 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
             ..Proposal::itself("single-plane", Severity::Fatal, "all points lie on one plane: depth cannot be learned from them".into(), "show the chart at three or more distances, from nearest to farthest")
         });
     }
-    // A slab a tenth as thick as it is wide multiplies depth errors beside it by ten.
-    let thin = share < 0.05 || relative_depth(evidence).is_some_and(|depth| depth < 0.05);
-    thin.then(|| Proposal {
+    // Twenty times as wide as thick, of what most rigs sweep a tenth or less.
+    (share < 0.05).then(|| Proposal {
         figures,
         ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill a thin slab only ({:.1} % of its extent): depth beyond it is a guess", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located")
     })
-}
-
-/// From the nearest to the farthest point, over the distance, in the camera that sees most of it.
-fn relative_depth(evidence: &Evidence) -> Option<f64> {
-    let each = evidence.seen.iter().flatten().map(|seen| {
-        let depths = evidence.data.known().map(|(world, _)| seen.camera.depth(evidence.frame.scaled(world)));
-        let (near, far) = depths.fold((f64::INFINITY, 0.0_f64), |(n, f), d| (n.min(d), f.max(d)));
-        (far - near) / far.abs().max(1e-9)
-    });
-    each.reduce(f64::max)
 }
 
 fn parallel(evidence: &Evidence) -> Option<Proposal> {
@@ -77,8 +66,15 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let axis = seen.camera.principal();
     let [fx, fy] = seen.camera.focal();
     let (wide, high) = (right - left, bottom - top);
+    // Where the axis is hardly known it is no measure.
+    let pairs: Vec<_> =
+        evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
+    let sigma = seen.camera.principal_uncertainty(&pairs)?;
+    if sigma > 0.1 * wide.max(high) {
+        return None;
+    }
     let outside = |low: f64, high: f64, at: f64| {
-        let margin = 0.1 * (high - low);
+        let margin = 0.1 * (high - low) - 3.0 * sigma;
         at < low + margin || at > high - margin
     };
     let beside = outside(left, right, axis.x) && outside(top, bottom, axis.y);

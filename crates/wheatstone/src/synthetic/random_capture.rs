@@ -171,18 +171,19 @@ impl RandomCapture {
 fn named_rig(random: &mut Random, count: usize, distance: f64) -> (Vec<PosedCamera>, f64) {
     let name = Rig::NAMES[random.below(Rig::NAMES.len())];
     let Ok(rig) = Rig::named(name, count) else { return free_rig(random, count, distance) };
-    // The rigs look at what is 95 away; media before the lens would not scale with it.
-    let scale = if ["water", "glass"].contains(&name) { 1.0 } else { distance / 95.0 };
+    // The rigs look at what is 95 away.
+    let scale = distance / 95.0;
     let mut cameras = rig.cameras;
     for camera in &mut cameras {
         camera.camera_from_world.translation *= scale;
-        // The chart's range is put where the rig looks.
-        let shift = camera.camera_from_world.rotation * Vector3::new(0.0, 0.0, 95.0 * scale - distance);
-        camera.camera_from_world.translation += shift;
+        if let AnyCamera::FlatPort(port) = &mut camera.model {
+            port.distance *= scale;
+            port.thickness *= scale;
+        }
     }
     let spread = match name {
         "fisheye" => 1.6,
-        "water" | "glass" => 0.45 * 95.0 / distance.min(95.0).max(30.0) * (distance.min(95.0) / distance),
+        "water" => 0.48,
         _ => 0.65,
     };
     (cameras, spread)
