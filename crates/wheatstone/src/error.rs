@@ -61,6 +61,16 @@ pub enum Error {
         /// What to add or change.
         hint: String,
     },
+    /// The data have a fault that makes a fit worthless.
+    #[error("{problem} ({code})")]
+    Faulty {
+        /// The fault's name, in kebab case.
+        code: String,
+        /// What is wrong, and where.
+        problem: String,
+        /// What to do about it.
+        hint: String,
+    },
     /// A model and the data given to it do not belong together.
     #[error("{what}: the model has {model}, the data has {data}")]
     Mismatch {
@@ -113,7 +123,8 @@ impl Error {
         match self {
             Self::Malformed { hint, .. }
             | Self::Image { hint, .. }
-            | Self::Degenerate { hint, .. } => Some(hint.clone()),
+            | Self::Degenerate { hint, .. }
+            | Self::Faulty { hint, .. } => Some(hint.clone()),
             Self::Io { source, path, .. } => Some(io_hint(source.kind(), path)),
             Self::TooFew { what, .. } => Some(format!(
                 "give more {what}, or choose a simpler method (`wheatstone list methods`)"

@@ -17,6 +17,7 @@ pub mod method;
 pub mod cleaning;
 pub mod evaluate;
 pub mod clinic;
+pub mod preparation;
 pub mod calibration;
 pub mod synthetic;
 pub mod reproduction;

@@ -6,14 +6,19 @@
 //! cameras.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, Method, camera_fit::Ladder, camera_start::Lens, unknown,
+    AnyMethod, Fit, FittedCameras, Method,
+    camera_fit::Ladder,
+    camera_start::{Lens, starts},
+    unknown,
 };
 use crate::{
     Error, Result,
     camera::{kannala_brandt::KannalaBrandt as Model, pinhole::Pinhole},
     dataset::Dataset,
+    geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
     progress::Progress,
 };
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 /// Which terms of the radius a camera may have, beside focal lengths and principal point.
@@ -44,6 +49,16 @@ impl KannalaBrandt {
             (least..=self.terms).map(|terms| (0..4 + terms).collect()).collect();
         Ladder { method: "kannala-brandt", rungs }
     }
+}
+
+/// Cameras from which an adjustment to these pairs may start, for lenses from telephoto to fisheye:
+/// lens, rotation (determinant -1 for a mirrored camera) and translation.
+pub(crate) fn starting_cameras(
+    pairs: &[(Point3, Pixel)],
+) -> Vec<(Model, Matrix3<f64>, Vector3)> {
+    let Some(linear) = ProjectionMatrix::fit(pairs) else { return Vec::new() };
+    let found = starts::<Model>(pairs, &linear).into_iter();
+    found.map(|camera| (camera.model, camera.rotation, camera.translation)).collect()
 }
 
 impl Lens for Model {

@@ -2,8 +2,11 @@
 //! for users who want to know what their rig could do.
 
 mod correspondences;
+pub mod fault_survey;
+pub mod faults;
 mod noise;
 mod outliers;
+pub mod random_capture;
 mod render;
 mod rig;
 mod stage_error;

@@ -1,0 +1,200 @@
+//! Labels of the chart's points mixed up as a whole: the board turned, mirrored, transposed, listed in
+//! another order.
+
+use super::{
+    Fault,
+    board::{Board, Mixing},
+    evidence::Evidence,
+    finding::{Change, Freedom, Proposal, Severity},
+};
+use crate::geometry::Point3;
+
+pub(super) struct BoardOrder;
+
+impl Fault for BoardOrder {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let mut found = Vec::new();
+        for (view, camera) in evidence.suspicious() {
+            if let Some(board) = &evidence.views[view].board {
+                for how in Mixing::all() {
+                    found.extend(mixed(evidence, (view, camera), board, how));
+                }
+            }
+            found.extend(reversed(evidence, (view, camera)));
+            found.extend(axes_exchanged(evidence, (view, camera)));
+        }
+        together(evidence, found)
+    }
+}
+
+/// What a mixing is called, and in words.
+pub(super) fn naming(how: Mixing) -> (&'static str, String) {
+    match how {
+        Mixing::Turned(2) => (
+            "board-turned",
+            "the board is read turned by 180 degrees (its points in reversed order)".into(),
+        ),
+        Mixing::Turned(quarters) => (
+            "board-turned",
+            format!("the board is read turned by {} degrees", u16::from(quarters) * 90),
+        ),
+        Mixing::Reversed(0) => ("board-mirrored", "the order within each row is reversed".into()),
+        Mixing::Reversed(_) => ("board-mirrored", "the order of the rows is reversed".into()),
+        Mixing::Transposed(_) | Mixing::AntiTransposed => {
+            ("rows-columns-swapped", "rows and columns of the board are exchanged".into())
+        }
+        Mixing::Relisted(_) => (
+            "rows-columns-swapped",
+            "the points are listed column by column where the labels go row by row (rows and columns exchanged)".into(),
+        ),
+        Mixing::Shifted(_) => {
+            ("board-shifted", "the points are labelled one column or row off".into())
+        }
+    }
+}
+
+fn mixed(
+    evidence: &Evidence,
+    cell: (usize, usize),
+    board: &Board,
+    how: Mixing,
+) -> Option<Proposal> {
+    let left =
+        evidence.explained(cell, |_, (world, pixel)| Some((board.mixed(world, how)?, pixel)));
+    if left > 1.0 || left > 0.5 * evidence.excess(cell) {
+        return None;
+    }
+    let places = |world: Point3| board.mixed(world, how);
+    let (code, what) = naming(how);
+    Some(proposal(cell, left, code, (format!("{how:?}"), what), relabelled(evidence, cell, places)))
+}
+
+fn proposal(
+    cell: (usize, usize),
+    left: f64,
+    code: &'static str,
+    (key, what): (String, String),
+    changes: Vec<Change>,
+) -> Proposal {
+    Proposal {
+        freedom: Freedom::Choice,
+        left,
+        cells: vec![cell],
+        key,
+        code,
+        severity: Severity::Fatal,
+        what,
+        hint: "read the board in the same order in every picture, or let `wheatstone check --fix OUT` put the labels right".into(),
+        figures: Vec::new(),
+        changes,
+    }
+}
+
+/// Pixels of a cell moved to the rows whose places they really belong to; lost where no row has the
+/// place.
+pub(super) fn relabelled(
+    evidence: &Evidence,
+    (view, camera): (usize, usize),
+    place: impl Fn(Point3) -> Option<Point3>,
+) -> Vec<Change> {
+    let rows = &evidence.views[view].rows;
+    let known: Vec<(usize, Point3)> = rows
+        .iter()
+        .filter_map(|row| {
+            Some((*row, evidence.frame.scaled(evidence.data.correspondences[*row].world?)))
+        })
+        .collect();
+    let cell = &evidence.cells[view][camera];
+    let mut pixels = vec![None; known.len()];
+    for (world, pixel) in &cell.pairs {
+        let Some(real) = place(*world) else { continue };
+        let nearest = (0..known.len()).min_by(|a, b| {
+            (known[*a].1 - real).norm().total_cmp(&(known[*b].1 - real).norm())
+        });
+        if let Some(index) = nearest {
+            let tolerance = 0.3 * neighbour_distance(&known, index);
+            if (known[index].1 - real).norm() < tolerance {
+                pixels[index] = Some(*pixel);
+            }
+        }
+    }
+    known
+        .iter()
+        .zip(pixels)
+        .map(|((row, _), to)| Change::Pixel { row: *row, camera, to })
+        .collect()
+}
+
+fn neighbour_distance(known: &[(usize, Point3)], own: usize) -> f64 {
+    let others = known.iter().enumerate().filter(|(index, _)| *index != own);
+    others.map(|(_, (_, place))| (place - known[own].1).norm()).fold(f64::INFINITY, f64::min)
+}
+
+/// The list of points that the camera saw, from its end.
+fn reversed(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
+    let pairs = &evidence.cells[cell.0][cell.1].pairs;
+    let last = pairs.len().checked_sub(1)?;
+    let left = evidence.explained(cell, |index, (_, pixel)| Some((pairs[last - index].0, pixel)));
+    if left > 1.0 || left > 0.5 * evidence.excess(cell) {
+        return None;
+    }
+    let place = |world: Point3| {
+        let own = pairs.iter().position(|(place, _)| *place == world)?;
+        Some(pairs[last - own].0)
+    };
+    // Where the whole lattice is there this is half a turn: one name for both.
+    let half = Mixing::Turned(2);
+    let (code, what) = naming(half);
+    let changes = relabelled(evidence, cell, place);
+    Some(proposal(cell, left, code, (format!("{half:?}"), what), changes))
+}
+
+/// World axes exchanged in the view.
+fn axes_exchanged(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
+    let frame = &evidence.frame;
+    for (a, b, names) in [(0, 1, "X and Y"), (0, 2, "X and Z"), (1, 2, "Y and Z")] {
+        let exchanged = |world: Point3| {
+            let mut place = frame.world(world);
+            place.coords.swap_rows(a, b);
+            frame.scaled(place)
+        };
+        let left = evidence.explained(cell, |_, (world, pixel)| Some((exchanged(world), pixel)));
+        if left <= 1.0 && left <= 0.5 * evidence.excess(cell) {
+            let what = format!("the columns {names} are exchanged (rows and columns of the board)");
+            let rows = &evidence.cells[cell.0][cell.1].rows;
+            let change = |row: &usize| {
+                let mut to = evidence.data.correspondences[*row].world?;
+                to.coords.swap_rows(a, b);
+                Some(Change::World { row: *row, to })
+            };
+            let changes = rows.iter().filter_map(change).collect();
+            return Some(proposal(cell, left, "rows-columns-swapped", (names.into(), what), changes));
+        }
+    }
+    None
+}
+
+/// The same mixing in all cameras of a view is one fault: then it is the view's places that are wrong.
+fn together(evidence: &Evidence, found: Vec<Proposal>) -> Vec<Proposal> {
+    let mut all: Vec<Proposal> = Vec::new();
+    for view in 0..evidence.views.len() {
+        let here: Vec<&Proposal> = found.iter().filter(|p| p.cells[0].0 == view).collect();
+        let present = evidence.present(view);
+        for one in &here {
+            let same: Vec<&&Proposal> =
+                here.iter().filter(|p| p.key == one.key && p.code == one.code).collect();
+            if same.len() == present.len() && present.len() > 1 {
+                if same[0].cells == one.cells {
+                    let mut joined = (*one).clone();
+                    joined.cells = same.iter().flat_map(|p| p.cells.clone()).collect();
+                    joined.changes = same.iter().flat_map(|p| p.changes.clone()).collect();
+                    joined.left = same.iter().map(|p| p.left).fold(0.0, f64::max);
+                    all.push(joined);
+                }
+            } else {
+                all.push((*one).clone());
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,135 @@
+//! The same thing twice: views, and cameras.
+
+use super::{
+    Fault,
+    evidence::{Evidence, LEAST},
+    finding::{Change, Proposal, Severity},
+};
+use crate::{dataset::Correspondence, numeric::statistics::median};
+
+pub(super) struct Duplicates;
+
+impl Fault for Duplicates {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let mut found = identical_cameras(evidence);
+        for second in 0..evidence.views.len() {
+            for first in 0..second {
+                if let Some(copy) = copied(evidence, first, second) {
+                    found.push(copy);
+                    break;
+                }
+            }
+        }
+        found.extend(lattices(evidence));
+        found
+    }
+}
+
+/// Pixels of two cameras that are the same.
+fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
+    let mut found = Vec::new();
+    let rows = &evidence.data.correspondences;
+    for second in 0..evidence.data.cameras {
+        for first in 0..second {
+            let both = |c: &Correspondence| Some((c.pixels[first]?, c.pixels[second]?));
+            let gaps: Vec<f64> =
+                rows.iter().filter_map(both).map(|(a, b)| (a - b).norm()).collect();
+            // Detectors repeat themselves to a hundredth of a pixel at best; two cameras never agree.
+            if gaps.len() < LEAST || median(&gaps) > 0.02 {
+                continue;
+            }
+            let what = format!("cameras {} and {} give the same pixels: one file or column was taken twice", first + 1, second + 1);
+            found.push(Proposal {
+                cells: (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect(),
+                figures: vec![("median distance of their pixels, px".into(), median(&gaps))],
+                ..Proposal::itself("identical-cameras", Severity::Fatal, what, "give each camera its own pictures: depth cannot be told from one picture")
+            });
+        }
+    }
+    found
+}
+
+/// A view whose pixels another view has too.
+fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> {
+    let data = evidence.data;
+    let (a, b) = (&evidence.views[first].rows, &evidence.views[second].rows);
+    let same_id = |row: usize, other: usize| {
+        data.correspondences[row].id.is_some()
+            && data.correspondences[row].id == data.correspondences[other].id
+    };
+    let mut same_place = 0;
+    let mut gaps = Vec::new();
+    for (rank, row) in b.iter().enumerate() {
+        let named = a.iter().find(|other| same_id(*row, **other));
+        let other = named.or_else(|| a.get(rank).filter(|_| a.len() == b.len()));
+        let Some(other) = other else { continue };
+        let (own, twin) = (&data.correspondences[*row], &data.correspondences[*other]);
+        for (p, q) in own.pixels.iter().zip(&twin.pixels) {
+            if let (Some(p), Some(q)) = (p, q) {
+                gaps.push((p - q).norm());
+            }
+        }
+        if let (Some(p), Some(q)) = (own.world, twin.world) {
+            same_place += usize::from((p - q).norm() < 1e-6 * evidence.frame.size);
+        }
+    }
+    if gaps.len() < LEAST || 2 * gaps.len() < b.len() {
+        return None;
+    }
+    let placed_alike = 10 * same_place > 9 * b.len();
+    let gap = median(&gaps);
+    // A chart at rest, photographed again, is seen within its noise.
+    let noise = evidence.seen.iter().flatten().map(|seen| seen.typical).fold(1.0, f64::min);
+    let exact = gap < 1e-6;
+    if !(exact || placed_alike && gap < 2.5 * noise + 0.02) {
+        return None;
+    }
+    let names = [first, second].map(|view| &evidence.views[view].name);
+    let (severity, what) = if placed_alike {
+        (Severity::Warning, format!("the view is a copy of view `{}`: it counts twice, and tests with one of them left out look better than they are", names[0]))
+    } else {
+        (Severity::Fatal, format!("the view has the pixels of view `{}`, but other places in the world: one of the two is wrong", names[0]))
+    };
+    let drop = |row: &usize| Change::Drop { row: *row };
+    Some(Proposal {
+        cells: (0..data.cameras).map(|camera| (second, camera)).collect(),
+        key: names[0].clone(),
+        figures: vec![("median distance of their pixels, px".into(), gap)],
+        changes: if placed_alike { b.iter().map(drop).collect() } else { Vec::new() },
+        ..Proposal::itself("duplicate-views", severity, what, "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same")
+    })
+}
+
+/// Whole pixels in one camera, and half ones in another: one of them counts from another place.
+fn lattices(evidence: &Evidence) -> Vec<Proposal> {
+    let fraction = |camera: usize| -> Option<f64> {
+        let seen: Vec<f64> = evidence
+            .data
+            .correspondences
+            .iter()
+            .filter_map(|c| *c.pixels.get(camera)?)
+            .flat_map(|pixel| [pixel.x, pixel.y])
+            .collect();
+        let first = seen.first()?.rem_euclid(1.0);
+        let alike = |value: &f64| (value.rem_euclid(1.0) - first).abs() < 1e-6;
+        (seen.len() >= 2 * LEAST && seen.iter().all(alike)).then_some(first)
+    };
+    let known: Vec<(usize, f64)> = (0..evidence.data.cameras)
+        .filter_map(|camera| Some((camera, fraction(camera)?)))
+        .collect();
+    let Some((_, first)) = known.iter().find(|(_, f)| *f == 0.0).or_else(|| known.first()) else {
+        return Vec::new();
+    };
+    let odd = known.iter().filter(|(_, other)| (other - first).abs() > 1e-6);
+    odd.map(|(camera, own)| Proposal {
+        cells: (0..evidence.views.len()).map(|view| (view, *camera)).collect(),
+        figures: vec![("fraction of its pixels".into(), *own)],
+        ..Proposal::itself(
+            "pixel-offset",
+            Severity::Warning,
+            format!("its rounded pixels end in {own:.3}, those of another camera in {first:.3}: they are counted from another place (half a pixel is the distance of a pixel's corner from its centre)"),
+            "harmless as long as `locate` gets pixels counted alike; otherwise count pixels from the centre of the first one",
+        )
+    })
+    .collect()
+}

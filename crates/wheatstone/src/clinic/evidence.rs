@@ -1,0 +1,354 @@
+//! What all faults are judged by, worked out once: the views, each camera fitted to the views on
+//! which most agree, and how far each camera's points of each view are from where the camera's
+//! other views put them.
+
+use super::{
+    board::Board,
+    robust_camera::{Pair, RobustCamera, consensus},
+};
+use crate::{
+    dataset::{Dataset, split},
+    geometry::{Pixel, Point3, Vector3},
+    numeric::{
+        random::Random,
+        statistics::{median, percentile},
+    },
+};
+use nalgebra::Vector2;
+use rayon::prelude::*;
+
+/// The points of one view.
+#[derive(Clone, Debug)]
+pub(super) struct View {
+    pub(super) name: String,
+    /// Indices into the dataset's correspondences.
+    pub(super) rows: Vec<usize>,
+    pub(super) board: Option<Board>,
+}
+
+/// The points of one view in one camera.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cell {
+    /// Indices into the dataset's correspondences.
+    pub(super) rows: Vec<usize>,
+    /// Scaled world places with pixels.
+    pub(super) pairs: Vec<Pair>,
+    /// Median pixel error after the camera of the other views; infinite for too few points.
+    pub(super) error: f64,
+    /// Median of the pixel errors by axis.
+    pub(super) offset: Vector2<f64>,
+    pub(super) suspicious: bool,
+}
+
+/// What is known of one camera.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// Fitted to the sound views.
+    pub(super) camera: RobustCamera,
+    /// For each view, fitted to the sound views without it.
+    pub(super) without: Vec<RobustCamera>,
+    /// Median over sound views of the cells' errors, in pixels.
+    pub(super) typical: f64,
+}
+
+impl Seen {
+    /// A median error up to which a cell is as good as the sound ones.
+    pub(super) fn good(&self) -> f64 {
+        2.0 * self.typical + 0.02
+    }
+}
+
+/// Brings world places to a middle of nothing and a size of one, so that adjustments are well
+/// conditioned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) centre: Vector3,
+    pub(super) size: f64,
+}
+
+impl Frame {
+    fn of(data: &Dataset) -> Self {
+        let along = |axis: usize| {
+            let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
+            median(&values)
+        };
+        let centre = Vector3::new(along(0), along(1), along(2));
+        let distances: Vec<f64> =
+            data.known().map(|(world, _)| (world.coords - centre).norm()).collect();
+        Self { centre, size: median(&distances).max(1e-12) }
+    }
+
+    pub(super) fn scaled(&self, world: Point3) -> Point3 {
+        Point3::from((world.coords - self.centre) / self.size)
+    }
+
+    pub(super) fn world(&self, scaled: Point3) -> Point3 {
+        Point3::from(scaled.coords * self.size + self.centre)
+    }
+}
+
+/// Everything.
+pub(super) struct Evidence<'a> {
+    pub(super) data: &'a Dataset,
+    pub(super) frame: Frame,
+    pub(super) views: Vec<View>,
+    /// By view, then camera.
+    pub(super) cells: Vec<Vec<Cell>>,
+    /// By camera; `None` where no camera could be fitted.
+    pub(super) seen: Vec<Option<Seen>>,
+}
+
+/// Points of a cell that a fit uses: more add time only.
+const FITTED: usize = 30;
+
+/// Points of a cell that decide which views agree.
+const SCOUTED: usize = 14;
+
+/// Fewer points tell nothing of a cell.
+pub(super) const LEAST: usize = 6;
+
+impl<'a> Evidence<'a> {
+    pub(super) fn new(data: &'a Dataset) -> Self {
+        let frame = Frame::of(data);
+        let views = views(data, &frame);
+        let mut cells: Vec<Vec<Cell>> = views
+            .iter()
+            .map(|view| (0..data.cameras).map(|camera| cell(data, &frame, view, camera)).collect())
+            .collect();
+        let seen: Vec<Option<Seen>> = (0..data.cameras)
+            .into_par_iter()
+            .map(|camera| {
+                let pairs: Vec<Vec<Pair>> =
+                    cells.iter().map(|view| view[camera].pairs.clone()).collect();
+                Seen::of(&pairs)
+            })
+            .collect();
+        for (place, view) in cells.iter_mut().enumerate() {
+            for (cell, seen) in view.iter_mut().zip(&seen) {
+                cell.error = f64::INFINITY;
+                if let (Some(seen), true) = (seen, cell.pairs.len() >= LEAST) {
+                    cell.error = seen.without[place].median_error(&cell.pairs);
+                    cell.suspicious = cell.error > seen.good();
+                    cell.offset = offset(&seen.without[place], &cell.pairs);
+                }
+            }
+        }
+        Self { data, frame, views, cells, seen }
+    }
+
+    /// The cell, what is known of its camera, and the camera of the other views.
+    pub(super) fn at(&self, view: usize, camera: usize) -> Option<(&Cell, &Seen, &RobustCamera)> {
+        let cell = &self.cells[view][camera];
+        let seen = self.seen[camera].as_ref()?;
+        (cell.pairs.len() >= LEAST).then(|| (cell, seen, &seen.without[view]))
+    }
+
+    /// All suspicious cells, by view and camera.
+    pub(super) fn suspicious(&self) -> Vec<(usize, usize)> {
+        let all = (0..self.views.len()).flat_map(|v| (0..self.data.cameras).map(move |c| (v, c)));
+        all.filter(|(view, camera)| self.cells[*view][*camera].suspicious).collect()
+    }
+
+    /// The suspicious cameras of a view.
+    pub(super) fn suspects(&self, view: usize) -> Vec<usize> {
+        (0..self.data.cameras).filter(|camera| self.cells[view][*camera].suspicious).collect()
+    }
+
+    /// The cameras that saw enough of a view.
+    pub(super) fn present(&self, view: usize) -> Vec<usize> {
+        (0..self.data.cameras).filter(|camera| self.at(view, *camera).is_some()).collect()
+    }
+
+    /// How far sound views of a camera are off as a whole: the median length of their offsets.
+    pub(super) fn stray(&self, camera: usize) -> f64 {
+        let sound = self.cells.iter().map(|view| &view[camera]);
+        let sizes: Vec<f64> = sound
+            .filter(|cell| !cell.suspicious && cell.error.is_finite())
+            .map(|cell| cell.offset.norm())
+            .collect();
+        median(&sizes)
+    }
+
+    /// How well a cell is explained by other world places: median pixel error, over the cell's good
+    /// level. Below 1 it is explained.
+    pub(super) fn explained(
+        &self,
+        (view, camera): (usize, usize),
+        mut pair: impl FnMut(usize, Pair) -> Option<Pair>,
+    ) -> f64 {
+        let Some((cell, seen, other)) = self.at(view, camera) else { return f64::INFINITY };
+        // Eighty points tell as much as a thousand.
+        let step = cell.pairs.len().div_ceil(80).max(1);
+        let pairs: Vec<Option<Pair>> = (0..cell.pairs.len())
+            .step_by(step)
+            .map(|index| pair(index, cell.pairs[index]))
+            .collect();
+        let known: Vec<Pair> = pairs.iter().flatten().copied().collect();
+        // A hypothesis that says nothing of most points explains nothing.
+        if known.len() < LEAST.min(cell.pairs.len()) || 2 * known.len() < pairs.len() {
+            return f64::INFINITY;
+        }
+        other.median_error(&known) / seen.good()
+    }
+
+    /// Error of a cell over its good level.
+    pub(super) fn excess(&self, (view, camera): (usize, usize)) -> f64 {
+        let Some((cell, seen, _)) = self.at(view, camera) else { return 0.0 };
+        cell.error / seen.good()
+    }
+}
+
+impl Seen {
+    fn of(pairs: &[Vec<Pair>]) -> Option<Self> {
+        let scouted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, SCOUTED)).collect();
+        let fitted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, FITTED)).collect();
+        let found = consensus(&scouted, &mut Random::new(3))?;
+        let mut seen = Self::among(&found.camera, &fitted, &found.agrees);
+        // Views that stand out from the sound ones are left out of the fit, and it is done again.
+        for _ in 0..2 {
+            let good = seen.good();
+            let errors: Vec<f64> = (0..fitted.len())
+                .map(|view| seen.without[view].median_error(&fitted[view]))
+                .collect();
+            let agrees: Vec<bool> =
+                errors.iter().zip(&fitted).map(|(e, view)| view.len() >= LEAST && *e <= good).collect();
+            let count = agrees.iter().filter(|agrees| **agrees).count();
+            if count < 3 || 3 * count < fitted.len() {
+                break;
+            }
+            let next = Self::among(&seen.camera.without_field(), &fitted, &agrees);
+            let settled = (next.typical / seen.typical - 1.0).abs() < 0.02;
+            seen = next;
+            if settled {
+                break;
+            }
+        }
+        Some(seen)
+    }
+
+    /// From the views that agree.
+    fn among(camera: &RobustCamera, views: &[Vec<Pair>], agrees: &[bool]) -> Self {
+        let without_view = |out: usize| -> Vec<Pair> {
+            let kept = views.iter().enumerate().filter(|(view, _)| agrees[*view] && *view != out);
+            kept.flat_map(|(_, pairs)| pairs.iter().copied()).collect()
+        };
+        let all = without_view(usize::MAX);
+        let mut camera = camera.refined(&all, 12);
+        let sound = agrees.iter().filter(|agrees| **agrees).count();
+        let without: Vec<RobustCamera> = (0..views.len())
+            .map(|view| {
+                // Two views are needed to tell a camera.
+                if agrees[view] && sound > 2 {
+                    let pairs = without_view(view);
+                    let mut other = camera.refined(&pairs, 3);
+                    other.learn_field(&pairs);
+                    other
+                } else {
+                    let mut other = camera.clone();
+                    other.learn_field(&all);
+                    other
+                }
+            })
+            .collect();
+        camera.learn_field(&all);
+        let errors: Vec<f64> = (0..views.len())
+            .filter(|view| agrees[*view])
+            .map(|view| without[view].median_error(&views[view]))
+            .collect();
+        Self { camera, without, typical: median(&errors) }
+    }
+}
+
+/// At most so many pairs, spread evenly.
+fn thinned(pairs: &[Pair], most: usize) -> Vec<Pair> {
+    if pairs.len() <= most {
+        return pairs.to_vec();
+    }
+    (0..most).map(|index| pairs[index * pairs.len() / most]).collect()
+}
+
+/// Median error by axis.
+fn offset(camera: &RobustCamera, pairs: &[Pair]) -> Vector2<f64> {
+    let errors: Vec<_> = pairs.iter().map(|pair| camera.error(pair)).collect();
+    let along = |axis: usize| median(&errors.iter().map(|error| error[axis]).collect::<Vec<_>>());
+    Vector2::new(along(0), along(1))
+}
+
+fn cell(data: &Dataset, frame: &Frame, view: &View, camera: usize) -> Cell {
+    let mut cell = Cell::default();
+    for row in &view.rows {
+        let c = &data.correspondences[*row];
+        if let (Some(world), Some(Some(pixel))) = (c.world, c.pixels.get(camera)) {
+            cell.rows.push(*row);
+            cell.pairs.push((frame.scaled(world), *pixel));
+        }
+    }
+    cell
+}
+
+/// The views of the file, or layers of space where it has none.
+fn views(data: &Dataset, frame: &Frame) -> Vec<View> {
+    let groups: Vec<(String, Vec<usize>)> = if data.views.len() >= 2 {
+        let mut members = vec![Vec::new(); data.views.len()];
+        for (index, row) in data.correspondences.iter().enumerate() {
+            if let (Some(view), true) = (members.get_mut(row.view), row.world.is_some()) {
+                view.push(index);
+            }
+        }
+        data.views.iter().cloned().zip(members).collect()
+    } else {
+        layers(data).unwrap_or_else(|| {
+            split::folds(data).into_iter().map(|fold| (fold.view, fold.held_out)).collect()
+        })
+    };
+    let view = |(name, rows): (String, Vec<usize>)| {
+        let places: Vec<Point3> = rows
+            .iter()
+            .filter_map(|row| Some(frame.scaled(data.correspondences[*row].world?)))
+            .collect();
+        View { name, board: Board::find(&places), rows }
+    };
+    groups.into_iter().map(view).collect()
+}
+
+/// Layers on which a world coordinate has one value, on the axis with fewest of them, in the order in
+/// which the file begins them.
+fn layers(data: &Dataset) -> Option<Vec<(String, Vec<usize>)>> {
+    // More levels than stages stop at are points spread over a volume.
+    const MOST: usize = 40;
+    let mut best: Option<Vec<(String, Vec<usize>)>> = None;
+    for (axis, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
+        let mut found: Vec<(f64, Vec<usize>)> = Vec::new();
+        for (index, row) in data.correspondences.iter().enumerate() {
+            let Some(world) = row.world else { continue };
+            if let Some((_, rows)) = found.iter_mut().find(|(level, _)| *level == world[axis]) {
+                rows.push(index);
+            } else if found.len() < MOST {
+                found.push((world[axis], vec![index]));
+            } else {
+                found.clear();
+                break;
+            }
+        }
+        let enough = found.len() >= 2 && found.iter().all(|(_, rows)| rows.len() >= LEAST);
+        if enough && best.as_ref().is_none_or(|other| found.len() < other.len()) {
+            let name = |level: f64| format!("{letter} = {level}");
+            best = Some(found.into_iter().map(|(level, rows)| (name(level), rows)).collect());
+        }
+    }
+    best
+}
+
+/// The box that holds nearly all pixels of a camera: left, top, right, bottom.
+pub(super) fn pixel_box(data: &Dataset, camera: usize) -> Option<[f64; 4]> {
+    let seen: Vec<Pixel> =
+        data.correspondences.iter().filter_map(|c| *c.pixels.get(camera)?).collect();
+    if seen.len() < LEAST {
+        return None;
+    }
+    let along = |axis: usize, share: f64| {
+        let values: Vec<f64> = seen.iter().map(|pixel| pixel[axis]).collect();
+        percentile(&values, share)
+    };
+    Some([along(0, 0.01), along(1, 0.01), along(0, 0.99), along(1, 0.99)])
+}

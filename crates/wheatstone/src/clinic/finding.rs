@@ -1,0 +1,286 @@
+//! What the clinic says, and how it chooses among explanations.
+
+use super::{evidence::Evidence, unseeable::{Layout, Statement}};
+use crate::{
+    dataset::Dataset,
+    geometry::{Pixel, Point3},
+};
+use serde::Serialize;
+
+/// How bad a fault is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Good to know.
+    Information,
+    /// The result may be worse than it could be, or mean something else than meant.
+    Warning,
+    /// A fit to these data is wrong.
+    Fatal,
+}
+
+/// One change of a dataset. Indices are those of its correspondences before any change.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// A camera's pixel of a row.
+    Pixel {
+        /// The row.
+        row: usize,
+        /// The camera.
+        camera: usize,
+        /// Its pixel; `None` for not seen.
+        to: Option<Pixel>,
+    },
+    /// A row's place in the world.
+    World {
+        /// The row.
+        row: usize,
+        /// Its place.
+        to: Point3,
+    },
+    /// Removes a row.
+    Drop {
+        /// The row.
+        row: usize,
+    },
+}
+
+/// A fault found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Its name, in kebab case.
+    pub code: &'static str,
+    /// How bad it is.
+    pub severity: Severity,
+    /// The views that have it; none for all of them.
+    pub views: Vec<String>,
+    /// The cameras that have it, counted from 0; none for all of them.
+    pub cameras: Vec<usize>,
+    /// One sentence: what is wrong and where.
+    pub explanation: String,
+    /// Figures that say so: a name with its unit, and the value.
+    pub figures: Vec<(String, f64)>,
+    /// What to do about it.
+    pub hint: String,
+    /// What puts it right, where that is certain; nothing otherwise.
+    pub changes: Vec<Change>,
+}
+
+impl Finding {
+    /// Whether [`Finding::repair`] puts it right.
+    #[must_use]
+    pub fn is_fixable(&self) -> bool {
+        !self.changes.is_empty()
+    }
+
+    /// The data with this fault put right; unchanged where that is not certain.
+    #[must_use]
+    pub fn repair(&self, data: &Dataset) -> Dataset {
+        repair_all(data, std::slice::from_ref(self))
+    }
+}
+
+/// The data with all faults put right that can be, in the order of the findings.
+#[must_use]
+pub fn repair_all(data: &Dataset, findings: &[Finding]) -> Dataset {
+    let mut repaired = data.clone();
+    let mut dropped = vec![false; data.correspondences.len()];
+    for change in findings.iter().flat_map(|finding| &finding.changes) {
+        match change {
+            Change::Pixel { row, camera, to } => {
+                let pixels = repaired.correspondences.get_mut(*row).map(|c| &mut c.pixels);
+                if let Some(pixel) = pixels.and_then(|pixels| pixels.get_mut(*camera)) {
+                    *pixel = *to;
+                }
+            }
+            Change::World { row, to } => {
+                if let Some(c) = repaired.correspondences.get_mut(*row) {
+                    c.world = Some(*to);
+                }
+            }
+            Change::Drop { row } => {
+                if let Some(gone) = dropped.get_mut(*row) {
+                    *gone = true;
+                }
+            }
+        }
+    }
+    // A point that no camera is left with says nothing.
+    repaired.subset(|row, c| !dropped[row] && c.seen_by() > 0)
+}
+
+/// All that an examination says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Examination {
+    /// The faults, the worst first.
+    pub findings: Vec<Finding>,
+    /// What nobody could see in these data, with what would tell.
+    pub cannot_be_seen: Vec<Statement>,
+    /// Where the cameras stand by these data, to be compared with the rig; none where unknown.
+    pub layout: Vec<Layout>,
+}
+
+impl Examination {
+    /// The worst severity; `None` for no findings.
+    #[must_use]
+    pub fn worst(&self) -> Option<Severity> {
+        self.findings.iter().map(|finding| finding.severity).max()
+    }
+}
+
+/// How many numbers an explanation may choose: the fewer the more certain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Freedom {
+    /// Does not explain cells, but stands for itself.
+    Itself,
+    /// None but which of a few.
+    Choice,
+    /// A scale, an offset.
+    Scale,
+    /// Any permutation of the points.
+    Order,
+    /// A place and attitude.
+    Pose,
+}
+
+/// What a fault would explain.
+#[derive(Clone, Debug)]
+pub(super) struct Proposal {
+    pub(super) freedom: Freedom,
+    /// Error left, over the good level: at most 1.
+    pub(super) left: f64,
+    /// The cells that it explains, by view and camera.
+    pub(super) cells: Vec<(usize, usize)>,
+    /// Findings of one code are one where this is equal too.
+    pub(super) key: String,
+    pub(super) code: &'static str,
+    pub(super) severity: Severity,
+    /// What is wrong, without where.
+    pub(super) what: String,
+    pub(super) hint: String,
+    pub(super) figures: Vec<(String, f64)>,
+    pub(super) changes: Vec<Change>,
+}
+
+impl Proposal {
+    /// One that stands for itself, of these cameras (none for all).
+    pub(super) fn itself(
+        code: &'static str,
+        severity: Severity,
+        what: String,
+        hint: &str,
+    ) -> Self {
+        Self {
+            freedom: Freedom::Itself,
+            left: 0.0,
+            cells: Vec::new(),
+            key: String::new(),
+            code,
+            severity,
+            what,
+            hint: hint.into(),
+            figures: Vec::new(),
+            changes: Vec::new(),
+        }
+    }
+}
+
+/// Accepts proposals, the simplest first, each cell once; merges those that say the same of several
+/// views; the worst first.
+pub(super) fn settle(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<Finding> {
+    let order = |a: &Proposal, b: &Proposal| {
+        a.freedom.cmp(&b.freedom).then(a.left.total_cmp(&b.left))
+    };
+    proposals.sort_by(order);
+    let mut claimed: Vec<(usize, usize)> = Vec::new();
+    let mut accepted: Vec<Proposal> = Vec::new();
+    for proposal in proposals {
+        if proposal.cells.iter().any(|cell| claimed.contains(cell)) {
+            continue;
+        }
+        if proposal.freedom != Freedom::Itself {
+            claimed.extend(&proposal.cells);
+        }
+        let cameras = cameras_of(&proposal);
+        let same = accepted.iter_mut().find(|other| {
+            other.code == proposal.code && other.key == proposal.key && cameras_of(other) == cameras
+        });
+        match same {
+            Some(other) if !proposal.cells.is_empty() => {
+                other.cells.extend(proposal.cells);
+                other.changes.extend(proposal.changes);
+            }
+            _ => accepted.push(proposal),
+        }
+    }
+    let mut findings: Vec<Finding> =
+        accepted.into_iter().map(|proposal| as_finding(evidence, proposal)).collect();
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    findings
+}
+
+fn cameras_of(proposal: &Proposal) -> Vec<usize> {
+    let mut cameras: Vec<usize> = proposal.cells.iter().map(|(_, camera)| *camera).collect();
+    cameras.sort_unstable();
+    cameras.dedup();
+    cameras
+}
+
+fn as_finding(evidence: &Evidence, proposal: Proposal) -> Finding {
+    let cameras = cameras_of(&proposal);
+    let mut views: Vec<usize> = proposal.cells.iter().map(|(view, _)| *view).collect();
+    views.sort_unstable();
+    views.dedup();
+    let all = views.len() == evidence.views.len();
+    let names: Vec<String> =
+        views.iter().map(|view| evidence.views[*view].name.clone()).collect();
+    let place = place_in_words(&names, &cameras, all);
+    let explanation =
+        if place.is_empty() { proposal.what } else { format!("{place}: {}", proposal.what) };
+    let mut figures = proposal.figures;
+    if proposal.freedom != Freedom::Itself {
+        figures.extend(before_and_after(evidence, &proposal.cells, proposal.left));
+    }
+    Finding {
+        code: proposal.code,
+        severity: proposal.severity,
+        views: names,
+        cameras,
+        explanation,
+        figures,
+        hint: proposal.hint,
+        changes: proposal.changes,
+    }
+}
+
+/// The worst cell's error, and what is left of it.
+fn before_and_after(
+    evidence: &Evidence,
+    cells: &[(usize, usize)],
+    left: f64,
+) -> Vec<(String, f64)> {
+    let error = |cell: &(usize, usize)| evidence.cells[cell.0][cell.1].error;
+    let worst = cells.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
+    let Some(worst) = worst else { return Vec::new() };
+    let good = evidence.seen[worst.1].as_ref().map_or(f64::NAN, super::evidence::Seen::good);
+    vec![
+        ("median error before, px".into(), error(worst)),
+        ("median error with this explanation, px".into(), left * good),
+    ]
+}
+
+fn place_in_words(views: &[String], cameras: &[usize], all: bool) -> String {
+    let cameras: Vec<String> = cameras.iter().map(|camera| (camera + 1).to_string()).collect();
+    let camera = match cameras.as_slice() {
+        [] => String::new(),
+        [one] => format!("camera {one}"),
+        many => format!("cameras {}", many.join(", ")),
+    };
+    let view = match views {
+        [] => String::new(),
+        _ if all => "all views".into(),
+        [one] => format!("view `{one}`"),
+        many => format!("views `{}`", many.join("`, `")),
+    };
+    [camera, view].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+}

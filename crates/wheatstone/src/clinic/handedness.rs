@@ -1,0 +1,217 @@
+//! What is alike in all views of a camera, so that the camera takes it up: mirrored pictures or frames,
+//! boards read turned or transposed in every picture. Seen by comparing the cameras.
+
+use super::{
+    Fault,
+    board::Mixing,
+    board_order::{naming, relabelled},
+    evidence::{Cell, Evidence, Seen, pixel_box},
+    finding::{Proposal, Severity},
+    robust_camera::{Pair, RobustCamera},
+};
+
+pub(super) struct Handedness;
+
+impl Fault for Handedness {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let mut found = Vec::new();
+        let mut told = vec![false; evidence.data.cameras];
+        for camera in 0..evidence.data.cameras {
+            if let Some(proposal) = relabelled_throughout(evidence, camera) {
+                told[camera] = true;
+                found.push(proposal);
+            }
+        }
+        found.extend(mirrored(evidence, &told));
+        found.extend(rolled(evidence, &told));
+        found
+    }
+}
+
+fn everywhere(evidence: &Evidence, camera: usize) -> Vec<(usize, usize)> {
+    (0..evidence.views.len()).map(|view| (view, camera)).collect()
+}
+
+/// A camera whose views do not agree as the labels are, and agree well when all are read otherwise.
+fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal> {
+    let own = evidence.seen[camera].as_ref()?;
+    let others: Vec<&Seen> = evidence
+        .seen
+        .iter()
+        .enumerate()
+        .filter(|(other, _)| *other != camera)
+        .filter_map(|(_, seen)| seen.as_ref())
+        .collect();
+    let best = others.iter().map(|seen| seen.typical).fold(f64::INFINITY, f64::min);
+    // Lenses differ; a camera that errs several times as much as another has another reason.
+    let agreeing = evidence.cells.iter().filter(|view| !view[camera].suspicious).count();
+    let disagrees = own.typical > 4.0 * best + 0.5 || 3 * agreeing < evidence.views.len();
+    if !disagrees {
+        return None;
+    }
+    let before = overall(evidence, camera, |_, pair| Some(pair))?;
+    let mut found: Option<(f64, Mixing)> = None;
+    for how in Mixing::all() {
+        let mixed = |view: usize, (world, pixel): Pair| {
+            let board = evidence.views[view].board.as_ref()?;
+            Some((board.mixed(world, how)?, pixel))
+        };
+        let Some(left) = overall(evidence, camera, mixed) else { continue };
+        if left < 0.2 * before && found.is_none_or(|(least, _)| left < least) {
+            found = Some((left, how));
+        }
+    }
+    let (left, how) = found?;
+    let (code, what) = naming(how);
+    let changes = (0..evidence.views.len()).flat_map(|view| {
+        let board = evidence.views[view].board.clone();
+        relabelled(evidence, (view, camera), |world| board.as_ref()?.mixed(world, how))
+    });
+    Some(Proposal {
+        cells: everywhere(evidence, camera),
+        figures: vec![
+            ("median error before, px".into(), before),
+            ("median error with this explanation, px".into(), left),
+        ],
+        changes: changes.collect(),
+        ..Proposal::itself(code, Severity::Fatal, what, "read the board in the same order in every camera, or let `wheatstone check --fix OUT` put the labels right")
+    })
+}
+
+/// Median error of one camera fitted to all views, read in some way.
+fn overall(
+    evidence: &Evidence,
+    camera: usize,
+    read: impl Fn(usize, Pair) -> Option<Pair>,
+) -> Option<f64> {
+    let mut pairs = Vec::new();
+    for (view, cells) in evidence.cells.iter().enumerate() {
+        let cell = &cells[camera];
+        let step = cell.pairs.len().div_ceil(14).max(1);
+        pairs.extend(cell.pairs.iter().step_by(step).filter_map(|pair| read(view, *pair)));
+    }
+    Some(RobustCamera::fit(&pairs, 10)?.median_error(&pairs))
+}
+
+/// Points of the sound views, thinned out.
+fn sound(evidence: &Evidence, camera: usize) -> Vec<Pair> {
+    let cells = evidence.cells.iter().map(|view| &view[camera]).filter(|cell| !cell.suspicious);
+    let pairs = |cell: &Cell| -> Vec<Pair> {
+        cell.pairs.iter().step_by(cell.pairs.len().div_ceil(20).max(1)).copied().collect()
+    };
+    cells.flat_map(pairs).collect()
+}
+
+/// Mirrored cameras: all, then the frame is left-handed or v points up; some, then those.
+fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
+    let certain = |camera: &usize| {
+        evidence.seen[*camera].as_ref().is_some_and(|seen| {
+            let pairs = sound(evidence, *camera);
+            seen.camera.tells_near_from_far(&pairs)
+        })
+    };
+    let fitted: Vec<usize> = (0..told.len()).filter(certain).collect();
+    let is = |camera: &usize| evidence.seen[*camera].as_ref().is_some_and(|s| s.camera.is_mirrored());
+    let mirrored: Vec<usize> = fitted.iter().copied().filter(is).collect();
+    if mirrored.is_empty() {
+        return Vec::new();
+    }
+    let negative = |camera: &usize| pixel_box(evidence.data, *camera).is_some_and(|b| b[3] <= 0.0);
+    if mirrored.len() == fitted.len() {
+        let up = mirrored.iter().all(negative);
+        let (code, what) = if up {
+            ("v-axis-up", "y of the pixels points up in all cameras: all are negative, and every camera sees the world in a mirror")
+        } else {
+            ("mirrored-frame", "every camera sees the world in a mirror: X, Y, Z are left-handed, or y of the pixels points up (or x to the left) in all cameras")
+        };
+        let hint = "points will be located in the same frame, mirrored as it is; change the sign of one world axis (or of y) if rotations or shapes matter";
+        return vec![Proposal::itself(code, Severity::Warning, what.into(), hint)];
+    }
+    // With as many mirrored as not, a right-handed world is the usual one.
+    let odd: Vec<usize> = if 2 * mirrored.len() <= fitted.len() {
+        mirrored.clone()
+    } else {
+        fitted.iter().copied().filter(|camera| !mirrored.contains(camera)).collect()
+    };
+    let reference = fitted.iter().copied().find(|camera| !odd.contains(camera));
+    let each = odd.into_iter().filter(|camera| !told[*camera]).filter_map(|camera| {
+        one_mirrored(evidence, camera, reference?)
+    });
+    each.collect()
+}
+
+fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<Proposal> {
+    let own = evidence.seen[camera].as_ref()?.camera.rotation;
+    let other = evidence.seen[reference].as_ref()?.camera.rotation;
+    let between = own * other.transpose();
+    let (right, down) = (between[(0, 0)], between[(1, 1)]);
+    let (code, what) = if right.abs() + down.abs() < 1.0 {
+        ("rows-columns-swapped", "the camera sees the board transposed: rows and columns are exchanged in every picture, or x and y of its pixels")
+    } else if right > down {
+        ("v-axis-up", "the camera sees the world upside down in a mirror: y of its pixels points up, or the order of the rows is reversed in every picture")
+    } else {
+        ("picture-mirrored", "the camera sees the world in a mirror: x of its pixels points to the left, or the order within each row is reversed in every picture")
+    };
+    Some(Proposal {
+        cells: everywhere(evidence, camera),
+        ..Proposal::itself(
+            code,
+            Severity::Warning,
+            what.into(),
+            "where only the pixels' axes differ this does no harm, as long as `locate` gets the same pixels; where the labels are wrong, points will be too: look at one picture of this camera",
+        )
+    })
+}
+
+/// Cameras that lie on their side or stand on their head by the others' measure.
+fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
+    let upright = |camera: usize| {
+        let seen = evidence.seen[camera].as_ref()?;
+        let board = evidence.views.iter().find_map(|view| view.board.as_ref())?;
+        // How far its x runs along the chart's columns.
+        Some(seen.camera.rotation.row(0).transpose().dot(&board.along[0]))
+    };
+    let known: Vec<(usize, f64)> =
+        (0..told.len()).filter_map(|camera| Some((camera, upright(camera)?))).collect();
+    let Some((reference, _)) = known.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    for (camera, _) in known {
+        let (Some(own), Some(other)) = (&evidence.seen[camera], &evidence.seen[reference]) else {
+            continue;
+        };
+        if told[camera] || own.camera.is_mirrored() != other.camera.is_mirrored() {
+            continue;
+        }
+        let between = own.camera.rotation * other.camera.rotation.transpose();
+        let angle = libm::atan2(between[(1, 0)] - between[(0, 1)], between[(0, 0)] + between[(1, 1)]);
+        if angle.abs() < 1.0 {
+            continue;
+        }
+        let degrees = (angle.to_degrees() / 90.0).round() * 90.0;
+        let quarters = ((degrees / 90.0).round() as i32).rem_euclid(4) as u8;
+        let Some(turned) = tells_apart(evidence, camera, quarters) else { continue };
+        let what = format!("the board is read turned by {degrees:.0} degrees in every picture, or the camera is mounted so");
+        found.push(Proposal {
+            cells: everywhere(evidence, camera),
+            figures: vec![("roll against the other cameras, degrees".into(), angle.to_degrees()), ("median error with labels turned, px".into(), turned)],
+            ..Proposal::itself("board-turned", Severity::Warning, what, "look at one picture of this camera: if it shows the scene upright, its labels are wrong and so will points be")
+        });
+    }
+    found
+}
+
+/// Whether labels turned back fit as well, so that they may be what is wrong; their error then. Where
+/// charts are tilted only one of the two fits.
+fn tells_apart(evidence: &Evidence, camera: usize, quarters: u8) -> Option<f64> {
+    let plain = overall(evidence, camera, |_, pair| Some(pair))?;
+    let turned = [quarters, (4 - quarters) % 4].into_iter().filter_map(|quarters| {
+        overall(evidence, camera, |view, (world, pixel)| {
+            let board = evidence.views[view].board.as_ref()?;
+            Some((board.mixed(world, Mixing::Turned(quarters))?, pixel))
+        })
+    });
+    let turned = turned.fold(f64::INFINITY, f64::min);
+    (turned < 2.0 * plain + 0.1).then_some(turned)
+}

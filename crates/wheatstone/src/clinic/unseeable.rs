@@ -1,0 +1,85 @@
+//! What nobody could see in calibration data, and what the user can compare instead: where the
+//! cameras stand by these data.
+
+use super::evidence::Evidence;
+use serde::Serialize;
+
+/// Something that cannot be seen in the data, and what would tell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Statement {
+    /// What cannot be seen.
+    pub what: String,
+    /// What would tell.
+    pub check: String,
+}
+
+/// Where a camera stands by these data, seen from the first.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Layout {
+    /// The camera, counted from 0.
+    pub camera: usize,
+    /// Distance of its centre from the first camera's, in the data's unit.
+    pub baseline: f64,
+    /// In words, as the first camera's picture has it.
+    pub words: String,
+}
+
+/// The cameras after the first, by what was fitted.
+pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
+    let Some(Some(first)) = evidence.seen.first() else { return Vec::new() };
+    let mut all = Vec::new();
+    for (camera, seen) in evidence.seen.iter().enumerate().skip(1) {
+        let Some(seen) = seen else { continue };
+        let between = (seen.camera.centre() - first.camera.centre()) * evidence.frame.size;
+        let own = first.camera.rotation * between;
+        let baseline = between.norm();
+        let directions = [("left of", "right of", own.x), ("above", "below", own.y), ("behind", "in front of", own.z)];
+        let largest = directions.iter().max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
+        let side = largest.map_or("beside", |(minus, plus, value)| if *value < 0.0 { minus } else { plus });
+        let side = match side {
+            "left of" | "right of" => format!("to the {side}"),
+            other => other.to_owned(),
+        };
+        let words = format!(
+            "camera {} is {} {} {side} camera 1, as the picture of camera 1 has it",
+            camera + 1,
+            short(baseline),
+            evidence.data.unit
+        );
+        all.push(Layout { camera, baseline, words });
+    }
+    all
+}
+
+/// Four significant digits.
+fn short(value: f64) -> String {
+    let digits = if value == 0.0 { 0 } else { libm::log10(value.abs()).floor() as i32 };
+    format!("{value:.*}", usize::try_from(3 - digits).unwrap_or(0))
+}
+
+/// What is to be said of every set of data.
+pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
+    let layout = layout(evidence);
+    let first = layout.first();
+    let baseline = first.map_or_else(
+        || "the distance of two cameras".to_owned(),
+        |l| format!("that the cameras are {} {} apart", short(l.baseline), evidence.data.unit),
+    );
+    vec![
+        Statement {
+            what: "a wrong unit, or one scale error of all places (a chart printed too large or too small)".into(),
+            check: format!("measure {baseline}: `--expect-baseline {}:1%`", first.map_or("200".into(), |l| short(l.baseline))),
+        },
+        Statement {
+            what: "the cameras exchanged in all views".into(),
+            check: first.map_or_else(
+                || "compare where the cameras stand".into(),
+                |l| format!("is it true that {}?", l.words),
+            ),
+        },
+        Statement {
+            what: "pixels of a camera counted from another place, or pictures resized, alike in all its views".into(),
+            check: "harmless as long as `locate` gets pixels counted in the same way".into(),
+        },
+    ]
+}

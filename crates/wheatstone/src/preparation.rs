@@ -1,0 +1,105 @@
+//! From what the user recorded to what a method is fitted to: faults are named, or put right where
+//! that is asked for and certain; gross outliers are set aside; charts are moved to where they stood.
+
+use crate::{
+    Error, Result,
+    cleaning::{
+        outliers::{self, Outlier},
+        stage::{self, StagePrior, ViewOffset},
+    },
+    clinic::{self, Examination, Severity},
+    dataset::Dataset,
+    progress::Progress,
+};
+
+/// What is done to data before a fit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Preparation {
+    /// Put faults right where that is safe.
+    pub repair: bool,
+    /// Go on in spite of faults that make a fit worthless.
+    pub insist: bool,
+    /// Keep gross outliers.
+    pub keep_outliers: bool,
+    /// How well the charts' places are known; without it they are taken as they are given.
+    pub stage: Option<StagePrior>,
+}
+
+/// Data ready for a fit, and what was done to them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prepared {
+    /// What a method is fitted to.
+    pub data: Dataset,
+    /// The faults that were found, in the data as they came.
+    pub examination: Examination,
+    /// Whether the faults that can be put right were.
+    pub repaired: bool,
+    /// The points set aside, by the rows of the data that were screened.
+    pub outliers: Vec<Outlier>,
+    /// Where the charts are believed to have stood; none where that was not asked for.
+    pub stage: Vec<ViewOffset>,
+}
+
+impl Prepared {
+    /// Data taken as they are.
+    #[must_use]
+    pub fn as_given(data: Dataset) -> Self {
+        let examination = Examination::default();
+        Self { data, examination, repaired: false, outliers: Vec::new(), stage: Vec::new() }
+    }
+}
+
+impl Preparation {
+    /// Prepares `data`; the same `seed` gives the same bits.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Faulty`] where a fit would be wrong, unless repaired or insisted on; those of
+    /// [`stage::solve`]; [`Error::Cancelled`].
+    pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
+        let examination = clinic::examine(&data);
+        let mut data = data;
+        if self.repair {
+            data = clinic::repair_all(&data, &examination.findings);
+        }
+        if !self.insist {
+            refuse_faults(&examination, self.repair)?;
+        }
+        progress.check()?;
+        let mut outliers = Vec::new();
+        if !self.keep_outliers {
+            let screening = outliers::screen(&data, seed, progress)?;
+            if !screening.outliers.is_empty() {
+                data = screening.clean(&data);
+            }
+            outliers = screening.outliers;
+        }
+        let mut offsets = Vec::new();
+        if let Some(prior) = &self.stage {
+            let solved = stage::solve(&data, prior, progress)?;
+            (data, offsets) = (solved.data, solved.offsets);
+        }
+        Ok(Prepared { data, examination, repaired: self.repair, outliers, stage: offsets })
+    }
+}
+
+/// Refuses data whose faults make a fit worthless, unless they were put right.
+fn refuse_faults(examination: &Examination, repaired: bool) -> Result<()> {
+    let mut left = examination
+        .findings
+        .iter()
+        .filter(|f| f.severity == Severity::Fatal && !(repaired && f.is_fixable()));
+    let Some(first) = left.next() else { return Ok(()) };
+    let others = left.count();
+    let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
+    let way_out = if first.is_fixable() && !repaired {
+        "`--fix` puts it right, `--force` goes on all the same"
+    } else {
+        "`--force` goes on all the same"
+    };
+    Err(Error::Faulty {
+        code: first.code.into(),
+        problem: format!("{}{more}", first.explanation),
+        hint: format!("{}; {way_out}", first.hint),
+    })
+}
