@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use wheatstone::{
     dataset::{
         Dataset,
-        capture::{Capture, FILE_NAME},
+        capture::{Capture, CapturedView, FILE_NAME},
         detection::{DetectionSettings, Found, detect},
         points_file::{self, Duplicates},
     },
@@ -32,6 +32,8 @@ pub(crate) struct Reading {
 pub(crate) struct Loaded {
     pub(crate) data: Dataset,
     pub(crate) truth: Option<Truth>,
+    /// Views of a capture whose places have a standard deviation of their own.
+    pub(crate) sigmas: Vec<(String, f64)>,
 }
 
 /// Whether a path names a capture: a folder, or a TOML file.
@@ -43,7 +45,7 @@ fn is_capture(path: &Path) -> bool {
 pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded> {
     let truth = truth_beside(path)?;
     if is_capture(path) {
-        let (_, found) = open_and_detect(path, reading.whole_pixels, bar)?;
+        let (capture, found) = open_and_detect(path, reading.whole_pixels, bar)?;
         let skipped = found.pictures.iter().flatten().filter(|p| p.outcome.is_err()).count();
         if skipped > 0 {
             remark!(
@@ -51,7 +53,9 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
                 "the chart was not found in {skipped} pictures; `wheatstone detect` says why"
             );
         }
-        return Ok(Loaded { data: found.dataset, truth });
+        let sigma = |view: CapturedView| Some((view.name, view.sigma?));
+        let sigmas = capture.views.into_iter().filter_map(sigma).collect();
+        return Ok(Loaded { data: found.dataset, truth, sigmas });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
     let unit = match (&reading.unit, &truth) {
@@ -59,7 +63,7 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         (None, Some(truth)) => truth.unit.clone(),
         (None, None) => "mm".into(),
     };
-    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth })
+    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth, sigmas: Vec::new() })
 }
 
 /// Opens a capture and looks for its chart.

@@ -7,6 +7,7 @@ mod commands;
 mod failure;
 mod input;
 mod interruption;
+mod preparing;
 mod progress;
 mod table;
 mod voice;

@@ -3,11 +3,13 @@
 
 use crate::{
     Error, Result,
-    dataset::{Dataset, SavedDataset},
-    evaluate::{self, CrossValidation, Evaluation},
+    cleaning::stage::ViewOffset,
+    dataset::SavedDataset,
+    evaluate::{self, CrossValidation, Ellipsoids, Evaluation},
     geometry::Point3,
     method::{AnyMethod, AnyReconstructor, Choice},
     numeric::backpropagation::CurvePoint,
+    preparation::{Prepared, SavedFinding, SetAside},
     progress::Progress,
     storage,
 };
@@ -46,8 +48,16 @@ pub struct Calibration {
     pub training: Evaluation,
     /// How the same settings do on views that they were not fitted to.
     pub validation: Option<CrossValidation>,
+    /// How large error ellipsoids must be drawn to hold what they say.
+    pub ellipsoids: Ellipsoids,
     /// How the error fell during the fit, for methods that learn in steps.
     pub curve: Vec<CurvePoint>,
+    /// Points that were set aside as gross outliers.
+    pub outliers: Vec<SetAside>,
+    /// Where the charts are believed to have stood, where that was solved for.
+    pub stage: Vec<ViewOffset>,
+    /// What was wrong with the data, in sentences.
+    pub findings: Vec<SavedFinding>,
     /// The points that it was fitted to.
     pub data: SavedDataset,
 }
@@ -63,24 +73,28 @@ struct Heading {
 const LARGEST_FILE: u64 = 1 << 30;
 
 impl Calibration {
-    /// Fits a method to all points of `data`, and judges it on those and, if told to, on views that
-    /// are left out one after the other.
+    /// Fits a method to all points that were prepared, and judges it on those and, if told to, on
+    /// views that are left out one after the other.
     ///
     /// # Errors
     ///
     /// Those of [`AnyMethod::fit_checked`].
     pub fn fit(
         method: &AnyMethod,
-        data: &Dataset,
+        prepared: &Prepared,
         seed: u64,
         validate: bool,
         progress: &dyn Progress,
     ) -> Result<Self> {
+        let data = &prepared.data;
         let fit = method.fit_checked(data, seed, progress)?;
         let viewpoint = evaluate::viewpoint(data);
         let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
-        let validation =
-            if validate { evaluate::cross_validate(method, data, seed, progress)? } else { None };
+        let held_out =
+            if validate { evaluate::hold_out(method, data, seed, progress)? } else { None };
+        let (validation, held_out) = held_out.unzip();
+        let held_out = held_out.unwrap_or_default();
+        let ellipsoids = Ellipsoids::estimate(&*fit.reconstructor, data, &held_out);
         Ok(Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -93,8 +107,35 @@ impl Calibration {
             viewpoint,
             training,
             validation,
+            ellipsoids,
             curve: fit.curve,
+            outliers: prepared.set_aside(),
+            stage: prepared.stage.clone(),
+            findings: prepared.findings(),
             data: data.into(),
+        })
+    }
+
+    /// Why this model is worthless, if it is: where its error on views left out (on its own points,
+    /// where there are none) is a good part of the whole volume that they span, whatever it was fitted
+    /// to was not what it takes them for.
+    #[must_use]
+    pub fn broken(&self) -> Option<String> {
+        // The recipe of 2001, the worst that is of use, errs by a twelfth on its own kind of data.
+        const MOST: f64 = 0.25;
+        let (judged, on) = match &self.validation {
+            Some(validation) => (&validation.all, "on views left out"),
+            None => (&self.training, "on its own points"),
+        };
+        let spread = self.data.spread();
+        if judged.rms.is_nan() || judged.rms > MOST * spread {
+            return Some(format!(
+                "the error {on} is {:.3e} {} rms, where the points themselves spread over {spread:.3e} {}",
+                judged.rms, self.unit, self.unit
+            ));
+        }
+        (2 * judged.located < judged.n).then(|| {
+            format!("only {} of {} points {on} could be located", judged.located, judged.n)
         })
     }
 

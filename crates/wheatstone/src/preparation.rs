@@ -7,10 +7,41 @@ use crate::{
         outliers::{self, Outlier},
         stage::{self, StagePrior, ViewOffset},
     },
-    clinic::{self, Examination, Severity},
+    clinic::{self, Examination, Finding, Severity},
     dataset::Dataset,
     progress::Progress,
 };
+use serde::{Deserialize, Serialize};
+
+/// A point that was set aside as a gross outlier.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetAside {
+    /// Its view's name; empty where there is none.
+    pub view: String,
+    /// Its name within the view; its row, counted from 1, where it has none.
+    pub id: String,
+    /// The cameras whose pixel is wrong, counted from 1.
+    pub cameras: Vec<usize>,
+    /// How far the worst of these pixels is off.
+    pub residual: f64,
+}
+
+/// A fault of the data that was found before the fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SavedFinding {
+    /// Its name, in kebab case.
+    pub code: String,
+    /// `information`, `warning` or `fatal`.
+    pub severity: String,
+    /// What is wrong and where.
+    pub explanation: String,
+    /// What to do about it.
+    pub hint: String,
+    /// Whether it was put right before the fit.
+    pub repaired: bool,
+}
 
 /// What is done to data before a fit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,6 +77,31 @@ impl Prepared {
     pub fn as_given(data: Dataset) -> Self {
         let examination = Examination::default();
         Self { data, examination, repaired: false, outliers: Vec::new(), stage: Vec::new() }
+    }
+
+    /// The outliers as a model file keeps them.
+    #[must_use]
+    pub fn set_aside(&self) -> Vec<SetAside> {
+        let keep = |outlier: &Outlier| SetAside {
+            view: outlier.view.clone(),
+            id: outlier.id.clone().unwrap_or_else(|| (outlier.row + 1).to_string()),
+            cameras: outlier.cameras.iter().map(|camera| camera + 1).collect(),
+            residual: outlier.residual,
+        };
+        self.outliers.iter().map(keep).collect()
+    }
+
+    /// The findings as a model file keeps them.
+    #[must_use]
+    pub fn findings(&self) -> Vec<SavedFinding> {
+        let keep = |finding: &Finding| SavedFinding {
+            code: finding.code.into(),
+            severity: finding.severity.name().into(),
+            explanation: finding.explanation.clone(),
+            hint: finding.hint.clone(),
+            repaired: self.repaired && finding.is_fixable(),
+        };
+        self.examination.findings.iter().map(keep).collect()
     }
 }
 

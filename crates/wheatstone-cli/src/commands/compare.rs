@@ -5,6 +5,7 @@ use crate::voice::say;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
+    preparing::Preparing,
     progress::Bar,
     table::{figure, figure_or_dash, table},
 };
@@ -35,6 +36,8 @@ pub(crate) struct Compare {
     json: bool,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    preparing: Preparing,
 }
 
 impl Compare {
@@ -42,8 +45,10 @@ impl Compare {
         let bar = Bar::new();
         let methods = self.methods()?;
         let loaded = load(&self.input, &self.reading, &bar)?;
-        let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
-        let found = compare(&methods, &loaded.data, cameras, self.seed, &bar)?;
+        let truth = loaded.truth.clone();
+        let cameras = truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
+        let prepared = self.preparing.run(loaded, self.seed, &bar)?;
+        let found = compare(&methods, &prepared.data, cameras, self.seed, &bar)?;
         drop(bar);
         if found.methods.iter().all(|row| row.rms.is_none()) {
             return Err(no_method_worked(&found));

@@ -23,6 +23,7 @@ use wheatstone::{
     geometry::Vector3,
     method::AnyMethod,
     numeric::statistics::{median, percentile},
+    preparation::Preparation,
     storage,
     synthetic::{Rig, Sensor, Stage, write_capture},
 };
@@ -172,7 +173,8 @@ impl Demo {
         rig: &Rig,
         bar: &Bar,
     ) -> Outcome<MethodSummary> {
-        let model = Calibration::fit(method, train, self.seed, false, bar)?;
+        let prepared = Preparation::default().run(train.clone(), self.seed, bar)?;
+        let model = Calibration::fit(method, &prepared, self.seed, false, bar)?;
         let pixels = if whole { "whole pixels" } else { "sub-pixel" };
         let file = format!("{label}-{pixels}.json").replace(' ', "-");
         model.save(&self.out.join(&file))?;

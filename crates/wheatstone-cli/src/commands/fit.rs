@@ -1,9 +1,10 @@
 //! `wheatstone fit`.
 
-use crate::voice::say;
+use crate::voice::{remark, say};
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
+    preparing::Preparing,
     progress::Bar,
     table::figure,
 };
@@ -15,6 +16,7 @@ use wheatstone::{
         AnyMethod,
         network::{Network, Training},
     },
+    preparation::Prepared,
     storage::Output,
 };
 
@@ -45,6 +47,8 @@ pub(crate) struct Fit {
     output: PathBuf,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    preparing: Preparing,
 }
 
 impl Fit {
@@ -59,17 +63,41 @@ impl Fit {
         if let Some(epochs) = self.epochs {
             set_epochs(&mut method, epochs)?;
         }
-        let data = load(&self.input, &self.reading, &bar)?.data;
-        let model = Calibration::fit(&method, &data, self.seed, !self.no_validation, &bar)?;
-        model.save(&self.output)?;
+        let loaded = load(&self.input, &self.reading, &bar)?;
+        let prepared = self.preparing.run(loaded, self.seed, &bar)?;
+        let model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
         drop(bar);
+        self.refuse_broken(&model)?;
+        model.save(&self.output)?;
+        self.tell(&model, &prepared);
+        Ok(())
+    }
+
+    /// A model that is worthless is not saved, unless that is insisted on.
+    fn refuse_broken(&self, model: &Calibration) -> Outcome {
+        match model.broken() {
+            Some(why) if self.preparing.force => remark!("warning", "the model is broken: {why}"),
+            Some(why) => {
+                return Err(wheatstone::Error::Faulty {
+                    code: "broken-model".into(),
+                    problem: format!("the model is not saved, because it is broken: {why}"),
+                    hint: "`wheatstone check` looks for what is wrong with the data; `--force` saves the model all the same".into(),
+                }
+                .into());
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn tell(&self, model: &Calibration, prepared: &Prepared) {
         let unit = &model.unit;
         let training = &model.training;
         say!(
             "Fitted {} to {} points of {} cameras; on these points {} {unit} rms",
             self.method,
             training.located,
-            data.cameras,
+            prepared.data.cameras,
             figure(training.rms)
         );
         if let Some(choice) = &model.choice {
@@ -87,7 +115,6 @@ impl Fit {
             }
         }
         say!("Wrote {}", self.output.display());
-        Ok(())
     }
 }
 

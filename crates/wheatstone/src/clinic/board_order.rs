@@ -108,9 +108,8 @@ pub(super) fn relabelled(
     let mut pixels = vec![None; known.len()];
     for (world, pixel) in &cell.pairs {
         let Some(real) = place(*world) else { continue };
-        let nearest = (0..known.len()).min_by(|a, b| {
-            (known[*a].1 - real).norm().total_cmp(&(known[*b].1 - real).norm())
-        });
+        let nearest = (0..known.len())
+            .min_by(|a, b| (known[*a].1 - real).norm().total_cmp(&(known[*b].1 - real).norm()));
         if let Some(index) = nearest {
             let tolerance = 0.3 * neighbour_distance(&known, index);
             if (known[index].1 - real).norm() < tolerance {
@@ -118,11 +117,7 @@ pub(super) fn relabelled(
             }
         }
     }
-    known
-        .iter()
-        .zip(pixels)
-        .map(|((row, _), to)| Change::Pixel { row: *row, camera, to })
-        .collect()
+    known.iter().zip(pixels).map(|((row, _), to)| Change::Pixel { row: *row, camera, to }).collect()
 }
 
 fn neighbour_distance(known: &[(usize, Point3)], own: usize) -> f64 {
@@ -168,7 +163,13 @@ fn axes_exchanged(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal>
                 Some(Change::World { row: *row, to })
             };
             let changes = rows.iter().filter_map(change).collect();
-            return Some(proposal(cell, left, "rows-columns-swapped", (names.into(), what), changes));
+            return Some(proposal(
+                cell,
+                left,
+                "rows-columns-swapped",
+                (names.into(), what),
+                changes,
+            ));
         }
     }
     None

@@ -33,8 +33,7 @@ fn segment(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let seen = evidence.seen[camera].as_ref()?;
     let views: Vec<usize> =
         (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
-    let suspicious =
-        |view: &usize| evidence.cells[*view][camera].suspicious;
+    let suspicious = |view: &usize| evidence.cells[*view][camera].suspicious;
     let head = views.iter().take_while(|view| suspicious(view)).count();
     let tail = views.iter().rev().take_while(|view| suspicious(view)).count();
     let (first, moved) = if tail >= head {
@@ -75,7 +74,9 @@ fn segment(evidence: &Evidence, camera: usize) -> Option<Proposal> {
             "the camera stands elsewhere from view `{at}` on: moved by {distance:.3} {}, turned by {angle:.3} degrees",
             evidence.data.unit
         ),
-        hint: format!("fix the camera's mount and record again, or use only the views before `{at}`, or only those from it on"),
+        hint: format!(
+            "fix the camera's mount and record again, or use only the views before `{at}`, or only those from it on"
+        ),
         figures: vec![
             (format!("moved, {}", evidence.data.unit), distance),
             ("turned, degrees".into(), angle),

@@ -38,11 +38,20 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
             if gaps.len() < LEAST || median(&gaps) > 0.02 {
                 continue;
             }
-            let what = format!("cameras {} and {} give the same pixels: one file or column was taken twice", first + 1, second + 1);
+            let what = format!(
+                "cameras {} and {} give the same pixels: one file or column was taken twice",
+                first + 1,
+                second + 1
+            );
             found.push(Proposal {
                 cells: (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect(),
                 figures: vec![("median distance of their pixels, px".into(), median(&gaps))],
-                ..Proposal::itself("identical-cameras", Severity::Fatal, what, "give each camera its own pictures: depth cannot be told from one picture")
+                ..Proposal::itself(
+                    "identical-cameras",
+                    Severity::Fatal,
+                    what,
+                    "give each camera its own pictures: depth cannot be told from one picture",
+                )
             });
         }
     }
@@ -86,9 +95,21 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     }
     let names = [first, second].map(|view| &evidence.views[view].name);
     let (severity, what) = if placed_alike {
-        (Severity::Warning, format!("the view is a copy of view `{}`: it counts twice, and tests with one of them left out look better than they are", names[0]))
+        (
+            Severity::Warning,
+            format!(
+                "the view is a copy of view `{}`: it counts twice, and tests with one of them left out look better than they are",
+                names[0]
+            ),
+        )
     } else {
-        (Severity::Fatal, format!("the view has the pixels of view `{}`, but other places in the world: one of the two is wrong", names[0]))
+        (
+            Severity::Fatal,
+            format!(
+                "the view has the pixels of view `{}`, but other places in the world: one of the two is wrong",
+                names[0]
+            ),
+        )
     };
     let drop = |row: &usize| Change::Drop { row: *row };
     Some(Proposal {
@@ -96,7 +117,12 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
         key: names[0].clone(),
         figures: vec![("median distance of their pixels, px".into(), gap)],
         changes: if placed_alike { b.iter().map(drop).collect() } else { Vec::new() },
-        ..Proposal::itself("duplicate-views", severity, what, "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same")
+        ..Proposal::itself(
+            "duplicate-views",
+            severity,
+            what,
+            "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same",
+        )
     })
 }
 
@@ -114,9 +140,8 @@ fn lattices(evidence: &Evidence) -> Vec<Proposal> {
         let alike = |value: &f64| (value.rem_euclid(1.0) - first).abs() < 1e-6;
         (seen.len() >= 2 * LEAST && seen.iter().all(alike)).then_some(first)
     };
-    let known: Vec<(usize, f64)> = (0..evidence.data.cameras)
-        .filter_map(|camera| Some((camera, fraction(camera)?)))
-        .collect();
+    let known: Vec<(usize, f64)> =
+        (0..evidence.data.cameras).filter_map(|camera| Some((camera, fraction(camera)?))).collect();
     let Some((_, first)) = known.iter().find(|(_, f)| *f == 0.0).or_else(|| known.first()) else {
         return Vec::new();
     };

@@ -210,8 +210,11 @@ impl Seen {
             let errors: Vec<f64> = (0..fitted.len())
                 .map(|view| seen.without[view].median_error(&fitted[view]))
                 .collect();
-            let agrees: Vec<bool> =
-                errors.iter().zip(&fitted).map(|(e, view)| view.len() >= LEAST && *e <= good).collect();
+            let agrees: Vec<bool> = errors
+                .iter()
+                .zip(&fitted)
+                .map(|(e, view)| view.len() >= LEAST && *e <= good)
+                .collect();
             let count = agrees.iter().filter(|agrees| **agrees).count();
             if count < 3 || 3 * count < fitted.len() {
                 break;

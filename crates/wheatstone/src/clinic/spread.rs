@@ -35,7 +35,12 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
     if share < 2e-3 {
         return Some(Proposal {
             figures,
-            ..Proposal::itself("single-plane", Severity::Fatal, "all points lie on one plane: depth cannot be learned from them".into(), "show the chart at three or more distances, from nearest to farthest")
+            ..Proposal::itself(
+                "single-plane",
+                Severity::Fatal,
+                "all points lie on one plane: depth cannot be learned from them".into(),
+                "show the chart at three or more distances, from nearest to farthest",
+            )
         });
     }
     // Twenty times as wide as thick, of what most rigs sweep a tenth or less.
@@ -46,7 +51,8 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
 }
 
 fn parallel(evidence: &Evidence) -> Option<Proposal> {
-    let normals: Vec<_> = evidence.views.iter().map(|v| v.board.as_ref().map(|b| b.normal())).collect();
+    let normals: Vec<_> =
+        evidence.views.iter().map(|v| v.board.as_ref().map(|b| b.normal())).collect();
     let normals: Vec<_> = normals.into_iter().collect::<Option<_>>()?;
     let first = normals.first()?;
     // Half a degree is what stages keep to.

@@ -33,9 +33,14 @@ pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
         let between = (seen.camera.centre() - first.camera.centre()) * evidence.frame.size;
         let own = first.camera.rotation * between;
         let baseline = between.norm();
-        let directions = [("left of", "right of", own.x), ("above", "below", own.y), ("behind", "in front of", own.z)];
+        let directions = [
+            ("left of", "right of", own.x),
+            ("above", "below", own.y),
+            ("behind", "in front of", own.z),
+        ];
         let largest = directions.iter().max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
-        let side = largest.map_or("beside", |(minus, plus, value)| if *value < 0.0 { minus } else { plus });
+        let side = largest
+            .map_or("beside", |(minus, plus, value)| if *value < 0.0 { minus } else { plus });
         let side = match side {
             "left of" | "right of" => format!("to the {side}"),
             other => other.to_owned(),

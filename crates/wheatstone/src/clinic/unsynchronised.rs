@@ -59,8 +59,7 @@ pub(super) fn places_in(
 
 /// The point at the same place of the chart, where the chart moved without turning much.
 fn by_place(evidence: &Evidence, view: usize, other: usize, own: Point3) -> Option<Point3> {
-    let (from, to) =
-        (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
+    let (from, to) = (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
     if (from.pitch[0] / to.pitch[0] - 1.0).abs() > 0.01 {
         return None;
     }
@@ -158,8 +157,13 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
                 evidence.views[first_sound].name,
                 if offset > 0 { "after" } else { "before" }
             );
-            let mut found =
-                proposal(evidence, &whole, (worst / 2.0, Freedom::Choice), offset.to_string(), what);
+            let mut found = proposal(
+                evidence,
+                &whole,
+                (worst / 2.0, Freedom::Choice),
+                offset.to_string(),
+                what,
+            );
             // The first views are explained by it too.
             found.key = format!("from {first_sound}");
             return Some(found);

@@ -43,6 +43,8 @@ pub struct CapturedView {
     pub name: String,
     /// Where the chart stood, where that is known.
     pub world_from_chart: Option<Pose>,
+    /// Standard deviation of that place along each axis, in the capture's unit, where it is given.
+    pub sigma: Option<f64>,
 }
 
 /// `capture.toml` as it stands in the file.
@@ -72,6 +74,9 @@ pub struct ViewEntry {
     /// `world_from_chart`: axis times angle, in radians.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<[f64; 3]>,
+    /// Standard deviation of the translation along each axis, in the capture's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
 }
 
 /// A capture file is a page of text; this is far beyond it.
@@ -181,7 +186,11 @@ fn pair_up(
         ));
     }
     if entries.is_empty() {
-        let name = |picture: &PathBuf| CapturedView { name: stem(picture), world_from_chart: None };
+        let name = |picture: &PathBuf| CapturedView {
+            name: stem(picture),
+            world_from_chart: None,
+            sigma: None,
+        };
         return Ok(cameras[0].pictures.iter().map(name).collect());
     }
     if entries.len() != counts[0] {
@@ -231,7 +240,14 @@ fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
         let rotation = entry.rotation.unwrap_or_default();
         Pose::from_rotation_vector(Vector3::from(translation), Vector3::from(rotation))
     });
-    Ok(CapturedView { name: entry.name.clone(), world_from_chart })
+    if entry.sigma.is_some_and(|sigma| !(sigma.is_finite() && sigma >= 0.0)) {
+        return Err(refuse(
+            path,
+            format!("the sigma of view `{}` is no standard deviation", entry.name),
+            "it is a length in `unit`, not negative",
+        ));
+    }
+    Ok(CapturedView { name: entry.name.clone(), world_from_chart, sigma: entry.sigma })
 }
 
 /// A picture's file name without its extension.

@@ -106,6 +106,17 @@ pub struct SavedDataset {
     pub world: Vec<Option<[f64; 3]>>,
 }
 
+impl SavedDataset {
+    /// How far its known points are from their middle, root mean square, in world units.
+    #[must_use]
+    pub fn spread(&self) -> f64 {
+        let points: Vec<Point3> = self.world.iter().flatten().map(|w| Point3::from(*w)).collect();
+        let count = points.len().max(1) as f64;
+        let middle = points.iter().map(|p| p.coords).sum::<nalgebra::Vector3<f64>>() / count;
+        (points.iter().map(|p| (p.coords - middle).norm_squared()).sum::<f64>() / count).sqrt()
+    }
+}
+
 impl From<&Dataset> for SavedDataset {
     fn from(data: &Dataset) -> Self {
         let all = &data.correspondences;

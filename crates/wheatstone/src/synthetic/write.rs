@@ -124,6 +124,7 @@ fn write_description(
             name: name.clone(),
             translation: Some(pose.translation.into()),
             rotation: Some(pose.rotation_vector().into()),
+            sigma: None,
         })
         .collect();
     let file = CaptureFile { unit: "cm".into(), chart: chart.clone(), cameras, views };

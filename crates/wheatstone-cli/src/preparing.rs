@@ -1,0 +1,125 @@
+//! What is done to data before they are fitted, as options, and what is said about it.
+
+use crate::{
+    failure::Outcome,
+    input::Loaded,
+    progress::Bar,
+    table::{figure, table},
+    voice::{detail, remark, say},
+};
+use clap::Args;
+use wheatstone::{
+    cleaning::{
+        outliers::Outlier,
+        stage::{StagePrior, ViewOffset},
+    },
+    clinic::Severity,
+    preparation::{Preparation, Prepared},
+};
+
+/// How data are prepared.
+#[derive(Args, Clone)]
+#[command(next_help_heading = "Preparation")]
+pub(crate) struct Preparing {
+    /// Put faults of the data right where that is safe
+    #[arg(long)]
+    fix: bool,
+    /// Go on in spite of faults that make a fit worthless
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Fit gross outliers too, instead of setting them aside
+    #[arg(long)]
+    keep_outliers: bool,
+    /// How well the charts' places are known: a standard deviation in the data's unit. Solves for
+    /// where they really stood
+    #[arg(long, value_name = "LENGTH")]
+    stage_sigma: Option<f64>,
+}
+
+/// Outliers that are listed before the rest is counted.
+const LISTED: usize = 8;
+
+impl Preparing {
+    /// Prepares what was loaded, and tells what was found.
+    pub(crate) fn run(&self, loaded: Loaded, seed: u64, bar: &Bar) -> Outcome<Prepared> {
+        let preparation = Preparation {
+            repair: self.fix,
+            insist: self.force,
+            keep_outliers: self.keep_outliers,
+            stage: self.stage(&loaded.sigmas),
+        };
+        let unit = loaded.data.unit.clone();
+        let points = loaded.data.correspondences.len();
+        let prepared = preparation.run(loaded.data, seed, bar)?;
+        for finding in &prepared.examination.findings {
+            let mended = self.fix && finding.is_fixable();
+            let word = if mended { "put right: " } else { "" };
+            let text = format!("{word}{} ({})", finding.explanation, finding.code);
+            match finding.severity {
+                Severity::Information if !mended => detail!("note: {text}"),
+                Severity::Information => remark!("note", "{text}"),
+                _ => remark!("warning", "{text}"),
+            }
+        }
+        tell_outliers(&prepared.outliers, points);
+        if !prepared.stage.is_empty() {
+            say!("{}", stage_table(&prepared.stage, &unit).trim_end());
+        }
+        Ok(prepared)
+    }
+
+    /// The prior of the charts' places: that of the option, and each view's own.
+    fn stage(&self, sigmas: &[(String, f64)]) -> Option<StagePrior> {
+        let largest = sigmas.iter().map(|(_, sigma)| *sigma).fold(0.0, f64::max);
+        let offset_sigma = self.stage_sigma.or((largest > 0.0).then_some(largest))?;
+        Some(StagePrior { views: sigmas.to_vec(), ..StagePrior::of(offset_sigma) })
+    }
+}
+
+fn tell_outliers(outliers: &[Outlier], points: usize) {
+    if outliers.is_empty() {
+        return;
+    }
+    let name = |outlier: &Outlier| {
+        let id = outlier.id.clone().unwrap_or_else(|| format!("row {}", outlier.row + 1));
+        let view =
+            if outlier.view.is_empty() { String::new() } else { format!("view {} ", outlier.view) };
+        format!("{view}point {id} ({} px)", figure(outlier.residual))
+    };
+    let listed: Vec<String> = outliers.iter().take(LISTED).map(name).collect();
+    let more = outliers.len().saturating_sub(LISTED);
+    let more =
+        if more > 0 { format!(" and {more} more, listed in the model") } else { String::new() };
+    remark!(
+        "note",
+        "set aside {} of {points} points as gross outliers: {}{more}",
+        outliers.len(),
+        listed.join(", ")
+    );
+}
+
+/// Where the charts are believed to have stood.
+fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
+    let row = |view: &ViewOffset| {
+        let mut cells = vec![view.view.clone()];
+        for axis in 0..3 {
+            cells.push(format!("{} +- {}", figure(view.offset[axis]), figure(view.sigma[axis])));
+        }
+        for axis in 0..3 {
+            cells.push(format!(
+                "{} +- {}",
+                figure(view.observable[axis]),
+                figure(view.observable_sigma[axis])
+            ));
+        }
+        cells
+    };
+    let rows: Vec<Vec<String>> = stage.iter().map(row).collect();
+    let heading = ["view", "X", "Y", "Z", "seen X", "seen Y", "seen Z"];
+    format!(
+        "Where the charts stood, {unit} from their nominal places:\n\n{}\n\
+         seen: the part that pixels can show. What is common to all views, or grows in proportion\n\
+         along the stage, cannot be told from a change of the cameras\n",
+        table(&heading, &rows)
+    )
+}
