@@ -13,7 +13,7 @@ use crate::{
     geometry::{Pixel, Point3},
     progress::Progress,
 };
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// How many points speak.
@@ -137,14 +137,23 @@ impl Reconstructor for InterpolationReconstructor {
             rows.push((weight, row, world));
         }
         let total: f64 = rows.iter().map(|(weight, ..)| weight).sum();
-        // Unequal weights are worth so many equal ones (Kish 1965); the plane follows its own points,
-        // and its own error comes on top.
+        // Unequal weights are worth so many equal ones (Kish 1965); the plane follows its own points.
         let squares: f64 = rows.iter().map(|(weight, ..)| weight * weight).sum();
-        let inflation = 1.0 + 2.0 * width as f64 * squares / (total * total);
+        let followed = width as f64 * squares / (total * total);
         let spread = (1..width).map(|i| matrix[(i, i)]).sum::<f64>() / (width - 1) as f64;
         (1..width).for_each(|i| matrix[(i, i)] += RIDGE * spread);
         let factors = matrix.cholesky()?;
         let plane = factors.solve(&right);
+        // What is read off is a weighted sum of the neighbours, and errs as they do: beyond them the
+        // weights grow. Among them a plane's mean error over its points is the least that is assumed.
+        let mut here_alone = DVector::zeros(width);
+        here_alone[0] = 1.0;
+        let solved = factors.solve(&here_alone);
+        let share = |(weight, row, _): &(f64, Vec<f64>, Point3)| {
+            weight * row.iter().zip(solved.iter()).map(|(value, s)| value * s).sum::<f64>()
+        };
+        let own: f64 = rows.iter().map(|row| share(row).powi(2)).sum();
+        let inflation = 1.0 + followed + own.max(followed);
         let mut scatter = Matrix3::zeros();
         for (weight, row, world) in &rows {
             let read =
