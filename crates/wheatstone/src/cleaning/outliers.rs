@@ -262,3 +262,6 @@ struct Fitted {
     camera: NeuralCameraReconstructor,
     members: Vec<usize>,
 }
+
+#[cfg(test)]
+mod tests;
