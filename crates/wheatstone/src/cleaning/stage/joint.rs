@@ -49,8 +49,8 @@ pub(super) struct Joint<'a> {
     cameras: Vec<LooseCamera<'a>>,
     /// Sum of what the cameras say.
     pub(super) information: Information,
-    /// Covariance of the motions, [`MOTION`] a chart.
-    pub(super) covariance: DMatrix<f64>,
+    /// Chi-square a degree of freedom of what the cameras say of the charts against each other.
+    pub(super) disagreement: f64,
 }
 
 /// Most rounds; four to six are the rule.
@@ -82,11 +82,41 @@ impl<'a> Joint<'a> {
         let fitted: Vec<Result<_>> = sights.par_iter().enumerate().map(fit).collect();
         let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
         let (cameras, said): (Vec<_>, Vec<_>) = fitted.into_iter().unzip();
-        let information = sum(&said, MOTION * charts.len());
-        let covariance = DMatrix::zeros(0, 0);
-        let mut joint = Self { charts, cameras, information, covariance };
+        let count = MOTION * charts.len();
+        let information =
+            Information { matrix: DMatrix::zeros(count, count), vector: DVector::zeros(count) };
+        let mut joint = Self { charts, cameras, information, disagreement: 1.0 };
+        joint.hear(&said);
         joint.advance().ok_or_else(lost)?;
         Ok(joint)
+    }
+
+    /// Sums up what the cameras say, and how much they contradict each other.
+    fn hear(&mut self, said: &[Information]) {
+        let count = MOTION * self.charts.len();
+        let (mut matrix, mut vector) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        let (mut squares, mut degrees) = (0.0, 0.0);
+        for one in said {
+            matrix += &one.matrix;
+            vector += &one.vector;
+            let (own, along) = explained(one);
+            squares += own;
+            degrees += along;
+        }
+        self.information = Information { matrix, vector };
+        let (own, along) = explained(&self.information);
+        let spare = degrees - along;
+        self.disagreement = if spare > 0.0 { (squares - own) / spare } else { 1.0 };
+    }
+
+    /// Covariance of the motions. Where the cameras contradict each other by more than their noise
+    /// allows (one was touched between two views, say, or a detector errs with the light), what they
+    /// say is worth less by as much: the ratio of Birge 1932 (doi:10.1103/PhysRev.40.207).
+    pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
+        let weight = 1.0 / self.disagreement.max(1.0);
+        let count = self.information.vector.len();
+        let precision = &self.information.matrix * weight + DMatrix::identity(count, count);
+        Some(precision.cholesky()?.inverse())
     }
 
     /// Puts the charts where all cameras together see them; by how much they moved at most, in
@@ -100,7 +130,6 @@ impl<'a> Joint<'a> {
             most = most.max(step / covariance[(index, index)].sqrt());
             *number = motions[index];
         }
-        self.covariance = covariance;
         Some(most)
     }
 
@@ -148,7 +177,7 @@ impl<'a> Joint<'a> {
             let charts = &self.charts;
             let refit = |camera: &mut LooseCamera<'a>| camera.refit(charts, learning);
             let said: Option<Vec<Information>> = self.cameras.par_iter_mut().map(refit).collect();
-            self.information = sum(&said.ok_or_else(lost)?, MOTION * self.charts.len());
+            self.hear(&said.ok_or_else(lost)?);
             let moved = self.advance().ok_or_else(lost)?;
             if moved < STILL && !learning {
                 return Ok(round);
@@ -163,21 +192,11 @@ impl<'a> Joint<'a> {
     }
 }
 
-fn lost() -> Error {
+pub(super) fn lost() -> Error {
     Error::Degenerate {
         problem: "cameras and charts could not be adjusted together".into(),
         hint: "check the points for gross errors, and the stage sigma's unit".into(),
     }
-}
-
-fn sum(said: &[Information], count: usize) -> Information {
-    let mut all =
-        Information { matrix: DMatrix::zeros(count, count), vector: DVector::zeros(count) };
-    for one in said {
-        all.matrix += &one.matrix;
-        all.vector += &one.vector;
-    }
-    all
 }
 
 /// The most likely motions and their covariance, by what the cameras say and a prior of unit variance.
@@ -185,4 +204,17 @@ fn most_likely(information: &Information) -> Option<(DVector<f64>, DMatrix<f64>)
     let count = information.vector.len();
     let factors = (&information.matrix + DMatrix::identity(count, count)).cholesky()?;
     Some((factors.solve(&information.vector), factors.inverse()))
+}
+
+/// What motions explain of the pixels' errors, as a sum of squares of standard deviations, and in how
+/// many directions they can: each counts by how much more of it the pixels say than the prior does.
+fn explained(information: &Information) -> (f64, f64) {
+    let eigen = information.matrix.clone().symmetric_eigen();
+    let (mut squares, mut degrees) = (0.0, 0.0);
+    for (index, value) in eigen.eigenvalues.iter().enumerate().filter(|(_, value)| **value > 0.0) {
+        let score = eigen.eigenvectors.column(index).dot(&information.vector);
+        squares += score * score / (1.0 + value);
+        degrees += value / (1.0 + value);
+    }
+    (squares, degrees)
 }

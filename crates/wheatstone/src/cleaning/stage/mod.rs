@@ -97,7 +97,8 @@ pub struct ViewOffset {
 #[serde(deny_unknown_fields)]
 pub struct Significance {
     /// Sum of squares of what the pixels say against the places as given, in standard deviations:
-    /// about `degrees` if the charts stood where they were said to.
+    /// about `degrees` if the charts stood where they were said to. Less by as much as the cameras
+    /// contradict each other.
     pub chi_square: f64,
     /// In how many directions the pixels say more than the prior did.
     pub degrees: usize,
@@ -127,6 +128,10 @@ pub struct SolvedStage {
     pub significance: Significance,
     /// Standard deviation of one pixel coordinate, a camera each, with the charts where they stood.
     pub pixel_noise: Vec<f64>,
+    /// How much the cameras disagree on where the charts stood: chi-square a degree of freedom, about
+    /// 1 where nothing but noise parts them. All sigmas above are widened by its root where it is more
+    /// than 1.
+    pub disagreement: f64,
     /// Rounds of adjustment until the charts stood still.
     pub rounds: usize,
 }
@@ -149,12 +154,14 @@ pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Res
     let sights = Sight::of_all(data, &placements);
     let mut joint = Joint::new(&sights, charts, progress)?;
     let rounds = joint.settle(prior.rotation_sigma.is_none(), progress)?;
-    let offsets = observable::offsets(&placements, &joint);
+    let covariance = joint.covariance().ok_or_else(joint::lost)?;
+    let offsets = observable::offsets(&placements, &joint.charts, &covariance);
     Ok(SolvedStage {
         offsets,
         data: charts::moved(data, &placements, &joint.charts),
-        significance: observable::significance(&joint.information, prior.offset_sigma),
+        significance: observable::significance(&joint, prior.offset_sigma),
         pixel_noise: joint.pixel_noise(),
+        disagreement: joint.disagreement,
         rounds,
     })
 }
@@ -175,5 +182,5 @@ pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> 
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
     let sights = Sight::of_all(data, &placements);
     let joint = Joint::new(&sights, charts, progress)?;
-    Ok(observable::significance(&joint.information, sigma))
+    Ok(observable::significance(&joint, sigma))
 }

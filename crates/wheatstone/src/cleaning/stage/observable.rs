@@ -1,7 +1,7 @@
 //! What of the charts' motions the pixels show, and whether it is more than chance.
 
 use super::{Significance, ViewOffset, charts::Placement, joint::Joint};
-use crate::method::neural_camera::loose::{Information, MOTION};
+use crate::method::neural_camera::loose::{Information, LooseChart, MOTION};
 use nalgebra::{DMatrix, DVector};
 
 /// Placements that spread less than this share of their longest spread along a direction have no
@@ -31,15 +31,20 @@ fn beside_affine(placements: &[Placement]) -> DMatrix<f64> {
     projection
 }
 
-/// The charts' offsets, whole and as far as they can be seen.
-pub(super) fn offsets(placements: &[Placement], joint: &Joint<'_>) -> Vec<ViewOffset> {
-    let (count, charts) = (placements.len(), &joint.charts);
+/// The charts' offsets, whole and as far as they can be seen; `motions` is the covariance of all
+/// motions in units of their priors.
+pub(super) fn offsets(
+    placements: &[Placement],
+    charts: &[LooseChart],
+    motions: &DMatrix<f64>,
+) -> Vec<ViewOffset> {
+    let count = placements.len();
     let beside = beside_affine(placements);
     let along = |axis: usize| {
         let whole = DVector::from_fn(count, |view, _| charts[view].moved_by().0[axis]);
         let covariance = DMatrix::from_fn(count, count, |a, b| {
             let scale = charts[a].sigma[axis] * charts[b].sigma[axis];
-            scale * joint.covariance[(MOTION * a + axis, MOTION * b + axis)]
+            scale * motions[(MOTION * a + axis, MOTION * b + axis)]
         });
         let seen = &beside * &covariance * &beside;
         let sigma = |matrix: &DMatrix<f64>| matrix.diagonal().map(|value| value.max(0.0).sqrt());
@@ -105,11 +110,12 @@ pub(super) fn directions(said: &Information, part: Part) -> Vec<(f64, f64)> {
 
 /// Whether the charts stood elsewhere, by directions of which the pixels say more than the prior;
 /// `sigma` is that of the prior.
-pub(super) fn significance(said: &Information, sigma: f64) -> Significance {
-    let mut directions = directions(said, Part::Offset);
+pub(super) fn significance(joint: &Joint<'_>, sigma: f64) -> Significance {
+    let mut directions = directions(&joint.information, Part::Offset);
     directions.retain(|(information, _)| *information > 1.0);
     Significance {
-        chi_square: directions.iter().map(|direction| direction.1).sum(),
+        chi_square: directions.iter().map(|direction| direction.1).sum::<f64>()
+            / joint.disagreement.max(1.0),
         degrees: directions.len(),
         estimated_sigma: sigma * most_likely_scale(&directions),
     }
