@@ -61,7 +61,7 @@ fn mixed(
 ) -> Option<Proposal> {
     let left =
         evidence.explained(cell, |_, (world, pixel)| Some((board.mixed(world, how)?, pixel)));
-    if left > 1.0 || left > 0.5 * evidence.excess(cell) {
+    if !evidence.accepts(cell, left) {
         return None;
     }
     let places = |world: Point3| board.mixed(world, how);
@@ -80,6 +80,7 @@ fn proposal(
         freedom: Freedom::Choice,
         left,
         cells: vec![cell],
+        also: Vec::new(),
         key,
         code,
         severity: Severity::Fatal,
@@ -130,7 +131,7 @@ fn reversed(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
     let pairs = &evidence.cells[cell.0][cell.1].pairs;
     let last = pairs.len().checked_sub(1)?;
     let left = evidence.explained(cell, |index, (_, pixel)| Some((pairs[last - index].0, pixel)));
-    if left > 1.0 || left > 0.5 * evidence.excess(cell) {
+    if !evidence.accepts(cell, left) {
         return None;
     }
     let place = |world: Point3| {
@@ -154,7 +155,7 @@ fn axes_exchanged(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal>
             frame.scaled(place)
         };
         let left = evidence.explained(cell, |_, (world, pixel)| Some((exchanged(world), pixel)));
-        if left <= 1.0 && left <= 0.5 * evidence.excess(cell) {
+        if evidence.accepts(cell, left) {
             let what = format!("the columns {names} are exchanged (rows and columns of the board)");
             let rows = &evidence.cells[cell.0][cell.1].rows;
             let change = |row: &usize| {
@@ -182,8 +183,12 @@ fn together(evidence: &Evidence, found: Vec<Proposal>) -> Vec<Proposal> {
         let here: Vec<&Proposal> = found.iter().filter(|p| p.cells[0].0 == view).collect();
         let present = evidence.present(view);
         for one in &here {
-            let same: Vec<&&Proposal> =
-                here.iter().filter(|p| p.key == one.key && p.code == one.code).collect();
+            let mut same: Vec<&&Proposal> = Vec::new();
+            for other in here.iter().filter(|p| p.key == one.key && p.code == one.code) {
+                if same.iter().all(|p| p.cells != other.cells) {
+                    same.push(other);
+                }
+            }
             if same.len() == present.len() && present.len() > 1 {
                 if same[0].cells == one.cells {
                     let mut joined = (*one).clone();

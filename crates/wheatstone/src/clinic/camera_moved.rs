@@ -8,6 +8,7 @@ use super::{
     robust_camera::{Pair, RobustCamera},
     unsynchronised,
 };
+use crate::numeric::statistics::mean;
 
 pub(super) struct CameraMoved;
 
@@ -15,11 +16,17 @@ pub(super) struct CameraMoved;
 /// part of what lenses and stages do.
 const CLEARLY: f64 = 3.0;
 
+/// Points of a cell that are used: more take time only.
+const USED: usize = 14;
+
 impl Fault for CameraMoved {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
         for camera in 0..evidence.data.cameras {
-            found.extend(segment(evidence, camera));
+            if let Some(moved) = from_a_view_on(evidence, camera) {
+                found.push(moved);
+                continue;
+            }
             for view in 0..evidence.views.len() {
                 found.extend(single(evidence, (view, camera)));
             }
@@ -28,61 +35,112 @@ impl Fault for CameraMoved {
     }
 }
 
-/// Suspicious views at one end of the list, two or more.
-fn segment(evidence: &Evidence, camera: usize) -> Option<Proposal> {
+/// A camera with one lens and two places, and how well it does.
+struct Halves {
+    /// Mean over the views of the median error.
+    error: f64,
+    before: RobustCamera,
+    after: RobustCamera,
+}
+
+/// One lens, one place for the views before `at` and one for those from it on.
+fn halves(start: &RobustCamera, views: &[Vec<Pair>], at: usize, thorough: bool) -> Halves {
+    let join = |part: &[Vec<Pair>]| -> Vec<Pair> { part.iter().flatten().copied().collect() };
+    let (first, second) = (join(&views[..at]), join(&views[at..]));
+    let lens = start.without_field();
+    // The lens is told best by the part with more views.
+    let lens = match (thorough, 2 * at >= views.len()) {
+        (false, _) => lens,
+        (true, true) => lens.refined(&first, 12),
+        (true, false) => lens.refined(&second, 12),
+    };
+    let steps = if thorough { 20 } else { 4 };
+    let (before, after) = (lens.moved(&first, steps), lens.moved(&second, steps));
+    let errors: Vec<f64> = views
+        .iter()
+        .enumerate()
+        .map(|(view, pairs)| if view < at { before.median_error(pairs) } else { after.median_error(pairs) })
+        .collect();
+    Halves { error: mean(&errors), before, after }
+}
+
+fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let seen = evidence.seen[camera].as_ref()?;
     let views: Vec<usize> =
         (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
-    let suspicious = |view: &usize| evidence.cells[*view][camera].suspicious;
-    let head = views.iter().take_while(|view| suspicious(view)).count();
-    let tail = views.iter().rev().take_while(|view| suspicious(view)).count();
-    let (first, moved) = if tail >= head {
-        (views.len() - tail, &views[views.len() - tail..])
-    } else {
-        (head, &views[..head])
-    };
-    if moved.len() < 2 || moved.len() == views.len() {
+    if views.len() < 4 {
         return None;
     }
-    let pairs: Vec<Pair> =
-        moved.iter().flat_map(|view| evidence.cells[*view][camera].pairs.iter().copied()).collect();
-    let thin: Vec<Pair> = pairs.iter().step_by(pairs.len().div_ceil(200)).copied().collect();
-    let there: RobustCamera = seen.camera.moved(&thin, 20);
-    let left = moved
+    let pairs: Vec<Vec<Pair>> = views
         .iter()
-        .map(|view| there.median_error(&evidence.cells[*view][camera].pairs) / seen.good())
-        .fold(0.0, f64::max);
-    let before = moved.iter().map(|view| evidence.excess((*view, camera))).fold(0.0, f64::max);
-    // The lens was fitted without these views: they may use other parts of it.
-    if left > 1.5 || left > 0.4 * before || before < CLEARLY {
+        .map(|view| {
+            let pairs = &evidence.cells[*view][camera].pairs;
+            pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
+        })
+        .collect();
+    let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
+    let one = seen.camera.without_field().refined(&all, 8);
+    let whole = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());
+    // Both parts need two views, or anything could be a move.
+    let mut tried: Vec<(usize, f64)> = (2..views.len() - 1)
+        .map(|at| {
+            let both = [&seen.camera, &one].map(|start| halves(start, &pairs, at, false).error);
+            (at, both[0].min(both[1]))
+        })
+        .collect();
+    tried.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (at, _) = *tried.first()?;
+    let found = [&seen.camera, &one]
+        .map(|start| halves(start, &pairs, at, true))
+        .into_iter()
+        .min_by(|a, b| a.error.total_cmp(&b.error))?;
+    let sound = whole.min(mean_error(evidence, camera, &views));
+    if found.error > 0.5 * sound || !alone(evidence, camera, found.error) {
         return None;
     }
-    let distance = (there.centre() - seen.camera.centre()).norm() * evidence.frame.size;
-    let turn = there.rotation * seen.camera.rotation.transpose();
+    Some(proposal(evidence, (camera, &views, at), (whole, &found)))
+}
+
+/// Mean of the errors that the sound views leave.
+fn mean_error(evidence: &Evidence, camera: usize, views: &[usize]) -> f64 {
+    mean(&views.iter().map(|view| evidence.cells[*view][camera].error).collect::<Vec<_>>())
+}
+
+/// Whether the camera is then about as good as the others can be expected to be.
+fn alone(evidence: &Evidence, camera: usize, error: f64) -> bool {
+    let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
+    let most = others.filter_map(|(_, seen)| Some(seen.as_ref()?.good())).fold(0.0, f64::max);
+    error <= 1.5 * most.max(0.1)
+}
+
+fn proposal(
+    evidence: &Evidence,
+    (camera, views, at): (usize, &[usize], usize),
+    (whole, found): (f64, &Halves),
+) -> Proposal {
+    let distance = (found.after.centre() - found.before.centre()).norm() * evidence.frame.size;
+    let turn = found.after.rotation * found.before.rotation.transpose();
     let angle = libm::acos(((turn.trace() - 1.0) / 2.0).clamp(-1.0, 1.0)).to_degrees();
-    let at = &evidence.views[views[first]].name;
-    let cells: Vec<(usize, usize)> = views[first..].iter().map(|view| (*view, camera)).collect();
-    Some(Proposal {
-        freedom: Freedom::Pose,
-        left: left.min(1.0),
-        // Named by the views after the move; which part is the wrong one is the user's choice.
-        cells,
+    let name = &evidence.views[views[at]].name;
+    let mut figures = unsynchronised::overall_figures(whole, found.error);
+    figures.push((format!("moved, {}", evidence.data.unit), distance));
+    figures.push(("turned, degrees".into(), angle));
+    Proposal {
+        freedom: Freedom::Scale,
+        left: 0.0,
+        cells: views[at..].iter().map(|view| (*view, camera)).collect(),
+        also: views.iter().map(|view| (*view, camera)).collect(),
         key: "segment".into(),
         code: "camera-moved",
         severity: Severity::Fatal,
         what: format!(
-            "the camera stands elsewhere from view `{at}` on: moved by {distance:.3} {}, turned by {angle:.3} degrees",
+            "the camera stands elsewhere from view `{name}` on: moved by {distance:.3} {}, turned by {angle:.3} degrees",
             evidence.data.unit
         ),
-        hint: format!(
-            "fix the camera's mount and record again, or use only the views before `{at}`, or only those from it on"
-        ),
-        figures: vec![
-            (format!("moved, {}", evidence.data.unit), distance),
-            ("turned, degrees".into(), angle),
-        ],
+        hint: format!("fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"),
+        figures,
         changes: Vec::new(),
-    })
+    }
 }
 
 /// One picture that fits from another place, while the other cameras' pictures of the view fit.
@@ -98,5 +156,5 @@ fn single(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
         return None;
     }
     let what = "the picture shows the chart at another place than the other cameras saw it: taken at another instant, or the camera was knocked".to_owned();
-    Some(unsynchronised::proposal(evidence, &[cell], (left, Freedom::Pose), "alone".into(), what))
+    Some(unsynchronised::proposal(evidence, &[cell], (left, Freedom::Pose), format!("alone {view}"), what))
 }

@@ -31,10 +31,11 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
             Some((world, pixel))
         })
     };
-    let left = error(cameras[0], cameras[1]).max(error(cameras[1], cameras[0]));
-    if left > 1.0 {
+    let each = [error(cameras[0], cameras[1]), error(cameras[1], cameras[0])];
+    if !(evidence.accepts((view, cameras[0]), each[0]) && evidence.accepts((view, cameras[1]), each[1])) {
         return None;
     }
+    let left = each[0].max(each[1]);
     let mut changes = Vec::new();
     for row in &evidence.views[view].rows {
         let pixels = &evidence.data.correspondences[*row].pixels;
@@ -46,6 +47,7 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
         freedom: Freedom::Choice,
         left,
         cells: cameras.map(|camera| (view, camera)).to_vec(),
+        also: Vec::new(),
         key: String::new(),
         code: "cameras-swapped",
         severity: Severity::Fatal,

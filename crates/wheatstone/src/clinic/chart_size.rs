@@ -89,7 +89,7 @@ fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal
                 frame.scaled(world)
             };
             let left = explained(evidence, view, cameras, &map);
-            if left > 1.0 {
+            if !cameras.iter().all(|camera| evidence.accepts((view, *camera), left)) {
                 continue;
             }
             let what =
@@ -98,6 +98,7 @@ fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal
                 freedom: Freedom::Choice,
                 left,
                 cells: cameras.iter().map(|camera| (view, *camera)).collect(),
+                also: Vec::new(),
                 key: what.clone(),
                 code: "units-mixed",
                 severity: Severity::Fatal,
@@ -249,10 +250,10 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     }
     let (left, stretch) = best?;
     let before = cameras.iter().map(|c| evidence.excess((view, *c))).fold(0.0, f64::max);
-    if left > 1.0 || left > 0.4 * before {
+    if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
         return None;
     }
-    Some(named(evidence, view, cameras, (left, before), &stretch)).flatten()
+    named(evidence, view, cameras, (left, before), &stretch)
 }
 
 fn named(
@@ -297,6 +298,7 @@ fn named(
         freedom,
         left,
         cells: cameras.iter().map(|camera| (view, *camera)).collect(),
+        also: Vec::new(),
         key: if fixable { format!("{:.2}", (a + b) / 2.0) } else { view.to_string() },
         code,
         severity,

@@ -11,7 +11,7 @@ use crate::{
     geometry::{Pixel, Point3, Vector3},
     numeric::{
         random::Random,
-        statistics::{median, percentile},
+        statistics::{mean, median, percentile},
     },
 };
 use nalgebra::Vector2;
@@ -189,6 +189,38 @@ impl<'a> Evidence<'a> {
             return f64::INFINITY;
         }
         other.median_error(&known) / seen.good()
+    }
+
+    /// Mean over a camera's views of the median error, for one camera fitted to all views whose points
+    /// are read in some way (by view, index in the cell, pair).
+    pub(super) fn overall(
+        &self,
+        camera: usize,
+        read: impl Fn(usize, usize, Pair) -> Option<Pair>,
+    ) -> Option<f64> {
+        let mut views: Vec<Vec<Pair>> = Vec::new();
+        for (view, cells) in self.cells.iter().enumerate() {
+            let pairs = &cells[camera].pairs;
+            let step = pairs.len().div_ceil(SCOUTED).max(1);
+            let some = (0..pairs.len()).step_by(step).filter_map(|i| read(view, i, pairs[i]));
+            views.push(some.collect());
+        }
+        let all: Vec<Pair> = views.iter().flatten().copied().collect();
+        let fitted = RobustCamera::fit(&all, 10)?;
+        let errors: Vec<f64> = views
+            .iter()
+            .filter(|pairs| pairs.len() >= LEAST)
+            .map(|pairs| fitted.median_error(pairs))
+            .collect();
+        (errors.len() > 1).then(|| mean(&errors))
+    }
+
+    /// Whether an explanation that leaves `left` (over the good level) is to be believed: it brings
+    /// the cell down to that level, or, where the cell lies beyond what the sound views tell well,
+    /// takes away nearly all of a great error.
+    pub(super) fn accepts(&self, cell: (usize, usize), left: f64) -> bool {
+        let before = self.excess(cell);
+        left <= 0.5 * before && (left <= 1.0 || left <= 6.0 && left <= 0.06 * before)
     }
 
     /// Error of a cell over its good level.

@@ -166,6 +166,8 @@ pub(super) struct Proposal {
     pub(super) left: f64,
     /// The cells that it explains, by view and camera.
     pub(super) cells: Vec<(usize, usize)>,
+    /// Cells that need no other explanation beside it.
+    pub(super) also: Vec<(usize, usize)>,
     /// Findings of one code are one where this is equal too.
     pub(super) key: String,
     pub(super) code: &'static str,
@@ -184,6 +186,7 @@ impl Proposal {
             freedom: Freedom::Itself,
             left: 0.0,
             cells: Vec::new(),
+            also: Vec::new(),
             key: String::new(),
             code,
             severity,
@@ -204,12 +207,14 @@ pub(super) fn settle(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<F
     let mut claimed: Vec<(usize, usize)> = Vec::new();
     let mut accepted: Vec<Proposal> = Vec::new();
     for proposal in proposals {
-        if proposal.cells.iter().any(|cell| claimed.contains(cell)) {
+        let taken = proposal.cells.iter().any(|cell| claimed.contains(cell));
+        if taken && proposal.freedom != Freedom::Itself {
             continue;
         }
         if proposal.freedom != Freedom::Itself {
             claimed.extend(&proposal.cells);
         }
+        claimed.extend(&proposal.also);
         let cameras = cameras_of(&proposal);
         let same = accepted.iter_mut().find(|other| {
             other.code == proposal.code && other.key == proposal.key && cameras_of(other) == cameras
@@ -246,7 +251,7 @@ fn as_finding(evidence: &Evidence, proposal: Proposal) -> Finding {
     let explanation =
         if place.is_empty() { proposal.what } else { format!("{place}: {}", proposal.what) };
     let mut figures = proposal.figures;
-    if proposal.freedom != Freedom::Itself {
+    if proposal.freedom != Freedom::Itself && proposal.also.is_empty() {
         figures.extend(before_and_after(evidence, &proposal.cells, proposal.left));
     }
     Finding {

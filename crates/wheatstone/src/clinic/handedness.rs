@@ -7,7 +7,8 @@ use super::{
     board_order::{naming, relabelled},
     evidence::{Cell, Evidence, Seen, pixel_box},
     finding::{Proposal, Severity},
-    robust_camera::{Pair, RobustCamera},
+    robust_camera::Pair,
+    unsynchronised::overall_figures,
 };
 
 pub(super) struct Handedness;
@@ -45,18 +46,18 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
     let best = others.iter().map(|seen| seen.typical).fold(f64::INFINITY, f64::min);
     // Lenses differ; a camera that errs several times as much as another has another reason.
     let agreeing = evidence.cells.iter().filter(|view| !view[camera].suspicious).count();
-    let disagrees = own.typical > 4.0 * best + 0.5 || 3 * agreeing < evidence.views.len();
+    let disagrees = own.typical > 4.0 * best + 0.5 || 4 * agreeing < 3 * evidence.views.len();
     if !disagrees {
         return None;
     }
-    let before = overall(evidence, camera, |_, pair| Some(pair))?;
+    let before = evidence.overall(camera, |_, _, pair| Some(pair))?;
     let mut found: Option<(f64, Mixing)> = None;
     for how in Mixing::all() {
-        let mixed = |view: usize, (world, pixel): Pair| {
+        let mixed = |view: usize, _: usize, (world, pixel): Pair| {
             let board = evidence.views[view].board.as_ref()?;
             Some((board.mixed(world, how)?, pixel))
         };
-        let Some(left) = overall(evidence, camera, mixed) else { continue };
+        let Some(left) = evidence.overall(camera, mixed) else { continue };
         if left < 0.2 * before && found.is_none_or(|(least, _)| left < least) {
             found = Some((left, how));
         }
@@ -69,10 +70,8 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
     });
     Some(Proposal {
         cells: everywhere(evidence, camera),
-        figures: vec![
-            ("median error before, px".into(), before),
-            ("median error with this explanation, px".into(), left),
-        ],
+        also: everywhere(evidence, camera),
+        figures: overall_figures(before, left),
         changes: changes.collect(),
         ..Proposal::itself(
             code,
@@ -81,21 +80,6 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             "read the board in the same order in every camera, or let `wheatstone check --fix OUT` put the labels right",
         )
     })
-}
-
-/// Median error of one camera fitted to all views, read in some way.
-fn overall(
-    evidence: &Evidence,
-    camera: usize,
-    read: impl Fn(usize, Pair) -> Option<Pair>,
-) -> Option<f64> {
-    let mut pairs = Vec::new();
-    for (view, cells) in evidence.cells.iter().enumerate() {
-        let cell = &cells[camera];
-        let step = cell.pairs.len().div_ceil(14).max(1);
-        pairs.extend(cell.pairs.iter().step_by(step).filter_map(|pair| read(view, *pair)));
-    }
-    Some(RobustCamera::fit(&pairs, 10)?.median_error(&pairs))
 }
 
 /// Points of the sound views, thinned out.
@@ -230,9 +214,9 @@ fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
 /// Whether labels turned back fit as well, so that they may be what is wrong; their error then. Where
 /// charts are tilted only one of the two fits.
 fn tells_apart(evidence: &Evidence, camera: usize, quarters: u8) -> Option<f64> {
-    let plain = overall(evidence, camera, |_, pair| Some(pair))?;
+    let plain = evidence.overall(camera, |_, _, pair| Some(pair))?;
     let turned = [quarters, (4 - quarters) % 4].into_iter().filter_map(|quarters| {
-        overall(evidence, camera, |view, (world, pixel)| {
+        evidence.overall(camera, |view, _, (world, pixel)| {
             let board = evidence.views[view].board.as_ref()?;
             Some((board.mixed(world, Mixing::Turned(quarters))?, pixel))
         })

@@ -18,6 +18,7 @@ mod duplicates;
 mod evidence;
 mod finding;
 mod handedness;
+mod pixel_offset;
 mod pixel_units;
 mod points_permuted;
 mod robust_camera;
@@ -44,6 +45,7 @@ const FAULTS: &[(&str, &dyn Fault)] = &[
     ("unsynchronised", &unsynchronised::Unsynchronised),
     ("board_order", &board_order::BoardOrder),
     ("pixel_units", &pixel_units::PixelUnits),
+    ("pixel_offset", &pixel_offset::PixelOffset),
     ("chart_size", &chart_size::ChartSize),
     ("points_permuted", &points_permuted::PointsPermuted),
     ("camera_moved", &camera_moved::CameraMoved),

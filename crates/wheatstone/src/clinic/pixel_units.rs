@@ -1,5 +1,5 @@
-//! Pixels of a camera in another measure in some views: counted from 1 or from a corner, the picture
-//! resized, flipped, or x and y exchanged.
+//! Pixels of a camera in another measure in some views: the picture resized, flipped, or x and y
+//! exchanged.
 
 use super::{
     Fault,
@@ -22,26 +22,21 @@ impl Fault for PixelUnits {
                 found.extend(measured(evidence, cell, exchanged));
             }
         }
-        for view in 0..evidence.views.len() {
-            for camera in evidence.present(view) {
-                found.extend(slight(evidence, (view, camera)));
-            }
-        }
         found
     }
 }
 
 /// Per axis: seen = scale * expected + offset.
 #[derive(Clone, Copy, Debug)]
-struct Measure {
-    scale: [f64; 2],
-    offset: [f64; 2],
-    exchanged: bool,
+pub(super) struct Measure {
+    pub(super) scale: [f64; 2],
+    pub(super) offset: [f64; 2],
+    pub(super) exchanged: bool,
 }
 
 impl Measure {
     /// The pixel in the measure of the other views.
-    fn undone(&self, pixel: Pixel) -> Pixel {
+    pub(super) fn undone(&self, pixel: Pixel) -> Pixel {
         let pixel = if self.exchanged { Pixel::new(pixel.y, pixel.x) } else { pixel };
         Pixel::new(
             (pixel.x - self.offset[0]) / self.scale[0],
@@ -81,30 +76,19 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
         return Some(("v-axis-up", "y of the pixels points up".into(), *measure));
     }
     if minus(sx) && one(sy) {
-        return Some((
-            "picture-mirrored",
-            "the picture is mirrored left to right".into(),
-            *measure,
-        ));
+        return Some(("picture-mirrored", "the picture is mirrored left to right".into(), *measure));
     }
     if minus(sx) && minus(sy) {
         return Some(("picture-turned", "the picture is turned by 180 degrees".into(), *measure));
     }
     let changed = |scale: f64| (scale - 1.0).abs() > 0.02;
-    let resized = (changed(sx) || changed(sy))
-        && sx > 0.0
-        && sy > 0.0
-        && (0.05..20.0).contains(&sx)
-        && (0.05..20.0).contains(&sy);
+    let resized = (changed(sx) || changed(sy)) && sx > 0.0 && sy > 0.0 && (0.05..20.0).contains(&sx) && (0.05..20.0).contains(&sy);
     resized.then(|| {
         let exact = Measure { scale: [clean(sx), clean(sy)], ..*measure };
         let what = if (exact.scale[0] - exact.scale[1]).abs() < 0.01 {
             format!("the picture is resized by {:.4}", exact.scale[0])
         } else {
-            format!(
-                "the picture is resized by {:.4} in x and {:.4} in y",
-                exact.scale[0], exact.scale[1]
-            )
+            format!("the picture is resized by {:.4} in x and {:.4} in y", exact.scale[0], exact.scale[1])
         };
         ("picture-resized", what, exact)
     })
@@ -138,14 +122,13 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         return None;
     }
     let (code, what, measure) = naming(&fitted)?;
-    let mut left =
-        evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
+    let mut left = evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
     let mut undo = measure;
     if left > 1.0 {
         undo = fitted;
         left = evidence.explained(cell, |_, (world, pixel)| Some((world, fitted.undone(pixel))));
     }
-    if left > 1.0 || left > 0.6 * evidence.excess(cell) {
+    if !evidence.accepts(cell, left) {
         return None;
     }
     let figures = vec![
@@ -154,10 +137,17 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         ("offset of x, px".into(), fitted.offset[0]),
         ("offset of y, px".into(), fitted.offset[1]),
     ];
-    Some(proposal(evidence, cell, (code, what), (left, undo), figures))
+    let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
+    // Where every camera sees it larger, it is larger: that explanation comes first.
+    let present = evidence.present(cell.0);
+    if present.len() > 1 && evidence.suspects(cell.0).len() == present.len() {
+        found.freedom = Freedom::Order;
+    }
+    Some(found)
 }
 
-fn proposal(
+/// What the cells' pixels would be in the measure of the other views.
+pub(super) fn proposal(
     evidence: &Evidence,
     cell: (usize, usize),
     (code, what): (&'static str, String),
@@ -174,6 +164,7 @@ fn proposal(
         freedom: Freedom::Scale,
         left,
         cells: vec![cell],
+        also: Vec::new(),
         key: what.clone(),
         code,
         severity: Severity::Fatal,
@@ -184,40 +175,3 @@ fn proposal(
     }
 }
 
-/// A cell off by half a pixel or one in both axes, where the view's other cameras are not off.
-fn slight(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
-    let (view, camera) = cell;
-    let (points, seen, _) = evidence.at(view, camera)?;
-    let stray = evidence.stray(camera);
-    let offset = points.offset;
-    let meant = offset.map(|o| (o * 2.0).round() / 2.0);
-    let known = meant[0] == meant[1] && [0.5, 1.0].contains(&meant[0].abs());
-    let near = (0..2).all(|axis| (offset[axis] - meant[axis]).abs() < 0.12 + 2.0 * stray);
-    let clear = meant[0].abs() > 5.0 * stray + 0.1;
-    // A chart that stands elsewhere moves in all pictures.
-    let alone =
-        evidence.present(view).into_iter().filter(|other| *other != camera).all(|other| {
-            evidence.cells[view][other].offset.norm() < 4.0 * evidence.stray(other) + 0.1
-        });
-    if !(known && near && clear && alone) {
-        return None;
-    }
-    let undo = Measure { scale: [1.0; 2], offset: meant.into(), exchanged: false };
-    let left = evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))));
-    if left > 1.0 || left > 0.9 * evidence.excess(cell) {
-        return None;
-    }
-    let from = if meant[0].abs() == 1.0 {
-        "counted from 1 instead of 0, or the other way round"
-    } else {
-        "counted from the corner of the first pixel instead of its centre, or the other way round"
-    };
-    let what = format!("pixels are {} px off in x and y: {from}", meant[0]);
-    let figures = vec![
-        ("offset of x, px".into(), offset[0]),
-        ("offset of y, px".into(), offset[1]),
-        ("offset in sound views, px".into(), stray),
-        ("good level, px".into(), seen.good()),
-    ];
-    Some(proposal(evidence, cell, ("pixel-offset", what), (left, undo), figures))
-}

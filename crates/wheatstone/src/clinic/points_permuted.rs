@@ -85,6 +85,7 @@ fn proposal(
         freedom: Freedom::Order,
         left: left.min(1.0),
         cells: vec![cell],
+        also: Vec::new(),
         key: String::new(),
         code: "points-permuted",
         severity: Severity::Fatal,

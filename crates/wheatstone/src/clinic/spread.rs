@@ -76,7 +76,7 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let pairs: Vec<_> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
     let sigma = seen.camera.principal_uncertainty(&pairs)?;
-    if sigma > 0.1 * wide.max(high) {
+    if sigma > 0.2 * wide.max(high) {
         return None;
     }
     let outside = |low: f64, high: f64, at: f64| {

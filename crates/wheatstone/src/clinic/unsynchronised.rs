@@ -3,9 +3,8 @@
 use super::{
     Fault,
     board_order::relabelled,
-    evidence::{Evidence, LEAST},
+    evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    robust_camera::RobustCamera,
 };
 use crate::geometry::Point3;
 
@@ -59,7 +58,8 @@ pub(super) fn places_in(
 
 /// The point at the same place of the chart, where the chart moved without turning much.
 fn by_place(evidence: &Evidence, view: usize, other: usize, own: Point3) -> Option<Point3> {
-    let (from, to) = (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
+    let (from, to) =
+        (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
     if (from.pitch[0] / to.pitch[0] - 1.0).abs() > 0.01 {
         return None;
     }
@@ -75,7 +75,7 @@ fn another_view(evidence: &Evidence, cell: (usize, usize), other: usize) -> Opti
     // The other view may be of another camera model's sound part only: its world is what counts.
     let places = places_in(evidence, cell, other);
     let left = evidence.explained(cell, |index, (_, pixel)| Some((places[index]?, pixel)));
-    if left > 1.0 || left > 0.5 * evidence.excess(cell) {
+    if !evidence.accepts(cell, left) {
         return None;
     }
     let offset = other as i64 - cell.0 as i64;
@@ -101,6 +101,7 @@ pub(super) fn proposal(
         left,
         cells: cells.to_vec(),
         key,
+        also: Vec::new(),
         code: "unsynchronised",
         severity: Severity::Fatal,
         what,
@@ -110,64 +111,59 @@ pub(super) fn proposal(
     }
 }
 
-/// Where most of a camera's views are shifted alike, it is the first few that stand out. Then those
-/// tell where the camera is, and the others fit their neighbours' places.
+/// From some view on each picture belongs to the view after (or before): then one camera sees all
+/// views well once they are paired so.
 fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let count = evidence.views.len();
-    let suspicious: Vec<bool> =
-        (0..count).map(|view| evidence.cells[view][camera].suspicious).collect();
-    let first_sound = suspicious.iter().position(|suspicious| !suspicious)?;
-    let sound: Vec<usize> = (first_sound..count).collect();
-    if first_sound == 0 || sound.len() < 2 || sound.iter().any(|view| suspicious[*view]) {
+    let suspicious = evidence.cells.iter().filter(|view| view[camera].suspicious).count();
+    if count < 4 || suspicious == 0 {
         return None;
     }
-    let seen = evidence.seen[camera].as_ref()?;
-    let head: Vec<_> = (0..first_sound)
-        .flat_map(|view| evidence.cells[view][camera].pairs.iter().copied())
-        .collect();
-    let before: RobustCamera = seen.camera.moved(&head, 20);
-    let before_good = head.len() >= LEAST && before.median_error(&head) <= seen.good();
-    if !before_good {
-        return None;
-    }
+    let before = evidence.overall(camera, |_, _, pair| Some(pair))?;
+    let mut best: Option<(f64, usize, i64)> = None;
     for offset in [1_i64, -1] {
-        let mut worst = 0.0_f64;
-        let mut cells = Vec::new();
-        for view in &sound {
-            let other = *view as i64 + offset;
-            let Some(other) = usize::try_from(other).ok().filter(|other| *other < count) else {
-                continue;
-            };
-            let places = places_in(evidence, (*view, camera), other);
-            let pairs: Vec<_> = places
-                .iter()
-                .zip(&evidence.cells[*view][camera].pairs)
-                .filter_map(|(place, (_, pixel))| Some(((*place)?, *pixel)))
-                .collect();
-            if pairs.len() >= LEAST {
-                worst = worst.max(before.median_error(&pairs) / seen.good());
-                cells.push((*view, camera));
+        let shifted: Vec<Vec<Option<Point3>>> = (0..count)
+            .map(|view| match usize::try_from(view as i64 + offset) {
+                Ok(other) if other < count => places_in(evidence, (view, camera), other),
+                _ => Vec::new(),
+            })
+            .collect();
+        for from in 0..count - 1 {
+            let left = evidence.overall(camera, |view, index, (world, pixel)| {
+                if view < from { Some((world, pixel)) } else { Some(((*shifted[view].get(index)?)?, pixel)) }
+            });
+            if let Some(left) = left.filter(|left| best.is_none_or(|(least, ..)| *left < least)) {
+                best = Some((left, from, offset));
             }
         }
-        // The camera before stands on few points: it may err twice as much.
-        if cells.len() >= 2 && worst <= 2.0 {
-            let whole: Vec<(usize, usize)> = sound.iter().map(|view| (*view, camera)).collect();
-            let what = format!(
-                "from view `{}` on the pictures belong to the view {}",
-                evidence.views[first_sound].name,
-                if offset > 0 { "after" } else { "before" }
-            );
-            let mut found = proposal(
-                evidence,
-                &whole,
-                (worst / 2.0, Freedom::Choice),
-                offset.to_string(),
-                what,
-            );
-            // The first views are explained by it too.
-            found.key = format!("from {first_sound}");
-            return Some(found);
-        }
     }
-    None
+    let (left, from, offset) = best?;
+    let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
+    if left > 0.15 * before || left > 4.0 * good {
+        return None;
+    }
+    let cells: Vec<(usize, usize)> = (from..count)
+        .filter(|view| evidence.at(*view, camera).is_some())
+        .map(|view| (view, camera))
+        .collect();
+    if cells.len() < 2 {
+        return None;
+    }
+    let what = format!(
+        "from view `{}` on the pictures belong to the view {}",
+        evidence.views[from].name,
+        if offset > 0 { "after" } else { "before" }
+    );
+    let mut found = proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
+    found.also = (0..count).map(|view| (view, camera)).collect();
+    found.figures = overall_figures(before, left);
+    Some(found)
+}
+
+/// Mean of the views' median errors, before and after.
+pub(super) fn overall_figures(before: f64, left: f64) -> Vec<(String, f64)> {
+    vec![
+        ("mean over the camera's views of the median error, px".into(), before),
+        ("the same with this explanation, px".into(), left),
+    ]
 }
