@@ -63,6 +63,10 @@ const POINTS_NEEDED: usize = 24;
 /// time stays within seconds.
 const MOST_FITTED: usize = 2000;
 
+/// Where more than this share would be accused, the minority that agrees may be the bad ones: nobody is.
+/// Half the rows bad makes up to 0.55 of a camera's pixels.
+const MOST_ACCUSED: f64 = 0.6;
+
 /// Times that a camera is fitted and its pixels judged anew, at most. Three or four are the rule.
 const ROUNDS: usize = 12;
 
@@ -92,7 +96,8 @@ impl Screening {
 }
 
 /// Finds the outliers among the points whose place in the world is known. Where a camera has too few
-/// points, or points that determine no camera, it accuses none of its pixels.
+/// points, points that determine no camera, or fewer than four in ten that agree, it accuses none of
+/// its pixels.
 ///
 /// # Errors
 ///
@@ -170,11 +175,18 @@ impl Sightings {
             return Ok(Screened { pixel_sigma, ..nobody });
         }
         let judge = Judge::new(&self.pairs, &start, level);
-        let verdict = self.grown(&judge, judge.by_start(&start), &mut random, progress)?;
+        let verdict = self.grown(&judge, judge.by_start(), &mut random, progress)?;
         let Some(verdict) = verdict else { return Ok(nobody) };
-        let accused = (0..self.rows.len()).filter(|index| !verdict.good[*index]);
+        let accused: Vec<usize> =
+            (0..self.rows.len()).filter(|index| !verdict.good[*index]).collect();
+        if accused.len() as f64 > MOST_ACCUSED * self.rows.len() as f64 {
+            return Ok(nobody);
+        }
         Ok(Screened {
-            accused: accused.map(|index| (self.rows[index], verdict.errors[index])).collect(),
+            accused: accused
+                .into_iter()
+                .map(|index| (self.rows[index], verdict.errors[index]))
+                .collect(),
             pixel_sigma: verdict.pixel_sigma,
         })
     }

@@ -70,6 +70,8 @@ pub(super) struct Judge<'a> {
     pairs: &'a [(Point3, Pixel)],
     places: &'a [[f64; 3]],
     level: f64,
+    /// How far each pixel is from the start's.
+    first: Vec<f64>,
     pub(super) least_sigma: f64,
     pub(super) most_sigma: f64,
 }
@@ -95,22 +97,23 @@ impl<'a> Judge<'a> {
             let centre = median(&values);
             median(&values.iter().map(|value| (value - centre).abs()).collect::<Vec<_>>())
         };
+        let first = lengths(&start.residuals);
         Self {
             pairs,
             places: &start.places,
             level,
             least_sigma: LEAST_SIGMA * along(0).max(along(1)),
-            most_sigma: 2.0 * scale(&lengths(&start.residuals)),
+            most_sigma: 2.0 * scale(&first),
+            first,
         }
     }
 
     /// The pixels that the robust polynomial agrees with.
-    pub(super) fn by_start(&self, start: &Start) -> Vec<bool> {
-        let errors = lengths(&start.residuals);
-        let sigma = scale(&errors).max(self.least_sigma);
-        // Twice what a Rayleigh distribution leaves one in a thousand beyond: a lens with bumps must
-        // not lose them.
-        errors.iter().map(|error| *error < 5.0 * sigma).collect()
+    pub(super) fn by_start(&self) -> Vec<bool> {
+        let sigma = scale(&self.first).max(self.least_sigma);
+        // A Rayleigh distribution leaves one in 270,000 beyond. Bumps that are lost here come back with
+        // the neural camera.
+        self.first.iter().map(|error| *error < 5.0 * sigma).collect()
     }
 
     /// Judges all pixels by a camera that was fitted to the accepted ones. `wary` while bad pixels may
@@ -137,21 +140,26 @@ impl<'a> Judge<'a> {
         let inside: Vec<f64> = fitted.members.iter().map(|index| whitened(*index)).collect();
         let robust = rayleigh_sigma(&inside);
         let sigma = if wary { robust } else { robust.max(noise) };
-        let sigma = sigma.clamp(self.least_sigma, most_sigma.max(self.least_sigma));
+        let sigma = sigma.min(most_sigma).max(self.least_sigma);
         let near = neighbours(self.places, &fitted.members);
         let freedom = (2.0 * fitted.members.len() as f64 - 11.0).max(2.0);
+        // The tail of Fisher's F with 2 and so many degrees of freedom, (1 + x^2 / n)^(-n / 2) of an
+        // error of x deviations, in closed form.
+        let limit = (freedom * (libm::pow(self.level, -2.0 / freedom) - 1.0)).sqrt();
         let good = |index: usize| {
             let local: Vec<f64> = near[index].iter().map(|other| whitened(*other)).collect();
-            let scale = sigma.max(rayleigh_sigma(&local));
-            let ratio = (whitened(index) / scale).powi(2) / freedom;
-            // The tail of Fisher's F with 2 and so many degrees of freedom, in closed form.
-            libm::pow(1.0 + ratio, -0.5 * freedom) > self.level
+            whitened(index) <= limit * sigma.max(rayleigh_sigma(&local))
         };
         let good: Vec<bool> = (0..self.pairs.len()).map(good).collect();
         Verdict {
             good,
             shares: seen.iter().map(|(_, share)| *share).collect(),
-            errors: seen.iter().map(|(error, _)| *error).collect(),
+            // Where the camera sees nothing the polynomial still says how far off the pixel is.
+            errors: seen
+                .iter()
+                .zip(&self.first)
+                .map(|((own, _), first)| if own.is_finite() { *own } else { *first })
+                .collect(),
             pixel_sigma: sigma,
             misfit: robust,
         }

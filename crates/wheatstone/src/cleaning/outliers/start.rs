@@ -15,8 +15,8 @@ use crate::{
     },
 };
 
-/// Points a sample. Six determine a camera, but a sample of six good ones of a distorted lens fits
-/// the others badly; of eight, half as many would be all good where three in ten are bad.
+/// Points a sample: one more than determine a camera, so that its noise shows; each further one
+/// would halve the share of good samples where half the points are bad.
 const SAMPLE: usize = 7;
 
 /// Samples: where half the points are bad 0.8 % of the samples are good, three of 400; where three
@@ -226,7 +226,8 @@ impl Polynomial<'_> {
     /// Residuals of all points from the weighted fit.
     fn residuals(&self, values: &[f64], terms: usize, weights: &[f64]) -> Option<Vec<Pixel>> {
         let (mut a, mut b) = (Vec::new(), Vec::new());
-        for ((row, (_, pixel)), weight) in values.chunks_exact(terms).zip(self.pairs).zip(weights) {
+        let rows = values.chunks_exact(terms).zip(self.pairs).zip(weights);
+        for ((row, (_, pixel)), weight) in rows.step_by(self.pairs.len().div_ceil(MOST_ROWS)) {
             let root = weight.sqrt();
             a.extend(row.iter().map(|value| value * root));
             b.extend([pixel.x * root, pixel.y * root]);
@@ -245,6 +246,9 @@ impl Polynomial<'_> {
         Some(differences(self.pairs, at))
     }
 }
+
+/// Points to which the polynomial is fitted, at most: a hundred a term.
+const MOST_ROWS: usize = 4000;
 
 /// Size of the rows that keep undetermined terms small, as a share of a point's: a thousandth of
 /// a point's weight moves no determined term by a noticeable share of a pixel.
