@@ -11,3 +11,4 @@ mod paper;
 mod pipeline;
 mod real_charts;
 mod real_points;
+mod stage;

@@ -126,7 +126,8 @@ pub struct SolvedStage {
     pub data: Dataset,
     /// Whether that was worth it.
     pub significance: Significance,
-    /// Standard deviation of one pixel coordinate, a camera each, with the charts where they stood.
+    /// Standard deviation of one pixel coordinate, a camera each, that neither the camera nor any
+    /// place of its charts explains.
     pub pixel_noise: Vec<f64>,
     /// How much the cameras disagree on where the charts stood: chi-square a degree of freedom, about
     /// 1 where nothing but noise parts them. All sigmas above are widened by its root where it is more
