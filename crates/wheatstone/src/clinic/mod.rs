@@ -25,6 +25,7 @@ mod robust_camera;
 mod spread;
 mod unseeable;
 mod unsynchronised;
+mod whole_board;
 
 pub use finding::{Change, Examination, Finding, Severity, repair_all};
 pub use unseeable::{Layout, Statement};

@@ -119,7 +119,6 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     if count < 4 || suspicious == 0 {
         return None;
     }
-    let before = evidence.overall(camera, |_, _, pair| Some(pair))?;
     let mut best: Option<(f64, usize, i64)> = None;
     for offset in [1_i64, -1] {
         let shifted: Vec<Vec<Option<Point3>>> = (0..count)
@@ -129,8 +128,16 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
             })
             .collect();
         for from in 0..count - 1 {
+            // A view without partner says nothing; it must not be the one that is wrong.
+            let lone = if offset > 0 { count - 1 } else { from };
+            let shown = |view: usize| !evidence.cells[view][camera].pairs.is_empty();
+            let lone_is_sound = shown(lone) && !evidence.cells[lone][camera].suspicious;
+            let paired = (from..count).filter(|view| *view != lone && shown(*view)).count();
+            if lone_is_sound || paired < 2 {
+                continue;
+            }
             let left = evidence.overall(camera, |view, index, (world, pixel)| {
-                if view < from { Some((world, pixel)) } else { Some(((*shifted[view].get(index)?)?, pixel)) }
+                if view < from && view != lone { Some((world, pixel)) } else { Some(((*shifted[view].get(index)?)?, pixel)) }
             });
             if let Some(left) = left.filter(|left| best.is_none_or(|(least, ..)| *left < least)) {
                 best = Some((left, from, offset));
@@ -138,6 +145,8 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         }
     }
     let (left, from, offset) = best?;
+    let lone = if offset > 0 { count - 1 } else { from };
+    let before = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair))?;
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
     if left > 0.15 * before || left > 4.0 * good {
         return None;
