@@ -32,6 +32,7 @@ struct Arguments {
 enum Command {
     Demo(commands::demo::Demo),
     Detect(commands::detect::Detect),
+    Check(commands::check::Check),
     Fit(commands::fit::Fit),
     Locate(commands::locate::Locate),
     Evaluate(commands::evaluate::Evaluate),
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Demo(command) => command.run(),
         Command::Detect(command) => command.run(),
+        Command::Check(command) => command.run(),
         Command::Fit(command) => command.run(),
         Command::Locate(command) => command.run(),
         Command::Evaluate(command) => command.run(),

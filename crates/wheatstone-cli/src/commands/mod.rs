@@ -1,6 +1,7 @@
 //! One file a verb.
 
 pub(crate) mod chart;
+pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod detect;

@@ -28,7 +28,7 @@ mod unsynchronised;
 mod whole_board;
 
 pub use finding::{Change, Examination, Finding, Severity, repair_all};
-pub use unseeable::{Layout, Statement};
+pub use unseeable::{Layout, Statement, compare_baseline};
 
 use crate::dataset::Dataset;
 use evidence::Evidence;

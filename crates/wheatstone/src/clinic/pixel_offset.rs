@@ -107,8 +107,8 @@ fn best(sums: &Sums, count: usize) -> Option<(Vec<usize>, Vector2<f64>)> {
     for set in sets(count) {
         let Some((gain, by)) = gain(sums, &set) else { continue };
         // A view more must gain what chance would give it many times over.
-        let worth = gain - 12.0 * set.len() as f64;
-        if worth > best.as_ref().map_or(30.0, |(most, ..)| *most) {
+        let worth = gain - 5.0 * set.len() as f64;
+        if worth > best.as_ref().map_or(12.0, |(most, ..)| *most) {
             best = Some((worth, set, by));
         }
     }

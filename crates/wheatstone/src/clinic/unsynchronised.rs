@@ -146,7 +146,8 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     }
     let (left, from, offset) = best?;
     let lone = if offset > 0 { count - 1 } else { from };
-    let before = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair))?;
+    let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
+    let before = plain.or_else(|| Some(evidence.seen[camera].as_ref()?.typical))?;
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
     if left > 0.15 * before || left > 4.0 * good {
         return None;
