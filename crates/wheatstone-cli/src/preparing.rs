@@ -30,10 +30,27 @@ pub(crate) struct Preparing {
     /// Fit gross outliers too, instead of setting them aside
     #[arg(long)]
     keep_outliers: bool,
+    /// The distance of cameras 1 and 2 as measured on the rig, in the data's unit, and how far the
+    /// data may be from it, such as `200` or `200:1%`: no data show an error of scale by themselves
+    #[arg(long, value_name = "LENGTH[:PERCENT]", value_parser = baseline)]
+    expect_baseline: Option<(f64, f64)>,
     /// How well the charts' places are known: a standard deviation in the data's unit. Solves for
     /// where they really stood
     #[arg(long, value_name = "LENGTH")]
     stage_sigma: Option<f64>,
+}
+
+/// A length and a tolerance in percent.
+pub(crate) fn baseline(text: &str) -> Result<(f64, f64), String> {
+    let (length, tolerance) = text.split_once(':').unwrap_or((text, "1%"));
+    let positive = |text: &str| {
+        text.trim().parse::<f64>().ok().filter(|value| *value > 0.0 && value.is_finite())
+    };
+    let tolerance = positive(tolerance.trim_end_matches('%'));
+    match (positive(length), tolerance) {
+        (Some(length), Some(percent)) => Ok((length, percent / 100.0)),
+        _ => Err("give a length and a tolerance, such as `200` or `200:1%`".into()),
+    }
 }
 
 /// Outliers that are listed before the rest is counted.
@@ -45,6 +62,7 @@ impl Preparing {
         let preparation = Preparation {
             repair: self.fix,
             insist: self.force,
+            baseline: self.expect_baseline,
             keep_outliers: self.keep_outliers,
             stage: self.stage(&loaded.sigmas),
         };
@@ -62,6 +80,20 @@ impl Preparing {
             }
         }
         tell_outliers(&prepared.outliers, points);
+        // Measured, or said to be unknown: no summary is silent about it.
+        if self.expect_baseline.is_none() {
+            let words: Vec<&str> =
+                prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
+            remark!(
+                "note",
+                "{}; compare with your rig: no data show a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
+                if words.is_empty() {
+                    "the cameras' places are unknown".into()
+                } else {
+                    words.join("; ")
+                }
+            );
+        }
         if !prepared.stage.is_empty() {
             say!("{}", stage_table(&prepared.stage, &unit).trim_end());
         }

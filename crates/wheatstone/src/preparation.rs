@@ -50,6 +50,9 @@ pub struct Preparation {
     pub repair: bool,
     /// Go on in spite of faults that make a fit worthless.
     pub insist: bool,
+    /// The distance of the first two cameras as measured on the rig, in the data's unit, and by what
+    /// share of it the data may differ.
+    pub baseline: Option<(f64, f64)>,
     /// Keep gross outliers.
     pub keep_outliers: bool,
     /// How well the charts' places are known; without it they are taken as they are given.
@@ -113,7 +116,11 @@ impl Preparation {
     /// [`Error::Faulty`] where a fit would be wrong, unless repaired or insisted on; those of
     /// [`stage::solve`]; [`Error::Cancelled`].
     pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
-        let examination = clinic::examine(&data);
+        let mut examination = clinic::examine(&data);
+        if let Some((length, tolerance)) = self.baseline {
+            let differs = clinic::compare_baseline(&examination, length, tolerance);
+            examination.findings.splice(0..0, differs);
+        }
         let mut data = data;
         if self.repair {
             data = clinic::repair_all(&data, &examination.findings);

@@ -1,6 +1,7 @@
 //! One file a verb, and its row below.
 
 pub(crate) mod chart;
+pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod demo;
@@ -39,6 +40,7 @@ verbs! {
     demo::Demo,
     new::New,
     chart::Chart,
+    check::Check,
     detect::Detect,
     fit::Fit,
     locate::Locate,

@@ -15,9 +15,9 @@ impl Fault for BoardOrder {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
         for (view, camera) in evidence.suspicious() {
-            if let Some(board) = &evidence.views[view].board {
+            for board in boards(evidence, view) {
                 for how in Mixing::all() {
-                    found.extend(mixed(evidence, (view, camera), board, how));
+                    found.extend(mixed(evidence, (view, camera), &board, how));
                 }
             }
             found.extend(reversed(evidence, (view, camera)));
@@ -25,6 +25,35 @@ impl Fault for BoardOrder {
         }
         together(evidence, found)
     }
+}
+
+/// The view's board; and where other views show more of the chart, every way in which it may go on.
+fn boards(evidence: &Evidence, view: usize) -> Vec<Board> {
+    // A few rows may be out of the picture; where many are, the lattice says little.
+    const MOST_MISSING: usize = 3;
+    let Some(own) = &evidence.views[view].board else { return Vec::new() };
+    let missing = [0, 1].map(|axis| {
+        let alike = evidence
+            .views
+            .iter()
+            .filter_map(|other| other.board.as_ref())
+            .filter(|other| (other.pitch[axis] / own.pitch[axis] - 1.0).abs() < 0.01);
+        let most = alike.map(|other| other.counts[axis]).max().unwrap_or(0);
+        most.saturating_sub(own.counts[axis]).min(MOST_MISSING)
+    });
+    let mut all = Vec::new();
+    for before_first in 0..=missing[0] {
+        for before_second in 0..=missing[1] {
+            let mut board = own.clone();
+            for (axis, before) in [before_first, before_second].into_iter().enumerate() {
+                let shift = (missing[axis] as f64 / 2.0 - before as f64) * own.pitch[axis];
+                board.centre += own.along[axis] * shift;
+                board.counts[axis] += missing[axis];
+            }
+            all.push(board);
+        }
+    }
+    all
 }
 
 /// What a mixing is called, and in words.

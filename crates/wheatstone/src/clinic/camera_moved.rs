@@ -59,7 +59,11 @@ fn halves(start: &RobustCamera, views: &[Vec<Pair>], at: usize, thorough: bool) 
     let errors: Vec<f64> = views
         .iter()
         .enumerate()
-        .map(|(view, pairs)| if view < at { before.median_error(pairs) } else { after.median_error(pairs) })
+        .map(
+            |(view, pairs)| {
+                if view < at { before.median_error(pairs) } else { after.median_error(pairs) }
+            },
+        )
         .collect();
     Halves { error: mean(&errors), before, after }
 }
@@ -95,7 +99,7 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         .into_iter()
         .min_by(|a, b| a.error.total_cmp(&b.error))?;
     let sound = whole.min(mean_error(evidence, camera, &views));
-    if found.error > 0.5 * sound || !alone(evidence, camera, found.error) {
+    if found.error > 0.5 * sound || !alone(evidence, camera, (sound, found.error)) {
         return None;
     }
     Some(proposal(evidence, (camera, &views, at), (whole, &found)))
@@ -106,11 +110,14 @@ fn mean_error(evidence: &Evidence, camera: usize, views: &[usize]) -> f64 {
     mean(&views.iter().map(|view| evidence.cells[*view][camera].error).collect::<Vec<_>>())
 }
 
-/// Whether the camera is then about as good as the others can be expected to be.
-fn alone(evidence: &Evidence, camera: usize, error: f64) -> bool {
+/// Whether the camera errs clearly more than every other, and is about as good as they are once it may
+/// move. Where charts stand off their places all cameras err alike, and two places of a camera take up
+/// part of that.
+fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool {
     let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
-    let most = others.filter_map(|(_, seen)| Some(seen.as_ref()?.good())).fold(0.0, f64::max);
-    error <= 1.5 * most.max(0.1)
+    let typical: Vec<f64> = others.filter_map(|(_, seen)| Some(seen.as_ref()?.typical)).collect();
+    let most = typical.iter().copied().fold(0.0, f64::max);
+    whole > 2.5 * most && error <= 3.0 * most.max(0.05)
 }
 
 fn proposal(
@@ -137,7 +144,9 @@ fn proposal(
             "the camera stands elsewhere from view `{name}` on: moved by {distance:.3} {}, turned by {angle:.3} degrees",
             evidence.data.unit
         ),
-        hint: format!("fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"),
+        hint: format!(
+            "fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"
+        ),
         figures,
         changes: Vec::new(),
     }
@@ -156,5 +165,11 @@ fn single(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
         return None;
     }
     let what = "the picture shows the chart at another place than the other cameras saw it: taken at another instant, or the camera was knocked".to_owned();
-    Some(unsynchronised::proposal(evidence, &[cell], (left, Freedom::Pose), format!("alone {view}"), what))
+    Some(unsynchronised::proposal(
+        evidence,
+        &[cell],
+        (left, Freedom::Pose),
+        format!("alone {view}"),
+        what,
+    ))
 }

@@ -5,6 +5,7 @@
 use super::{
     board::Board,
     robust_camera::{Pair, RobustCamera, consensus},
+    whole_board::complete,
 };
 use crate::{
     dataset::{Dataset, split},
@@ -343,7 +344,9 @@ fn views(data: &Dataset, frame: &Frame) -> Vec<View> {
             .collect();
         View { name, board: Board::find(&places), rows }
     };
-    groups.into_iter().map(view).collect()
+    let mut views: Vec<View> = groups.into_iter().map(view).collect();
+    complete(&mut views, data, |world| frame.scaled(world));
+    views
 }
 
 /// Layers on which a world coordinate has one value, on the axis with fewest of them, in the order in

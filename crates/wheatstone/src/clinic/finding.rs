@@ -207,7 +207,8 @@ pub(super) fn settle(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<F
     let mut claimed: Vec<(usize, usize)> = Vec::new();
     let mut accepted: Vec<Proposal> = Vec::new();
     for proposal in proposals {
-        let taken = proposal.cells.iter().any(|cell| claimed.contains(cell));
+        let mut own = proposal.cells.iter().chain(&proposal.also);
+        let taken = own.any(|cell| claimed.contains(cell));
         if taken && proposal.freedom != Freedom::Itself {
             continue;
         }

@@ -25,9 +25,10 @@ mod robust_camera;
 mod spread;
 mod unseeable;
 mod unsynchronised;
+mod whole_board;
 
 pub use finding::{Change, Examination, Finding, Severity, repair_all};
-pub use unseeable::{Layout, Statement};
+pub use unseeable::{Layout, Statement, compare_baseline};
 
 use crate::dataset::Dataset;
 use evidence::Evidence;

@@ -441,7 +441,8 @@ impl Sums {
                 let turned = camera.rotation * world.coords;
                 let mut own = [[0.0; 2]; 8];
                 let point = Point3::from(turned + camera.translation);
-                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own) else {
+                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own)
+                else {
                     continue;
                 };
                 let error = pixel - seen;

@@ -1,7 +1,7 @@
 //! What nobody could see in calibration data, and what the user can compare instead: where the
 //! cameras stand by these data.
 
-use super::evidence::Evidence;
+use super::{Examination, Finding, Severity, evidence::Evidence};
 use serde::Serialize;
 
 /// Something that cannot be seen in the data, and what would tell.
@@ -87,4 +87,37 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
             check: "harmless as long as `locate` gets pixels counted in the same way".into(),
         },
     ]
+}
+
+/// Compares the distance of the first two cameras with what was measured on the rig; a tolerance of
+/// 0.01 is one percent. A finding where they differ by more, or where the data do not tell.
+#[must_use]
+pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> Option<Finding> {
+    let own = found.layout.first().map(|layout| layout.baseline);
+    let ratio = own.map(|own| own / expected);
+    if ratio.is_some_and(|ratio| (ratio - 1.0).abs() <= tolerance) {
+        return None;
+    }
+    let explanation = match (own, ratio) {
+        (Some(own), Some(ratio)) => format!(
+            "the cameras are {} apart by these data and {} by your measure ({ratio:.4} times): all places have a wrong unit or scale, or the measure is wrong",
+            short(own),
+            short(expected)
+        ),
+        _ => "the data do not tell how far apart the cameras are".into(),
+    };
+    Some(Finding {
+        code: "baseline-differs",
+        severity: Severity::Fatal,
+        views: Vec::new(),
+        cameras: vec![0, 1],
+        explanation,
+        figures: own
+            .map(|own| ("distance of the cameras by the data".to_owned(), own))
+            .into_iter()
+            .collect(),
+        hint: "measure the chart's pitch and the stage's steps again, and give them in one unit"
+            .into(),
+        changes: Vec::new(),
+    })
 }

@@ -58,8 +58,7 @@ pub(super) fn places_in(
 
 /// The point at the same place of the chart, where the chart moved without turning much.
 fn by_place(evidence: &Evidence, view: usize, other: usize, own: Point3) -> Option<Point3> {
-    let (from, to) =
-        (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
+    let (from, to) = (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
     if (from.pitch[0] / to.pitch[0] - 1.0).abs() > 0.01 {
         return None;
     }
@@ -119,7 +118,6 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     if count < 4 || suspicious == 0 {
         return None;
     }
-    let before = evidence.overall(camera, |_, _, pair| Some(pair))?;
     let mut best: Option<(f64, usize, i64)> = None;
     for offset in [1_i64, -1] {
         let shifted: Vec<Vec<Option<Point3>>> = (0..count)
@@ -129,8 +127,20 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
             })
             .collect();
         for from in 0..count - 1 {
+            // A view without partner says nothing; it must not be the one that is wrong.
+            let lone = if offset > 0 { count - 1 } else { from };
+            let shown = |view: usize| !evidence.cells[view][camera].pairs.is_empty();
+            let lone_is_sound = shown(lone) && !evidence.cells[lone][camera].suspicious;
+            let paired = (from..count).filter(|view| *view != lone && shown(*view)).count();
+            if lone_is_sound || paired < 2 {
+                continue;
+            }
             let left = evidence.overall(camera, |view, index, (world, pixel)| {
-                if view < from { Some((world, pixel)) } else { Some(((*shifted[view].get(index)?)?, pixel)) }
+                if view < from && view != lone {
+                    Some((world, pixel))
+                } else {
+                    Some(((*shifted[view].get(index)?)?, pixel))
+                }
             });
             if let Some(left) = left.filter(|left| best.is_none_or(|(least, ..)| *left < least)) {
                 best = Some((left, from, offset));
@@ -138,6 +148,9 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         }
     }
     let (left, from, offset) = best?;
+    let lone = if offset > 0 { count - 1 } else { from };
+    let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
+    let before = plain.or_else(|| Some(evidence.seen[camera].as_ref()?.typical))?;
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
     if left > 0.15 * before || left > 4.0 * good {
         return None;
@@ -154,7 +167,8 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         evidence.views[from].name,
         if offset > 0 { "after" } else { "before" }
     );
-    let mut found = proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
+    let mut found =
+        proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
     found.also = (0..count).map(|view| (view, camera)).collect();
     found.figures = overall_figures(before, left);
     Some(found)

@@ -32,7 +32,7 @@ fn a_rendered_capture_becomes_a_model_that_reads_back_bit_for_bit() {
     let matched = found.dataset.correspondences.iter().filter(|c| c.seen_by() == 2).count();
     assert!(matched >= 180, "{matched} of 189 crossings were matched");
     let dlt = AnyMethod::named("dlt").unwrap();
-    let prepared = Preparation::default().run(found.dataset, 0, &Silent).unwrap();
+    let prepared = Preparation::default().run(found.dataset.clone(), 0, &Silent).unwrap();
     let model = Calibration::fit(&dlt, &prepared, 0, true, &Silent).unwrap();
     assert!(model.validation.as_ref().unwrap().all.mean_percent < 2.0);
     let path = dir.path().join("model.json");

@@ -1,0 +1,219 @@
+//! `wheatstone check`.
+
+use super::print_json;
+use crate::{
+    failure::{Failure, Outcome},
+    input::{Reading, load},
+    preparing::baseline,
+    progress::Bar,
+    table::figure,
+    voice::say,
+};
+use clap::Args;
+use serde_json::{Value, json};
+use std::{io::Write, path::PathBuf};
+use wheatstone::{
+    Error,
+    clinic::{self, Examination, Finding, Severity},
+    dataset::{Dataset, points_file},
+    storage,
+    synthetic::fault_survey::{Survey, Tally, survey},
+};
+
+/// Look for faults in calibration data: what is wrong, where, and what to do about it
+#[derive(Args)]
+#[command(after_help = "Examples:\n  wheatstone check points.csv\n  \
+    wheatstone check points.csv --fix repaired.csv\n  \
+    wheatstone check capture/ --expect-baseline 200:1% --json\n  \
+    wheatstone check --survey 500      how often faults are named rightly, on random captures\n\n\
+    The status is 1 where a fatal fault remains.")]
+pub(crate) struct Check {
+    /// A capture, or a points file with X, Y, Z
+    #[arg(required_unless_present = "survey")]
+    input: Option<PathBuf>,
+    /// Write a points file with the faults put right that can be put right safely
+    #[arg(long, value_name = "OUT")]
+    fix: Option<PathBuf>,
+    /// The distance of cameras 1 and 2 as measured on the rig, in the data's unit, and how far the
+    /// data may be from it, such as `200` or `200:1%`
+    #[arg(long, value_name = "LENGTH[:PERCENT]", value_parser = baseline)]
+    expect_baseline: Option<(f64, f64)>,
+    /// Print the findings as JSON
+    #[arg(long)]
+    json: bool,
+    /// Instead of looking at data, try the clinic on so many random captures with known faults
+    #[arg(long, value_name = "N", conflicts_with_all = ["input", "fix", "expect_baseline"])]
+    survey: Option<usize>,
+    /// Seed of the survey
+    #[arg(long, default_value_t = 0, requires = "survey")]
+    seed: u64,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl Check {
+    pub(crate) fn run(self) -> Outcome {
+        if let Some(captures) = self.survey {
+            let found = survey(captures, self.seed);
+            if self.json {
+                return print_json(&found);
+            }
+            write!(std::io::stdout(), "{}", as_markdown(&found))?;
+            return Ok(());
+        }
+        let Some(input) = &self.input else {
+            return Err(Failure::usage("no data to check", "name a capture or a points file"));
+        };
+        let bar = Bar::new();
+        let data = load(input, &self.reading, &bar)?.data;
+        drop(bar);
+        let examination = self.examine(&data);
+        if self.json {
+            print_json(&as_json(&examination))?;
+        } else {
+            say!("{}", as_text(&examination, &data).trim_end());
+        }
+        let mut remaining = fatal(&examination);
+        if let Some(output) = &self.fix {
+            let repaired = clinic::repair_all(&data, &examination.findings);
+            storage::write(output, points_file::write(&repaired).as_bytes())?;
+            let after = self.examine(&repaired);
+            remaining = fatal(&after);
+            say!(
+                "Wrote {}: {} of {} faults put right, {} of {} points kept",
+                output.display(),
+                examination.findings.iter().filter(|finding| finding.is_fixable()).count(),
+                alarms(&examination),
+                repaired.correspondences.len(),
+                data.correspondences.len()
+            );
+        }
+        if remaining.is_empty() {
+            return Ok(());
+        }
+        Err(Error::Degenerate {
+            problem: format!("fatal faults in the data: {}", remaining.join(", ")),
+            hint: if self.fix.is_some() {
+                "what remains must be recorded again, or taken out by hand".into()
+            } else {
+                "put them right as told above, or try `--fix OUT`".into()
+            },
+        }
+        .into())
+    }
+
+    fn examine(&self, data: &Dataset) -> Examination {
+        let mut examination = clinic::examine(data);
+        if let Some((length, tolerance)) = self.expect_baseline {
+            let differs = clinic::compare_baseline(&examination, length, tolerance);
+            examination.findings.splice(0..0, differs);
+        }
+        examination
+    }
+}
+
+fn fatal(examination: &Examination) -> Vec<&'static str> {
+    let fatal = examination.findings.iter().filter(|f| f.severity == Severity::Fatal);
+    let mut codes: Vec<&'static str> = fatal.map(|finding| finding.code).collect();
+    codes.dedup();
+    codes
+}
+
+fn alarms(examination: &Examination) -> usize {
+    examination.findings.iter().filter(|f| f.severity > Severity::Information).count()
+}
+
+fn word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Information => "note",
+        Severity::Warning => "warning",
+        Severity::Fatal => "fatal",
+    }
+}
+
+/// What people read.
+fn as_text(examination: &Examination, data: &Dataset) -> String {
+    let mut text = String::new();
+    for finding in &examination.findings {
+        text += &format!("{}[{}]: {}\n", word(finding.severity), finding.code, finding.explanation);
+        for (name, value) in &finding.figures {
+            text += &format!("  {name}: {}\n", figure(*value));
+        }
+        text += &format!("  hint: {}\n", finding.hint);
+    }
+    if alarms(examination) == 0 {
+        text += &format!(
+            "No fault found in {} points of {} cameras\n",
+            data.correspondences.len(),
+            data.cameras
+        );
+    }
+    text += "What cannot be seen in the data:\n";
+    for statement in &examination.cannot_be_seen {
+        text += &format!("  {}: {}\n", statement.what, statement.check);
+    }
+    for camera in examination.layout.iter().skip(1) {
+        text += &format!("  {}\n", camera.words);
+    }
+    text
+}
+
+fn as_json(examination: &Examination) -> Value {
+    let finding = |finding: &Finding| {
+        let cameras: Vec<usize> = finding.cameras.iter().map(|camera| camera + 1).collect();
+        let figures: serde_json::Map<String, Value> =
+            finding.figures.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+        json!({
+            "code": finding.code,
+            "severity": finding.severity,
+            "views": finding.views,
+            "cameras": cameras,
+            "explanation": finding.explanation,
+            "hint": finding.hint,
+            "fixable": finding.is_fixable(),
+            "figures": figures,
+        })
+    };
+    let layout = examination.layout.iter().map(|place| {
+        json!({ "camera": place.camera + 1, "baseline": place.baseline, "words": place.words })
+    });
+    json!({
+        "findings": examination.findings.iter().map(finding).collect::<Vec<_>>(),
+        "cannot_be_seen": examination.cannot_be_seen,
+        "layout": layout.collect::<Vec<_>>(),
+    })
+}
+
+/// The survey as the table of docs/fault-clinic.md.
+fn as_markdown(found: &Survey) -> String {
+    let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+    let mut text =
+        "| fault | captures | named rightly | named otherwise | missed |\n|---|---|---|---|---|\n"
+            .to_owned();
+    for row in &found.faults {
+        text += &format!(
+            "| {} | {} | {} | {} | {} |\n",
+            row.fault, row.captures, row.rightly, row.otherwise, row.missed
+        );
+    }
+    let sum = |count: fn(&Tally) -> usize| found.faults.iter().map(count).sum::<usize>();
+    let all = sum(|row| row.captures);
+    text += &format!(
+        "| all | {all} | {} ({:.1} %) | {} | {} |\n\n",
+        sum(|row| row.rightly),
+        share(sum(|row| row.rightly), all),
+        sum(|row| row.otherwise),
+        sum(|row| row.missed)
+    );
+    text += "| captures without fault | captures | false alarms |\n|---|---|---|\n";
+    for row in &found.clean {
+        text += &format!(
+            "| {} | {} | {} ({:.1} %) |\n",
+            row.fault,
+            row.captures,
+            row.otherwise,
+            share(row.otherwise, row.captures)
+        );
+    }
+    text
+}
