@@ -199,7 +199,8 @@ fn as_json(examination: &Examination) -> Value {
 fn as_markdown(found: &Survey) -> String {
     let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
     let mut text =
-        "| fault | captures | named rightly | named otherwise | missed |\n|---|---|---|---|---|\n".to_owned();
+        "| fault | captures | named rightly | named otherwise | missed |\n|---|---|---|---|---|\n"
+            .to_owned();
     for row in &found.faults {
         text += &format!(
             "| {} | {} | {} | {} | {} |\n",

@@ -73,8 +73,7 @@ impl Board {
             .collect();
         let (angle, nearest) = direction(&flat)?;
         let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
-        let mut along =
-            [axes[0] * cosine + axes[1] * sine, axes[1] * cosine - axes[0] * sine];
+        let mut along = [axes[0] * cosine + axes[1] * sine, axes[1] * cosine - axes[0] * sine];
         // Columns run as the world's first axis that tells them apart does: only a convention.
         if along[1].x.abs() > along[0].x.abs() {
             along.swap(0, 1);
@@ -99,9 +98,7 @@ impl Board {
     /// Where the point really is whose label says `place`. `None` where that label has no such point.
     pub(super) fn mixed(&self, place: Point3, how: Mixing) -> Option<Point3> {
         let own = [0, 1].map(|axis| (place - self.centre).dot(&self.along[axis]));
-        let height = (place - self.centre)
-            - self.along[0] * own[0]
-            - self.along[1] * own[1];
+        let height = (place - self.centre) - self.along[0] * own[0] - self.along[1] * own[1];
         let half = [0, 1].map(|a| self.pitch[a] * (self.counts[a] as f64 - 1.0) / 2.0);
         let [a, b] = own;
         let at = match how {
@@ -137,10 +134,7 @@ impl Board {
             let index = row * columns + column;
             (index / rows, index % rows)
         };
-        Some([
-            column as f64 * self.pitch[0] - half[0],
-            row as f64 * self.pitch[1] - half[1],
-        ])
+        Some([column as f64 * self.pitch[0] - half[0], row as f64 * self.pitch[1] - half[1]])
     }
 
     /// The normal of the plane.
@@ -154,7 +148,8 @@ pub(super) fn principal_axes(places: &[Point3]) -> (Point3, [Vector3; 3], [f64; 
     let count = places.len().max(1) as f64;
     let middle = Point3::from(places.iter().map(|p| p.coords).sum::<Vector3>() / count);
     let scatter: Matrix3<f64> =
-        places.iter().map(|p| (p - middle) * (p - middle).transpose()).sum::<Matrix3<f64>>() / count;
+        places.iter().map(|p| (p - middle) * (p - middle).transpose()).sum::<Matrix3<f64>>()
+            / count;
     let eigen = SymmetricEigen::new(scatter);
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));

@@ -41,7 +41,10 @@ fn boards(evidence: &Evidence, view: usize) -> Vec<Board> {
         let most = alike.map(|other| other.counts[axis]).max().unwrap_or(0);
         most.saturating_sub(own.counts[axis]).min(MOST_MISSING)
     });
-    let mut all = Vec::new();
+    let mut all = vec![own.clone()];
+    if missing == [0, 0] {
+        return all;
+    }
     for before_first in 0..=missing[0] {
         for before_second in 0..=missing[1] {
             let mut board = own.clone();
@@ -138,9 +141,8 @@ pub(super) fn relabelled(
     let mut pixels = vec![None; known.len()];
     for (world, pixel) in &cell.pairs {
         let Some(real) = place(*world) else { continue };
-        let nearest = (0..known.len()).min_by(|a, b| {
-            (known[*a].1 - real).norm().total_cmp(&(known[*b].1 - real).norm())
-        });
+        let nearest = (0..known.len())
+            .min_by(|a, b| (known[*a].1 - real).norm().total_cmp(&(known[*b].1 - real).norm()));
         if let Some(index) = nearest {
             let tolerance = 0.3 * neighbour_distance(&known, index);
             if (known[index].1 - real).norm() < tolerance {
@@ -148,11 +150,7 @@ pub(super) fn relabelled(
             }
         }
     }
-    known
-        .iter()
-        .zip(pixels)
-        .map(|((row, _), to)| Change::Pixel { row: *row, camera, to })
-        .collect()
+    known.iter().zip(pixels).map(|((row, _), to)| Change::Pixel { row: *row, camera, to }).collect()
 }
 
 fn neighbour_distance(known: &[(usize, Point3)], own: usize) -> f64 {
@@ -198,7 +196,13 @@ fn axes_exchanged(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal>
                 Some(Change::World { row: *row, to })
             };
             let changes = rows.iter().filter_map(change).collect();
-            return Some(proposal(cell, left, "rows-columns-swapped", (names.into(), what), changes));
+            return Some(proposal(
+                cell,
+                left,
+                "rows-columns-swapped",
+                (names.into(), what),
+                changes,
+            ));
         }
     }
     None

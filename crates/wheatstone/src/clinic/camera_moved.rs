@@ -59,7 +59,11 @@ fn halves(start: &RobustCamera, views: &[Vec<Pair>], at: usize, thorough: bool) 
     let errors: Vec<f64> = views
         .iter()
         .enumerate()
-        .map(|(view, pairs)| if view < at { before.median_error(pairs) } else { after.median_error(pairs) })
+        .map(
+            |(view, pairs)| {
+                if view < at { before.median_error(pairs) } else { after.median_error(pairs) }
+            },
+        )
         .collect();
     Halves { error: mean(&errors), before, after }
 }
@@ -94,16 +98,11 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         .map(|start| halves(start, &pairs, at, true))
         .into_iter()
         .min_by(|a, b| a.error.total_cmp(&b.error))?;
-    let sound = whole.min(mean_error(evidence, camera, &views));
+    let sound = whole.min(evidence.mean_error(camera));
     if found.error > 0.5 * sound || !alone(evidence, camera, (sound, found.error)) {
         return None;
     }
     Some(proposal(evidence, (camera, &views, at), (whole, &found)))
-}
-
-/// Mean of the errors that the sound views leave.
-fn mean_error(evidence: &Evidence, camera: usize, views: &[usize]) -> f64 {
-    mean(&views.iter().map(|view| evidence.cells[*view][camera].error).collect::<Vec<_>>())
 }
 
 /// Whether the camera errs clearly more than every other, and is about as good as they are once it may
@@ -113,7 +112,7 @@ fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool
     let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
     let typical: Vec<f64> = others.filter_map(|(_, seen)| Some(seen.as_ref()?.typical)).collect();
     let most = typical.iter().copied().fold(0.0, f64::max);
-    whole > 2.5 * most && error <= 3.0 * most.max(0.05)
+    whole > 1.6 * most && error <= 3.0 * most.max(0.05)
 }
 
 fn proposal(
@@ -130,7 +129,8 @@ fn proposal(
     figures.push(("turned, degrees".into(), angle));
     Proposal {
         freedom: Freedom::Scale,
-        left: 0.0,
+        // Simpler explanations of slight errors come first.
+        left: 0.9,
         cells: views[at..].iter().map(|view| (*view, camera)).collect(),
         also: views.iter().map(|view| (*view, camera)).collect(),
         key: "segment".into(),
@@ -140,7 +140,9 @@ fn proposal(
             "the camera stands elsewhere from view `{name}` on: moved by {distance:.3} {}, turned by {angle:.3} degrees",
             evidence.data.unit
         ),
-        hint: format!("fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"),
+        hint: format!(
+            "fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"
+        ),
         figures,
         changes: Vec::new(),
     }
@@ -159,5 +161,11 @@ fn single(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
         return None;
     }
     let what = "the picture shows the chart at another place than the other cameras saw it: taken at another instant, or the camera was knocked".to_owned();
-    Some(unsynchronised::proposal(evidence, &[cell], (left, Freedom::Pose), format!("alone {view}"), what))
+    Some(unsynchronised::proposal(
+        evidence,
+        &[cell],
+        (left, Freedom::Pose),
+        format!("alone {view}"),
+        what,
+    ))
 }

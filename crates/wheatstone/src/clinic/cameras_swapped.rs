@@ -32,7 +32,9 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
         })
     };
     let each = [error(cameras[0], cameras[1]), error(cameras[1], cameras[0])];
-    if !(evidence.accepts((view, cameras[0]), each[0]) && evidence.accepts((view, cameras[1]), each[1])) {
+    if !(evidence.accepts((view, cameras[0]), each[0])
+        && evidence.accepts((view, cameras[1]), each[1]))
+    {
         return None;
     }
     let left = each[0].max(each[1]);

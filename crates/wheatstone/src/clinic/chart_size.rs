@@ -37,9 +37,9 @@ impl Fault for ChartSize {
 }
 
 fn is_ratio(scale: f64) -> bool {
-    RATIOS.iter().any(|ratio| {
-        [*ratio, 1.0 / ratio].iter().any(|known| (scale / known - 1.0).abs() < 5e-3)
-    })
+    RATIOS
+        .iter()
+        .any(|ratio| [*ratio, 1.0 / ratio].iter().any(|known| (scale / known - 1.0).abs() < 5e-3))
 }
 
 fn places(evidence: &Evidence, view: usize, map: impl Fn(Point3) -> Point3) -> Vec<Change> {
@@ -60,14 +60,22 @@ fn explained(
 ) -> f64 {
     cameras
         .iter()
-        .map(|camera| evidence.explained((view, *camera), |_, (world, pixel)| Some((map(world), pixel))))
+        .map(|camera| {
+            evidence.explained((view, *camera), |_, (world, pixel)| Some((map(world), pixel)))
+        })
         .fold(0.0, f64::max)
 }
 
 /// All coordinates, or one, in another unit.
 fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
     let frame = evidence.frame;
-    let columns = [[true; 3], [true, false, false], [false, true, false], [false, false, true], [true, true, false]];
+    let columns = [
+        [true; 3],
+        [true, false, false],
+        [false, true, false],
+        [false, false, true],
+        [true, true, false],
+    ];
     let names = ["X, Y and Z", "X", "Y", "Z", "X and Y"];
     for ratio in RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]) {
         for (which, name) in columns.iter().zip(names) {
@@ -84,7 +92,8 @@ fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal
             if !cameras.iter().all(|camera| evidence.accepts((view, *camera), left)) {
                 continue;
             }
-            let what = format!("{name} are {} times what they should be: another unit", tidy(ratio));
+            let what =
+                format!("{name} are {} times what they should be: another unit", tidy(ratio));
             return Some(Proposal {
                 freedom: Freedom::Choice,
                 left,
@@ -223,7 +232,13 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     let starts = [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54];
     let mut best: Option<(f64, Stretch)> = None;
     for scale in starts {
-        let start = Stretch { middle, along, scale: [scale; 2], turn: Vector3::zeros(), by: Vector3::zeros() };
+        let start = Stretch {
+            middle,
+            along,
+            scale: [scale; 2],
+            turn: Vector3::zeros(),
+            by: Vector3::zeros(),
+        };
         let stretch = adjusted(&shots, start);
         let left = explained(evidence, view, cameras, &|place| stretch.map(place));
         if best.as_ref().is_none_or(|(least, _)| left < *least) {
@@ -260,19 +275,25 @@ fn named(
         if before < 4.0 || stretch.by.norm() < 0.01 && stretch.turn.norm() < 0.01 {
             return None;
         }
-        let what = format!("the chart stands {distance:.3} {unit} from where the file says, turned by {angle:.2} degrees");
+        let what = format!(
+            "the chart stands {distance:.3} {unit} from where the file says, turned by {angle:.2} degrees"
+        );
         ("view-misplaced", Severity::Fatal, what, Freedom::Pose, false)
     } else if alike && is_ratio(a) {
-        let what = format!("the chart's places are {} times too large: another unit", tidy(1.0 / a));
+        let what =
+            format!("the chart's places are {} times too large: another unit", tidy(1.0 / a));
         ("units-mixed", Severity::Fatal, what, Freedom::Scale, true)
     } else if alike {
         let what = format!("the chart's pitch is {:.4} times what the file says", (a + b) / 2.0);
         ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
     } else {
-        let what = format!("the chart's pitch is {a:.4} times what the file says one way and {b:.4} times the other");
+        let what = format!(
+            "the chart's pitch is {a:.4} times what the file says one way and {b:.4} times the other"
+        );
         ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
     };
-    let changes = if fixable { places(evidence, view, |place| stretch.map(place)) } else { Vec::new() };
+    let changes =
+        if fixable { places(evidence, view, |place| stretch.map(place)) } else { Vec::new() };
     Some(Proposal {
         freedom,
         left,

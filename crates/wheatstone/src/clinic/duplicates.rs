@@ -5,7 +5,7 @@ use super::{
     evidence::{Evidence, LEAST},
     finding::{Change, Proposal, Severity},
 };
-use crate::{dataset::Correspondence, numeric::statistics::median};
+use crate::{dataset::Correspondence, geometry::Point3, numeric::statistics::median};
 
 pub(super) struct Duplicates;
 
@@ -38,11 +38,20 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
             if gaps.len() < LEAST || median(&gaps) > 0.02 {
                 continue;
             }
-            let what = format!("cameras {} and {} give the same pixels: one file or column was taken twice", first + 1, second + 1);
+            let what = format!(
+                "cameras {} and {} give the same pixels: one file or column was taken twice",
+                first + 1,
+                second + 1
+            );
             found.push(Proposal {
                 cells: (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect(),
                 figures: vec![("median distance of their pixels, px".into(), median(&gaps))],
-                ..Proposal::itself("identical-cameras", Severity::Fatal, what, "give each camera its own pictures: depth cannot be told from one picture")
+                ..Proposal::itself(
+                    "identical-cameras",
+                    Severity::Fatal,
+                    what,
+                    "give each camera its own pictures: depth cannot be told from one picture",
+                )
             });
         }
     }
@@ -59,7 +68,7 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     };
     let mut same_place = 0;
     let mut gaps = vec![Vec::new(); data.cameras];
-    let mut steps = Vec::new();
+    let mut steps: Vec<f64> = Vec::new();
     for (rank, row) in b.iter().enumerate() {
         let named = a.iter().find(|other| same_id(*row, **other));
         let other = named.or_else(|| a.get(rank).filter(|_| a.len() == b.len()));
@@ -71,12 +80,12 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
             }
         }
         if let (Some(p), Some(q)) = (own.world, twin.world) {
-            steps.push((p - q).norm() / evidence.frame.size);
+            steps.extend(visible_step(evidence, p, q));
             same_place += usize::from((p - q).norm() < 1e-6 * evidence.frame.size);
         }
     }
     gaps.retain(|gaps| gaps.len() >= LEAST);
-    if gaps.is_empty() || 2 * steps.len() < b.len() {
+    if gaps.is_empty() {
         return None;
     }
     let placed_alike = 10 * same_place > 9 * b.len();
@@ -84,15 +93,27 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     // A chart at rest, photographed again, is seen within its noise.
     let noise = evidence.seen.iter().flatten().map(|seen| seen.typical).fold(1.0, f64::min);
     // Rounded pixels of places that hardly differ are the same by right.
-    let exact = gap < 1e-6 && (placed_alike || median(&steps) > 0.02);
+    let exact = gap < 1e-6 && (placed_alike || median(&steps) > 3.0);
     if !(exact || placed_alike && gap < 2.5 * noise + 0.02) {
         return None;
     }
     let names = [first, second].map(|view| &evidence.views[view].name);
     let (severity, what) = if placed_alike {
-        (Severity::Warning, format!("the view is a copy of view `{}`: it counts twice, and tests with one of them left out look better than they are", names[0]))
+        (
+            Severity::Warning,
+            format!(
+                "the view is a copy of view `{}`: it counts twice, and tests with one of them left out look better than they are",
+                names[0]
+            ),
+        )
     } else {
-        (Severity::Fatal, format!("the view has the pixels of view `{}`, but other places in the world: one of the two is wrong", names[0]))
+        (
+            Severity::Fatal,
+            format!(
+                "the view has the pixels of view `{}`, but other places in the world: one of the two is wrong",
+                names[0]
+            ),
+        )
     };
     let drop = |row: &usize| Change::Drop { row: *row };
     Some(Proposal {
@@ -100,8 +121,21 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
         key: names[0].clone(),
         figures: vec![("median distance of their pixels, px".into(), gap)],
         changes: if placed_alike { b.iter().map(drop).collect() } else { Vec::new() },
-        ..Proposal::itself("duplicate-views", severity, what, "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same")
+        ..Proposal::itself(
+            "duplicate-views",
+            severity,
+            what,
+            "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same",
+        )
     })
+}
+
+/// How far apart two places are in the pictures, in pixels: the most of all cameras.
+fn visible_step(evidence: &Evidence, p: Point3, q: Point3) -> Option<f64> {
+    let [p, q] = [p, q].map(|place| evidence.frame.scaled(place));
+    let seen = evidence.seen.iter().flatten();
+    let steps = seen.filter_map(|s| Some((s.camera.project(p)? - s.camera.project(q)?).norm()));
+    steps.reduce(f64::max)
 }
 
 /// Whole pixels in one camera, and half ones in another: one of them counts from another place.
@@ -118,9 +152,8 @@ fn lattices(evidence: &Evidence) -> Vec<Proposal> {
         let alike = |value: &f64| (value.rem_euclid(1.0) - first).abs() < 1e-6;
         (seen.len() >= 2 * LEAST && seen.iter().all(alike)).then_some(first)
     };
-    let known: Vec<(usize, f64)> = (0..evidence.data.cameras)
-        .filter_map(|camera| Some((camera, fraction(camera)?)))
-        .collect();
+    let known: Vec<(usize, f64)> =
+        (0..evidence.data.cameras).filter_map(|camera| Some((camera, fraction(camera)?))).collect();
     let Some((_, first)) = known.iter().find(|(_, f)| *f == 0.0).or_else(|| known.first()) else {
         return Vec::new();
     };

@@ -1,6 +1,9 @@
 //! What the clinic says, and how it chooses among explanations.
 
-use super::{evidence::Evidence, unseeable::{Layout, Statement}};
+use super::{
+    evidence::Evidence,
+    unseeable::{Layout, Statement},
+};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3},
@@ -166,12 +169,7 @@ pub(super) struct Proposal {
 
 impl Proposal {
     /// One that stands for itself, of these cameras (none for all).
-    pub(super) fn itself(
-        code: &'static str,
-        severity: Severity,
-        what: String,
-        hint: &str,
-    ) -> Self {
+    pub(super) fn itself(code: &'static str, severity: Severity, what: String, hint: &str) -> Self {
         Self {
             freedom: Freedom::Itself,
             left: 0.0,
@@ -191,9 +189,8 @@ impl Proposal {
 /// Accepts proposals, the simplest first, each cell once; merges those that say the same of several
 /// views; the worst first.
 pub(super) fn settle(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<Finding> {
-    let order = |a: &Proposal, b: &Proposal| {
-        a.freedom.cmp(&b.freedom).then(a.left.total_cmp(&b.left))
-    };
+    let order =
+        |a: &Proposal, b: &Proposal| a.freedom.cmp(&b.freedom).then(a.left.total_cmp(&b.left));
     proposals.sort_by(order);
     let mut claimed: Vec<(usize, usize)> = Vec::new();
     let mut accepted: Vec<Proposal> = Vec::new();
@@ -238,8 +235,7 @@ fn as_finding(evidence: &Evidence, proposal: Proposal) -> Finding {
     views.sort_unstable();
     views.dedup();
     let all = views.len() == evidence.views.len();
-    let names: Vec<String> =
-        views.iter().map(|view| evidence.views[*view].name.clone()).collect();
+    let names: Vec<String> = views.iter().map(|view| evidence.views[*view].name.clone()).collect();
     let place = place_in_words(&names, &cameras, all);
     let explanation =
         if place.is_empty() { proposal.what } else { format!("{place}: {}", proposal.what) };

@@ -83,11 +83,31 @@ pub fn debug_table(data: &Dataset) -> String {
     let e = Evidence::new(data);
     let mut t = String::new();
     for (c, s) in e.seen.iter().enumerate() {
-        if let Some(s) = s { t += &format!("camera {} typical {:.3} good {:.3} mirrored {} principal {:?} f {:?} stray {:.3}\n", c + 1, s.typical, s.good(), s.camera.is_mirrored(), s.camera.principal(), s.camera.focal(), e.stray(c)); }
+        if let Some(s) = s {
+            t += &format!(
+                "camera {} typical {:.3} good {:.3} mirrored {} principal {:?} f {:?} stray {:.3}\n",
+                c + 1,
+                s.typical,
+                s.good(),
+                s.camera.is_mirrored(),
+                s.camera.principal(),
+                s.camera.focal(),
+                e.stray(c)
+            );
+        }
     }
     for (v, cells) in e.cells.iter().enumerate() {
         t += &e.views[v].name;
-        for c in cells { t += &format!("  {:8.3}{} ({:.2},{:.2}) n{}", c.error, if c.suspicious { "*" } else { " " }, c.offset.x, c.offset.y, c.pairs.len()); }
+        for c in cells {
+            t += &format!(
+                "  {:8.3}{} ({:.2},{:.2}) n{}",
+                c.error,
+                if c.suspicious { "*" } else { " " },
+                c.offset.x,
+                c.offset.y,
+                c.pairs.len()
+            );
+        }
         t += &format!(" {:?}\n", e.views[v].board.as_ref().map(|b| b.counts));
     }
     t

@@ -38,35 +38,47 @@ fn sets(count: usize) -> Vec<Vec<usize>> {
             .map(|set| (0..count).filter(|view| set >> view & 1 == 1).collect())
             .collect();
     }
-    let runs = (0..count).flat_map(|first| (first..count).map(move |last| (first..=last).collect()));
+    let runs =
+        (0..count).flat_map(|first| (first..count).map(move |last| (first..=last).collect()));
     runs.filter(|run: &Vec<usize>| 2 * run.len() < count).collect()
+}
+
+/// The points of a camera by view, of the views that it saw.
+fn used(evidence: &Evidence, camera: usize) -> Vec<Vec<Pair>> {
+    let views = (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some());
+    views
+        .map(|view| {
+            let pairs = &evidence.cells[view][camera].pairs;
+            pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
+        })
+        .collect()
 }
 
 fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     let Some(seen) = &evidence.seen[camera] else { return Vec::new() };
-    let views: Vec<usize> = (0..evidence.views.len())
-        .filter(|view| evidence.at(*view, camera).is_some())
-        .collect();
+    let views: Vec<usize> =
+        (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
     // Beside a great fault a small one does not show.
     if views.len() < 4 || views.iter().any(|view| evidence.cells[*view][camera].error > GREAT) {
         return Vec::new();
     }
-    let pairs: Vec<Vec<Pair>> = views
-        .iter()
-        .map(|view| {
-            let pairs = &evidence.cells[*view][camera].pairs;
-            pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
-        })
-        .collect();
+    let pairs = used(evidence, camera);
     let sums = Sums::of(&seen.camera, &pairs);
     let Some((set, by)) = best(&sums, views.len()) else { return Vec::new() };
     let meant = by.map(|o| (o * 2.0).round() / 2.0);
     let known = meant[0] == meant[1] && [0.5, 1.0].contains(&meant[0].abs());
     // Offsets of a set are known to a few hundredths of a pixel with whole-pixel noise.
     let near = (by - meant).amax() < 0.17;
-    #[allow(clippy::print_stderr, reason = "scratch")]
-    if std::env::var_os("CLINIC").is_some() { eprintln!("offset camera {camera} {set:?} {by:?} {}", stands_out(&sums, &set, by)); }
-    if !known || !near || !stands_out(&sums, &set, by) {
+    if !known || !near || unexplained(&sums, &set, by) > 0.2 * by.norm() {
+        return Vec::new();
+    }
+    // Where a stage errs, views are off in every camera.
+    let others = (0..evidence.data.cameras).filter(|other| *other != camera);
+    let most = others.filter_map(|other| {
+        let seen = evidence.seen[other].as_ref()?;
+        Some(unexplained(&Sums::of(&seen.camera, &used(evidence, other)), &[], Vector2::zeros()))
+    });
+    if most.fold(0.0, f64::max) > 0.25 * by.norm() {
         return Vec::new();
     }
     let from = if meant[0].abs() == 1.0 {
@@ -115,9 +127,9 @@ fn best(sums: &Sums, count: usize) -> Option<(Vec<usize>, Vector2<f64>)> {
     best.map(|(_, set, by)| (set, by))
 }
 
-/// Whether the offset is clearly more than what other views are off after it is taken away. A stage's
-/// or a lens's errors leave about as much.
-fn stands_out(sums: &Sums, set: &[usize], by: Vector2<f64>) -> bool {
+/// How far views are off as wholes after an offset of some is taken away, in pixels: root mean square.
+/// A stage's or a lens's errors leave about as much as they give.
+fn unexplained(sums: &Sums, set: &[usize], by: Vector2<f64>) -> f64 {
     let mut gradient = sums.gradient;
     for view in set {
         gradient -= sums.slopes[*view] * by;
@@ -131,6 +143,5 @@ fn stands_out(sums: &Sums, set: &[usize], by: Vector2<f64>) -> bool {
         }
         squares += (left / sums.weights[view].max(1e-12)).norm_squared();
     }
-    let typical = (squares / sums.errors.len() as f64).sqrt();
-    typical < 0.2 * by.norm()
+    (squares / sums.errors.len().max(1) as f64).sqrt()
 }

@@ -76,19 +76,30 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
         return Some(("v-axis-up", "y of the pixels points up".into(), *measure));
     }
     if minus(sx) && one(sy) {
-        return Some(("picture-mirrored", "the picture is mirrored left to right".into(), *measure));
+        return Some((
+            "picture-mirrored",
+            "the picture is mirrored left to right".into(),
+            *measure,
+        ));
     }
     if minus(sx) && minus(sy) {
         return Some(("picture-turned", "the picture is turned by 180 degrees".into(), *measure));
     }
     let changed = |scale: f64| (scale - 1.0).abs() > 0.02;
-    let resized = (changed(sx) || changed(sy)) && sx > 0.0 && sy > 0.0 && (0.05..20.0).contains(&sx) && (0.05..20.0).contains(&sy);
+    let resized = (changed(sx) || changed(sy))
+        && sx > 0.0
+        && sy > 0.0
+        && (0.05..20.0).contains(&sx)
+        && (0.05..20.0).contains(&sy);
     resized.then(|| {
         let exact = Measure { scale: [clean(sx), clean(sy)], ..*measure };
         let what = if (exact.scale[0] - exact.scale[1]).abs() < 0.01 {
             format!("the picture is resized by {:.4}", exact.scale[0])
         } else {
-            format!("the picture is resized by {:.4} in x and {:.4} in y", exact.scale[0], exact.scale[1])
+            format!(
+                "the picture is resized by {:.4} in x and {:.4} in y",
+                exact.scale[0], exact.scale[1]
+            )
         };
         ("picture-resized", what, exact)
     })
@@ -122,7 +133,8 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         return None;
     }
     let (code, what, measure) = naming(&fitted)?;
-    let mut left = evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
+    let mut left =
+        evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
     let mut undo = measure;
     if left > 1.0 {
         undo = fitted;
@@ -174,4 +186,3 @@ pub(super) fn proposal(
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
     }
 }
-

@@ -188,10 +188,8 @@ impl RobustCamera {
 
     fn stepped(&self, step: &SVector<f64, UNKNOWNS>) -> Self {
         let mut camera = self.clone();
-        let turn = Pose::from_rotation_vector(
-            Vector3::zeros(),
-            Vector3::new(step[0], step[1], step[2]),
-        );
+        let turn =
+            Pose::from_rotation_vector(Vector3::zeros(), Vector3::new(step[0], step[1], step[2]));
         camera.rotation = turn.rotation * self.rotation;
         camera.translation += Vector3::new(step[3], step[4], step[5]);
         for axis in 0..2 {
@@ -230,8 +228,7 @@ impl Normal {
             let turned = camera.rotation * world.coords;
             let mut slopes = [[0.0; 2]; 8];
             let point = Point3::from(turned + camera.translation);
-            let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut slopes)
-            else {
+            let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut slopes) else {
                 continue;
             };
             let error = pixel - (seen + camera.left_over_if_any(seen));
@@ -319,16 +316,23 @@ pub(super) struct Consensus {
 }
 
 /// Looks for the camera on which most of `views` agree. Needs two views or more.
-pub(super) fn consensus(views: &[Vec<Pair>], random: &mut crate::numeric::random::Random) -> Option<Consensus> {
+pub(super) fn consensus(
+    views: &[Vec<Pair>],
+    random: &mut crate::numeric::random::Random,
+) -> Option<Consensus> {
     let usable: Vec<usize> = (0..views.len()).filter(|view| views[*view].len() >= 4).collect();
     let all: Vec<Pair> = usable.iter().flat_map(|view| views[*view].iter().copied()).collect();
     let tolerance = (0.004 * extent(&all)).max(1.0);
     let mut best: Option<(f64, Consensus)> = None;
     for sample in samples(&usable, random) {
-        let pairs: Vec<Pair> = sample.iter().flat_map(|view| views[*view].iter().copied()).collect();
-        let Some(camera) = RobustCamera::fit(&pairs, if sample.len() > 4 { 12 } else { 8 }) else { continue };
+        let pairs: Vec<Pair> =
+            sample.iter().flat_map(|view| views[*view].iter().copied()).collect();
+        let Some(camera) = RobustCamera::fit(&pairs, if sample.len() > 4 { 12 } else { 8 }) else {
+            continue;
+        };
         let Some((score, found)) = settle(camera, views, &usable, tolerance) else { continue };
-        let share = found.agrees.iter().filter(|agrees| **agrees).count() as f64 / usable.len() as f64;
+        let share =
+            found.agrees.iter().filter(|agrees| **agrees).count() as f64 / usable.len() as f64;
         if best.as_ref().is_none_or(|(least, _)| score < *least) {
             best = Some((score, found));
         }
@@ -354,7 +358,11 @@ fn samples(usable: &[usize], random: &mut crate::numeric::random::Random) -> Vec
             all.push(order);
         }
     } else if usable.len() == 3 {
-        all.extend([vec![usable[0], usable[1]], vec![usable[0], usable[2]], vec![usable[1], usable[2]]]);
+        all.extend([
+            vec![usable[0], usable[1]],
+            vec![usable[0], usable[2]],
+            vec![usable[1], usable[2]],
+        ]);
     }
     all
 }
@@ -393,10 +401,8 @@ fn settle(
         }
         camera = camera.refined(&pairs, 8);
     }
-    let score = usable
-        .iter()
-        .map(|view| (camera.median_error(&views[*view]) / tolerance).min(1.0))
-        .sum();
+    let score =
+        usable.iter().map(|view| (camera.median_error(&views[*view]) / tolerance).min(1.0)).sum();
     Some((score, Consensus { camera, agrees }))
 }
 
@@ -435,7 +441,8 @@ impl Sums {
                 let turned = camera.rotation * world.coords;
                 let mut own = [[0.0; 2]; 8];
                 let point = Point3::from(turned + camera.translation);
-                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own) else {
+                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own)
+                else {
                     continue;
                 };
                 let error = pixel - seen;

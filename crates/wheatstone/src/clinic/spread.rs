@@ -35,7 +35,12 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
     if share < 2e-3 {
         return Some(Proposal {
             figures,
-            ..Proposal::itself("single-plane", Severity::Fatal, "all points lie on one plane: depth cannot be learned from them".into(), "show the chart at three or more distances, from nearest to farthest")
+            ..Proposal::itself(
+                "single-plane",
+                Severity::Fatal,
+                "all points lie on one plane: depth cannot be learned from them".into(),
+                "show the chart at three or more distances, from nearest to farthest",
+            )
         });
     }
     // Twenty times as wide as thick, of what most rigs sweep a tenth or less.
@@ -46,7 +51,8 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
 }
 
 fn parallel(evidence: &Evidence) -> Option<Proposal> {
-    let normals: Vec<_> = evidence.views.iter().map(|v| v.board.as_ref().map(|b| b.normal())).collect();
+    let normals: Vec<_> =
+        evidence.views.iter().map(|v| v.board.as_ref().map(|b| b.normal())).collect();
     let normals: Vec<_> = normals.into_iter().collect::<Option<_>>()?;
     let first = normals.first()?;
     // Half a degree is what stages keep to.
@@ -66,16 +72,13 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let axis = seen.camera.principal();
     let [fx, fy] = seen.camera.focal();
     let (wide, high) = (right - left, bottom - top);
-    // Where the axis is hardly known it is no measure.
+    // Points in a corner tell little of the axis: it must be beside them beyond its own error.
     let pairs: Vec<_> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
-    let sigma = seen.camera.principal_uncertainty(&pairs)?;
-    if sigma > 0.2 * wide.max(high) {
-        return None;
-    }
+    let sigma = 1.5 * seen.camera.principal_uncertainty(&pairs)?;
     let outside = |low: f64, high: f64, at: f64| {
-        let margin = 0.1 * (high - low) - 3.0 * sigma;
-        at < low + margin || at > high - margin
+        let margin = 0.1 * (high - low);
+        at + sigma < low + margin || at - sigma > high - margin
     };
     let beside = outside(left, right, axis.x) && outside(top, bottom, axis.y);
     // A picture is about twice as wide as its axis is from its edge.

@@ -33,9 +33,14 @@ pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
         let between = (seen.camera.centre() - first.camera.centre()) * evidence.frame.size;
         let own = first.camera.rotation * between;
         let baseline = between.norm();
-        let directions = [("left of", "right of", own.x), ("above", "below", own.y), ("behind", "in front of", own.z)];
+        let directions = [
+            ("left of", "right of", own.x),
+            ("above", "below", own.y),
+            ("behind", "in front of", own.z),
+        ];
         let largest = directions.iter().max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
-        let side = largest.map_or("beside", |(minus, plus, value)| if *value < 0.0 { minus } else { plus });
+        let side = largest
+            .map_or("beside", |(minus, plus, value)| if *value < 0.0 { minus } else { plus });
         let side = match side {
             "left of" | "right of" => format!("to the {side}"),
             other => other.to_owned(),
@@ -107,8 +112,12 @@ pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> O
         views: Vec::new(),
         cameras: vec![0, 1],
         explanation,
-        figures: own.map(|own| ("distance of the cameras by the data".to_owned(), own)).into_iter().collect(),
-        hint: "measure the chart's pitch and the stage's steps again, and give them in one unit".into(),
+        figures: own
+            .map(|own| ("distance of the cameras by the data".to_owned(), own))
+            .into_iter()
+            .collect(),
+        hint: "measure the chart's pitch and the stage's steps again, and give them in one unit"
+            .into(),
         changes: Vec::new(),
     })
 }

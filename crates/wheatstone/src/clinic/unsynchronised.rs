@@ -58,8 +58,7 @@ pub(super) fn places_in(
 
 /// The point at the same place of the chart, where the chart moved without turning much.
 fn by_place(evidence: &Evidence, view: usize, other: usize, own: Point3) -> Option<Point3> {
-    let (from, to) =
-        (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
+    let (from, to) = (evidence.views[view].board.as_ref()?, evidence.views[other].board.as_ref()?);
     if (from.pitch[0] / to.pitch[0] - 1.0).abs() > 0.01 {
         return None;
     }
@@ -137,7 +136,11 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
                 continue;
             }
             let left = evidence.overall(camera, |view, index, (world, pixel)| {
-                if view < from && view != lone { Some((world, pixel)) } else { Some(((*shifted[view].get(index)?)?, pixel)) }
+                if view < from && view != lone {
+                    Some((world, pixel))
+                } else {
+                    Some(((*shifted[view].get(index)?)?, pixel))
+                }
             });
             if let Some(left) = left.filter(|left| best.is_none_or(|(least, ..)| *left < least)) {
                 best = Some((left, from, offset));
@@ -147,9 +150,9 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let (left, from, offset) = best?;
     let lone = if offset > 0 { count - 1 } else { from };
     let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
-    let before = plain.or_else(|| Some(evidence.seen[camera].as_ref()?.typical))?;
+    let before = evidence.mean_error(camera).max(plain.unwrap_or(0.0));
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
-    if left > 0.15 * before || left > 4.0 * good {
+    if left > 0.15 * before || left > 4.0 * good || plain.is_some_and(|plain| left > 0.4 * plain) {
         return None;
     }
     let cells: Vec<(usize, usize)> = (from..count)
@@ -164,7 +167,8 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         evidence.views[from].name,
         if offset > 0 { "after" } else { "before" }
     );
-    let mut found = proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
+    let mut found =
+        proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
     found.also = (0..count).map(|view| (view, camera)).collect();
     found.figures = overall_figures(before, left);
     Some(found)

@@ -22,7 +22,9 @@ pub(super) fn complete(views: &mut [View], data: &Dataset, scaled: impl Fn(Point
                     Some((number(*row)? - first, scaled(place)))
                 })
                 .collect();
-            if let Some(whole) = view.board.as_ref().and_then(|b| by_number(b, &named, last - first)) {
+            if let Some(whole) =
+                view.board.as_ref().and_then(|b| by_number(b, &named, last - first))
+            {
                 view.board = Some(whole);
             }
         }
@@ -36,7 +38,8 @@ fn by_number(board: &Board, named: &[(i64, Point3)], last: i64) -> Option<Board>
     let label = |place: &Point3| {
         [0, 1].map(|axis| {
             let half = (board.counts[axis] as f64 - 1.0) / 2.0;
-            ((place - board.centre).dot(&board.along[axis]) / board.pitch[axis] + half).round() as i64
+            ((place - board.centre).dot(&board.along[axis]) / board.pitch[axis] + half).round()
+                as i64
         })
     };
     let labels: Vec<([i64; 2], i64)> =
@@ -81,7 +84,8 @@ fn by_number(board: &Board, named: &[(i64, Point3)], last: i64) -> Option<Board>
     let own = label(&place);
     for axis in 0..2 {
         // Lattice places in steps from the view's own first label.
-        let middle = (whole.counts[axis] as f64 - 1.0) / 2.0 - index[axis] as f64 + own[axis] as f64;
+        let middle =
+            (whole.counts[axis] as f64 - 1.0) / 2.0 - index[axis] as f64 + own[axis] as f64;
         let half = (board.counts[axis] as f64 - 1.0) / 2.0;
         whole.centre += board.along[axis] * ((middle - half) * board.pitch[axis]);
     }
@@ -97,7 +101,8 @@ fn by_union(views: &mut [View]) {
     };
     let alike = |board: &Board| {
         (0..2).all(|axis| {
-            let offset = (board.centre - largest.centre).dot(&largest.along[axis]) / largest.pitch[axis]
+            let offset = (board.centre - largest.centre).dot(&largest.along[axis])
+                / largest.pitch[axis]
                 + (board.counts[axis] as f64 - largest.counts[axis] as f64) / 2.0;
             (board.along[axis] - largest.along[axis]).norm() < 1e-3
                 && (board.pitch[axis] / largest.pitch[axis] - 1.0).abs() < 1e-3

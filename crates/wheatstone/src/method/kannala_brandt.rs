@@ -53,9 +53,7 @@ impl KannalaBrandt {
 
 /// Cameras from which an adjustment to these pairs may start, for lenses from telephoto to fisheye:
 /// lens, rotation (determinant -1 for a mirrored camera) and translation.
-pub(crate) fn starting_cameras(
-    pairs: &[(Point3, Pixel)],
-) -> Vec<(Model, Matrix3<f64>, Vector3)> {
+pub(crate) fn starting_cameras(pairs: &[(Point3, Pixel)]) -> Vec<(Model, Matrix3<f64>, Vector3)> {
     let Some(linear) = ProjectionMatrix::fit(pairs) else { return Vec::new() };
     let found = starts::<Model>(pairs, &linear).into_iter();
     found.map(|camera| (camera.model, camera.rotation, camera.translation)).collect()

@@ -51,7 +51,8 @@ pub fn survey(captures: usize, seed: u64) -> Survey {
         .filter_map(|index| {
             let fault = index % FAULTS.len();
             let mut random = Random::stream(seed, index as u64);
-            let capture = RandomCapture::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
+            let capture =
+                RandomCapture::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
             let faulty = inject(&capture, fault, random.below(3), &mut random)?;
             Some((fault, judged(&capture, &faulty, index)))
         })

@@ -51,7 +51,12 @@ pub const FAULTS: &[&str] = &[
 /// Puts a fault (an index into [`FAULTS`]) into a capture; `strength` counts from 0 (slight) to 2
 /// (gross). `None` where this capture cannot have it.
 #[must_use]
-pub fn inject(capture: &RandomCapture, fault: usize, strength: usize, random: &mut Random) -> Option<Faulty> {
+pub fn inject(
+    capture: &RandomCapture,
+    fault: usize,
+    strength: usize,
+    random: &mut Random,
+) -> Option<Faulty> {
     let data = capture.dataset();
     let (views, cameras) = (data.views.len(), data.cameras);
     let camera = random.below(cameras);
@@ -71,24 +76,71 @@ pub fn inject(capture: &RandomCapture, fault: usize, strength: usize, random: &m
             let swap = |row: &mut Correspondence| row.pixels.swap(camera, other);
             Some(faulty(altered(data, &some, swap), &["cameras-swapped"], some, both))
         }
-        1 => Some(faulty(relabelled(&data, &some, &[camera], turned), &["board-turned", "order-reversed"], some, vec![camera])),
-        2 => Some(faulty(relabelled(&data, &[view], &all(cameras), turned), &["board-turned", "order-reversed"], vec![view], all(cameras))),
+        1 => Some(faulty(
+            relabelled(&data, &some, &[camera], turned),
+            &["board-turned", "order-reversed"],
+            some,
+            vec![camera],
+        )),
+        2 => Some(faulty(
+            relabelled(&data, &[view], &all(cameras), turned),
+            &["board-turned", "order-reversed"],
+            vec![view],
+            all(cameras),
+        )),
         3 => Some(quarter_turn(capture, data, view)),
-        4 => Some(faulty(relabelled(&data, &some, &[camera], |i| (rows - 1 - i / columns) * columns + i % columns), &["board-mirrored"], some, vec![camera])),
-        5 => Some(faulty(relabelled(&data, &some, &[camera], |i| (i % rows) * columns + i / rows), &["rows-columns-swapped"], some, vec![camera])),
-        6 => Some(faulty(list_reversed(data, &some, camera), &["board-turned", "order-reversed"], some, vec![camera])),
-        7 => Some(faulty(relabelled(&data, &all(views), &[camera], turned), &["board-turned"], all(views), if cameras > 2 { vec![camera] } else { Vec::new() })),
+        4 => Some(faulty(
+            relabelled(&data, &some, &[camera], |i| {
+                (rows - 1 - i / columns) * columns + i % columns
+            }),
+            &["board-mirrored"],
+            some,
+            vec![camera],
+        )),
+        5 => Some(faulty(
+            relabelled(&data, &some, &[camera], |i| (i % rows) * columns + i / rows),
+            &["rows-columns-swapped"],
+            some,
+            vec![camera],
+        )),
+        6 => Some(faulty(
+            list_reversed(data, &some, camera),
+            &["board-turned", "order-reversed"],
+            some,
+            vec![camera],
+        )),
+        7 => Some(faulty(
+            relabelled(&data, &all(views), &[camera], turned),
+            &["board-turned"],
+            all(views),
+            if cameras > 2 { vec![camera] } else { Vec::new() },
+        )),
         8 => Some(permuted(data, view, camera, (strength, random))),
         9 => Some(wrong_pitch(capture, view, strength)),
         10 => Some(units_mixed(capture, data, view, strength)),
         11 => unsynchronised(&data, view, camera),
         12 => shifted(&data, 2 + random.below(views - 3), camera),
         13 => Some(moved(capture, 2 + random.below(views - 3), camera, (strength, random))),
-        14 => Some(faulty(altered(data, &all(views), |row| row.world = row.world.map(|mut w| { w.x = -w.x; w })), &["mirrored-frame"], Vec::new(), Vec::new())),
+        14 => Some(faulty(
+            altered(data, &all(views), |row| {
+                row.world = row.world.map(|mut w| {
+                    w.x = -w.x;
+                    w
+                })
+            }),
+            &["mirrored-frame"],
+            Vec::new(),
+            Vec::new(),
+        )),
         15 => {
             let top = capture.cameras[camera].height as f64 - 1.0;
             let up = move |p: Pixel| Pixel::new(p.x, top - p.y);
-            Some(faulty(pixels(data, &all(views), camera, up), &["v-axis-up"], all(views), vec![camera]))
+            Some(faulty(
+                pixels(data, &all(views), camera, up),
+                &["v-axis-up"],
+                all(views),
+                vec![camera],
+            ))
         }
         16 => {
             let by = [0.5, -0.5, 1.0][strength];
@@ -98,7 +150,12 @@ pub fn inject(capture: &RandomCapture, fault: usize, strength: usize, random: &m
         17 => {
             let by = [0.75, 0.5, 2.0][strength];
             let sized = move |p: Pixel| Pixel::new((p.x + 0.5) * by - 0.5, (p.y + 0.5) * by - 0.5);
-            Some(faulty(pixels(data, &some, camera, sized), &["picture-resized"], some, vec![camera]))
+            Some(faulty(
+                pixels(data, &some, camera, sized),
+                &["picture-resized"],
+                some,
+                vec![camera],
+            ))
         }
         18 => Some(faulty(single_view(data, view), &["single-plane"], Vec::new(), Vec::new())),
         19 => Some(faulty(thin(capture, strength), &["thin-depth"], Vec::new(), Vec::new())),
@@ -118,7 +175,12 @@ fn all(count: usize) -> Vec<usize> {
     (0..count).collect()
 }
 
-fn faulty(data: Dataset, codes: &'static [&'static str], views: Vec<usize>, cameras: Vec<usize>) -> Faulty {
+fn faulty(
+    data: Dataset,
+    codes: &'static [&'static str],
+    views: Vec<usize>,
+    cameras: Vec<usize>,
+) -> Faulty {
     Faulty { data, codes, views, cameras }
 }
 
@@ -129,7 +191,12 @@ fn altered(mut data: Dataset, views: &[usize], change: impl Fn(&mut Corresponden
     data
 }
 
-fn pixels(data: Dataset, views: &[usize], camera: usize, change: impl Fn(Pixel) -> Pixel) -> Dataset {
+fn pixels(
+    data: Dataset,
+    views: &[usize],
+    camera: usize,
+    change: impl Fn(Pixel) -> Pixel,
+) -> Dataset {
     altered(data, views, |row| row.pixels[camera] = row.pixels[camera].map(&change))
 }
 
@@ -138,7 +205,12 @@ fn index(row: &Correspondence) -> usize {
 }
 
 /// Each label gets the pixels of another point of its view.
-fn relabelled(data: &Dataset, views: &[usize], cameras: &[usize], point: impl Fn(usize) -> usize) -> Dataset {
+fn relabelled(
+    data: &Dataset,
+    views: &[usize],
+    cameras: &[usize],
+    point: impl Fn(usize) -> usize,
+) -> Dataset {
     altered(data.clone(), views, |row| {
         let real = point(index(row));
         let twin = data.correspondences.iter().find(|c| c.view == row.view && index(c) == real);
@@ -151,9 +223,12 @@ fn relabelled(data: &Dataset, views: &[usize], cameras: &[usize], point: impl Fn
 
 fn quarter_turn(capture: &RandomCapture, data: Dataset, view: usize) -> Faulty {
     let placement = capture.placements[view];
-    let quarter = Pose::from_rotation_vector(Vector3::zeros(), Vector3::z() * std::f64::consts::FRAC_PI_2);
+    let quarter =
+        Pose::from_rotation_vector(Vector3::zeros(), Vector3::z() * std::f64::consts::FRAC_PI_2);
     let turn = |row: &mut Correspondence| {
-        row.world = row.world.map(|w| placement.transform(quarter.transform(placement.inverse().transform(w))));
+        row.world = row
+            .world
+            .map(|w| placement.transform(quarter.transform(placement.inverse().transform(w))));
     };
     let cameras = all(data.cameras);
     faulty(altered(data, &[view], turn), &["board-turned"], vec![view], cameras)
@@ -162,9 +237,13 @@ fn quarter_turn(capture: &RandomCapture, data: Dataset, view: usize) -> Faulty {
 fn list_reversed(mut data: Dataset, views: &[usize], camera: usize) -> Dataset {
     for view in views {
         let rows: Vec<usize> = (0..data.correspondences.len())
-            .filter(|row| data.correspondences[*row].view == *view && data.correspondences[*row].pixels[camera].is_some())
+            .filter(|row| {
+                data.correspondences[*row].view == *view
+                    && data.correspondences[*row].pixels[camera].is_some()
+            })
             .collect();
-        let mut seen: Vec<Option<Pixel>> = rows.iter().map(|row| data.correspondences[*row].pixels[camera]).collect();
+        let mut seen: Vec<Option<Pixel>> =
+            rows.iter().map(|row| data.correspondences[*row].pixels[camera]).collect();
         seen.reverse();
         for (row, pixel) in rows.into_iter().zip(seen) {
             data.correspondences[row].pixels[camera] = pixel;
@@ -173,9 +252,17 @@ fn list_reversed(mut data: Dataset, views: &[usize], camera: usize) -> Dataset {
     data
 }
 
-fn permuted(mut data: Dataset, view: usize, camera: usize, (strength, random): (usize, &mut Random)) -> Faulty {
+fn permuted(
+    mut data: Dataset,
+    view: usize,
+    camera: usize,
+    (strength, random): (usize, &mut Random),
+) -> Faulty {
     let mut rows: Vec<usize> = (0..data.correspondences.len())
-        .filter(|row| data.correspondences[*row].view == view && data.correspondences[*row].pixels[camera].is_some())
+        .filter(|row| {
+            data.correspondences[*row].view == view
+                && data.correspondences[*row].pixels[camera].is_some()
+        })
         .collect();
     random.shuffle(&mut rows);
     rows.truncate((rows.len() as f64 * [0.35, 0.6, 1.0][strength]) as usize);
@@ -229,7 +316,12 @@ fn shifted(data: &Dataset, from: usize, camera: usize) -> Option<Faulty> {
     Some(faulty(shifted, &["unsynchronised"], views, vec![camera]))
 }
 
-fn moved(capture: &RandomCapture, from: usize, camera: usize, (strength, random): (usize, &mut Random)) -> Faulty {
+fn moved(
+    capture: &RandomCapture,
+    from: usize,
+    camera: usize,
+    (strength, random): (usize, &mut Random),
+) -> Faulty {
     let degrees: f64 = [0.3, 1.0, 3.0][strength];
     let mut any = || random.normal();
     let axis = Vector3::new(any(), any(), any()).normalize();
@@ -239,7 +331,8 @@ fn moved(capture: &RandomCapture, from: usize, camera: usize, (strength, random)
             let mut own = own.clone();
             if index == camera && view >= from {
                 own.camera_from_world.rotation = turn.rotation * own.camera_from_world.rotation;
-                own.camera_from_world.translation = turn.rotation * own.camera_from_world.translation;
+                own.camera_from_world.translation =
+                    turn.rotation * own.camera_from_world.translation;
             }
             own
         },
@@ -271,9 +364,15 @@ fn thin(capture: &RandomCapture, strength: usize) -> Dataset {
 
 fn corner(capture: &RandomCapture, data: Dataset) -> Option<Faulty> {
     let (width, height) = (capture.cameras[0].width as f64, capture.cameras[0].height as f64);
-    let kept = data.subset(|_, row| row.pixels[0].is_some_and(|p| p.x < 0.42 * width && p.y < 0.42 * height));
+    let kept = data
+        .subset(|_, row| row.pixels[0].is_some_and(|p| p.x < 0.42 * width && p.y < 0.42 * height));
     let counts: Vec<usize> = (0..kept.views.len())
-        .map(|view| kept.correspondences.iter().filter(|row| row.view == view && row.pixels.iter().all(Option::is_some)).count())
+        .map(|view| {
+            kept.correspondences
+                .iter()
+                .filter(|row| row.view == view && row.pixels.iter().all(Option::is_some))
+                .count()
+        })
         .collect();
     let enough = counts.iter().filter(|count| **count >= 8).count() >= 4;
     enough.then(|| faulty(kept, &["corner-only"], Vec::new(), Vec::new()))

@@ -92,7 +92,8 @@ impl RandomCapture {
     /// A chart point by its column and row, in the chart's frame, the origin in its middle.
     #[must_use]
     pub fn chart_point(&self, column: usize, row: usize) -> Point3 {
-        let place = |index: usize, count: usize| (index as f64 - (count as f64 - 1.0) / 2.0) * self.pitch;
+        let place =
+            |index: usize, count: usize| (index as f64 - (count as f64 - 1.0) / 2.0) * self.pitch;
         Point3::new(place(column, self.counts[0]), place(row, self.counts[1]), 0.0)
     }
 
@@ -191,7 +192,8 @@ fn named_rig(random: &mut Random, count: usize, distance: f64) -> (Vec<PosedCame
 
 /// Cameras anywhere, aimed at the middle of the range.
 fn free_rig(random: &mut Random, count: usize, distance: f64) -> (Vec<PosedCamera>, f64) {
-    const SIZES: [[usize; 2]; 5] = [[640, 480], [1280, 720], [1920, 1080], [1024, 1024], [2448, 2048]];
+    const SIZES: [[usize; 2]; 5] =
+        [[640, 480], [1280, 720], [1920, 1080], [1024, 1024], [2448, 2048]];
     let [width, height] = SIZES[random.below(SIZES.len())];
     let focal = width as f64 * random.uniform(0.7, 1.8);
     let kind = random.below(3);
@@ -199,7 +201,8 @@ fn free_rig(random: &mut Random, count: usize, distance: f64) -> (Vec<PosedCamer
     let start = random.uniform(0.0, std::f64::consts::TAU);
     let cameras = (0..count)
         .map(|index| {
-            let angle = start + index as f64 * std::f64::consts::TAU / count as f64
+            let angle = start
+                + index as f64 * std::f64::consts::TAU / count as f64
                 + random.uniform(-0.3, 0.3);
             let centre = Vector3::new(
                 baseline / 2.0 * libm::cos(angle),
@@ -277,7 +280,8 @@ fn placements(random: &mut Random, count: usize, distance: f64, tilted: bool) ->
                 random.uniform(-wide, wide),
                 random.uniform(-wide, wide) / 2.0,
             );
-            let place = Vector3::new(random.uniform(-aside, aside), random.uniform(-aside, aside), depth);
+            let place =
+                Vector3::new(random.uniform(-aside, aside), random.uniform(-aside, aside), depth);
             Pose::from_rotation_vector(place, rotation)
         })
         .collect()
