@@ -110,9 +110,12 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
 /// part of that.
 fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool {
     let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
-    let typical: Vec<f64> = others.filter_map(|(_, seen)| Some(seen.as_ref()?.typical)).collect();
-    let most = typical.iter().copied().fold(0.0, f64::max);
-    whole > 1.6 * most && error <= 3.0 * most.max(0.05)
+    let known: Vec<(usize, f64)> =
+        others.filter_map(|(other, seen)| Some((other, seen.as_ref()?.typical))).collect();
+    let most = known.iter().map(|(_, typical)| *typical).fold(0.0, f64::max);
+    let mean = known.iter().map(|(other, _)| evidence.mean_error(*other)).fold(0.0, f64::max);
+    (whole > 1.6 * most || evidence.mean_error(camera) > 1.6 * mean)
+        && error <= 3.0 * most.max(0.05)
 }
 
 fn proposal(

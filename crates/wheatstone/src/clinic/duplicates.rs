@@ -43,8 +43,11 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
                 first + 1,
                 second + 1
             );
+            let cells: Vec<(usize, usize)> =
+                (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect();
             found.push(Proposal {
-                cells: (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect(),
+                also: cells.clone(),
+                cells,
                 figures: vec![("median distance of their pixels, px".into(), median(&gaps))],
                 ..Proposal::itself(
                     "identical-cameras",
