@@ -41,7 +41,10 @@ fn boards(evidence: &Evidence, view: usize) -> Vec<Board> {
         let most = alike.map(|other| other.counts[axis]).max().unwrap_or(0);
         most.saturating_sub(own.counts[axis]).min(MOST_MISSING)
     });
-    let mut all = Vec::new();
+    let mut all = vec![own.clone()];
+    if missing == [0, 0] {
+        return all;
+    }
     for before_first in 0..=missing[0] {
         for before_second in 0..=missing[1] {
             let mut board = own.clone();

@@ -98,16 +98,11 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         .map(|start| halves(start, &pairs, at, true))
         .into_iter()
         .min_by(|a, b| a.error.total_cmp(&b.error))?;
-    let sound = whole.min(mean_error(evidence, camera, &views));
+    let sound = whole.min(evidence.mean_error(camera));
     if found.error > 0.5 * sound || !alone(evidence, camera, (sound, found.error)) {
         return None;
     }
     Some(proposal(evidence, (camera, &views, at), (whole, &found)))
-}
-
-/// Mean of the errors that the sound views leave.
-fn mean_error(evidence: &Evidence, camera: usize, views: &[usize]) -> f64 {
-    mean(&views.iter().map(|view| evidence.cells[*view][camera].error).collect::<Vec<_>>())
 }
 
 /// Whether the camera errs clearly more than every other, and is about as good as they are once it may
@@ -115,9 +110,12 @@ fn mean_error(evidence: &Evidence, camera: usize, views: &[usize]) -> f64 {
 /// part of that.
 fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool {
     let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
-    let typical: Vec<f64> = others.filter_map(|(_, seen)| Some(seen.as_ref()?.typical)).collect();
-    let most = typical.iter().copied().fold(0.0, f64::max);
-    whole > 2.5 * most && error <= 3.0 * most.max(0.05)
+    let known: Vec<(usize, f64)> =
+        others.filter_map(|(other, seen)| Some((other, seen.as_ref()?.typical))).collect();
+    let most = known.iter().map(|(_, typical)| *typical).fold(0.0, f64::max);
+    let mean = known.iter().map(|(other, _)| evidence.mean_error(*other)).fold(0.0, f64::max);
+    (whole > 1.6 * most || evidence.mean_error(camera) > 1.6 * mean)
+        && error <= 3.0 * most.max(0.05)
 }
 
 fn proposal(
@@ -134,7 +132,8 @@ fn proposal(
     figures.push(("turned, degrees".into(), angle));
     Proposal {
         freedom: Freedom::Scale,
-        left: 0.0,
+        // Simpler explanations of slight errors come first.
+        left: 0.9,
         cells: views[at..].iter().map(|view| (*view, camera)).collect(),
         also: views.iter().map(|view| (*view, camera)).collect(),
         key: "segment".into(),

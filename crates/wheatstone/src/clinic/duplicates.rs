@@ -5,7 +5,7 @@ use super::{
     evidence::{Evidence, LEAST},
     finding::{Change, Proposal, Severity},
 };
-use crate::{dataset::Correspondence, numeric::statistics::median};
+use crate::{dataset::Correspondence, geometry::Point3, numeric::statistics::median};
 
 pub(super) struct Duplicates;
 
@@ -43,8 +43,11 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
                 first + 1,
                 second + 1
             );
+            let cells: Vec<(usize, usize)> =
+                (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect();
             found.push(Proposal {
-                cells: (0..evidence.views.len()).flat_map(|v| [(v, first), (v, second)]).collect(),
+                also: cells.clone(),
+                cells,
                 figures: vec![("median distance of their pixels, px".into(), median(&gaps))],
                 ..Proposal::itself(
                     "identical-cameras",
@@ -68,7 +71,7 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     };
     let mut same_place = 0;
     let mut gaps = vec![Vec::new(); data.cameras];
-    let mut steps = Vec::new();
+    let mut steps: Vec<f64> = Vec::new();
     for (rank, row) in b.iter().enumerate() {
         let named = a.iter().find(|other| same_id(*row, **other));
         let other = named.or_else(|| a.get(rank).filter(|_| a.len() == b.len()));
@@ -80,12 +83,12 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
             }
         }
         if let (Some(p), Some(q)) = (own.world, twin.world) {
-            steps.push((p - q).norm() / evidence.frame.size);
+            steps.extend(visible_step(evidence, p, q));
             same_place += usize::from((p - q).norm() < 1e-6 * evidence.frame.size);
         }
     }
     gaps.retain(|gaps| gaps.len() >= LEAST);
-    if gaps.is_empty() || 2 * steps.len() < b.len() {
+    if gaps.is_empty() {
         return None;
     }
     let placed_alike = 10 * same_place > 9 * b.len();
@@ -93,7 +96,7 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     // A chart at rest, photographed again, is seen within its noise.
     let noise = evidence.seen.iter().flatten().map(|seen| seen.typical).fold(1.0, f64::min);
     // Rounded pixels of places that hardly differ are the same by right.
-    let exact = gap < 1e-6 && (placed_alike || median(&steps) > 0.02);
+    let exact = gap < 1e-6 && (placed_alike || median(&steps) > 3.0);
     if !(exact || placed_alike && gap < 2.5 * noise + 0.02) {
         return None;
     }
@@ -128,6 +131,14 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
             "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same",
         )
     })
+}
+
+/// How far apart two places are in the pictures, in pixels: the most of all cameras.
+fn visible_step(evidence: &Evidence, p: Point3, q: Point3) -> Option<f64> {
+    let [p, q] = [p, q].map(|place| evidence.frame.scaled(place));
+    let seen = evidence.seen.iter().flatten();
+    let steps = seen.filter_map(|s| Some((s.camera.project(p)? - s.camera.project(q)?).norm()));
+    steps.reduce(f64::max)
 }
 
 /// Whole pixels in one camera, and half ones in another: one of them counts from another place.

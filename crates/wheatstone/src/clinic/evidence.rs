@@ -216,6 +216,13 @@ impl<'a> Evidence<'a> {
         (errors.len() > 1).then(|| mean(&errors))
     }
 
+    /// Mean over a camera's views of their errors.
+    pub(super) fn mean_error(&self, camera: usize) -> f64 {
+        let errors: Vec<f64> =
+            self.cells.iter().map(|view| view[camera].error).filter(|e| e.is_finite()).collect();
+        mean(&errors)
+    }
+
     /// Whether an explanation that leaves `left` (over the good level) is to be believed: it brings
     /// the cell down to that level, or, where the cell lies beyond what the sound views tell well,
     /// takes away nearly all of a great error.
@@ -349,12 +356,13 @@ fn views(data: &Dataset, frame: &Frame) -> Vec<View> {
     views
 }
 
-/// Layers on which a world coordinate has one value, on the axis with fewest of them, in the order in
-/// which the file begins them.
+/// Layers on which a world coordinate has one value, in the order in which the file begins them. Of
+/// the axes that have layers it is the one along which the file changes least often: a chart's own
+/// rows and columns are layers too.
 fn layers(data: &Dataset) -> Option<Vec<(String, Vec<usize>)>> {
     // More levels than stages stop at are points spread over a volume.
     const MOST: usize = 40;
-    let mut best: Option<Vec<(String, Vec<usize>)>> = None;
+    let mut best: Option<(usize, Vec<(String, Vec<usize>)>)> = None;
     for (axis, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
         let mut found: Vec<(f64, Vec<usize>)> = Vec::new();
         for (index, row) in data.correspondences.iter().enumerate() {
@@ -369,12 +377,15 @@ fn layers(data: &Dataset) -> Option<Vec<(String, Vec<usize>)>> {
             }
         }
         let enough = found.len() >= 2 && found.iter().all(|(_, rows)| rows.len() >= LEAST);
-        if enough && best.as_ref().is_none_or(|other| found.len() < other.len()) {
+        let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
+        let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        if enough && best.as_ref().is_none_or(|(least, _)| changes < *least) {
             let name = |level: f64| format!("{letter} = {level}");
-            best = Some(found.into_iter().map(|(level, rows)| (name(level), rows)).collect());
+            let layers = found.into_iter().map(|(level, rows)| (name(level), rows)).collect();
+            best = Some((changes, layers));
         }
     }
-    best
+    best.map(|(_, layers)| layers)
 }
 
 /// The box that holds nearly all pixels of a camera: left, top, right, bottom.

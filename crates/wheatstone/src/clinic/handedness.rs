@@ -51,7 +51,8 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
         return None;
     }
     // Labels so wrong that no camera fits at all leave the sound views' error.
-    let before = evidence.overall(camera, |_, _, pair| Some(pair)).unwrap_or(own.typical);
+    let plain = evidence.overall(camera, |_, _, pair| Some(pair)).unwrap_or(own.typical);
+    let before = plain.min(evidence.mean_error(camera));
     let mut found: Option<(f64, Mixing)> = None;
     for how in Mixing::all() {
         let mixed = |view: usize, _: usize, (world, pixel): Pair| {
@@ -59,7 +60,11 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             Some((board.mixed(world, how)?, pixel))
         };
         let Some(left) = evidence.overall(camera, mixed) else { continue };
-        if left < 0.2 * before && found.is_none_or(|(least, _)| left < least) {
+        // Read rightly it is about as good as the best of the others.
+        if left < 0.2 * before
+            && left < 4.0 * best + 0.5
+            && found.is_none_or(|(least, _)| left < least)
+        {
             found = Some((left, how));
         }
     }

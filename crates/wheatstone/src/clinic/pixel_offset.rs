@@ -43,6 +43,17 @@ fn sets(count: usize) -> Vec<Vec<usize>> {
     runs.filter(|run: &Vec<usize>| 2 * run.len() < count).collect()
 }
 
+/// The points of a camera by view, of the views that it saw.
+fn used(evidence: &Evidence, camera: usize) -> Vec<Vec<Pair>> {
+    let views = (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some());
+    views
+        .map(|view| {
+            let pairs = &evidence.cells[view][camera].pairs;
+            pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
+        })
+        .collect()
+}
+
 fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     let Some(seen) = &evidence.seen[camera] else { return Vec::new() };
     let views: Vec<usize> =
@@ -51,33 +62,20 @@ fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     if views.len() < 4 || views.iter().any(|view| evidence.cells[*view][camera].error > GREAT) {
         return Vec::new();
     }
-    let pairs: Vec<Vec<Pair>> = views
-        .iter()
-        .map(|view| {
-            let pairs = &evidence.cells[*view][camera].pairs;
-            pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
-        })
-        .collect();
+    let pairs = used(evidence, camera);
     let sums = Sums::of(&seen.camera, &pairs);
-    let Some((set, by)) = best(&sums, views.len()) else { return Vec::new() };
-    let meant = by.map(|o| (o * 2.0).round() / 2.0);
-    let known = meant[0] == meant[1] && [0.5, 1.0].contains(&meant[0].abs());
-    // Offsets of a set are known to a few hundredths of a pixel with whole-pixel noise.
-    let near = (by - meant).amax() < 0.17;
-    #[allow(clippy::print_stderr, reason = "scratch")]
-    if std::env::var_os("CLINIC").is_some() {
-        eprintln!("offset camera {camera} {set:?} {by:?} {}", stands_out(&sums, &set, by));
-    }
-    if !known || !near || !stands_out(&sums, &set, by) {
+    let found = best(&sums, views.len()).filter(|off| is_clear(evidence, camera, &sums, off));
+    let Some(Off { set, meant, by }) = found.or_else(|| cell_by_cell(evidence, camera, &views))
+    else {
         return Vec::new();
-    }
-    let from = if meant[0].abs() == 1.0 {
+    };
+    let from = if meant.abs() == 1.0 {
         "counted from 1 instead of 0, or the other way round"
     } else {
         "counted from the corner of the first pixel instead of its centre, or the other way round"
     };
-    let what = format!("pixels are {} px off in x and y: {from}", meant[0]);
-    let undo = Measure { scale: [1.0; 2], offset: meant.into(), exchanged: false };
+    let what = format!("pixels are {meant} px off in x and y: {from}");
+    let undo = Measure { scale: [1.0; 2], offset: [meant; 2], exchanged: false };
     let figures = vec![("offset of x, px".into(), by.x), ("offset of y, px".into(), by.y)];
     set.iter()
         .map(|index| {
@@ -87,8 +85,19 @@ fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
         .collect()
 }
 
-/// What an offset of some views takes away from the sum of squares (over the noise), and the offset.
-fn gain(sums: &Sums, set: &[usize]) -> Option<(f64, Vector2<f64>)> {
+/// What people's ways of counting differ by.
+const KNOWN: [f64; 4] = [0.5, -0.5, 1.0, -1.0];
+
+/// Some views, the offset that people make, the offset by the data.
+struct Off {
+    set: Vec<usize>,
+    meant: f64,
+    by: Vector2<f64>,
+}
+
+/// What a known offset of some views takes away from the sum of squares (over the noise) at best, and
+/// the offset by the data.
+fn gain(sums: &Sums, set: &[usize]) -> Option<(f64, f64, Vector2<f64>)> {
     let mut slopes = SMatrix::<f64, 14, 2>::zeros();
     let (mut weight, mut errors) = (0.0, Vector2::zeros());
     for view in set {
@@ -100,26 +109,34 @@ fn gain(sums: &Sums, set: &[usize]) -> Option<(f64, Vector2<f64>)> {
     let matrix = Matrix2::identity() * weight - slopes.transpose() * carried;
     let right = errors - carried.transpose() * sums.gradient;
     let by = matrix.try_inverse()? * right;
-    Some((by.dot(&right), by))
+    let of = |meant: f64| {
+        let known = Vector2::new(meant, meant);
+        2.0 * known.dot(&right) - (matrix * known).dot(&known)
+    };
+    let best = KNOWN.into_iter().max_by(|a, b| of(*a).total_cmp(&of(*b)))?;
+    Some((of(best), best, by))
 }
 
-/// The set that gains most for its size, and its offset.
-fn best(sums: &Sums, count: usize) -> Option<(Vec<usize>, Vector2<f64>)> {
-    let mut best: Option<(f64, Vec<usize>, Vector2<f64>)> = None;
+/// The set that gains most for its size.
+fn best(sums: &Sums, count: usize) -> Option<Off> {
+    // A view more must gain what chance would give it many times over.
+    const OF_A_VIEW: f64 = 5.0;
+    // One in a hundred thousand by chance, for as many sets as there are.
+    const LEAST_GAIN: f64 = 12.0;
+    let mut best: Option<(f64, Off)> = None;
     for set in sets(count) {
-        let Some((gain, by)) = gain(sums, &set) else { continue };
-        // A view more must gain what chance would give it many times over.
-        let worth = gain - 5.0 * set.len() as f64;
-        if worth > best.as_ref().map_or(12.0, |(most, ..)| *most) {
-            best = Some((worth, set, by));
+        let Some((gain, meant, by)) = gain(sums, &set) else { continue };
+        let worth = gain - OF_A_VIEW * set.len() as f64;
+        if worth > best.as_ref().map_or(LEAST_GAIN, |(most, _)| *most) {
+            best = Some((worth, Off { set, meant, by }));
         }
     }
-    best.map(|(_, set, by)| (set, by))
+    best.map(|(_, off)| off)
 }
 
-/// Whether the offset is clearly more than what other views are off after it is taken away. A stage's
-/// or a lens's errors leave about as much.
-fn stands_out(sums: &Sums, set: &[usize], by: Vector2<f64>) -> bool {
+/// How far views are off as wholes after an offset of some is taken away, in pixels: root mean square.
+/// A stage's or a lens's errors leave about as much as they give.
+fn unexplained(sums: &Sums, set: &[usize], by: Vector2<f64>) -> f64 {
     let mut gradient = sums.gradient;
     for view in set {
         gradient -= sums.slopes[*view] * by;
@@ -133,6 +150,44 @@ fn stands_out(sums: &Sums, set: &[usize], by: Vector2<f64>) -> bool {
         }
         squares += (left / sums.weights[view].max(1e-12)).norm_squared();
     }
-    let typical = (squares / sums.errors.len() as f64).sqrt();
-    typical < 0.2 * by.norm()
+    (squares / sums.errors.len().max(1) as f64).sqrt()
+}
+
+/// Whether the data's offset is the known one, and clearly more than what views are off otherwise, in
+/// this camera and in the others.
+fn is_clear(evidence: &Evidence, camera: usize, sums: &Sums, off: &Off) -> bool {
+    let known = Vector2::new(off.meant, off.meant);
+    // A lens that the formula does not describe bends the estimate by up to as much.
+    if (off.by - known).amax() > 0.25 || unexplained(sums, &off.set, off.by) > 0.2 * known.norm() {
+        return false;
+    }
+    // Where a stage errs, views are off in every camera.
+    let others = (0..evidence.data.cameras).filter(|other| *other != camera);
+    let most = others.filter_map(|other| {
+        let seen = evidence.seen[other].as_ref()?;
+        Some(unexplained(&Sums::of(&seen.camera, &used(evidence, other)), &[], Vector2::zeros()))
+    });
+    most.fold(0.0, f64::max) <= 0.25 * known.norm()
+}
+
+/// Views that the others already show to be off by a known offset, each for itself, where the view's
+/// other cameras and this camera's other views are not.
+fn cell_by_cell(evidence: &Evidence, camera: usize, views: &[usize]) -> Option<Off> {
+    let stray = evidence.stray(camera);
+    let offset = |view: usize, camera: usize| evidence.cells[view][camera].offset;
+    KNOWN.into_iter().find_map(|meant| {
+        let known = Vector2::new(meant, meant);
+        let is_off = |view: usize| {
+            let others = evidence.present(view).into_iter().filter(|other| *other != camera);
+            evidence.cells[view][camera].suspicious
+                && (offset(view, camera) - known).amax() < 0.2
+                && others.clone().count() > 0
+                && others.clone().all(|other| offset(view, other).norm() < 0.2 * known.norm())
+        };
+        let set: Vec<usize> = (0..views.len()).filter(|index| is_off(views[*index])).collect();
+        let by = set.iter().map(|index| offset(views[*index], camera)).sum::<Vector2<f64>>()
+            / set.len().max(1) as f64;
+        (!set.is_empty() && 2 * set.len() < views.len() && stray < 0.15 * known.norm())
+            .then_some(Off { set, meant, by })
+    })
 }

@@ -7,7 +7,10 @@ use super::{
     evidence::{Evidence, pixel_box},
     finding::{Proposal, Severity},
 };
-use crate::geometry::Point3;
+use crate::{
+    geometry::{Pixel, Point3},
+    numeric::statistics::median,
+};
 
 pub(super) struct Spread;
 
@@ -15,8 +18,11 @@ impl Fault for Spread {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found: Vec<Proposal> = depth(evidence).into_iter().collect();
         found.extend(parallel(evidence));
-        for camera in 0..evidence.data.cameras {
-            found.extend(corner(evidence, camera));
+        // In a slab or on a plane nothing tells where the cameras' axes are.
+        if found.iter().all(|proposal| proposal.severity == Severity::Information) {
+            for camera in 0..evidence.data.cameras {
+                found.extend(corner(evidence, camera));
+            }
         }
         found
     }
@@ -72,18 +78,21 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let axis = seen.camera.principal();
     let [fx, fy] = seen.camera.focal();
     let (wide, high) = (right - left, bottom - top);
-    // Where the axis is hardly known it is no measure.
+    // Points in a corner tell little of the axis: it must be beside them beyond its own error.
     let pairs: Vec<_> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
-    let sigma = seen.camera.principal_uncertainty(&pairs)?;
-    if sigma > 0.2 * wide.max(high) {
-        return None;
-    }
+    let sigma = 1.5 * seen.camera.principal_uncertainty(&pairs)?;
     let outside = |low: f64, high: f64, at: f64| {
-        let margin = 0.1 * (high - low) - 3.0 * sigma;
-        at < low + margin || at > high - margin
+        let margin = 0.1 * (high - low);
+        at + sigma < low + margin || at - sigma > high - margin
     };
-    let beside = outside(left, right, axis.x) && outside(top, bottom, axis.y);
+    let beside = |axis: Pixel| outside(left, right, axis.x) && outside(top, bottom, axis.y);
+    // One camera's axis may be far off behind glass; those of all are hardly.
+    let axes: Vec<Pixel> =
+        evidence.seen.iter().flatten().map(|seen| seen.camera.principal()).collect();
+    let middle = |of: fn(&Pixel) -> f64| median(&axes.iter().map(of).collect::<Vec<_>>());
+    let common = Pixel::new(middle(|p| p.x), middle(|p| p.y));
+    let beside = beside(axis) && beside(common);
     // A picture is about twice as wide as its axis is from its edge.
     let picture = (2.0 * axis.x).max(right) * (2.0 * axis.y).max(bottom);
     let share = wide * high / picture.max(1.0);

@@ -150,9 +150,9 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let (left, from, offset) = best?;
     let lone = if offset > 0 { count - 1 } else { from };
     let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
-    let before = plain.or_else(|| Some(evidence.seen[camera].as_ref()?.typical))?;
+    let before = evidence.mean_error(camera).max(plain.unwrap_or(0.0));
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
-    if left > 0.15 * before || left > 4.0 * good {
+    if left > 0.15 * before || left > 4.0 * good || plain.is_some_and(|plain| left > 0.4 * plain) {
         return None;
     }
     let cells: Vec<(usize, usize)> = (from..count)

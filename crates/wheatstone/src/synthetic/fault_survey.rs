@@ -119,13 +119,16 @@ fn judged(capture: &RandomCapture, faulty: &Faulty, index: usize) -> Outcome {
     let findings = alarms(&data);
     let mut views: Vec<&String> = faulty.views.iter().map(|v| &faulty.data.views[*v]).collect();
     views.sort();
-    let right = |finding: &Finding| {
-        let mut found: Vec<&String> = finding.views.iter().collect();
-        found.sort();
+    let named = |finding: &&Finding| {
         faulty.codes.contains(&finding.code)
-            && (views.is_empty() || found == views || found.is_empty())
             && (faulty.cameras.is_empty() || finding.cameras == faulty.cameras)
+            && (views.is_empty() || finding.views.iter().all(|view| views.contains(&view)))
     };
+    // Several findings of one name may share the views.
+    let mut found: Vec<&String> = findings.iter().filter(named).flat_map(|f| &f.views).collect();
+    found.sort();
+    found.dedup();
+    let right = findings.iter().any(|f| named(&f)) && (views.is_empty() || found == views);
     let expected = format!(
         "#{index} expected {:?} {:?} cameras {:?}, said: {}",
         faulty.codes[0],
@@ -133,10 +136,9 @@ fn judged(capture: &RandomCapture, faulty: &Faulty, index: usize) -> Outcome {
         faulty.cameras.iter().map(|c| c + 1).collect::<Vec<_>>(),
         said(&findings)
     );
-    if findings.iter().any(right) {
-        // Naming it and crying about something else too is no right answer.
-        let alien = |finding: &Finding| !right(finding);
-        if findings.iter().any(alien) { Outcome::Otherwise(expected) } else { Outcome::Rightly }
+    // Naming it and crying about something else too is no right answer.
+    if right && findings.iter().all(|finding| named(&finding)) {
+        Outcome::Rightly
     } else if findings.is_empty() {
         Outcome::Missed(expected)
     } else {
