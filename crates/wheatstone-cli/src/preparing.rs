@@ -53,6 +53,9 @@ pub(crate) fn baseline(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
+/// Percent of outliers beyond which something else than a slip now and then is likely.
+const MANY: f64 = 5.0;
+
 /// Outliers that are listed before the rest is counted.
 const LISTED: usize = 8;
 
@@ -122,12 +125,20 @@ fn tell_outliers(outliers: &[Outlier], points: usize) {
     let more = outliers.len().saturating_sub(LISTED);
     let more =
         if more > 0 { format!(" and {more} more, listed in the model") } else { String::new() };
-    remark!(
-        "note",
+    let share = 100.0 * outliers.len() as f64 / points as f64;
+    let text = format!(
         "set aside {} of {points} points as gross outliers: {}{more}",
         outliers.len(),
         listed.join(", ")
     );
+    if share > MANY {
+        remark!(
+            "warning",
+            "{text}; {share:.0} % are many: look whether labels or pictures are mixed up"
+        );
+    } else {
+        remark!("note", "{text}");
+    }
 }
 
 /// Where the charts are believed to have stood.

@@ -90,8 +90,8 @@ fn gross_errors(rows: &mut [Row], share: f64, reach: f64) {
 type Fault = (&'static str, fn(&mut Vec<Row>));
 
 /// Columns and rows of the rendered chart.
-const COLUMNS: usize = 17;
-const POINTS: usize = 17 * 13;
+const COLUMNS: usize = 9;
+const POINTS: usize = 9 * 7;
 
 const FAULTS: &[Fault] = &[
     ("not a number", |rows| rows[7].pixels[0][0] = f64::NAN),
