@@ -31,6 +31,31 @@ pub(crate) struct Reading {
 pub(crate) struct Loaded {
     pub(crate) data: Dataset,
     pub(crate) truth: Option<Truth>,
+    /// The pictures, where a capture was read.
+    pub(crate) source: Option<Source>,
+}
+
+/// A capture with what was found in it.
+pub(crate) struct Source {
+    pub(crate) capture: Capture,
+    pub(crate) found: Found,
+}
+
+impl Reading {
+    /// The options that give this reading.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if self.whole_pixels {
+            words.push("--whole-pixels".into());
+        }
+        if let Some(unit) = &self.unit {
+            words.extend(["--unit".into(), unit.clone()]);
+        }
+        if self.drop_duplicates {
+            words.push("--drop-duplicates".into());
+        }
+        words
+    }
 }
 
 /// Whether a path names a capture: a folder, or a TOML file.
@@ -42,14 +67,15 @@ fn is_capture(path: &Path) -> bool {
 pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded> {
     let truth = truth_beside(path)?;
     if is_capture(path) {
-        let (_, found) = open_and_detect(path, reading.whole_pixels, bar)?;
+        let (capture, found) = open_and_detect(path, reading.whole_pixels, bar)?;
         let skipped = found.pictures.iter().flatten().filter(|p| p.outcome.is_err()).count();
         if skipped > 0 {
             eprintln!(
                 "note: the chart was not found in {skipped} pictures; `wheatstone detect` says why"
             );
         }
-        return Ok(Loaded { data: found.dataset, truth });
+        let data = found.dataset.clone();
+        return Ok(Loaded { data, truth, source: Some(Source { capture, found }) });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
     let unit = match (&reading.unit, &truth) {
@@ -57,7 +83,7 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         (None, Some(truth)) => truth.unit.clone(),
         (None, None) => "mm".into(),
     };
-    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth })
+    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth, source: None })
 }
 
 /// Opens a capture and looks for its chart.

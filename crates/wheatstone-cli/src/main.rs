@@ -38,6 +38,7 @@ enum Command {
     Compare(commands::compare::Compare),
     Synth(commands::synth::Synth),
     Chart(commands::chart::Chart),
+    Report(commands::report::Report),
     Reproduce(commands::reproduce::Reproduce),
     List(commands::list::List),
 }
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         Command::Compare(command) => command.run(),
         Command::Synth(command) => command.run(),
         Command::Chart(command) => command.run(),
+        Command::Report(command) => command.run(),
         Command::Reproduce(command) => command.run(),
         Command::List(command) => command.run(),
     };

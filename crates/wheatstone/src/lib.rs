@@ -20,6 +20,7 @@ pub mod clinic;
 pub mod calibration;
 pub mod synthetic;
 pub mod reproduction;
+pub mod report;
 
 pub use calibration::Calibration;
 pub use error::{Error, Result};

@@ -8,6 +8,7 @@ pub(crate) mod evaluate;
 pub(crate) mod fit;
 pub(crate) mod list;
 pub(crate) mod locate;
+pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod synth;
 

@@ -9,7 +9,7 @@ use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, ProjectionMatrix, triangulation},
+    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
     progress::Progress,
 };
 use serde::{Deserialize, Serialize};
@@ -81,6 +81,14 @@ impl Method for Dlt {
 
     fn preset(&self, name: &str) -> Result<AnyMethod> {
         only_default(self, name)
+    }
+}
+
+impl DltReconstructor {
+    /// Where a camera sees a world point; `None` behind it, and for a camera that there is not.
+    #[must_use]
+    pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {
+        self.cameras.get(camera)?.project(world)
     }
 }
 
