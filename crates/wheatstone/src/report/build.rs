@@ -279,7 +279,7 @@ fn error_bars(points: &[PointFigures]) -> Vec<ErrorBarPoint> {
 
 /// How much an ellipsoid must promise to just reach the point's true place: the chi-square
 /// distribution of three degrees of freedom at the squared Mahalanobis distance.
-fn needed_share(point: &PointFigures) -> Option<f64> {
+pub(super) fn needed_share(point: &PointFigures) -> Option<f64> {
     let located = point.located.as_ref()?;
     let [xx, xy, xz, yy, yz, zz] = located.covariance?;
     let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);

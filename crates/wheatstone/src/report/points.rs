@@ -7,6 +7,7 @@ use super::{
 use crate::{
     Calibration, Result,
     dataset::{Correspondence, Dataset, SavedDataset, split::folds},
+    evaluate::{CrossValidation, FoldScore},
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
     method::{
         AnyMethod, AnyReconstructor,
@@ -193,7 +194,7 @@ pub(super) fn judge(
         points[row].located = located;
     }
     if !any {
-        views = by_view(data, &points);
+        views = model.validation.as_ref().map_or_else(|| by_view(data, &points), remembered);
     }
     Ok(Judged { judgement, points, views })
 }
@@ -262,6 +263,20 @@ fn summed_up(name: &str, points: &[&PointFigures]) -> ViewFigures {
         predicted_rms: (!predicted.is_empty()).then(|| root_mean_square(&predicted)),
         problem: None,
     }
+}
+
+/// What the model itself remembers of views that were held out when it was fitted.
+fn remembered(validation: &CrossValidation) -> Vec<ViewFigures> {
+    let view = |fold: &FoldScore| ViewFigures {
+        name: fold.view.clone(),
+        kind: Some(fold.kind),
+        points: fold.located,
+        located: fold.located,
+        rms: fold.rms,
+        predicted_rms: None,
+        problem: None,
+    };
+    validation.folds.iter().map(view).collect()
 }
 
 /// The errors of a fit on its own points, view by view.

@@ -21,13 +21,17 @@ pub(super) fn figure(value: f64) -> String {
     }
 }
 
-/// A distance as one says it: without noughts that mean nothing.
+/// A distance as one says it: whole numbers, two digits below ten.
 pub(super) fn round(value: f64) -> String {
+    if value.abs() >= 10.0 && value.abs() < 1e6 {
+        return format!("{value:.0}");
+    }
     let text = figure(value);
-    if text.contains('.') && !text.contains('e') {
-        text.trim_end_matches('0').trim_end_matches('.').into()
-    } else {
-        text
+    match text.strip_suffix(|c: char| c.is_ascii_digit()) {
+        Some(shorter) if text.contains('.') && !text.contains('e') => {
+            shorter.trim_end_matches('.').into()
+        }
+        _ => text,
     }
 }
 
@@ -59,14 +63,24 @@ pub(super) fn escape(text: &str) -> String {
     escaped
 }
 
-/// JSON as it may stand inside a `<script>`: nothing in it ends the element or begins a comment.
+/// JSON as it may stand inside a `<script>`: nothing in it ends the element or begins a comment, and
+/// nothing turns the direction of what follows.
 pub(super) fn json(value: &impl serde::Serialize) -> String {
     let text = serde_json::to_string(value).unwrap_or_else(|_| "null".into());
-    text.replace('<', "\\u003c")
-        .replace('>', "\\u003e")
-        .replace('&', "\\u0026")
-        .replace('\u{2028}', "\\u2028")
-        .replace('\u{2029}', "\\u2029")
+    let mut coded = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '<'
+            | '>'
+            | '&'
+            | '\u{200e}'
+            | '\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2066}'..='\u{2069}' => coded += &format!("\\u{:04x}", u32::from(letter)),
+            c => coded.push(c),
+        }
+    }
+    coded
 }
 
 /// Base 64 with padding (RFC 4648, section 4).
@@ -105,8 +119,9 @@ mod tests {
         ] {
             assert_eq!(figure(value), text);
         }
-        assert_eq!(round(95.0), "95");
-        assert_eq!(round(100.0), "100");
+        for (value, text) in [(98.4, "98"), (100.0, "100"), (1.234, "1.2"), (0.97, "0.97")] {
+            assert_eq!(round(value), text);
+        }
     }
 
     /// RFC 4648, section 10.

@@ -29,12 +29,18 @@ pub(super) fn of(report: &Report, choice: Option<&Choice>) -> Verdict {
             advice: vec!["Give points whose place in the world is known.".into()],
         };
     };
-    let ratio = accuracy.ratio();
-    let grade = match (report.judgement, ratio) {
-        (Judgement::HeldOut, Some(ratio)) if ratio <= SOUND => "sound",
-        (Judgement::HeldOut, Some(ratio)) if ratio <= FAIR => "fair",
-        (Judgement::HeldOut, Some(_)) => "doubtful",
-        _ => "unproven",
+    let ratio = match (report.judgement, held_out(report)) {
+        (Judgement::HeldOut, _) => accuracy.ratio(),
+        (_, Some(rms)) if accuracy.rms > 0.0 => {
+            accuracy.ratio().map(|ratio| ratio * rms / accuracy.rms)
+        }
+        _ => None,
+    };
+    let grade = match ratio {
+        Some(ratio) if ratio <= SOUND => "sound",
+        Some(ratio) if ratio <= FAIR => "fair",
+        Some(_) => "doubtful",
+        None => "unproven",
     };
     Verdict {
         grade: grade.into(),
@@ -58,6 +64,9 @@ fn sentence(report: &Report, accuracy: &Accuracy) -> String {
     }
     if report.judgement == Judgement::Fitted {
         text += ", on the very points that were fitted";
+        if let Some(held_out) = held_out(report) {
+            text += &format!("; to {} {unit} rms on views held out", figure(held_out));
+        }
     }
     text + "."
 }
@@ -70,6 +79,12 @@ fn reason(choice: &Choice) -> String {
 fn pooled<'a>(views: impl Iterator<Item = &'a ViewFigures>) -> Option<f64> {
     let all: Vec<f64> = views.filter_map(|v| Some(vec![v.rms?; v.located])).flatten().collect();
     (!all.is_empty()).then(|| root_mean_square(&all))
+}
+
+/// What views that were held out come to, where the errors of the points are those of the fit.
+fn held_out(report: &Report) -> Option<f64> {
+    let views = report.views.iter().filter(|view| view.kind.is_some());
+    pooled(views).filter(|_| report.judgement == Judgement::Fitted)
 }
 
 fn of_kind(report: &Report, kind: FoldKind) -> Option<f64> {
@@ -85,8 +100,13 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
             report.views.len()
         ),
         _ => format!(
-            "The {} points are those that were fitted: errors on new points are larger, by how much is not known.",
-            accuracy.located
+            "The {} points are those that were fitted: errors on new points are larger, by how much {}.",
+            accuracy.located,
+            if held_out(report).is_some() {
+                "the views held out when the model was fitted tell"
+            } else {
+                "is not known"
+            }
         ),
     }];
     let [x, y, z] = accuracy.rms_xyz.map(figure);
@@ -123,7 +143,7 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
 
 fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
     let mut advice = Vec::new();
-    if report.judgement == Judgement::Fitted {
+    if report.judgement == Judgement::Fitted && held_out(report).is_none() {
         advice.push(
             "Judge it on points that it has not seen: `wheatstone evaluate model.json exam.csv`."
                 .to_owned(),

@@ -10,3 +10,4 @@ mod paper;
 mod pipeline;
 mod real_charts;
 mod real_points;
+mod report_page;

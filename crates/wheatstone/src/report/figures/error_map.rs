@@ -16,7 +16,7 @@ pub(super) fn map(
 ) -> Panel {
     let [left, top, right, bottom] = camera.area;
     let names = ["x, pixels", "y, pixels"];
-    let mut plot = Plot::square((left, right), (top, bottom), true, names);
+    let mut plot = Plot::square((left, right), (top, bottom), (true, None), names);
     let (width, height) = ((right - left) / grid.columns as f64, (bottom - top) / grid.rows as f64);
     for cell in 0..grid.counts.len() {
         let Some(share) = share(cell) else { continue };

@@ -26,7 +26,8 @@ fn panel(
     exaggeration: f64,
 ) -> Panel {
     let [left, top, right, bottom] = camera.area;
-    let mut plot = Plot::square((left, right), (top, bottom), true, ["x, pixels", "y, pixels"]);
+    let mut plot =
+        Plot::square((left, right), (top, bottom), (true, None), ["x, pixels", "y, pixels"]);
     let mut path = String::new();
     for (at, by, index) in misses.iter().step_by(every(misses.len())) {
         let end = [at[0] + by[0] * exaggeration, at[1] + by[1] * exaggeration];

@@ -73,7 +73,7 @@ fn every(count: usize) -> usize {
 fn thinned(count: usize) -> String {
     match every(count) {
         1 => String::new(),
-        every => format!(" Of {count} points every {every}th is drawn."),
+        every => format!(" Of {count} points, one in {every} is drawn."),
     }
 }
 

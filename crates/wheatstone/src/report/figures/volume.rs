@@ -29,10 +29,13 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let longest = (0..3).map(extent).fold(0.0, f64::max);
     let names = ["X", "Y", "Z"];
     let views: Vec<[usize; 2]> = vec![[0, 2], [1, 2], [0, 1]];
+    let of = |axis: usize| ends(points.iter().map(|(_, p)| p[axis]), 0.05 * longest);
+    // One scale for all, by which the longest axis is as high as a drawing usually is.
+    let scale = 260.0 / (1.1 * longest).max(1e-300);
     let panel = |[across, up]: [usize; 2]| {
-        let of = |axis: usize| ends(points.iter().map(|(_, p)| p[axis]), 0.1 * longest);
         let name = |axis: usize| format!("{}, {}", names[axis], report.unit);
-        let mut plot = Plot::square(of(across), of(up), false, [&name(across), &name(up)]);
+        let mut plot =
+            Plot::square(of(across), of(up), (false, Some(scale)), [&name(across), &name(up)]);
         for (index, p) in points.iter().step_by(every(points.len())) {
             let class = ["f0", "f1", "f2", "f3", "f4", "f5"][report.points[*index].view % 6];
             plot.dot([p[across], p[up]], class, (2.0, Some(*index)));

@@ -3,6 +3,7 @@
 use crate::report::{
     Judgement, PictureFigures, Report,
     figures::{self, Figure},
+    plot,
     text::{escape, figure, round},
     verdict::{FAIR, SOUND},
 };
@@ -45,8 +46,21 @@ fn section(name: &str, title: &str, inside: &str) -> String {
     )
 }
 
+/// Escaped, with what stands between grave accents set as code.
+fn with_code(text: &str) -> String {
+    let pieces: Vec<&str> = text.split('`').collect();
+    if pieces.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let set = |(index, piece): (usize, &&str)| match index % 2 {
+        1 => format!("<code>{}</code>", escape(piece)),
+        _ => escape(piece),
+    };
+    pieces.iter().enumerate().map(set).collect()
+}
+
 fn list(items: &[String]) -> String {
-    items.iter().map(|item| format!("<li>{}</li>", escape(item))).collect()
+    items.iter().map(|item| format!("<li>{}</li>", with_code(item))).collect()
 }
 
 /// The verdict: one word, one sentence, figures, and why.
@@ -80,17 +94,14 @@ fn tiles(report: &Report) -> String {
     let unit = escape(&report.unit);
     let mut tiles = vec![
         ("rms error", figure(accuracy.rms), unit.clone()),
-        ("half err by less than", figure(accuracy.median), unit.clone()),
-        ("95 % by less than", figure(accuracy.p95), unit.clone()),
-        ("of the distance", figure(accuracy.mean_percent), "% on average".into()),
+        ("half err less than", figure(accuracy.median), unit.clone()),
+        ("95 % err less than", figure(accuracy.p95), unit.clone()),
+        ("mean, of the distance", figure(accuracy.mean_percent), "%".into()),
     ];
     if let Some(ratio) = accuracy.ratio() {
-        let name = if accuracy.floor_rms.is_some() {
-            "times what pixels allow"
-        } else {
-            "times what was promised"
-        };
-        tiles.push((name, figure(ratio), "×".into()));
+        let name =
+            if accuracy.floor_rms.is_some() { "what pixels allow" } else { "what was promised" };
+        tiles.push((name, format!("{} ×", figure(ratio)), String::new()));
     }
     let points =
         if report.judgement == Judgement::HeldOut { "held-out points" } else { "fitted points" };
@@ -105,6 +116,10 @@ fn tiles(report: &Report) -> String {
 /// A figure with its words.
 fn card(figure: &Figure) -> String {
     let broad = if figure.panels.len() > 1 { " broad" } else { "" };
+    // Drawings of several widths keep them, so that their scales stay the same.
+    let several = figure.panels.len() > 1;
+    let natural = several && figure.panels.iter().any(|panel| panel.size[0] < plot::WIDTH - 1.0);
+    let natural = if natural { " natural" } else { "" };
     let panel = |panel: &figures::Panel| {
         let heading = if panel.heading.is_empty() {
             String::new()
@@ -114,7 +129,7 @@ fn card(figure: &Figure) -> String {
         format!("<div>{heading}{}</div>", panel.inline())
     };
     format!(
-        "<figure class=\"card{broad}\" id=\"figure-{}\"><h3>{}</h3><div class=\"panels\">{}</div><figcaption><p><strong>How to read:</strong> {}</p><p><strong>Good looks like:</strong> {}</p></figcaption></figure>",
+        "<figure class=\"card{broad}\" id=\"figure-{}\"><h3>{}</h3><div class=\"panels{natural}\">{}</div><figcaption><p><strong>How to read:</strong> {}</p><p><strong>Good looks like:</strong> {}</p></figcaption></figure>",
         figure.name,
         escape(figure.title),
         figure.panels.iter().map(panel).collect::<String>(),

@@ -39,7 +39,7 @@
   const canvas = element("canvas"), stage = element("stage");
   for (const part of document.querySelectorAll("#scene .live")) part.hidden = false;
   for (const part of document.querySelectorAll("#scene .still")) part.hidden = true;
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: count < 20000, alpha: true });
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: count < 2000, alpha: true });
   const scene = new THREE.Scene();
   const eye = new THREE.PerspectiveCamera(40, 1, 0.001, 100);
   const orbit = new THREE.OrbitControls(eye, canvas);
@@ -51,21 +51,29 @@
   sun.position.set(1, 2, 3);
   scene.add(sun);
 
+  let moving = false, rest = 0;
+  const stir = () => {
+    moving = true;
+    clearTimeout(rest);
+    rest = setTimeout(() => { moving = false; ask(); }, 160);
+    ask();
+  };
   let asked = false;
   const ask = () => { if (!asked) { asked = true; requestAnimationFrame(draw); } };
 
   // Points and errors: one geometry, moved by the exaggeration on the graphics side.
-  const uniforms = { exaggeration: { value: 1 }, size: { value: 5 }, flat: { value: new THREE.Color() }, tinted: { value: 1 } };
+  const uniforms = { exaggeration: { value: 1 }, size: { value: 5 }, flat: { value: new THREE.Color() }, rim: { value: new THREE.Color() }, tinted: { value: 1 } };
   const vertex = `attribute vec3 shift; attribute vec3 tint; attribute float along;
     uniform float exaggeration; uniform float size; varying vec3 colour;
     void main() { colour = tint; vec4 at = modelViewMatrix * vec4(position + shift * exaggeration * along, 1.0);
       gl_Position = projectionMatrix * at; gl_PointSize = size; }`;
-  const fragment = (round) => `uniform vec3 flat_; uniform float tinted; varying vec3 colour;
-    void main() { ${round ? "vec2 p = gl_PointCoord - 0.5; if (dot(p, p) > 0.25) discard;" : ""}
-      gl_FragColor = vec4(mix(flat_, colour, tinted), 1.0); }`;
+  const fragment = (round) => `uniform vec3 flat_; uniform vec3 rim; uniform float tinted; varying vec3 colour;
+    void main() { vec3 c = mix(flat_, colour, tinted);
+      ${round ? "vec2 p = gl_PointCoord - 0.5; float d = dot(p, p); if (d > 0.25) discard; if (d > 0.14 && tinted > 0.5) c = mix(c, rim, 0.5);" : ""}
+      gl_FragColor = vec4(c, 1.0); }`;
   const material = (round, tinted, pointSize) => new THREE.ShaderMaterial({
     vertexShader: vertex, fragmentShader: fragment(round),
-    uniforms: { exaggeration: uniforms.exaggeration, size: { value: pointSize * devicePixelRatio }, flat_: uniforms.flat, tinted: { value: tinted } },
+    uniforms: { exaggeration: uniforms.exaggeration, size: { value: pointSize * devicePixelRatio }, flat_: uniforms.flat, rim: uniforms.rim, tinted: { value: tinted } },
   });
   const attribute = (array, of) => new THREE.BufferAttribute(array, of);
   const geometry = (along) => {
@@ -74,13 +82,22 @@
     g.setAttribute("shift", attribute(shift, 3));
     g.setAttribute("tint", tints);
     g.setAttribute("along", attribute(new Float32Array(count).fill(along), 1));
+    g.setIndex(attribute(shuffled, 1));
     return g;
   };
+  // In random order, so that the first ones stand for all while the view turns.
+  const shuffled = Uint32Array.from({ length: count }, (_, i) => i);
+  for (let i = count - 1, seed = 1; i > 0; i--) {
+    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+    const j = seed % (i + 1);
+    [shuffled[i], shuffled[j]] = [shuffled[j], shuffled[i]];
+  }
+  const MOST_MOVING = 6000;
   const tint = new Float32Array(3 * count);
   const tints = attribute(tint, 3);
   const dense = count > 5000;
   const known = new THREE.Points(geometry(0), material(true, 0, dense ? 2 : 4));
-  const located = new THREE.Points(geometry(1), material(true, 1, dense ? 3 : 7));
+  const located = new THREE.Points(geometry(1), material(true, 1, dense ? 4 : 8));
   const twice = (array, of) => {
     const out = new Float32Array(2 * array.length);
     for (let i = 0; i < count; i++) for (let k = 0; k < of; k++) out[2 * of * i + k] = out[2 * of * i + of + k] = array[of * i + k];
@@ -143,7 +160,7 @@
     return [a, b, d, e, f, h].every(Number.isFinite) ? [a, b, d, e, f, h] : null;
   };
   const makeEllipsoids = () => {
-    ellipsoids = new THREE.InstancedMesh(new THREE.IcosahedronGeometry(1, held > 1500 ? 1 : 2),
+    ellipsoids = new THREE.InstancedMesh(new THREE.IcosahedronGeometry(1, held > 100 ? 1 : 2),
       new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.38, depthWrite: false }), held);
     ellipsoids.frustumCulled = false;
     ellipsoids.factors = Array.from({ length: held }, (_, i) => factor(i));
@@ -194,33 +211,50 @@
     const ink = getComputedStyle(body).getPropertyValue("color");
     const muted = getComputedStyle(document.documentElement).getPropertyValue("--muted").trim();
     pyramids.material.color.set(ink);
+    uniforms.rim.value.set(ink).convertLinearToSRGB();
     uniforms.flat.value.set(muted).convertLinearToSRGB();
     ask();
   };
   page.onTheme(dress);
 
-  // Where the eye begins: to the right of the cameras, above them, looking at the points.
-  const middle = new THREE.Vector3(0, 0, 0);
-  let reach = 0.5;
-  for (let i = 0; i < count; i++) reach = Math.max(reach, Math.hypot(place[3 * i], place[3 * i + 1], place[3 * i + 2]) || 0);
-  const centre = middle.clone();
+  // Where the eye goes: to the right of the cameras and above them, as near as all of it fits.
+  const from = new THREE.Vector3(0.78, 0.5, 0.62).normalize();
+  const across = new THREE.Vector3(0, 1, 0).cross(from).normalize(), above = from.clone().cross(across);
   const visible = stands.filter(Boolean);
-  if (visible.length) {
-    // Far-away cameras must not make the points a dot.
-    const mean = visible.reduce((sum, v) => sum.add(v), new THREE.Vector3()).divideScalar(visible.length);
-    if (mean.length() < 4) { centre.addScaledVector(mean, 0.42); reach = Math.max(reach * 0.8, mean.length() * 0.66); }
+  const some = [];
+  for (let i = 0; i < count; i += Math.ceil(count / 5000)) {
+    const p = new THREE.Vector3(...place.subarray(3 * i, 3 * i + 3));
+    if (Number.isFinite(p.x)) some.push(p);
   }
-  const home = () => {
-    const wide = Math.max(1, 1.25 / eye.aspect);
-    orbit.target.copy(centre);
-    eye.position.copy(centre).add(new THREE.Vector3(0.78, 0.52, 0.62).normalize().multiplyScalar(reach * 2.6 * wide));
+  const distant = visible.some((stand) => stand.length() > 6);
+  const look = (whole) => {
+    const all = whole ? some.concat(visible) : some;
+    const ends = [across, above, from].map((axis) => all.map((p) => p.dot(axis)).reduce(([l, h], v) => [Math.min(l, v), Math.max(h, v)], [Infinity, -Infinity]));
+    orbit.target.set(0, 0, 0);
+    [across, above, from].forEach((axis, k) => orbit.target.addScaledVector(axis, (ends[k][0] + ends[k][1]) / 2));
+    const slope = Math.tan((eye.fov * Math.PI) / 360) * 0.86;
+    let distance = 0.2;
+    for (const p of all) {
+      const v = p.clone().sub(orbit.target);
+      distance = Math.max(distance, v.dot(from) + Math.max(Math.abs(v.dot(across)) / eye.aspect, Math.abs(v.dot(above))) / slope);
+    }
+    eye.position.copy(orbit.target).addScaledVector(from, distance);
     orbit.update(); ask();
   };
+  const home = () => look(!distant);
 
+  const wanted = { known: true, located: true, errors: true, ellipsoids: false };
   let frames = 0;
   const at = new THREE.Vector3();
   function draw() {
     asked = false;
+    const few = moving && count > MOST_MOVING;
+    located.geometry.setDrawRange(0, few ? MOST_MOVING : count);
+    known.geometry.setDrawRange(0, few ? MOST_MOVING : count);
+    known.visible = wanted.known && !(few && wanted.located);
+    errors.visible = wanted.errors && !few;
+    if (ellipsoids) ellipsoids.visible = wanted.ellipsoids && !(moving && held > 250);
+    located.material.uniforms.size.value = (dense ? 4 : wanted.ellipsoids ? 4 : 8) * devicePixelRatio;
     renderer.render(scene, eye);
     frames += 1;
     body.dataset.frames = String(frames);
@@ -250,7 +284,7 @@
     draw();
   };
   new ResizeObserver(fit).observe(stage);
-  orbit.addEventListener("change", ask);
+  orbit.addEventListener("change", stir);
 
   // Choosing points.
   let hovered = -1, selected = -1;
@@ -347,7 +381,7 @@
     const keys = {
       ArrowLeft: () => turnOrPan(-1, 0), ArrowRight: () => turnOrPan(1, 0), ArrowUp: () => turnOrPan(0, 1), ArrowDown: () => turnOrPan(0, -1),
       "+": () => spherical(0, 0, 0.88), "=": () => spherical(0, 0, 0.88), "-": () => spherical(0, 0, 1.14),
-      n: () => step(1), N: () => step(1), p: () => step(-1), P: () => step(-1), Home: home, Escape: () => choose(-1),
+      n: () => step(1), N: () => step(1), p: () => step(-1), P: () => step(-1), Home: () => look(false), r: () => look(true), R: () => look(true), Escape: () => choose(-1),
     };
     if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
     event.preventDefault();
@@ -356,10 +390,10 @@
 
   // Controls.
   const toggle = (id, apply) => { const box = element(id); box.addEventListener("change", () => { apply(box.checked); ask(); }); apply(box.checked); };
-  element("show-ellipsoids").checked = held > 0 && count <= 600;
-  toggle("show-known", (on) => { known.visible = on; });
-  toggle("show-located", (on) => { located.visible = on; });
-  toggle("show-errors", (on) => { errors.visible = on; });
+  element("show-ellipsoids").checked = held > 0 && count <= 250;
+  toggle("show-known", (on) => { wanted.known = on; });
+  toggle("show-located", (on) => { wanted.located = located.visible = on; });
+  toggle("show-errors", (on) => { wanted.errors = on; });
   toggle("show-cameras", (on) => { pyramids.visible = on; labels.forEach((label) => { label.hidden = !on; }); });
   const slider = element("exaggeration");
   const exaggerate = () => {
@@ -371,13 +405,14 @@
   slider.value = String(Math.log10(Math.max(1, scene3.exaggeration)));
   slider.addEventListener("input", exaggerate);
   element("colour").addEventListener("change", paint);
-  element("home").addEventListener("click", home);
+  element("home").addEventListener("click", () => look(false));
+  element("rig").addEventListener("click", () => look(true));
   element("next").addEventListener("click", () => step(1));
   element("previous").addEventListener("click", () => step(-1));
   exaggerate(); paint(); dress(); hint();
-  toggle("show-ellipsoids", (on) => { if (on && !ellipsoids && held) makeEllipsoids(); if (ellipsoids) ellipsoids.visible = on; });
+  toggle("show-ellipsoids", (on) => { if (on && !ellipsoids && held) makeEllipsoids(); wanted.ellipsoids = on && held > 0; });
   element("show-ellipsoids").disabled = held === 0;
-  element("note").textContent = scene3.note;
+  element("note").textContent = scene3.note + (count > MOST_MOVING ? " While the view turns, " + MOST_MOVING + " points stand for all." : "");
 
   const index = (originalNumber) => (compact ? compact.get(originalNumber) ?? -1 : originalNumber);
   page.connect((p) => (index(p) < 0 ? "" : words(index(p))), (p, far) => {

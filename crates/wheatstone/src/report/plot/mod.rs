@@ -30,7 +30,7 @@ impl Panel {
     pub(super) fn inline(&self) -> String {
         let [width, height] = self.size;
         format!(
-            "<svg class=\"plot\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">{}</svg>",
+            "<svg class=\"plot\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" role=\"img\" aria-label=\"{2}\">{3}</svg>",
             short(width),
             short(height),
             escape(&self.alternative),
@@ -77,18 +77,25 @@ pub(super) const HEIGHT: f64 = 320.0;
 /// Room for labels: left, top, right, bottom.
 const MARGINS: [f64; 4] = [62.0, 34.0, 14.0, 46.0];
 
+/// Room above where there is no legend.
+const BARE: f64 = 8.0;
+
 /// About the width of a letter of the legend.
 const LETTER: f64 = 6.6;
 
 impl Plot {
     /// Axes with their names, which give the units.
     pub(super) fn new(across: (Scale, &str), up: (Scale, &str)) -> Self {
-        Self::sized([WIDTH, HEIGHT], across, up)
+        let [left, top, right, bottom] = MARGINS;
+        let inside = [left, top, WIDTH - right, HEIGHT - bottom];
+        Self::sized(([WIDTH, HEIGHT], inside), across, up)
     }
 
-    pub(super) fn sized(size: [f64; 2], across: (Scale, &str), up: (Scale, &str)) -> Self {
-        let [left, top, right, bottom] = MARGINS;
-        let inside = [left, top, size[0] - right, size[1] - bottom];
+    fn sized(
+        (size, inside): ([f64; 2], [f64; 4]),
+        across: (Scale, &str),
+        up: (Scale, &str),
+    ) -> Self {
         let mut plot = Self {
             across: across.0,
             up: up.0,
@@ -101,26 +108,25 @@ impl Plot {
         plot
     }
 
-    /// The same number of picture units across and up, with up pointing down where `downwards`.
+    /// Equal lengths across and up, with up pointing down where `downwards`; `scale` is the length
+    /// of a unit in the drawing, where several drawings share one.
     pub(super) fn square(
         across: (f64, f64),
         up: (f64, f64),
-        downwards: bool,
+        (downwards, scale): (bool, Option<f64>),
         names: [&str; 2],
     ) -> Self {
-        let [left, top, right, bottom] = MARGINS;
-        let width = WIDTH - left - right;
+        let [left, _, right, bottom] = MARGINS;
         let (wide, high) = ((across.1 - across.0).max(1e-300), (up.1 - up.0).max(1e-300));
         // A drawing much higher than wide would fill the screen: it gets narrower instead.
-        let scale = (width / wide).min(1.1 * width / high);
-        let size = [wide * scale + left + right, high * scale + top + bottom];
+        let width = WIDTH - left - right;
+        let scale = scale.unwrap_or((width / wide).min(1.1 * width / high));
+        let (width, height) = ((wide * scale).max(120.0), (high * scale).max(60.0));
+        let inside = [left, BARE, left + width, BARE + height];
+        let size = [left + width + right, BARE + height + bottom];
         let up = if downwards { (up.1, up.0) } else { up };
         let axes = (Scale::exactly(across.0, across.1), Scale::exactly(up.0, up.1));
-        Self::sized(
-            [size[0].max(220.0), size[1].max(150.0)],
-            (axes.0, names[0]),
-            (axes.1, names[1]),
-        )
+        Self::sized((size, inside), (axes.0, names[0]), (axes.1, names[1]))
     }
 
     fn draw_axes(&mut self, across: &str, up: &str) {

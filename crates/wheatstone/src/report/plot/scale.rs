@@ -51,21 +51,23 @@ impl Scale {
         if self.logarithmic {
             return self.decades();
         }
-        let rough = (self.high - self.low) / count.max(1) as f64;
+        let (low, high) = (self.low.min(self.high), self.low.max(self.high));
+        let rough = (high - low) / count.max(1) as f64;
         let power = libm::exp10(libm::floor(libm::log10(rough)));
         let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
         let step = steps.into_iter().find(|step| *step >= rough * 0.999).unwrap_or(rough);
-        let first = libm::ceil(self.low / step - 1e-9) as i64;
-        let last = libm::floor(self.high / step + 1e-9) as i64;
+        let first = libm::ceil(low / step - 1e-9) as i64;
+        let last = libm::floor(high / step + 1e-9) as i64;
         let places = (-libm::floor(libm::log10(step) + 1e-9)).clamp(0.0, 12.0) as usize;
-        let label = |value: f64| {
-            if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
+        let label = |number: i64| {
+            let value = number as f64 * step;
+            if number != 0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
                 format!("{value:.1e}")
             } else {
                 format!("{value:.places$}")
             }
         };
-        (first..=last.min(first + 50)).map(|n| n as f64 * step).map(|v| (v, label(v))).collect()
+        (first..=last.min(first + 50)).map(|n| (n as f64 * step, label(n))).collect()
     }
 
     fn decades(&self) -> Vec<(f64, String)> {
@@ -102,6 +104,9 @@ mod tests {
         let scale = Scale::around([0.0, 1.0].into_iter(), true);
         let labels: Vec<String> = scale.ticks(5).into_iter().map(|(_, label)| label).collect();
         assert_eq!(labels, ["0.0", "0.5", "1.0"]);
+        let downwards = Scale::exactly(480.0, -0.5).ticks(5);
+        assert_eq!(downwards[0].1, "0");
+        assert_eq!(downwards[1].1, "100");
         let scale = Scale::logarithmic([0.02, 4.0].into_iter());
         let labels: Vec<String> = scale.ticks(5).into_iter().map(|(_, label)| label).collect();
         assert_eq!(labels, ["0.03", "0.1", "0.3", "1", "3"]);
