@@ -54,20 +54,24 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         digits(last.rms),
         digits(last.depth)
     );
-    let kind = report.judgement.words();
-    let floor_words = if report.depth.iter().any(|band| band.floor_rms.is_some()) {
+    Some(Figure {
+        name: "error-by-depth",
+        title: "Error against depth",
+        how: how(report, points.len()),
+        good: "The solid line lies on the line below it, and rises smoothly as the square of the depth.",
+        panels: vec![plot.finish("", &alternative)],
+    })
+}
+
+fn how(report: &Report, count: usize) -> String {
+    let floor = if report.depth.iter().any(|band| band.floor_rms.is_some()) {
         "The dotted line is what the same pixels allow with the true cameras."
     } else {
         "The dashed line is what the fit's own covariances of pixel noise promise."
     };
-    Some(Figure {
-        name: "error-by-depth",
-        title: "Error against depth",
-        how: format!(
-            "Each dot is one of the {kind}, the solid line their root mean square in bands of depth. {floor_words}{}",
-            thinned(points.len())
-        ),
-        good: "The solid line lies on the line below it, and rises smoothly as the square of the depth.",
-        panels: vec![plot.finish("", &alternative)],
-    })
+    format!(
+        "Each dot is one of the {}, the solid line their root mean square in bands of depth. {floor}{}",
+        report.judgement.words(),
+        thinned(count)
+    )
 }

@@ -32,8 +32,11 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
+/// Draws a figure where the report has what it needs.
+type Draw = fn(&Report) -> Option<Figure>;
+
 /// All figures in the page's order, each beside the name of the part of the page that it is in.
-const ROWS: &[(&str, fn(&Report) -> Option<Figure>)] = &[
+const ROWS: &[(&str, Draw)] = &[
     ("scene", scene::figure),
     ("accuracy", depth::figure),
     ("accuracy", views::figure),

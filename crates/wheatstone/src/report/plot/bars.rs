@@ -39,6 +39,65 @@ fn shortened(label: &str) -> String {
     format!("{start}…")
 }
 
+/// The names of classes, beside their marks.
+fn legend_of(legend: &[(&str, &str)]) -> String {
+    let (mut svg, mut x) = (String::new(), 6.0);
+    for (class, words) in legend {
+        let mark = if class.starts_with("line") {
+            format!("<path class=\"{class}\" d=\"M{} 5v14\"/>", short(x + 6.0))
+        } else {
+            let left = short(x);
+            format!("<rect class=\"{class}\" x=\"{left}\" y=\"7\" width=\"12\" height=\"10\"/>")
+        };
+        let _ = write!(
+            svg,
+            "{mark}<text class=\"tick\" x=\"{}\" y=\"16\">{}</text>",
+            short(x + 17.0),
+            escape(words)
+        );
+        x += 30.0 + 6.6 * words.chars().count() as f64;
+    }
+    svg
+}
+
+/// One row whose top is at `y`; `length` gives the length of a value's bar.
+fn row_of(row: &Bar, y: f64, length: &dyn Fn(f64) -> f64) -> String {
+    let value = row.value.map_or_else(|| "-".into(), figure);
+    let mut svg = format!(
+        "<g><title>{}: {value} {}</title><text class=\"tick end\" x=\"{}\" y=\"{}\">{}</text>",
+        escape(&row.label),
+        escape(&row.note),
+        short(NAMES - 8.0),
+        short(y + 17.0),
+        escape(&shortened(&row.label))
+    );
+    if let Some(value) = row.value.filter(|value| value.is_finite()) {
+        let _ = write!(
+            svg,
+            "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
+            row.class,
+            short(NAMES),
+            short(y + 4.0),
+            short(length(value).max(1.0)),
+            short(ROW - 8.0)
+        );
+    }
+    if let Some(mark) = row.mark.filter(|mark| mark.is_finite()) {
+        let at = short(NAMES + length(mark));
+        let (top, height) = (short(y + 1.0), short(ROW - 2.0));
+        let _ = write!(svg, "<path class=\"line marked\" d=\"M{at} {top}v{height}\"/>");
+    }
+    let end = row.value.unwrap_or(0.0).max(row.mark.unwrap_or(0.0));
+    let _ = write!(
+        svg,
+        "<text class=\"tick\" x=\"{}\" y=\"{}\">{value} {}</text></g>",
+        short(NAMES + length(end) + 7.0),
+        short(y + 17.0),
+        escape(&row.note)
+    );
+    svg
+}
+
 /// Draws bars from nought; `legend` names classes, `name` the axis with its unit. Bars beyond `cut`
 /// end there.
 pub(crate) fn bars(
@@ -48,68 +107,12 @@ pub(crate) fn bars(
     alternative: &str,
 ) -> Panel {
     let values = rows.iter().flat_map(|row| [row.value, row.mark]).flatten();
-    let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max).clamp(1e-300, cut);
+    let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max).min(cut).max(1e-300);
     let length = |value: f64| (WIDTH - NAMES - VALUES) * (value / most).clamp(0.0, 1.0);
     let top = if legend.is_empty() { 8.0 } else { 26.0 };
-    let mut body = String::new();
-    let mut x = 6.0;
-    for (class, words) in legend {
-        let mark = if class.starts_with("line") {
-            format!("<path class=\"{class}\" d=\"M{} 5v14\"/>", short(x + 6.0))
-        } else {
-            format!(
-                "<rect class=\"{class}\" x=\"{}\" y=\"7\" width=\"12\" height=\"10\"/>",
-                short(x)
-            )
-        };
-        let _ = write!(
-            body,
-            "{mark}<text class=\"tick\" x=\"{}\" y=\"16\">{}</text>",
-            short(x + 17.0),
-            escape(words)
-        );
-        x += 30.0 + 6.6 * words.chars().count() as f64;
-    }
+    let mut body = legend_of(legend);
     for (index, row) in rows.iter().enumerate() {
-        let y = top + ROW * index as f64;
-        let value = row.value.map_or_else(|| "-".into(), figure);
-        let _ = write!(
-            body,
-            "<g><title>{}: {value} {}</title><text class=\"tick end\" x=\"{}\" y=\"{}\">{}</text>",
-            escape(&row.label),
-            escape(&row.note),
-            short(NAMES - 8.0),
-            short(y + 17.0),
-            escape(&shortened(&row.label))
-        );
-        if let Some(value) = row.value.filter(|value| value.is_finite()) {
-            let _ = write!(
-                body,
-                "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
-                row.class,
-                short(NAMES),
-                short(y + 4.0),
-                short(length(value).max(1.0)),
-                short(ROW - 8.0)
-            );
-        }
-        if let Some(mark) = row.mark.filter(|mark| mark.is_finite()) {
-            let at = short(NAMES + length(mark));
-            let _ = write!(
-                body,
-                "<path class=\"line marked\" d=\"M{at} {}v{}\"/>",
-                short(y + 1.0),
-                short(ROW - 2.0)
-            );
-        }
-        let end = row.value.unwrap_or(0.0).max(row.mark.unwrap_or(0.0));
-        let _ = write!(
-            body,
-            "<text class=\"tick\" x=\"{}\" y=\"{}\">{value} {}</text></g>",
-            short(NAMES + length(end) + 7.0),
-            short(y + 17.0),
-            escape(&row.note)
-        );
+        body += &row_of(row, top + ROW * index as f64, &length);
     }
     let foot = top + ROW * rows.len() as f64;
     let _ = write!(
