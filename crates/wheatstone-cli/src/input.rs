@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use wheatstone::{
     dataset::{
         Dataset,
-        capture::{Capture, CapturedView, FILE_NAME},
+        capture::{Capture, FILE_NAME},
         detection::{DetectionSettings, Found, detect},
         points_file::{self, Duplicates},
     },
@@ -32,8 +32,39 @@ pub(crate) struct Reading {
 pub(crate) struct Loaded {
     pub(crate) data: Dataset,
     pub(crate) truth: Option<Truth>,
+    /// The pictures, where a capture was read.
+    pub(crate) source: Option<Source>,
+}
+
+/// A capture with what was found in it.
+pub(crate) struct Source {
+    pub(crate) capture: Capture,
+    pub(crate) found: Found,
+}
+
+impl Loaded {
     /// Views of a capture whose places have a standard deviation of their own.
-    pub(crate) sigmas: Vec<(String, f64)>,
+    pub(crate) fn sigmas(&self) -> Vec<(String, f64)> {
+        let views = self.source.iter().flat_map(|source| &source.capture.views);
+        views.filter_map(|view| Some((view.name.clone(), view.sigma?))).collect()
+    }
+}
+
+impl Reading {
+    /// The options that give this reading.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if self.whole_pixels {
+            words.push("--whole-pixels".into());
+        }
+        if let Some(unit) = &self.unit {
+            words.extend(["--unit".into(), unit.clone()]);
+        }
+        if self.drop_duplicates {
+            words.push("--drop-duplicates".into());
+        }
+        words
+    }
 }
 
 /// Whether a path names a capture: a folder, or a TOML file.
@@ -53,9 +84,8 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
                 "the chart was not found in {skipped} pictures; `wheatstone detect` says why"
             );
         }
-        let sigma = |view: CapturedView| Some((view.name, view.sigma?));
-        let sigmas = capture.views.into_iter().filter_map(sigma).collect();
-        return Ok(Loaded { data: found.dataset, truth, sigmas });
+        let data = found.dataset.clone();
+        return Ok(Loaded { data, truth, source: Some(Source { capture, found }) });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
     let unit = match (&reading.unit, &truth) {
@@ -63,7 +93,7 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         (None, Some(truth)) => truth.unit.clone(),
         (None, None) => "mm".into(),
     };
-    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth, sigmas: Vec::new() })
+    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth, source: None })
 }
 
 /// Opens a capture and looks for its chart.

@@ -61,17 +61,17 @@ const LISTED: usize = 8;
 
 impl Preparing {
     /// Prepares what was loaded, and tells what was found.
-    pub(crate) fn run(&self, loaded: Loaded, seed: u64, bar: &Bar) -> Outcome<Prepared> {
+    pub(crate) fn run(&self, loaded: &Loaded, seed: u64, bar: &Bar) -> Outcome<Prepared> {
         let preparation = Preparation {
             repair: self.fix,
             insist: self.force,
             baseline: self.expect_baseline,
             keep_outliers: self.keep_outliers,
-            stage: self.stage(&loaded.sigmas),
+            stage: self.stage(&loaded.sigmas()),
         };
         let unit = loaded.data.unit.clone();
         let points = loaded.data.correspondences.len();
-        let prepared = preparation.run(loaded.data, seed, bar)?;
+        let prepared = preparation.run(loaded.data.clone(), seed, bar)?;
         for finding in &prepared.examination.findings {
             let mended = self.fix && finding.is_fixable();
             let word = if mended { "put right: " } else { "" };

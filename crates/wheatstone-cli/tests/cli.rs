@@ -329,3 +329,32 @@ fn failures_leave_what_was_there() {
     let message = refused(at, &["locate", "model.json", "three.csv"]);
     assert!(message.contains("number of cameras: the model has 2, the data has 3"), "{message}");
 }
+
+#[test]
+fn a_report_of_a_model_and_one_of_points() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "--count", "150", "-o", "train.csv"]);
+    done(at, &["fit", "train.csv", "--method", "dlt", "--no-validation", "-o", "model.json"]);
+    let numbers = ["--json", "numbers.json", "--figures", "figures"];
+    done(at, &[&["report", "model.json", "-o", "model.html"], &numbers[..]].concat());
+    let read = |name: &str| std::fs::read_to_string(at.join(name)).unwrap();
+    let report = json(&read("numbers.json"));
+    assert_eq!((&report["format"], &report["unit"]), (&"wheatstone-report".into(), &"cm".into()));
+    assert_eq!(report["judgement"], "held-out");
+    assert_eq!(report["points"].as_array().unwrap().len(), 150);
+    let page = read("model.html");
+    assert!(page.contains(report["verdict"]["sentence"].as_str().unwrap()));
+    assert!(page.contains("<code><bdi>wheatstone report model.json -o model.html</bdi></code>"));
+    assert!(read("figures/error-by-depth.svg").starts_with("<svg xmlns"));
+    // Given points, it compares and fits first; the truth beside them gives the floor.
+    let points = ["report", "train.csv", "--methods", "dlt,brown", "-o", "points.html"];
+    done(at, &[&points[..], &["--json", "numbers.json"]].concat());
+    let report = json(&read("numbers.json"));
+    assert_eq!(report["methods"].as_array().unwrap().len(), 2);
+    assert!(report["accuracy"]["floor_rms"].as_f64().unwrap() > 0.0);
+    let message = refused(at, &["report", "numbers.json", "-o", "points.html"]);
+    assert!(message.contains("not a model file"), "{message}");
+    let message = refused(at, &["report", "model.json", "-o", "nowhere/report.html"]);
+    assert!(message.contains("nowhere"), "{message}");
+}

@@ -21,6 +21,7 @@ pub mod preparation;
 pub mod calibration;
 pub mod synthetic;
 pub mod reproduction;
+pub mod report;
 
 pub use calibration::Calibration;
 pub use error::{Error, Result};

@@ -35,6 +35,10 @@ pub struct SavedFinding {
     pub code: String,
     /// `information`, `warning` or `fatal`.
     pub severity: String,
+    /// The views that have it; none for all of them.
+    pub views: Vec<String>,
+    /// The cameras that have it, counted from 1; none for all of them.
+    pub cameras: Vec<usize>,
     /// What is wrong and where.
     pub explanation: String,
     /// What to do about it.
@@ -100,6 +104,8 @@ impl Prepared {
         let keep = |finding: &Finding| SavedFinding {
             code: finding.code.into(),
             severity: finding.severity.name().into(),
+            views: finding.views.clone(),
+            cameras: finding.cameras.iter().map(|camera| camera + 1).collect(),
             explanation: finding.explanation.clone(),
             hint: finding.hint.clone(),
             repaired: self.repaired && finding.is_fixable(),

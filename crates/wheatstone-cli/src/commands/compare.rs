@@ -45,9 +45,8 @@ impl Compare {
         let bar = Bar::new();
         let methods = self.methods()?;
         let loaded = load(&self.input, &self.reading, &bar)?;
-        let truth = loaded.truth.clone();
-        let cameras = truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
-        let prepared = self.preparing.run(loaded, self.seed, &bar)?;
+        let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
+        let prepared = self.preparing.run(&loaded, self.seed, &bar)?;
         let found = compare(&methods, &prepared.data, cameras, self.seed, &bar)?;
         drop(bar);
         if found.methods.iter().all(|row| row.rms.is_none()) {

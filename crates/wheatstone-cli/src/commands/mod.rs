@@ -12,6 +12,7 @@ pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
 pub(crate) mod new;
+pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod synth;
 
@@ -46,6 +47,7 @@ verbs! {
     locate::Locate,
     evaluate::Evaluate,
     compare::Compare,
+    report::Report,
     synth::Synth,
     reproduce::Reproduce,
     list::List,

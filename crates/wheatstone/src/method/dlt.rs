@@ -130,6 +130,14 @@ impl Method for Dlt {
     }
 }
 
+impl DltReconstructor {
+    /// Where a camera sees a world point; `None` behind it, and for a camera that there is not.
+    #[must_use]
+    pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {
+        self.cameras.get(camera)?.project(world)
+    }
+}
+
 impl Reconstructor for DltReconstructor {
     fn cameras(&self) -> usize {
         self.cameras.len()

@@ -12,3 +12,4 @@ mod pipeline;
 mod real_charts;
 mod real_points;
 mod stage;
+mod report_page;

@@ -1,0 +1,203 @@
+//! `wheatstone report`.
+
+use crate::{
+    failure::{Failure, Outcome},
+    input::{Reading, Source, load},
+    preparing::Preparing,
+    progress::Bar,
+    voice::say,
+};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use wheatstone::{
+    Calibration,
+    evaluate::{Comparison, compare},
+    method::AnyMethod,
+    report::{self, Material, Seen},
+    storage::Output,
+    synthetic::Truth,
+};
+
+/// Write a page that shows how good a model is: figures, pictures, and a view in space
+///
+/// Given a model, judges it on its own data, each view left out once. Given a capture or a points
+/// file, compares the methods, fits, and judges the best. The page is one file, needs no network, and
+/// can be sent to anyone.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  wheatstone report model.json -o report.html\n  \
+    wheatstone report model.json --pictures capture/ -o report.html\n  \
+    wheatstone report capture/ -o report.html --json summary.json --figures figures/")]
+pub(crate) struct Report {
+    /// A model file, a capture, or a points file with X, Y, Z
+    input: PathBuf,
+    /// Where the page goes
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Where all figures go as numbers
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Where every figure goes as an SVG file
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// The capture that a model was fitted to, for its pictures
+    #[arg(long, value_name = "CAPTURE")]
+    pictures: Option<PathBuf>,
+    /// Methods to compare before the fit to a capture or a points file, separated by commas, or `none`
+    #[arg(long, value_delimiter = ',', default_values_t = COMPARED.map(String::from))]
+    methods: Vec<String>,
+    /// Do not fit once more without each view: errors are then those on points that the fit has seen
+    #[arg(long)]
+    no_validation: bool,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    preparing: Preparing,
+}
+
+/// The methods that take seconds.
+const COMPARED: [&str; 6] = ["dlt", "tsai", "brown", "kannala-brandt", "soloff", "neural-camera"];
+
+impl Report {
+    pub(crate) fn run(self) -> Outcome {
+        drop(Output::create(&self.output)?);
+        if let Some(json) = &self.json {
+            drop(Output::create(json)?);
+        }
+        let bar = Bar::new();
+        let report = if is_model(&self.input) { self.of_model(&bar)? } else { self.of_data(&bar)? };
+        drop(bar);
+        write(&report, &self.output)?;
+        if let Some(json) = &self.json {
+            report.write_summary(json)?;
+            say!("Figures as numbers  {}", json.display());
+        }
+        if let Some(figures) = &self.figures {
+            report.write_figures(figures)?;
+            say!("Figures             {}", figures.display());
+        }
+        Ok(())
+    }
+
+    fn of_model(&self, bar: &Bar) -> Outcome<report::Report> {
+        let model = Calibration::load(&self.input)?;
+        let pictures = match &self.pictures {
+            Some(capture) => Some(load(capture, &self.reading, bar)?),
+            None => None,
+        };
+        let source = pictures.as_ref().and_then(|loaded| loaded.source.as_ref());
+        if self.pictures.is_some() && source.is_none() {
+            return Err(Failure::usage(
+                "`--pictures` names no capture",
+                "give the folder that holds capture.toml",
+            ));
+        }
+        if let Some(source) = source
+            && source.capture.cameras.len() != model.reconstructor.cameras()
+        {
+            return Err(wheatstone::Error::Mismatch {
+                what: "number of cameras",
+                model: model.reconstructor.cameras().to_string(),
+                data: source.capture.cameras.len().to_string(),
+            }
+            .into());
+        }
+        let truth = pictures.as_ref().and_then(|loaded| loaded.truth.as_ref());
+        self.judged(&model, (None, truth, source), bar)
+    }
+
+    fn of_data(&self, bar: &Bar) -> Outcome<report::Report> {
+        let loaded = load(&self.input, &self.reading, bar)?;
+        let truth = loaded.truth.as_ref();
+        let prepared = self.preparing.run(&loaded, self.seed, bar)?;
+        let comparison = match self.compared()? {
+            methods if methods.is_empty() => None,
+            methods => {
+                let cameras = truth.map(|truth| truth.rig.cameras.as_slice());
+                Some(compare(&methods, &prepared.data, cameras, self.seed, bar)?)
+            }
+        };
+        let auto = AnyMethod::named("auto")?;
+        let model = Calibration::fit(&auto, &prepared, self.seed, false, bar)?;
+        self.judged(&model, (comparison.as_ref(), truth, loaded.source.as_ref()), bar)
+    }
+
+    fn compared(&self) -> Outcome<Vec<AnyMethod>> {
+        if self.methods == ["none"] {
+            return Ok(Vec::new());
+        }
+        if self.methods == ["all"] {
+            return Ok(AnyMethod::all());
+        }
+        let named = self.methods.iter().map(|name| AnyMethod::named(name.trim()));
+        named.collect::<Result<Vec<_>, _>>().map_err(|e| {
+            let hint = e.hint().unwrap_or_default();
+            Failure::usage(e.to_string(), hint)
+        })
+    }
+
+    fn judged(
+        &self,
+        model: &Calibration,
+        (comparison, truth, source): (Option<&Comparison>, Option<&Truth>, Option<&Source>),
+        bar: &Bar,
+    ) -> Outcome<report::Report> {
+        let name = self.input.file_name().unwrap_or(self.input.as_os_str());
+        let material = Material {
+            title: name.to_string_lossy().into(),
+            command: Some(self.command()),
+            model,
+            comparison,
+            truth: truth.map(|truth| truth.rig.cameras.as_slice()),
+            seen: source.map(|source| Seen { capture: &source.capture, found: &source.found }),
+            held_out: !self.no_validation,
+        };
+        Ok(report::Report::of(&material, bar)?)
+    }
+
+    /// What to type to get the report again.
+    fn command(&self) -> String {
+        let mut words = vec!["wheatstone".into(), "report".into(), quoted(&self.input)];
+        if let Some(pictures) = &self.pictures {
+            words.extend(["--pictures".into(), quoted(pictures)]);
+        }
+        if self.methods != COMPARED {
+            words.extend(["--methods".into(), self.methods.join(",")]);
+        }
+        if self.no_validation {
+            words.push("--no-validation".into());
+        }
+        if self.seed != 0 {
+            words.extend(["--seed".into(), self.seed.to_string()]);
+        }
+        words.extend(self.reading.words());
+        words.extend(["-o".into(), quoted(&self.output)]);
+        words.join(" ")
+    }
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+=:@".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+/// Whether a path names a model and not data: models are JSON.
+fn is_model(path: &Path) -> bool {
+    path.is_file() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}
+
+/// Writes the page and says where it is.
+pub(crate) fn write(report: &report::Report, path: &Path) -> Outcome {
+    report.write_html(path)?;
+    say!("{}", report.verdict.sentence);
+    say!("Report              {}", path.display());
+    Ok(())
+}

@@ -1,0 +1,133 @@
+//! Lying bars, one a row, with their names to the left and their values at their ends.
+
+use super::{
+    super::text::{escape, figure},
+    Panel, WIDTH, short,
+};
+use std::fmt::Write;
+
+/// One bar.
+pub(crate) struct Bar {
+    pub(crate) label: String,
+    /// Its length; none draws no bar but says so.
+    pub(crate) value: Option<f64>,
+    /// A thin mark beside it.
+    pub(crate) mark: Option<f64>,
+    /// The class that colours it.
+    pub(crate) class: &'static str,
+    /// Words behind the value.
+    pub(crate) note: String,
+}
+
+/// Height of a row.
+const ROW: f64 = 26.0;
+
+/// Room for names; longer ones are cut, and whole in the words that appear when pointed at.
+const NAMES: f64 = 138.0;
+
+/// Letters of a name that fit.
+const LETTERS: usize = 20;
+
+/// Room for values.
+const VALUES: f64 = 96.0;
+
+fn shortened(label: &str) -> String {
+    if label.chars().count() <= LETTERS {
+        return label.into();
+    }
+    let start: String = label.chars().take(LETTERS - 1).collect();
+    format!("{start}…")
+}
+
+/// The names of classes, beside their marks.
+fn legend_of(legend: &[(&str, &str)]) -> String {
+    let (mut svg, mut x) = (String::new(), 6.0);
+    for (class, words) in legend {
+        let mark = if class.starts_with("line") {
+            format!("<path class=\"{class}\" d=\"M{} 5v14\"/>", short(x + 6.0))
+        } else {
+            let left = short(x);
+            format!("<rect class=\"{class}\" x=\"{left}\" y=\"7\" width=\"12\" height=\"10\"/>")
+        };
+        let _ = write!(
+            svg,
+            "{mark}<text class=\"tick\" x=\"{}\" y=\"16\">{}</text>",
+            short(x + 17.0),
+            escape(words)
+        );
+        x += 30.0 + 6.6 * words.chars().count() as f64;
+    }
+    svg
+}
+
+/// One row whose top is at `y`; `length` gives the length of a value's bar.
+fn row_of(row: &Bar, y: f64, length: &dyn Fn(f64) -> f64) -> String {
+    let value = row.value.map_or_else(|| "-".into(), figure);
+    let mut svg = format!(
+        "<g><title>{}: {value} {}</title><text class=\"tick end\" x=\"{}\" y=\"{}\">{}</text>",
+        escape(&row.label),
+        escape(&row.note),
+        short(NAMES - 8.0),
+        short(y + 17.0),
+        escape(&shortened(&row.label))
+    );
+    if let Some(value) = row.value.filter(|value| value.is_finite()) {
+        let _ = write!(
+            svg,
+            "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
+            row.class,
+            short(NAMES),
+            short(y + 4.0),
+            short(length(value).max(1.0)),
+            short(ROW - 8.0)
+        );
+    }
+    if let Some(mark) = row.mark.filter(|mark| mark.is_finite()) {
+        let at = short(NAMES + length(mark));
+        let (top, height) = (short(y + 1.0), short(ROW - 2.0));
+        let _ = write!(svg, "<path class=\"line marked\" d=\"M{at} {top}v{height}\"/>");
+    }
+    let end = row.value.unwrap_or(0.0).max(row.mark.unwrap_or(0.0));
+    let _ = write!(
+        svg,
+        "<text class=\"tick\" x=\"{}\" y=\"{}\">{value} {}</text></g>",
+        short(NAMES + length(end) + 7.0),
+        short(y + 17.0),
+        escape(&row.note)
+    );
+    svg
+}
+
+/// Draws bars from nought; `legend` names classes, `name` the axis with its unit. Bars beyond `cut`
+/// end there.
+pub(crate) fn bars(
+    rows: &[Bar],
+    legend: &[(&str, &str)],
+    (name, cut): (&str, f64),
+    alternative: &str,
+) -> Panel {
+    let values = rows.iter().flat_map(|row| [row.value, row.mark]).flatten();
+    let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max).min(cut).max(1e-300);
+    let length = |value: f64| (WIDTH - NAMES - VALUES) * (value / most).clamp(0.0, 1.0);
+    let top = if legend.is_empty() { 8.0 } else { 26.0 };
+    let mut body = legend_of(legend);
+    for (index, row) in rows.iter().enumerate() {
+        body += &row_of(row, top + ROW * index as f64, &length);
+    }
+    let foot = top + ROW * rows.len() as f64;
+    let _ = write!(
+        body,
+        "<path class=\"axis\" d=\"M{n} {}V{}\"/><text class=\"name\" x=\"{n}\" y=\"{}\">{}</text>",
+        short(top),
+        short(foot),
+        short(foot + 18.0),
+        escape(name),
+        n = short(NAMES)
+    );
+    Panel {
+        alternative: alternative.into(),
+        heading: String::new(),
+        size: [WIDTH, foot + 28.0],
+        body,
+    }
+}

@@ -1,0 +1,195 @@
+//! Reports of small synthetic worlds.
+
+use super::{
+    FindingFigures, Judgement, Material, OutlierFigures, Report,
+    build::needed_share,
+    sections::{LocatedFigures, PointFigures},
+};
+use crate::{
+    Calibration,
+    dataset::Dataset,
+    method::AnyMethod,
+    progress::Silent,
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
+};
+
+fn world() -> (Rig, Dataset) {
+    let rig = Rig::named("paper", 2).unwrap();
+    let chart = crate::chart::line_grid::LineGrid::default().into();
+    let views = Stage::default().views().unwrap();
+    let data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), Some(200));
+    (rig, data)
+}
+
+fn model(data: &Dataset) -> Calibration {
+    Calibration::fit(&AnyMethod::named("brown").unwrap(), data, 3, false, &Silent).unwrap()
+}
+
+fn report(rig: &Rig, model: &Calibration, held_out: bool) -> Report {
+    let material = Material {
+        title: "model.json".into(),
+        command: Some("wheatstone report model.json -o report.html".into()),
+        model,
+        comparison: None,
+        truth: Some(&rig.cameras),
+        seen: None,
+        held_out,
+    };
+    Report::of(&material, &Silent).unwrap()
+}
+
+#[test]
+fn a_sound_fit_is_called_sound_and_says_of_what() {
+    let (rig, data) = world();
+    let model = model(&data);
+    let report = report(&rig, &model, true);
+    assert_eq!(report.judgement, Judgement::HeldOut);
+    assert_eq!(report.verdict.grade, "sound", "{:?}", report.verdict);
+    let accuracy = report.accuracy.as_ref().unwrap();
+    // The figures are those of the comparison, fold by fold.
+    let validation =
+        crate::evaluate::cross_validate(&model.method, &data, 3, &Silent).unwrap().unwrap();
+    assert!((accuracy.rms - validation.all.rms).abs() < 1e-12 * accuracy.rms);
+    assert_eq!(report.views.len(), validation.folds.len());
+    for (view, fold) in report.views.iter().zip(&validation.folds) {
+        assert_eq!((&view.name, view.kind, view.rms), (&fold.view, Some(fold.kind), fold.rms));
+    }
+    let floor = crate::evaluate::floor(&rig.cameras, &data).unwrap();
+    assert_eq!(accuracy.floor_rms, Some(floor.rms));
+    assert!(report.verdict.sentence.contains("what the pixels allow"));
+    // 200 points: counting alone makes a standard deviation of 3.5 %.
+    for bar in &report.error_bars {
+        assert!((bar.nominal - bar.actual).abs() < 0.14, "{bar:?}");
+    }
+    // The pixels' noise shows in both cameras.
+    for camera in &report.cameras {
+        assert!((0.09..0.14).contains(&camera.miss_rms.unwrap()), "{:?}", camera.miss_rms);
+        assert!(camera.area_is_picture && camera.coverage.counts.iter().sum::<usize>() == 200);
+    }
+}
+
+#[test]
+fn errors_on_fitted_points_prove_nothing() {
+    let (rig, data) = world();
+    let report = report(&rig, &model(&data), false);
+    assert_eq!(report.judgement, Judgement::Fitted);
+    assert_eq!(report.verdict.grade, "unproven");
+    assert!(report.verdict.sentence.contains("very points that were fitted"));
+}
+
+#[test]
+fn the_same_again_byte_for_byte_and_back_from_json() {
+    let (rig, data) = world();
+    let (first, second) = (report(&rig, &model(&data), true), report(&rig, &model(&data), true));
+    assert_eq!(first.html(), second.html());
+    let text = serde_json::to_string(&first).unwrap();
+    let back: Report = serde_json::from_str(&text).unwrap();
+    assert_eq!(back, first);
+}
+
+#[test]
+fn every_figure_says_its_units_and_how_to_read_it() {
+    let (rig, data) = world();
+    let report = report(&rig, &model(&data), true);
+    let figures = super::figures::all(&report);
+    let names: Vec<&str> = figures.iter().map(|figure| figure.name).collect();
+    for expected in [
+        "scene",
+        "error-by-depth",
+        "views",
+        "distribution",
+        "error-bars",
+        "error-map",
+        "misses",
+        "coverage",
+        "volume",
+    ] {
+        assert!(names.contains(&expected), "no figure {expected}");
+    }
+    let html = report.html();
+    for figure in &figures {
+        assert!(figure.how.ends_with('.') && figure.good.ends_with('.'), "{}", figure.name);
+        for panel in &figure.panels {
+            assert!(!panel.alternative.is_empty(), "{}", figure.name);
+            let drawing = panel.standalone();
+            for wrong in ["NaN", "inf\"", "style=\""] {
+                assert!(!drawing.contains(wrong), "{} holds {wrong}", figure.name);
+            }
+            assert!(html.contains(&panel.inline()));
+        }
+    }
+}
+
+#[test]
+fn names_cannot_break_out_of_the_page() {
+    let (rig, mut data) = world();
+    let evil = "</script><script>document.title='broken'</script>\"'><img src=x onerror=alert(1)>{{data}}\u{202e}\u{0}";
+    data.unit = format!("mm{evil}");
+    for view in &mut data.views {
+        *view += evil;
+    }
+    for row in &mut data.correspondences {
+        row.id = row.id.as_ref().map(|id| format!("{id}{evil}"));
+    }
+    let mut report = report(&rig, &model(&data), true);
+    report.title = evil.into();
+    report.command = Some(evil.into());
+    report.outliers.push(OutlierFigures {
+        view: evil.into(),
+        id: evil.into(),
+        camera: Some(0),
+        reason: evil.into(),
+    });
+    report.findings.push(FindingFigures {
+        code: evil.into(),
+        severity: evil.into(),
+        views: vec![evil.into()],
+        cameras: vec![evil.into()],
+        explanation: evil.into(),
+        hint: evil.into(),
+    });
+    let html = report.html();
+    // The page's own two elements and no more.
+    assert_eq!(html.matches("<script").count(), 2);
+    assert_eq!(html.matches("</script").count(), 2);
+    assert!(!html.contains("<img") && !html.contains('\u{0}') && !html.contains('\u{202e}'));
+    assert!(!html.contains("onerror=alert(1)>{{data}}<"));
+    let data = html.split("id=\"data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert!(data["unit"].as_str().unwrap().ends_with(evil));
+}
+
+#[test]
+fn the_page_names_no_address() {
+    let (rig, data) = world();
+    let html = report(&rig, &model(&data), true).html();
+    // Names of XML spaces are not addresses; nothing else may be one.
+    let html = html.replace("http://www.w3.org/1999/xhtml", "");
+    let html = html.replace("http://www.w3.org/2000/svg", "");
+    for address in ["http://", "https://", "src=\"", "@import", "url("] {
+        assert!(!html.contains(address), "the page holds {address}");
+    }
+    assert!(html.contains("default-src 'none'"));
+}
+
+#[test]
+fn ellipsoids_promise_by_the_chi_square_distribution() {
+    let point = |distance: f64| PointFigures {
+        view: 0,
+        id: None,
+        pixels: Vec::new(),
+        world: Some([1.0, 2.0, 3.0 + distance]),
+        located: Some(LocatedFigures {
+            point: [1.0, 2.0, 3.0],
+            covariance: Some([4.0, 0.0, 0.0, 4.0, 0.0, 4.0]),
+            residual: None,
+            misses: Vec::new(),
+            depth: 3.0,
+        }),
+    };
+    // Quantiles of three degrees of freedom, from any table.
+    for (square, share) in [(2.366, 0.5), (6.251, 0.9), (7.815, 0.95), (11.345, 0.99)] {
+        let needed = needed_share(&point(2.0 * f64::sqrt(square))).unwrap();
+        assert!((needed - share).abs() < 1e-4, "{needed} for {share}");
+    }
+}
