@@ -4,10 +4,13 @@
 use crate::{
     Error, Result,
     cleaning::stage::ViewOffset,
-    dataset::SavedDataset,
-    evaluate::{self, CrossValidation, Ellipsoids, Evaluation},
+    dataset::{
+        Dataset, SavedDataset,
+        volume::{Trust, Volume},
+    },
+    evaluate::{self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference},
     geometry::Point3,
-    method::{AnyMethod, AnyReconstructor, Choice},
+    method::{AnyMethod, AnyReconstructor, Choice, Reconstructor},
     numeric::backpropagation::CurvePoint,
     preparation::{Prepared, SavedFinding, SetAside},
     progress::Progress,
@@ -44,6 +47,8 @@ pub struct Calibration {
     pub choice: Option<Choice>,
     /// The middle of the cameras in the world: errors in percent are of the distance from it.
     pub viewpoint: Option<Point3>,
+    /// The space and the parts of the pictures that the fit was shown.
+    pub volume: Volume,
     /// How it does on the points that it was fitted to.
     pub training: Evaluation,
     /// How the same settings do on views that they were not fitted to.
@@ -105,6 +110,7 @@ impl Calibration {
             reconstructor: fit.reconstructor,
             choice: fit.choice,
             viewpoint,
+            volume: Volume::of(data),
             training,
             validation,
             ellipsoids,
@@ -137,6 +143,36 @@ impl Calibration {
         (2 * judged.located < judged.n).then(|| {
             format!("only {} of {} points {on} could be located", judged.located, judged.n)
         })
+    }
+
+    /// What the model's errors on an exam are made of; points that are not inside its volume count as
+    /// beyond. `None` where the data that it was fitted to do not tell.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Cancelled`].
+    pub fn budget(&self, exam: &Dataset, progress: &dyn Progress) -> Result<Option<Budget>> {
+        let train = self.data.restored();
+        let reference = match &self.reconstructor {
+            AnyReconstructor::NeuralCamera(cameras) => Reference::of(cameras.clone(), &train),
+            _ => match Reference::fit(&train, progress) {
+                Ok(Some(reference)) => reference,
+                _ => {
+                    progress.check()?;
+                    return Ok(None);
+                }
+            },
+        };
+        let errors = |of: &dyn Reconstructor| -> Vec<HeldOut> {
+            let held_out = |error: PointError| HeldOut {
+                row: error.row,
+                difference: error.difference,
+                beyond: self.volume.trust(&exam.correspondences[error.row].pixels) != Trust::Inside,
+            };
+            evaluate::point_errors(of, exam, None).into_iter().map(held_out).collect()
+        };
+        let (own, other) = (errors(&*self.reconstructor), errors(reference.cameras()));
+        Ok(Budget::of(exam, &own, &other, &reference))
     }
 
     /// Writes the file; what was there before stays until the new one is whole.
@@ -184,7 +220,10 @@ impl Calibration {
         let model: Self = serde_json::from_str(&text).map_err(|e| {
             refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again")
         })?;
-        if !model.reconstructor.is_consistent() {
+        let whole = model.reconstructor.is_consistent()
+            && model.volume.is_consistent()
+            && model.volume.cameras() == model.reconstructor.cameras();
+        if !whole {
             return Err(refuse(
                 None,
                 "damaged model file: its numbers do not fit together".into(),

@@ -115,6 +115,24 @@ impl SavedDataset {
         let middle = points.iter().map(|p| p.coords).sum::<nalgebra::Vector3<f64>>() / count;
         (points.iter().map(|p| (p.coords - middle).norm_squared()).sum::<f64>() / count).sqrt()
     }
+
+    /// The dataset again; places on charts whose own place is not known are not kept.
+    #[must_use]
+    pub fn restored(&self) -> Dataset {
+        let row = |(index, pixels): (usize, &Vec<Option<[f64; 2]>>)| Correspondence {
+            view: self.view.get(index).copied().unwrap_or(0),
+            id: self.id.get(index).cloned().flatten(),
+            pixels: pixels.iter().map(|pixel| pixel.map(Pixel::from)).collect(),
+            world: self.world.get(index).copied().flatten().map(Point3::from),
+            board: None,
+        };
+        Dataset {
+            unit: self.unit.clone(),
+            cameras: self.pixels.first().map_or(0, Vec::len),
+            views: self.views.clone(),
+            correspondences: self.pixels.iter().enumerate().map(row).collect(),
+        }
+    }
 }
 
 impl From<&Dataset> for SavedDataset {

@@ -31,7 +31,7 @@ pub struct Ellipsoids {
 
 /// A point that was left out of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeldOut {
+pub struct Distance {
     /// Whether its view lies among those that were fitted.
     pub kind: FoldKind,
     /// Its squared Mahalanobis distance from its known place, by its own covariance.
@@ -98,7 +98,7 @@ impl Ellipsoids {
     pub fn estimate(
         reconstructor: &dyn Reconstructor,
         data: &Dataset,
-        held_out: &[HeldOut],
+        held_out: &[Distance],
     ) -> Self {
         let by_law = Self::of_noise(reconstructor, data);
         let among = |kinds: &[FoldKind]| -> Vec<f64> {
@@ -345,10 +345,10 @@ mod tests {
     fn points_held_out_are_heard_where_they_contradict() {
         let (train, map, _) = fitted("paper", Noise::Normal(0.1), 70);
         let mut random = Random::new(5);
-        let mut sample = |scale: f64, power: f64| -> Vec<HeldOut> {
+        let mut sample = |scale: f64, power: f64| -> Vec<Distance> {
             let mut normal = || random.normal().powi(2);
             let distance2 = |_| scale * libm::pow(normal() + normal() + normal(), power);
-            let of = |distance2| HeldOut { kind: FoldKind::Interpolation, distance2 };
+            let of = |distance2| Distance { kind: FoldKind::Interpolation, distance2 };
             (0..2000).map(distance2).map(of).collect()
         };
         let right = Ellipsoids::estimate(&*map, &train, &sample(1.0, 1.0));
@@ -359,7 +359,7 @@ mod tests {
                 (found.radius2_68 / wanted(3.506), found.radius2_95 / wanted(7.815));
             assert!((small - 1.0).abs() < 0.08 && (large - 1.0).abs() < 0.08, "{found:?}");
         }
-        let few: Vec<HeldOut> = sample(9.0, 1.0).into_iter().take(20).collect();
+        let few: Vec<Distance> = sample(9.0, 1.0).into_iter().take(20).collect();
         assert_eq!(Ellipsoids::estimate(&*map, &train, &few), Ellipsoids::NORMAL);
     }
 }

@@ -14,6 +14,7 @@ mod fitted_cameras;
 pub mod interpolation;
 pub mod kannala_brandt;
 mod matrix_uncertainty;
+pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
 mod pixel_noise;

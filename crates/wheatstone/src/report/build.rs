@@ -201,11 +201,11 @@ fn accuracy(
     truth: Option<&[PosedCamera]>,
 ) -> Option<Accuracy> {
     let from = scene.viewpoint.unwrap_or(Point3::origin());
-    let judged = points.iter().filter_map(|point| {
+    let judged = points.iter().enumerate().filter_map(|(row, point)| {
         let (world, found) = (point.world?, point.located.as_ref()?.point);
         let working_distance = (Point3::from(world) - from).norm();
         let difference = Point3::from(found) - Point3::from(world);
-        Some((PointError { difference, working_distance }, point.predicted()))
+        Some((PointError { row, difference, working_distance }, point.predicted()))
     });
     let (errors, predicted): (Vec<PointError>, Vec<Option<f64>>) = judged.unzip();
     let n = crate::evaluate::judged(scene.data);

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     Calibration,
+    preparation::Prepared,
     dataset::Dataset,
     method::AnyMethod,
     progress::Silent,
@@ -22,7 +23,7 @@ fn world() -> (Rig, Dataset) {
 }
 
 fn model(data: &Dataset) -> Calibration {
-    Calibration::fit(&AnyMethod::named("brown").unwrap(), data, 3, false, &Silent).unwrap()
+    Calibration::fit(&AnyMethod::named("brown").unwrap(), &Prepared::as_given(data.clone()), 3, false, &Silent).unwrap()
 }
 
 fn report(rig: &Rig, model: &Calibration, held_out: bool) -> Report {

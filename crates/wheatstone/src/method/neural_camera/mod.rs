@@ -28,7 +28,7 @@ use crate::{
     progress::Progress,
 };
 use corrected::CorrectedCamera;
-use nalgebra::{Matrix2, Matrix3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -119,6 +119,12 @@ impl NeuralCameraReconstructor {
     #[must_use]
     pub fn pixel_sigma(&self) -> Vec<f64> {
         self.cameras.iter().map(CorrectedCamera::noise).collect()
+    }
+
+    /// Where a camera sees a world point, with the derivatives by the world's coordinates.
+    #[must_use]
+    pub fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.cameras.get(camera)?.project(world)
     }
 
     /// How many numbers each camera's points determined: between 11 and all of lens and correction.
