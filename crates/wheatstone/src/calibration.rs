@@ -8,7 +8,9 @@ use crate::{
         Dataset, SavedDataset,
         volume::{Trust, Volume},
     },
-    evaluate::{self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference},
+    evaluate::{
+        self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference,
+    },
     geometry::Point3,
     method::{AnyMethod, AnyReconstructor, Choice, Reconstructor},
     numeric::backpropagation::CurvePoint,

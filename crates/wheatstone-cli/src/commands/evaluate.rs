@@ -1,18 +1,18 @@
 //! `wheatstone evaluate`.
 
-use super::{compare::budget_as_text, print_json};
-use crate::voice::say;
+use super::{compare::budget_as_text, locate::refuse_exchanged, print_json};
 use crate::{
     failure::Outcome,
     input::{Reading, load},
     progress::Bar,
     table::figure,
+    voice::say,
 };
 use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     Calibration,
-    evaluate::{Budget, Evaluation, evaluate},
+    evaluate::{Budget, Coverage, Ellipsoids, Evaluation, coverage, evaluate},
 };
 
 /// Judge a model on points whose places are known
@@ -37,7 +37,15 @@ struct Judged<'a> {
     found: &'a Evaluation,
     #[serde(skip_serializing_if = "Option::is_none")]
     budget: Option<&'a Budget>,
+    /// Share of the points within their 68 % and 95 % ellipsoids.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coverage: Option<Coverage>,
+    /// Squared Mahalanobis radii of those ellipsoids.
+    ellipsoids: Ellipsoids,
 }
+
+/// How often a true match may be called a mismatch, as `locate` has it.
+const FALSE_ALARM: f64 = 0.001;
 
 impl Evaluate {
     pub(crate) fn run(mut self) -> Outcome {
@@ -56,10 +64,20 @@ impl Evaluate {
             .into());
         }
         let found = evaluate(&*model.reconstructor, &data, model.viewpoint)?;
+        let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
+        // A model of other cameras, or of these in another order, shows in the pixels alone.
+        refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
+        let held = coverage(&*model.reconstructor, &data, &model.ellipsoids);
         let budget = model.budget(&data, &bar)?;
         drop(bar);
         if self.json {
-            return print_json(&Judged { found: &found, budget: budget.as_ref() });
+            let ellipsoids = model.ellipsoids;
+            return print_json(&Judged {
+                found: &found,
+                budget: budget.as_ref(),
+                coverage: held,
+                ellipsoids,
+            });
         }
         let unit = &found.unit;
         let [x, y, z] = found.rms_xyz.map(figure);
@@ -72,6 +90,13 @@ impl Evaluate {
             figure(found.mean_percent)
         );
         say!("Along X {x}, Y {y}, Z {z} {unit} rms");
+        if let Some(Coverage { p68, p95 }) = held {
+            say!(
+                "Ellipsoids that should hold 68 % and 95 % of the points hold {:.1} % and {:.1} %",
+                100.0 * p68,
+                100.0 * p95
+            );
+        }
         if let Some(budget) = &budget {
             say!("{}", budget_as_text(budget, unit).trim_end());
         }

@@ -1,6 +1,9 @@
 //! `wheatstone locate`.
 
-use crate::failure::{Failure, Outcome};
+use crate::{
+    failure::{Failure, Outcome},
+    voice::remark,
+};
 use clap::Args;
 use std::{
     io::{BufWriter, Write},
@@ -10,7 +13,10 @@ use wheatstone::{
     Calibration, Error,
     dataset::{points_file::PointsReader, volume::Trust},
     geometry::Pixel,
-    method::{Located, locate_all, mismatch::is_mismatch},
+    method::{
+        Located, locate_all,
+        mismatch::{exchanged_cameras, is_mismatch, mismatched_share},
+    },
     storage::Output,
 };
 
@@ -95,6 +101,7 @@ impl Locate {
             other => std::io::Error::other(format!("{other:?}")),
         };
         writer.write_record(&header).map_err(|e| failed(as_io(e)))?;
+        let mut first = true;
         let mut records = vec![csv::StringRecord::new(); ROWS_AT_ONCE];
         loop {
             let mut pixels: Vec<Vec<Option<Pixel>>> = Vec::with_capacity(ROWS_AT_ONCE);
@@ -103,6 +110,10 @@ impl Locate {
                     break;
                 }
                 pixels.push(reader.pixels(record)?);
+            }
+            if first {
+                refuse_exchanged(model, &pixels, self.false_alarm)?;
+                first = false;
             }
             let located = locate_all(&*model.reconstructor, &pixels);
             let trusted = model.volume.trust_all(&pixels);
@@ -149,6 +160,40 @@ impl Locate {
         }
         cells
     }
+}
+
+/// Refuses pixels whose columns stand for other cameras than those of the model; warns where most do
+/// not belong together anyway. The first rows speak for all.
+pub(crate) fn refuse_exchanged(
+    model: &Calibration,
+    pixels: &[Vec<Option<Pixel>>],
+    rate: f64,
+) -> Outcome {
+    const ROWS: usize = 512;
+    let rows = &pixels[..pixels.len().min(ROWS)];
+    if let Some((a, b)) = exchanged_cameras(&*model.reconstructor, rows, rate) {
+        return Err(Error::Faulty {
+            code: "cameras-swapped".into(),
+            problem: format!(
+                "the pixels do not belong together, but would with cameras {} and {} exchanged",
+                a + 1,
+                b + 1
+            ),
+            hint: "give the columns in the order of the cameras that the model was fitted to"
+                .into(),
+        }
+        .into());
+    }
+    match mismatched_share(&*model.reconstructor, rows, rate) {
+        Some(share) if share > 0.5 => remark!(
+            "warning",
+            "{:.0} % of the first {} points have pixels that do not show one point: is this the model of these cameras?",
+            100.0 * share,
+            rows.len()
+        ),
+        _ => {}
+    }
+    Ok(())
 }
 
 fn writing(path: &Path, source: std::io::Error) -> Failure {

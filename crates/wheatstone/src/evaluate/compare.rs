@@ -2,8 +2,8 @@
 //! after the other, and located points of the view left out are compared with their known places.
 
 use super::{
-    Budget, Distance, Evaluation, HeldOut, PointError, Reference, floor, mahalanobis2, point_errors,
-    summarise, viewpoint,
+    Budget, Distance, Evaluation, HeldOut, PointError, Reference, floor, mahalanobis2,
+    point_errors, summarise, viewpoint,
 };
 use crate::{
     Result,

@@ -1,7 +1,7 @@
 //! Whether pixels belong together: whether their rays miss each other by more than noise makes them.
 
-use super::Located;
-use crate::numeric::statistics::chi_square_upper_quantile;
+use super::{Located, Reconstructor, locate_all};
+use crate::{geometry::Pixel, numeric::statistics::chi_square_upper_quantile};
 
 /// No detector or matcher is better than this many pixels (sub-pixel detectors end at a hundredth), so
 /// that what misses by less is no sign of a wrong match, whatever the fit's own points say.
@@ -29,6 +29,52 @@ pub fn is_mismatch(found: &Located, cameras_seen: usize, rate: f64) -> bool {
     found.residual > largest_residual(found.residual_sigma, cameras_seen, rate)
 }
 
+/// What share of points seen by two cameras or more have pixels that do not belong together: they
+/// miss each other, or meet nowhere. `None` where there are no such points.
+#[must_use]
+pub fn mismatched_share(
+    reconstructor: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+    rate: f64,
+) -> Option<f64> {
+    let (mut seen, mut wrong) = (0_u32, 0_u32);
+    for (row, found) in pixels.iter().zip(locate_all(reconstructor, pixels)) {
+        let cameras = row.iter().flatten().count();
+        if cameras >= 2 {
+            seen += 1;
+            wrong += u32::from(found.is_none_or(|found| is_mismatch(&found, cameras, rate)));
+        }
+    }
+    (seen > 0).then(|| f64::from(wrong) / f64::from(seen))
+}
+
+/// The two cameras whose exchange makes most pixels belong together, where hardly any do as they are
+/// given. Nothing is said of fewer than eight points.
+#[must_use]
+pub fn exchanged_cameras(
+    reconstructor: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+    rate: f64,
+) -> Option<(usize, usize)> {
+    const LEAST_POINTS: usize = 8;
+    // A quarter may be ordinary mismatches.
+    const MOST_LEFT: f64 = 0.25;
+    if pixels.len() < LEAST_POINTS || mismatched_share(reconstructor, pixels, rate)? < 0.75 {
+        return None;
+    }
+    let cameras = reconstructor.cameras();
+    let pairs = (0..cameras).flat_map(|a| (a + 1..cameras).map(move |b| (a, b)));
+    pairs
+        .filter_map(|(a, b)| {
+            let mut exchanged = pixels.to_vec();
+            exchanged.iter_mut().for_each(|row| row.swap(a, b));
+            Some(((a, b), mismatched_share(reconstructor, &exchanged, rate)?))
+        })
+        .filter(|(_, share)| *share < MOST_LEFT)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(pair, _)| pair)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,9 +98,10 @@ mod tests {
             let fit = &*fit.reconstructor;
             let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 4), 10_000);
             for rate in [0.01_f64, 0.001] {
-                let flagged = exam.correspondences.iter().filter(|row| {
-                    is_mismatch(&fit.locate(&row.pixels).unwrap(), cameras, rate)
-                });
+                let flagged = exam
+                    .correspondences
+                    .iter()
+                    .filter(|row| is_mismatch(&fit.locate(&row.pixels).unwrap(), cameras, rate));
                 let (count, expected) = (flagged.count() as f64, 10_000.0 * rate);
                 // Four standard deviations of a count, and that of sigma's own error.
                 let most = expected * 1.25 + 4.0 * expected.sqrt();
@@ -75,9 +122,7 @@ mod tests {
         let rows = &train.correspondences;
         let false_pairs = rows.iter().zip(rows.iter().skip(40)).filter(|(one, other)| {
             let pair = [one.pixels[0], other.pixels[1]];
-            fit.reconstructor
-                .locate(&pair)
-                .is_none_or(|found| is_mismatch(&found, 2, 0.001))
+            fit.reconstructor.locate(&pair).is_none_or(|found| is_mismatch(&found, 2, 0.001))
         });
         // Some points of a chart lie on each other's epipolar lines.
         assert!(false_pairs.count() > (rows.len() - 40) * 95 / 100);
@@ -87,5 +132,24 @@ mod tests {
         let exact = Located { residual: 1e-9, residual_sigma: 0.0, ..found };
         assert!(!is_mismatch(&exact, 2, 0.001), "exact data is not a mismatch by rounding");
         assert_eq!(largest_residual(0.1, 1, 0.001), f64::INFINITY);
+    }
+
+    #[test]
+    fn exchanged_cameras_are_told_apart_from_plain_mismatches() {
+        let rig = Rig::named("paper", 3).unwrap();
+        let (chart, noise) = (LineGrid::default().into(), Noise::Normal(0.1));
+        let views = Stage::default().views().unwrap();
+        let train = chart_correspondences(&rig, &chart, &views, (noise, 3), None);
+        let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+        let pixels: Vec<_> = train.correspondences.iter().map(|row| row.pixels.clone()).collect();
+        assert_eq!(exchanged_cameras(&*fit.reconstructor, &pixels, 1e-3), None);
+        let mut exchanged = pixels.clone();
+        exchanged.iter_mut().for_each(|row| row.swap(0, 2));
+        assert_eq!(exchanged_cameras(&*fit.reconstructor, &exchanged, 1e-3), Some((0, 2)));
+        let mut shifted = pixels.clone();
+        let last = pixels.len() - 1;
+        shifted.iter_mut().zip(&pixels).for_each(|(row, _)| row[1] = pixels[last][1]);
+        assert_eq!(exchanged_cameras(&*fit.reconstructor, &shifted, 1e-3), None);
+        assert!(mismatched_share(&*fit.reconstructor, &shifted, 1e-3).unwrap() > 0.9);
     }
 }

@@ -7,9 +7,9 @@ use super::{
 };
 use crate::{
     Calibration,
-    preparation::Prepared,
     dataset::Dataset,
     method::AnyMethod,
+    preparation::Prepared,
     progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences},
 };
@@ -23,7 +23,14 @@ fn world() -> (Rig, Dataset) {
 }
 
 fn model(data: &Dataset) -> Calibration {
-    Calibration::fit(&AnyMethod::named("brown").unwrap(), &Prepared::as_given(data.clone()), 3, false, &Silent).unwrap()
+    Calibration::fit(
+        &AnyMethod::named("brown").unwrap(),
+        &Prepared::as_given(data.clone()),
+        3,
+        false,
+        &Silent,
+    )
+    .unwrap()
 }
 
 fn report(rig: &Rig, model: &Calibration, held_out: bool) -> Report {

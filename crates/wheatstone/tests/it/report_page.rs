@@ -26,7 +26,14 @@ fn html() -> String {
     let views = Stage::default().views().unwrap();
     let data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), Some(150));
     let method = AnyMethod::named("dlt").unwrap();
-    let model = Calibration::fit(&method, &wheatstone::preparation::Prepared::as_given(data.clone()), 0, false, &Silent).unwrap();
+    let model = Calibration::fit(
+        &method,
+        &wheatstone::preparation::Prepared::as_given(data.clone()),
+        0,
+        false,
+        &Silent,
+    )
+    .unwrap();
     let material = Material {
         title: "a <model> & \"more\"".into(),
         command: None,

@@ -81,7 +81,14 @@ fn what_lies_beyond_is_extrapolation() {
     let noise = Noise::Normal(0.1);
     let (rig, chart, data) = stage("paper", 6, noise);
     let soloff = AnyMethod::named("soloff").unwrap();
-    let model = Calibration::fit(&soloff, &crate::preparation::Prepared::as_given(data.clone()), 0, false, &Silent).unwrap();
+    let model = Calibration::fit(
+        &soloff,
+        &crate::preparation::Prepared::as_given(data.clone()),
+        0,
+        false,
+        &Silent,
+    )
+    .unwrap();
     let exam = random_correspondences(&rig, &chart, (50.0, 200.0), (noise, 7), 600);
     let budget = model.budget(&exam, &Silent).unwrap().unwrap();
     assert!(budget.extrapolation.share > 0.8, "{budget:?}");
