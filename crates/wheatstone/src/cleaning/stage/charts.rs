@@ -100,8 +100,11 @@ fn layers(data: &Dataset) -> Result<Vec<(String, Vec<usize>)>> {
                 _ => layers.push((value, vec![index])),
             }
         }
+        // Digits that tell levels apart, and no more.
+        let digits = -libm::log10((SAME_LEVEL * extent).max(f64::MIN_POSITIVE)).floor();
+        let round = libm::exp10(digits.clamp(0.0, 12.0));
         let name = |(level, rows): (f64, Vec<usize>)| {
-            (format!("{} = {level}", ["X", "Y", "Z"][axis]), rows)
+            (format!("{} = {}", ["X", "Y", "Z"][axis], (level * round).round() / round), rows)
         };
         layers.into_iter().map(name).collect::<Vec<_>>()
     };

@@ -86,27 +86,30 @@ impl<'a> Joint<'a> {
         let information =
             Information { matrix: DMatrix::zeros(count, count), vector: DVector::zeros(count) };
         let mut joint = Self { charts, cameras, information, disagreement: 1.0 };
-        joint.hear(&said);
+        joint.hear(&said).ok_or_else(lost)?;
         joint.advance().ok_or_else(lost)?;
         Ok(joint)
     }
 
-    /// Sums up what the cameras say, and how much they contradict each other.
-    fn hear(&mut self, said: &[Information]) {
+    /// Sums up what the cameras say, and how much they contradict each other: what each would still
+    /// change where all together put the charts.
+    fn hear(&mut self, said: &[Information]) -> Option<()> {
         let count = MOTION * self.charts.len();
         let (mut matrix, mut vector) = (DMatrix::zeros(count, count), DVector::zeros(count));
-        let (mut squares, mut degrees) = (0.0, 0.0);
         for one in said {
             matrix += &one.matrix;
             vector += &one.vector;
-            let (own, along) = explained(one);
+        }
+        self.information = Information { matrix, vector };
+        let (motions, _) = most_likely(&self.information)?;
+        let (mut squares, mut degrees) = (0.0, -pull(&self.information, &motions).1);
+        for one in said {
+            let (own, along) = pull(one, &motions);
             squares += own;
             degrees += along;
         }
-        self.information = Information { matrix, vector };
-        let (own, along) = explained(&self.information);
-        let spare = degrees - along;
-        self.disagreement = if spare > 0.0 { (squares - own) / spare } else { 1.0 };
+        self.disagreement = if degrees > 0.0 { squares / degrees } else { 1.0 };
+        Some(())
     }
 
     /// Covariance of the motions. Where the cameras contradict each other by more than their noise
@@ -177,7 +180,7 @@ impl<'a> Joint<'a> {
             let charts = &self.charts;
             let refit = |camera: &mut LooseCamera<'a>| camera.refit(charts, learning);
             let said: Option<Vec<Information>> = self.cameras.par_iter_mut().map(refit).collect();
-            self.hear(&said.ok_or_else(lost)?);
+            self.hear(&said.ok_or_else(lost)?).ok_or_else(lost)?;
             let moved = self.advance().ok_or_else(lost)?;
             if moved < STILL && !learning {
                 return Ok(round);
@@ -206,13 +209,15 @@ fn most_likely(information: &Information) -> Option<(DVector<f64>, DMatrix<f64>)
     Some((factors.solve(&information.vector), factors.inverse()))
 }
 
-/// What motions explain of the pixels' errors, as a sum of squares of standard deviations, and in how
-/// many directions they can: each counts by how much more of it the pixels say than the prior does.
-fn explained(information: &Information) -> (f64, f64) {
+/// How strongly pixels pull at charts that have moved by `motions`, as a sum of squares of standard
+/// deviations, and in how many directions they can: each counts by how much more of it the pixels say
+/// than the prior does.
+fn pull(information: &Information, motions: &DVector<f64>) -> (f64, f64) {
+    let left = &information.vector - &information.matrix * motions;
     let eigen = information.matrix.clone().symmetric_eigen();
     let (mut squares, mut degrees) = (0.0, 0.0);
     for (index, value) in eigen.eigenvalues.iter().enumerate().filter(|(_, value)| **value > 0.0) {
-        let score = eigen.eigenvectors.column(index).dot(&information.vector);
+        let score = eigen.eigenvectors.column(index).dot(&left);
         squares += score * score / (1.0 + value);
         degrees += value / (1.0 + value);
     }
