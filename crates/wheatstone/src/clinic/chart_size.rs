@@ -266,13 +266,17 @@ fn named(
     let [a, b] = stretch.scale;
     // A tenth of a percent is as well as one view of a chart tells its size.
     let sized = (a - 1.0).abs() > 3e-3 || (b - 1.0).abs() > 3e-3;
+    // A lens that the formula does not describe makes a view at the end seem a little larger.
+    if sized && before < 3.0 {
+        return None;
+    }
     let alike = (a / b - 1.0).abs() < 0.01;
     let distance = stretch.by.norm() * evidence.frame.size;
     let angle = stretch.turn.norm().to_degrees();
     let unit = &evidence.data.unit;
     let (code, severity, what, freedom, fixable) = if !sized {
-        // Stages err by little; beyond a hundredth of the scene's size it is a slip.
-        if before < 4.0 || stretch.by.norm() < 0.01 && stretch.turn.norm() < 0.01 {
+        // Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
+        if before < 4.0 || stretch.by.norm() < 0.03 && stretch.turn.norm() < 0.03 {
             return None;
         }
         let what = format!(

@@ -100,37 +100,40 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     if !(exact || placed_alike && gap < 2.5 * noise + 0.02) {
         return None;
     }
-    let names = [first, second].map(|view| &evidence.views[view].name);
-    let (severity, what) = if placed_alike {
+    Some(copy(evidence, (first, second), placed_alike, gap))
+}
+
+fn copy(evidence: &Evidence, (first, second): (usize, usize), alike: bool, gap: f64) -> Proposal {
+    let name = &evidence.views[first].name;
+    let (severity, what) = if alike {
         (
             Severity::Warning,
             format!(
-                "the view is a copy of view `{}`: it counts twice, and tests with one of them left out look better than they are",
-                names[0]
+                "the view is a copy of view `{name}`: it counts twice, and tests with one of them left out look better than they are"
             ),
         )
     } else {
         (
             Severity::Fatal,
             format!(
-                "the view has the pixels of view `{}`, but other places in the world: one of the two is wrong",
-                names[0]
+                "the view has the pixels of view `{name}`, but other places in the world: one of the two is wrong"
             ),
         )
     };
     let drop = |row: &usize| Change::Drop { row: *row };
-    Some(Proposal {
-        cells: (0..data.cameras).map(|camera| (second, camera)).collect(),
-        key: names[0].clone(),
+    let rows = &evidence.views[second].rows;
+    Proposal {
+        cells: (0..evidence.data.cameras).map(|camera| (second, camera)).collect(),
+        key: name.clone(),
         figures: vec![("median distance of their pixels, px".into(), gap)],
-        changes: if placed_alike { b.iter().map(drop).collect() } else { Vec::new() },
+        changes: if alike { rows.iter().map(drop).collect() } else { Vec::new() },
         ..Proposal::itself(
             "duplicate-views",
             severity,
             what,
             "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same",
         )
-    })
+    }
 }
 
 /// How far apart two places are in the pictures, in pixels: the most of all cameras.

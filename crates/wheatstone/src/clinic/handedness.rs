@@ -17,9 +17,9 @@ impl Fault for Handedness {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
         let mut told = vec![false; evidence.data.cameras];
-        for camera in 0..evidence.data.cameras {
+        for (camera, told) in told.iter_mut().enumerate() {
             if let Some(proposal) = relabelled_throughout(evidence, camera) {
-                told[camera] = true;
+                *told = true;
                 found.push(proposal);
             }
         }

@@ -14,6 +14,7 @@ mod board_order;
 mod camera_moved;
 mod cameras_swapped;
 mod chart_size;
+mod consensus;
 mod duplicates;
 mod evidence;
 mod finding;
@@ -23,8 +24,10 @@ mod pixel_units;
 mod points_permuted;
 mod robust_camera;
 mod spread;
+mod sums;
 mod unseeable;
 mod unsynchronised;
+mod views;
 mod whole_board;
 
 pub use finding::{Change, Examination, Finding, Severity, repair_all};
@@ -75,40 +78,4 @@ pub fn examine(data: &Dataset) -> Examination {
         cannot_be_seen: unseeable::statements(&evidence),
         layout: unseeable::layout(&evidence),
     }
-}
-
-#[doc(hidden)]
-#[must_use]
-pub fn debug_table(data: &Dataset) -> String {
-    let e = Evidence::new(data);
-    let mut t = String::new();
-    for (c, s) in e.seen.iter().enumerate() {
-        if let Some(s) = s {
-            t += &format!(
-                "camera {} typical {:.3} good {:.3} mirrored {} principal {:?} f {:?} stray {:.3}\n",
-                c + 1,
-                s.typical,
-                s.good(),
-                s.camera.is_mirrored(),
-                s.camera.principal(),
-                s.camera.focal(),
-                e.stray(c)
-            );
-        }
-    }
-    for (v, cells) in e.cells.iter().enumerate() {
-        t += &e.views[v].name;
-        for c in cells {
-            t += &format!(
-                "  {:8.3}{} ({:.2},{:.2}) n{}",
-                c.error,
-                if c.suspicious { "*" } else { " " },
-                c.offset.x,
-                c.offset.y,
-                c.pairs.len()
-            );
-        }
-        t += &format!(" {:?}\n", e.views[v].board.as_ref().map(|b| b.counts));
-    }
-    t
 }

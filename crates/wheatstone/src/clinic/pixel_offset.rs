@@ -8,7 +8,8 @@ use super::{
     evidence::Evidence,
     finding::Proposal,
     pixel_units::{Measure, proposal},
-    robust_camera::{Pair, Sums},
+    robust_camera::Pair,
+    sums::Sums,
 };
 use nalgebra::{Matrix2, SMatrix, Vector2};
 

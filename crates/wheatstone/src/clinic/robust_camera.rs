@@ -1,9 +1,8 @@
 //! One camera fitted to points of which some may be wrong: a lens from telephoto to fisheye, weights
 //! that let gross errors go, and what the lens formula leaves over as a smooth field.
 //!
-//! Sources: iteratively reweighted least squares with Cauchy's weight, Holland & Welsch 1977
-//! (doi:10.1080/03610927708827533); the consensus of small samples, Fischler & Bolles 1981
-//! (doi:10.1145/358669.358692).
+//! Source: iteratively reweighted least squares with Cauchy's weight, Holland & Welsch 1977
+//! (doi:10.1080/03610927708827533).
 
 use crate::{
     camera::{AdjustableCamera, kannala_brandt::KannalaBrandt},
@@ -14,7 +13,7 @@ use crate::{
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
 
 /// Unknowns of a camera: rotation, translation, focal lengths, principal point, four coefficients.
-const UNKNOWNS: usize = 14;
+pub(super) const UNKNOWNS: usize = 14;
 
 /// A world point and where the camera saw it.
 pub(super) type Pair = (Point3, Pixel);
@@ -22,7 +21,7 @@ pub(super) type Pair = (Point3, Pixel);
 /// A camera as the clinic sees it.
 #[derive(Clone, Debug)]
 pub(super) struct RobustCamera {
-    lens: KannalaBrandt,
+    pub(super) lens: KannalaBrandt,
     /// Determinant -1 for a mirrored camera or a left-handed world.
     pub(super) rotation: Matrix3<f64>,
     pub(super) translation: Vector3,
@@ -213,15 +212,20 @@ pub(super) fn extent(pairs: &[Pair]) -> f64 {
 }
 
 /// Normal equations under Cauchy's weight.
-struct Normal {
-    matrix: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
-    gradient: SVector<f64, UNKNOWNS>,
+pub(super) struct Normal {
+    pub(super) matrix: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    pub(super) gradient: SVector<f64, UNKNOWNS>,
     cost: f64,
-    scale: f64,
+    pub(super) scale: f64,
 }
 
 impl Normal {
-    fn at(camera: &RobustCamera, pairs: &[Pair], unknowns: usize, scale: Option<f64>) -> Self {
+    pub(super) fn at(
+        camera: &RobustCamera,
+        pairs: &[Pair],
+        unknowns: usize,
+        scale: Option<f64>,
+    ) -> Self {
         let mut rows = Vec::with_capacity(pairs.len());
         let mut errors = Vec::with_capacity(pairs.len());
         for (world, pixel) in pairs {
@@ -306,165 +310,5 @@ impl RobustCamera {
     /// Forgets the field.
     pub(super) fn without_field(&self) -> Self {
         Self { field: Vec::new(), ..self.clone() }
-    }
-}
-
-/// The camera on which most views agree, and which they are.
-pub(super) struct Consensus {
-    pub(super) camera: RobustCamera,
-    pub(super) agrees: Vec<bool>,
-}
-
-/// Looks for the camera on which most of `views` agree. Needs two views or more.
-pub(super) fn consensus(
-    views: &[Vec<Pair>],
-    random: &mut crate::numeric::random::Random,
-) -> Option<Consensus> {
-    let usable: Vec<usize> = (0..views.len()).filter(|view| views[*view].len() >= 4).collect();
-    let all: Vec<Pair> = usable.iter().flat_map(|view| views[*view].iter().copied()).collect();
-    let tolerance = (0.004 * extent(&all)).max(1.0);
-    let mut best: Option<(f64, Consensus)> = None;
-    for sample in samples(&usable, random) {
-        let pairs: Vec<Pair> =
-            sample.iter().flat_map(|view| views[*view].iter().copied()).collect();
-        let Some(camera) = RobustCamera::fit(&pairs, if sample.len() > 4 { 12 } else { 8 }) else {
-            continue;
-        };
-        let Some((score, found)) = settle(camera, views, &usable, tolerance) else { continue };
-        let share =
-            found.agrees.iter().filter(|agrees| **agrees).count() as f64 / usable.len() as f64;
-        if best.as_ref().is_none_or(|(least, _)| score < *least) {
-            best = Some((score, found));
-        }
-        // All but a few agree, and nothing that is tried can be much better.
-        if share > 0.99 && score < 0.3 * usable.len() as f64 {
-            break;
-        }
-    }
-    best.map(|(_, consensus)| consensus)
-}
-
-/// All views, then neighbours, then threes at random.
-fn samples(usable: &[usize], random: &mut crate::numeric::random::Random) -> Vec<Vec<usize>> {
-    // Threes of which one in eight is sound are found among 24 with 96 %.
-    const THREES: usize = 24;
-    let mut all = vec![usable.to_vec()];
-    if usable.len() > 3 {
-        all.extend(usable.windows(3).map(<[usize]>::to_vec));
-        for _ in 0..THREES {
-            let mut order = usable.to_vec();
-            random.shuffle(&mut order);
-            order.truncate(3);
-            all.push(order);
-        }
-    } else if usable.len() == 3 {
-        all.extend([
-            vec![usable[0], usable[1]],
-            vec![usable[0], usable[2]],
-            vec![usable[1], usable[2]],
-        ]);
-    }
-    all
-}
-
-/// Takes in the views that agree, and fits again, until they stay the same. The score is small where
-/// many agree well.
-fn settle(
-    mut camera: RobustCamera,
-    views: &[Vec<Pair>],
-    usable: &[usize],
-    tolerance: f64,
-) -> Option<(f64, Consensus)> {
-    let mut agrees = vec![false; views.len()];
-    for round in 0..4 {
-        let errors: Vec<(usize, f64)> =
-            usable.iter().map(|view| (*view, camera.median_error(&views[*view]))).collect();
-        let mut sorted: Vec<f64> = errors.iter().map(|(_, error)| *error).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        // Half of the views, at least two, are taken for sound; the rest by their measure.
-        let half = sorted[..sorted.len().div_ceil(2).max(2).min(sorted.len())].to_vec();
-        let most = if round == 0 { tolerance * 2.0 } else { tolerance }.max(4.0 * median(&half));
-        let next: Vec<bool> = (0..views.len())
-            .map(|view| errors.iter().any(|(v, error)| *v == view && *error <= most))
-            .collect();
-        if next == agrees && round > 0 {
-            break;
-        }
-        agrees = next;
-        let pairs: Vec<Pair> = usable
-            .iter()
-            .filter(|view| agrees[**view])
-            .flat_map(|view| views[*view].iter().copied())
-            .collect();
-        if pairs.len() < 8 {
-            return None;
-        }
-        camera = camera.refined(&pairs, 8);
-    }
-    let score =
-        usable.iter().map(|view| (camera.median_error(&views[*view]) / tolerance).min(1.0)).sum();
-    Some((score, Consensus { camera, agrees }))
-}
-
-/// Weighted sums of a camera's fit to all views, and of each view: what changes of single views would
-/// do to the fit follows from them to first order.
-pub(super) struct Sums {
-    /// Inverse of the normal matrix.
-    pub(super) inverse: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
-    /// Slopes times errors, of all views.
-    pub(super) gradient: SVector<f64, UNKNOWNS>,
-    /// Each view's slopes by x and y.
-    pub(super) slopes: Vec<SMatrix<f64, UNKNOWNS, 2>>,
-    /// Each view's errors.
-    pub(super) errors: Vec<Vector2<f64>>,
-    /// Each view's weight.
-    pub(super) weights: Vec<f64>,
-}
-
-impl Sums {
-    /// Of a camera fitted to all views, starting from one fitted to most.
-    pub(super) fn of(camera: &RobustCamera, views: &[Vec<Pair>]) -> Self {
-        let all: Vec<Pair> = views.iter().flatten().copied().collect();
-        let camera = camera.without_field().refined(&all, 8);
-        let whole = Normal::at(&camera, &all, UNKNOWNS, None);
-        let mut sums = Self {
-            inverse: whole.matrix.try_inverse().unwrap_or_else(SMatrix::zeros),
-            gradient: whole.gradient,
-            slopes: Vec::new(),
-            errors: Vec::new(),
-            weights: Vec::new(),
-        };
-        for pairs in views {
-            let mut slopes = SMatrix::zeros();
-            let (mut errors, mut weights) = (Vector2::zeros(), 0.0);
-            for (world, pixel) in pairs {
-                let turned = camera.rotation * world.coords;
-                let mut own = [[0.0; 2]; 8];
-                let point = Point3::from(turned + camera.translation);
-                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own)
-                else {
-                    continue;
-                };
-                let error = pixel - seen;
-                let square = error.norm_squared() / (whole.scale * whole.scale);
-                let weight = 1.0 / (1.0 + square) / (whole.scale * whole.scale);
-                let by_turn = by_point * -turned.cross_matrix();
-                for axis in 0..2 {
-                    for index in 0..3 {
-                        slopes[(index, axis)] += weight * by_turn[(axis, index)];
-                        slopes[(3 + index, axis)] += weight * by_point[(axis, index)];
-                    }
-                    for (index, slope) in own.iter().enumerate() {
-                        slopes[(6 + index, axis)] += weight * slope[axis];
-                    }
-                }
-                errors += error * weight;
-                weights += weight;
-            }
-            sums.slopes.push(slopes);
-            sums.errors.push(errors);
-            sums.weights.push(weights);
-        }
-        sums
     }
 }

@@ -29,8 +29,15 @@ impl Fault for Spread {
 }
 
 fn depth(evidence: &Evidence) -> Option<Proposal> {
-    let places: Vec<Point3> =
-        evidence.data.known().map(|(world, _)| evidence.frame.scaled(world)).collect();
+    // Views that miss in every camera may have wrong places: they tell nothing of the others' spread.
+    let sound = |view: &usize| {
+        let present = evidence.present(*view);
+        present.is_empty() || evidence.suspects(*view).len() < present.len()
+    };
+    let rows = (0..evidence.views.len()).filter(sound).flat_map(|view| &evidence.views[view].rows);
+    let places: Vec<Point3> = rows
+        .filter_map(|row| Some(evidence.frame.scaled(evidence.data.correspondences[*row].world?)))
+        .collect();
     if places.len() < 4 {
         return None;
     }
@@ -81,7 +88,7 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     // Points in a corner tell little of the axis: it must be beside them beyond its own error.
     let pairs: Vec<_> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
-    let sigma = 1.5 * seen.camera.principal_uncertainty(&pairs)?;
+    let sigma = seen.camera.principal_uncertainty(&pairs)?;
     let outside = |low: f64, high: f64, at: f64| {
         let margin = 0.1 * (high - low);
         at + sigma < low + margin || at - sigma > high - margin

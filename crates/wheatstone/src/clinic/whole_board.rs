@@ -1,7 +1,7 @@
 //! The whole lattice of a chart of which a view shows a part: labels are mixed up on the chart, not on
 //! what is seen of it.
 
-use super::{board::Board, evidence::View};
+use super::{board::Board, views::View};
 use crate::{dataset::Dataset, geometry::Point3, numeric::statistics::median};
 
 /// Gives every view's board the counts and the middle of the whole chart, where names or the other
@@ -120,8 +120,7 @@ fn by_union(views: &mut [View]) {
     };
     let both = [ends(0), ends(1)];
     for board in views.iter_mut().filter_map(|view| view.board.as_mut()).filter(|b| alike(b)) {
-        for axis in 0..2 {
-            let [low, high] = both[axis];
+        for (axis, [low, high]) in both.into_iter().enumerate() {
             let middle = board.centre.coords.dot(&largest.along[axis]);
             board.centre += largest.along[axis] * ((low + high) / 2.0 - middle);
             board.counts[axis] = ((high - low) / largest.pitch[axis]).round() as usize + 1;

@@ -2,7 +2,7 @@
 //! with harmless errors, and with one fault each.
 
 use super::{
-    faults::{FAULTS, Faulty, inject},
+    faults::{Faulty, inject, names},
     random_capture::RandomCapture,
 };
 use crate::{
@@ -49,7 +49,7 @@ pub fn survey(captures: usize, seed: u64) -> Survey {
     let outcomes: Vec<(usize, Outcome)> = (0..captures)
         .into_par_iter()
         .filter_map(|index| {
-            let fault = index % FAULTS.len();
+            let fault = index % names().len();
             let mut random = Random::stream(seed, index as u64);
             let capture =
                 RandomCapture::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
@@ -57,7 +57,7 @@ pub fn survey(captures: usize, seed: u64) -> Survey {
             Some((fault, judged(&capture, &faulty, index)))
         })
         .collect();
-    let faults = FAULTS.iter().enumerate().map(|(fault, name)| {
+    let faults = names().into_iter().enumerate().map(|(fault, name)| {
         tally(name, outcomes.iter().filter(|(f, _)| *f == fault).map(|(_, outcome)| outcome))
     });
     let clean = DISTRACTIONS.iter().enumerate().map(|(kind, name)| {

@@ -1,0 +1,68 @@
+//! What small changes of single views would do to a camera's fit, to first order.
+
+use super::robust_camera::{Normal, Pair, RobustCamera, UNKNOWNS};
+use crate::{camera::AdjustableCamera, geometry::Point3};
+use nalgebra::{SMatrix, SVector, Vector2};
+
+/// Weighted sums of a camera's fit to all views, and of each view: what changes of single views would
+/// do to the fit follows from them to first order.
+pub(super) struct Sums {
+    /// Inverse of the normal matrix.
+    pub(super) inverse: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    /// Slopes times errors, of all views.
+    pub(super) gradient: SVector<f64, UNKNOWNS>,
+    /// Each view's slopes by x and y.
+    pub(super) slopes: Vec<SMatrix<f64, UNKNOWNS, 2>>,
+    /// Each view's errors.
+    pub(super) errors: Vec<Vector2<f64>>,
+    /// Each view's weight.
+    pub(super) weights: Vec<f64>,
+}
+
+impl Sums {
+    /// Of a camera fitted to all views, starting from one fitted to most.
+    pub(super) fn of(camera: &RobustCamera, views: &[Vec<Pair>]) -> Self {
+        let all: Vec<Pair> = views.iter().flatten().copied().collect();
+        let camera = camera.without_field().refined(&all, 8);
+        let whole = Normal::at(&camera, &all, UNKNOWNS, None);
+        let mut sums = Self {
+            inverse: whole.matrix.try_inverse().unwrap_or_else(SMatrix::zeros),
+            gradient: whole.gradient,
+            slopes: Vec::new(),
+            errors: Vec::new(),
+            weights: Vec::new(),
+        };
+        for pairs in views {
+            let mut slopes = SMatrix::zeros();
+            let (mut errors, mut weights) = (Vector2::zeros(), 0.0);
+            for (world, pixel) in pairs {
+                let turned = camera.rotation * world.coords;
+                let mut own = [[0.0; 2]; 8];
+                let point = Point3::from(turned + camera.translation);
+                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own)
+                else {
+                    continue;
+                };
+                let error = pixel - seen;
+                let square = error.norm_squared() / (whole.scale * whole.scale);
+                let weight = 1.0 / (1.0 + square) / (whole.scale * whole.scale);
+                let by_turn = by_point * -turned.cross_matrix();
+                for axis in 0..2 {
+                    for index in 0..3 {
+                        slopes[(index, axis)] += weight * by_turn[(axis, index)];
+                        slopes[(3 + index, axis)] += weight * by_point[(axis, index)];
+                    }
+                    for (index, slope) in own.iter().enumerate() {
+                        slopes[(6 + index, axis)] += weight * slope[axis];
+                    }
+                }
+                errors += error * weight;
+                weights += weight;
+            }
+            sums.slopes.push(slopes);
+            sums.errors.push(errors);
+            sums.weights.push(weights);
+        }
+        sums
+    }
+}

@@ -1,0 +1,119 @@
+//! The clinic on captures with known faults, on captures without, and on real data.
+
+use super::data;
+use wheatstone::{
+    clinic::{Severity, compare_baseline, examine, repair_all},
+    dataset::{
+        Dataset,
+        points_file::{self, Duplicates},
+    },
+    evaluate::cross_validate,
+    method::AnyMethod,
+    numeric::random::Random,
+    progress::Silent,
+    synthetic::{
+        fault_survey::survey,
+        faults::{inject, names},
+        random_capture::RandomCapture,
+    },
+};
+
+fn codes(data: &Dataset) -> Vec<&'static str> {
+    let findings = examine(data).findings;
+    findings.iter().filter(|f| f.severity > Severity::Information).map(|f| f.code).collect()
+}
+
+#[test]
+fn faults_are_named_with_their_place_and_nothing_is_cried_of_clean_captures() {
+    // The whole table is in docs/fault-clinic.md; this is a part of it.
+    let found = survey(2 * names().len(), 11);
+    let captures: usize = found.faults.iter().map(|row| row.captures).sum();
+    let rightly: usize = found.faults.iter().map(|row| row.rightly).sum();
+    let wrong: Vec<_> = found.faults.iter().flat_map(|row| &row.wrong).collect();
+    assert!(
+        captures >= 40 && 100 * rightly >= 93 * captures,
+        "{rightly} of {captures}: {wrong:#?}"
+    );
+    for row in &found.clean {
+        assert_eq!(row.otherwise, 0, "{}: {:#?}", row.fault, row.wrong);
+    }
+}
+
+/// Faults that are put right leave data that are as good as if there had been none.
+#[test]
+fn repaired_data_fit_as_well_as_sound_ones() {
+    let dlt = AnyMethod::named("brown").unwrap();
+    let error =
+        |data: &Dataset| cross_validate(&dlt, data, 0, &Silent).unwrap().unwrap().all.median;
+    let capture = (0..50)
+        .map(RandomCapture::new)
+        .find(|c| c.cameras.len() == 2 && c.placements.len() > 6 && c.lost == 0.0)
+        .unwrap();
+    let sound = error(&capture.dataset());
+    for (fault, repairable) in names().into_iter().enumerate().filter(|(_, name)| {
+        ["swapped", "180 degrees", "reversed", "permuted", "pitch", "units", "resized", "duplicate"]
+            .iter()
+            .any(|part| name.contains(part))
+    }) {
+        let Some(faulty) = inject(&capture, fault, 1, &mut Random::new(5)) else { continue };
+        let findings = examine(&faulty.data).findings;
+        let named = findings.iter().find(|finding| faulty.codes.contains(&finding.code));
+        let named = named.unwrap_or_else(|| panic!("{repairable}: {findings:#?}"));
+        assert!(named.is_fixable(), "{repairable}: {}", named.explanation);
+        let repaired = repair_all(&faulty.data, &findings);
+        assert_eq!(codes(&repaired), Vec::<&str>::new(), "{repairable}");
+        let after = error(&repaired);
+        assert!(after < 1.2 * sound, "{repairable}: {after} against {sound}");
+    }
+}
+
+#[test]
+fn the_same_data_give_the_same_findings() {
+    let capture = RandomCapture::new(3);
+    let faulty = inject(&capture, 0, 1, &mut Random::new(1)).unwrap();
+    assert_eq!(examine(&faulty.data), examine(&faulty.data));
+}
+
+#[test]
+fn what_cannot_be_seen_is_said_and_a_measured_baseline_tells() {
+    let capture = RandomCapture::new(8);
+    let mut data = capture.dataset();
+    let truth = (capture.cameras[0].centre() - capture.cameras[1].centre()).norm();
+    let sound = examine(&data);
+    assert!(sound.cannot_be_seen.len() >= 3);
+    assert!((sound.layout[0].baseline / truth - 1.0).abs() < 0.05, "{:?}", sound.layout);
+    assert!(compare_baseline(&sound, truth, 0.05).is_none());
+    // Every place a tenth too large: nothing in the data says so, the rig does.
+    for row in &mut data.correspondences {
+        row.world = row.world.map(|world| world * 1.1);
+    }
+    let scaled = examine(&data);
+    assert_eq!(codes(&data), Vec::<&str>::new());
+    assert_eq!(compare_baseline(&scaled, truth, 0.05).unwrap().code, "baseline-differs");
+}
+
+#[test]
+fn data_of_which_nothing_can_be_said_are_no_trouble() {
+    let whole = RandomCapture::new(1).dataset();
+    for kept in [0, 1, 3, 7] {
+        let few = whole.subset(|index, _| index < kept);
+        assert!(!examine(&few).cannot_be_seen.is_empty());
+    }
+    let mut unplaced = whole.clone();
+    for row in &mut unplaced.correspondences {
+        row.world = None;
+    }
+    assert_eq!(codes(&unplaced), Vec::<&str>::new());
+}
+
+#[test]
+fn real_data_raise_no_fatal_finding() {
+    for set in
+        ["myptv-vee", "myptv-plate", "multidic-cylinder", "openptv-multiplane", "bailus-corner"]
+    {
+        let Some(folder) = data::folder(set) else { continue };
+        let data = points_file::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
+        let findings = examine(&data).findings;
+        assert!(findings.iter().all(|f| f.severity < Severity::Fatal), "{set}: {findings:#?}");
+    }
+}
