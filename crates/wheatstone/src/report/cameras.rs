@@ -94,18 +94,19 @@ mod tests {
         let chart = crate::chart::line_grid::LineGrid::default().into();
         let views = Stage::default().views().unwrap();
         let data = chart_correspondences(&rig, &chart, &views, (Noise::None, 1), None);
-        for name in ["dlt", "brown"] {
+        // The true cameras are Brown's: those are found. To the linear ones the lens looks like a
+        // shift, by a quarter of the nearest distance at most.
+        for (name, shift, miss) in [("brown", 0.01, 1e-3), ("dlt", 12.5, 3.0)] {
             let fit = AnyMethod::named(name).unwrap().fit(&data, 0, &Silent).unwrap();
             for (index, camera) in rig.cameras.iter().enumerate() {
                 let area = [0.0, 0.0, camera.width as f64, camera.height as f64];
                 let stand = stand(&fit.reconstructor, &data, index, area).unwrap();
-                // The paper's lenses bend a little, which the linear fit takes for a shift.
-                assert!((stand.centre - camera.centre()).norm() < 3.0, "{name}");
+                assert!((stand.centre - camera.centre()).norm() < shift, "{name}");
                 let truth = camera.ray(Pixel::new(area[2] / 2.0, area[3] / 2.0)).unwrap();
-                assert!(stand.forward().dot(&truth.direction) > 0.999, "{name}");
+                assert!(stand.forward().dot(&truth.direction) > 0.99, "{name}");
                 let (world, row) = data.known().next().unwrap();
                 let found = expected(&fit.reconstructor, index, world).unwrap();
-                assert!((found - row.pixels[index].unwrap()).norm() < 3.0, "{name}");
+                assert!((found - row.pixels[index].unwrap()).norm() < miss, "{name}");
             }
         }
     }

@@ -17,7 +17,8 @@ const CIVIDIS: [[u8; 3]; 10] = [
 
 /// The colour at `share` of the map, 0 to 1, as SVG writes it.
 pub(crate) fn cividis(share: f64) -> String {
-    let place = share.clamp(0.0, 1.0) * (CIVIDIS.len() - 1) as f64;
+    let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+    let place = share * (CIVIDIS.len() - 1) as f64;
     let below = (place.floor() as usize).min(CIVIDIS.len() - 2);
     let part = place - below as f64;
     let mix = |channel: usize| {
