@@ -60,6 +60,7 @@ fn from_a_table_to_located_points() {
     assert_eq!((scores["n"].as_u64(), scores["located"].as_u64()), (Some(50), Some(50)));
     assert!(scores["mean_percent"].as_f64().unwrap() < 2.0);
     assert_eq!(scores["rms_xyz"].as_array().unwrap().len(), 3);
+    assert!(scores["budget"]["lens_model"]["rms"].as_f64().unwrap() >= 0.0);
 
     let exam = std::fs::read_to_string(at.join("exam.csv")).unwrap();
     done(at, &["locate", "model.json", "exam.csv", "-o", "points.csv"]);
@@ -86,14 +87,14 @@ fn rows_that_cannot_be_located_keep_their_place() {
     let at = dir.path();
     done(at, &["synth", "--points", "-o", "train.csv"]);
     done(at, &["fit", "train.csv", "--method", "dlt", "-o", "model.json", "--no-validation"]);
-    std::fs::write(
-        at.join("in.csv"),
-        "id;x1;y1;x2;y2\na;300;200;320;210\nb;;;1;2\nc;300;200;320;210\n",
-    )
-    .unwrap();
+    let train = std::fs::read_to_string(at.join("train.csv")).unwrap();
+    let cells: Vec<&str> = train.lines().nth(200).unwrap().split(',').take(4).collect();
+    let pair = cells.join(";");
+    let rows = format!("id;x1;y1;x2;y2\na;{pair}\nb;;;1;2\nc;{pair}\n");
+    std::fs::write(at.join("in.csv"), rows).unwrap();
     let text = done(at, &["locate", "model.json", "in.csv"]);
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[2], "b;;;1;2;;;;;;;;;");
+    assert_eq!(lines[2], "b;;;1;2;;;;;;;;;", "nine empty cells");
     assert_eq!(lines[1][1..], lines[3][1..]);
     assert!(lines[1].contains("inside"), "{}", lines[1]);
 }
@@ -108,7 +109,7 @@ fn points_beyond_what_was_trained_and_pixels_of_different_points_are_told() {
     let pixels = |line: &str| -> Vec<f64> {
         line.split(',').take(4).map(|cell| cell.parse().unwrap()).collect()
     };
-    let row = pixels(train.lines().nth(700).unwrap());
+    let row = pixels(train.lines().nth(200).unwrap());
     let rows: String = [[0.0, 0.0], [0.0, 8.0], [40.0, 0.0]]
         .map(|[x, y]| format!("{},{},{},{}\n", row[0], row[1], row[2] + x, row[3] + y))
         .concat();
@@ -147,6 +148,10 @@ fn comparison_has_the_contracts_fields() {
         .collect();
     assert!(names.contains(&"dlt") && names.contains(&"network"), "{names:?}");
     assert!(names.contains(&found["chosen"].as_str().unwrap()));
+    let causes = ["detector", "lens_model", "stage", "extrapolation"];
+    let shares = causes.map(|cause| found["budget"][cause]["share"].as_f64().unwrap());
+    assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9 && shares.iter().all(|s| *s >= 0.0));
+    assert!(found["budget"]["ratio_to_floor"].as_f64().unwrap() > 0.5);
     for method in found["methods"].as_array().unwrap() {
         for field in ["rms", "median", "p95", "mean_percent", "fit_seconds", "ratio_to_floor"] {
             assert!(method[field].as_f64().is_some(), "{field} in {method}");

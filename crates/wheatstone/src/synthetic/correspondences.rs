@@ -58,6 +58,9 @@ pub fn chart_correspondences(
     dataset(rig, views.iter().map(|(name, _)| name.clone()).collect(), rows)
 }
 
+/// A view's name, and where the chart stands in it: `world_from_chart`.
+pub type Placement = (String, Pose);
+
 /// [`chart_correspondences`] of charts that stand at `actual` placements and are said to stand at
 /// `nominal` ones (the same number, in the same order): the pixels are those of the actual places, the
 /// world points the nominal ones.
@@ -65,7 +68,7 @@ pub fn chart_correspondences(
 pub fn misplaced_correspondences(
     rig: &Rig,
     chart: &AnyChart,
-    (actual, nominal): (&[(String, Pose)], &[(String, Pose)]),
+    (actual, nominal): (&[Placement], &[Placement]),
     noise: (Noise, u64),
     most: Option<usize>,
 ) -> Dataset {

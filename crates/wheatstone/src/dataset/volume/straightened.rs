@@ -57,26 +57,37 @@ const STIFF: f64 = 10.0;
 impl Straightened {
     /// From world points and pixels; `None` where they do not determine a projective camera.
     pub(super) fn fit(pairs: &[(Point3, Pixel)]) -> Option<Self> {
-        // Left out of the next round is what misses by far more than most do, and by more than a
-        // fiftieth of the picture: less is what lenses do, and does little harm.
+        // The first rounds tell gross errors from a lens by a stiff table, which leaves out the corners of
+        // a fisheye as well; a free one then takes in again what lies near it.
+        const ROUNDS: [(usize, Option<f64>); 2] = [(20, Some(STIFF)), (8, None)];
+        let mut kept: Vec<(Point3, Pixel)> = pairs.to_vec();
+        let mut found = None;
+        for (rounds, stiffness) in ROUNDS {
+            let mut camera = Self::once(&kept, stiffness)?;
+            for _ in 0..rounds {
+                let next = camera.near(pairs);
+                if next == kept {
+                    break;
+                }
+                kept = next;
+                camera = Self::once(&kept, stiffness)?;
+            }
+            found = Some(camera);
+        }
+        found
+    }
+
+    /// The pairs that are no gross errors: those that miss by no more than most do, or by less than a
+    /// fiftieth of the picture. That much is what lenses do, and does little harm.
+    fn near(&self, pairs: &[(Point3, Pixel)]) -> Vec<(Point3, Pixel)> {
         const MORE_THAN_MOST: f64 = 3.0;
         const GROSS: f64 = 0.02;
-        const ROUNDS: usize = 20;
-        let mut kept: Vec<(Point3, Pixel)> = pairs.to_vec();
-        for _ in 0..ROUNDS {
-            let found = Self::once(&kept, Some(STIFF))?;
-            let misses: Vec<f64> =
-                pairs.iter().map(|(world, pixel)| found.miss(*world, *pixel)).collect();
-            let extent = found.grid[0][1] * CELLS[0] as f64;
-            let most = f64::max(MORE_THAN_MOST * median(&misses), GROSS * extent);
-            let near = pairs.iter().zip(&misses).filter(|(_, miss)| **miss <= most);
-            let next: Vec<(Point3, Pixel)> = near.map(|(pair, _)| *pair).collect();
-            if next == kept {
-                break;
-            }
-            kept = next;
-        }
-        Self::once(&kept, None)
+        let misses: Vec<f64> =
+            pairs.iter().map(|(world, pixel)| self.miss(*world, *pixel)).collect();
+        let extent = self.grid[0][1] * CELLS[0] as f64;
+        let most = f64::max(MORE_THAN_MOST * median(&misses), GROSS * extent);
+        let near = pairs.iter().zip(&misses).filter(|(_, miss)| **miss <= most);
+        near.map(|(pair, _)| *pair).collect()
     }
 
     /// Fits to all pairs, with a table of this stiffness or of that which serves best.
@@ -284,8 +295,8 @@ impl Normal {
             for (column, b) in unknowns() {
                 self.matrix[(row, column)] += a * b;
             }
-            for axis in 0..2 {
-                self.right[(row, axis)] += a * target[axis];
+            for (axis, value) in target.iter().enumerate() {
+                self.right[(row, axis)] += a * value;
             }
         }
     }

@@ -58,7 +58,7 @@ fn pixel_noise_alone_is_called_so() {
 fn a_lens_taken_for_another_is_the_lens_model() {
     for (rig, method) in [("bump", "brown"), ("bump", "dlt"), ("fisheye", "dlt")] {
         let budget = compared(method, &stage(rig, 3, Noise::Normal(0.1)).2);
-        assert!(budget.lens_model.share > 0.6, "{rig}, {method}: {budget:?}");
+        assert!(budget.lens_model.share > 0.5, "{rig}, {method}: {budget:?}");
         assert!(budget.stage.share < 0.1, "{rig}, {method}: {budget:?}");
     }
 }
