@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub(super) struct Hull {
     /// Unit normal outwards, how far along it the points reach, and from how far.
-    facets: Vec<[f64; 5]>,
+    pub(super) facets: Vec<[f64; 5]>,
 }
 
 /// Directions in which corners of the hull are looked for: about 14 degrees apart, so that a sphere's

@@ -47,36 +47,51 @@ const REGION: usize = 12;
 /// over the picture than rays turn.
 const STIFFER_ALONG: f64 = 100.0;
 
+/// How much a pixel of bending weighs against one of misfit: from what follows every point to what is
+/// all but flat.
+const STIFFNESSES: [f64; 7] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0];
+
+/// While gross errors are looked for: follows a lens, but no single point.
+const STIFF: f64 = 10.0;
+
 impl Straightened {
     /// From world points and pixels; `None` where they do not determine a projective camera.
     pub(super) fn fit(pairs: &[(Point3, Pixel)]) -> Option<Self> {
-        // Gross errors are a few of many: what misses by more than six times the median twice over
-        // is left out of the next round.
-        const GROSS: f64 = 6.0;
-        const ROUNDS: usize = 4;
+        // The first rounds tell gross errors from a lens by a stiff table, which leaves out the corners of
+        // a fisheye as well; a free one then takes in again what lies near it.
+        const ROUNDS: [(usize, Option<f64>); 2] = [(20, Some(STIFF)), (8, None)];
         let mut kept: Vec<(Point3, Pixel)> = pairs.to_vec();
-        let mut found = Self::once(&kept)?;
-        for _ in 0..ROUNDS {
-            let misses: Vec<f64> =
-                pairs.iter().map(|(world, pixel)| found.miss(*world, *pixel)).collect();
-            // Below a hundredth of a pixel nothing is gross.
-            let most = GROSS * median(&misses).max(0.01);
-            let next: Vec<(Point3, Pixel)> = pairs
-                .iter()
-                .zip(&misses)
-                .filter(|(_, miss)| **miss <= most)
-                .map(|(pair, _)| *pair)
-                .collect();
-            if next == kept {
-                break;
+        let mut found = None;
+        for (rounds, stiffness) in ROUNDS {
+            let mut camera = Self::once(&kept, stiffness)?;
+            for _ in 0..rounds {
+                let next = camera.near(pairs);
+                if next == kept {
+                    break;
+                }
+                kept = next;
+                camera = Self::once(&kept, stiffness)?;
             }
-            kept = next;
-            found = Self::once(&kept)?;
+            found = Some(camera);
         }
-        Some(found)
+        found
     }
 
-    fn once(pairs: &[(Point3, Pixel)]) -> Option<Self> {
+    /// The pairs that are no gross errors: those that miss by no more than most do, or by less than a
+    /// fiftieth of the picture. That much is what lenses do, and does little harm.
+    fn near(&self, pairs: &[(Point3, Pixel)]) -> Vec<(Point3, Pixel)> {
+        const MORE_THAN_MOST: f64 = 3.0;
+        const GROSS: f64 = 0.02;
+        let misses: Vec<f64> =
+            pairs.iter().map(|(world, pixel)| self.miss(*world, *pixel)).collect();
+        let extent = self.grid[0][1] * CELLS[0] as f64;
+        let most = f64::max(MORE_THAN_MOST * median(&misses), GROSS * extent);
+        let near = pairs.iter().zip(&misses).filter(|(_, miss)| **miss <= most);
+        near.map(|(pair, _)| *pair).collect()
+    }
+
+    /// Fits to all pairs, with a table of this stiffness or of that which serves best.
+    fn once(pairs: &[(Point3, Pixel)], stiffness: Option<f64>) -> Option<Self> {
         let projection = ProjectionMatrix::fit(pairs)?;
         let bounds = |axis: usize| {
             let values = pairs.iter().map(|(_, pixel)| pixel[axis]);
@@ -104,7 +119,7 @@ impl Straightened {
         if !camera.is_consistent() {
             return None;
         }
-        camera.learn(pairs)?;
+        camera.learn(pairs, stiffness)?;
         camera.is_consistent().then_some(camera)
     }
 
@@ -150,8 +165,8 @@ impl Straightened {
         (x * x + y * y).sqrt()
     }
 
-    /// Fills the table. How stiff it is, every other point decides about the rest.
-    fn learn(&mut self, pairs: &[(Point3, Pixel)]) -> Option<()> {
+    /// Fills the table. How stiff it is, unless told, every other point decides about the rest.
+    fn learn(&mut self, pairs: &[(Point3, Pixel)], stiffness: Option<f64>) -> Option<()> {
         let mut halves = [Normal::new(), Normal::new()];
         for (index, (world, pixel)) in pairs.iter().enumerate() {
             if let Some((target, near)) = self.target(*world, *pixel) {
@@ -159,16 +174,23 @@ impl Straightened {
             }
         }
         let bending = bending();
+        let choices = match &stiffness {
+            Some(one) => std::slice::from_ref(one),
+            None => &STIFFNESSES[..],
+        };
         let mut best: Option<(f64, f64)> = None;
-        // From what follows every point to what is all but flat.
-        for stiffness in [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0] {
-            self.table = halves[0].solve(&bending, stiffness)?;
+        for stiffness in choices {
+            if choices.len() == 1 {
+                best = Some((0.0, *stiffness));
+                break;
+            }
+            self.table = halves[0].solve(&bending, *stiffness)?;
             let judged = pairs.iter().skip(1).step_by(2);
             let misses: Vec<f64> = judged.map(|(world, pixel)| self.miss(*world, *pixel)).collect();
             // Three quarters of the points are not gross errors, and feel a local bend of the lens.
             let error = percentile(&misses, 0.75);
             if best.is_none_or(|(least, _)| error < least) {
-                best = Some((error, stiffness));
+                best = Some((error, *stiffness));
             }
         }
         let [mut all, other] = halves;
@@ -273,8 +295,8 @@ impl Normal {
             for (column, b) in unknowns() {
                 self.matrix[(row, column)] += a * b;
             }
-            for axis in 0..2 {
-                self.right[(row, axis)] += a * target[axis];
+            for (axis, value) in target.iter().enumerate() {
+                self.right[(row, axis)] += a * value;
             }
         }
     }

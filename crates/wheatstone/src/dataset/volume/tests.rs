@@ -126,7 +126,9 @@ fn cameras_that_never_saw_a_point_together_are_trusted_where_both_were_trained()
     for row in exam.correspondences {
         let of = |cameras: [usize; 2]| {
             let mut seen = vec![None; 4];
-            cameras.map(|camera| seen[camera] = row.pixels[camera]);
+            for camera in cameras {
+                seen[camera] = row.pixels[camera];
+            }
             volume.trust(&seen)
         };
         assert_eq!(of([0, 1]), Trust::Outside);
