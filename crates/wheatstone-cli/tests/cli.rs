@@ -65,11 +65,13 @@ fn from_a_table_to_located_points() {
     done(at, &["locate", "model.json", "exam.csv", "-o", "points.csv"]);
     let points = std::fs::read_to_string(at.join("points.csv")).unwrap();
     let mut lines = points.lines();
-    let header = "x1,y1,x2,y2,input_X,input_Y,input_Z,X,Y,Z,sX,sY,sZ,residual";
+    let header = "x1,y1,x2,y2,input_X,input_Y,input_Z,X,Y,Z,sX,sY,sZ,residual,trust,mismatch";
     assert_eq!(lines.next(), Some(header));
     for (line, original) in lines.zip(exam.lines().skip(1)) {
         assert!(line.starts_with(original), "{line} does not begin with {original}");
-        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let all: Vec<&str> = line.split(',').collect();
+        assert!(["inside", "edge", "outside"].contains(&all[14]) && all.len() == 16, "{line}");
+        let cells: Vec<f64> = all[..14].iter().map(|cell| cell.parse().unwrap()).collect();
         for axis in 0..3 {
             let error = (cells[7 + axis] - cells[4 + axis]).abs();
             assert!(error < 10.0 && cells[10 + axis] > 0.0, "{line}");
@@ -91,9 +93,43 @@ fn rows_that_cannot_be_located_keep_their_place() {
     .unwrap();
     let text = done(at, &["locate", "model.json", "in.csv"]);
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[2], "b;;;1;2;;;;;;;");
+    assert_eq!(lines[2], "b;;;1;2;;;;;;;;;");
     assert_eq!(lines[1][1..], lines[3][1..]);
-    assert!(!lines[1].ends_with(';'));
+    assert!(lines[1].ends_with(";outside;yes"), "{}", lines[1]);
+}
+
+#[test]
+fn points_beyond_what_was_trained_and_pixels_of_different_points_are_told() {
+    let dir = folder();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "-o", "train.csv"]);
+    done(at, &["fit", "train.csv", "--method", "brown", "-o", "model.json", "--no-validation"]);
+    let train = std::fs::read_to_string(at.join("train.csv")).unwrap();
+    let pixels = |line: &str| -> Vec<f64> {
+        line.split(',').take(4).map(|cell| cell.parse().unwrap()).collect()
+    };
+    let row = pixels(train.lines().nth(200).unwrap());
+    let rows: String = [[0.0, 0.0], [0.0, 8.0], [40.0, 0.0]]
+        .map(|[x, y]| format!("{},{},{},{}\n", row[0], row[1], row[2] + x, row[3] + y))
+        .concat();
+    std::fs::write(at.join("in.csv"), format!("x1,y1,x2,y2\n{rows}")).unwrap();
+    let text = done(at, &["locate", "model.json", "in.csv", "--covariance"]);
+    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| lines[0].iter().position(|cell| *cell == name).unwrap();
+    let (trust, mismatch) = (column("trust"), column("mismatch"));
+    assert_eq!((lines[1][trust], lines[1][mismatch]), ("inside", ""));
+    assert_eq!(lines[2][mismatch], "yes", "the rows of the pictures differ by 8");
+    assert_eq!(lines[3][trust], "outside", "nothing was shown so near or so far");
+    let number = |name: &str| lines[1][column(name)].parse::<f64>().unwrap();
+    for (term, sigma) in [("cXX", "sX"), ("cYY", "sY"), ("cZZ", "sZ")] {
+        assert!((number(term) - number(sigma).powi(2)).abs() < 1e-12, "{term}");
+    }
+    assert!(number("cXY").is_finite() && number("cYZ").is_finite() && lines[0].len() == 19);
+    for wrong in ["0", "1", "-0.1", "often", "NaN"] {
+        let rate = format!("--false-alarm={wrong}");
+        let output = wheatstone(at, &["locate", "model.json", "in.csv", &rate]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+    }
 }
 
 #[test]

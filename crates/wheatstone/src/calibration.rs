@@ -3,10 +3,10 @@
 
 use crate::{
     Error, Result,
-    dataset::{Dataset, SavedDataset},
+    dataset::{Dataset, SavedDataset, volume::Volume},
     evaluate::{self, CrossValidation, Evaluation},
     geometry::Point3,
-    method::{AnyMethod, AnyReconstructor, Choice},
+    method::{AnyMethod, AnyReconstructor, Choice, mismatch::sigma_of_residuals},
     numeric::backpropagation::CurvePoint,
     progress::Progress,
     storage,
@@ -42,6 +42,11 @@ pub struct Calibration {
     pub choice: Option<Choice>,
     /// The middle of the cameras in the world: errors in percent are of the distance from it.
     pub viewpoint: Option<Point3>,
+    /// The space and the parts of the pictures that the fit was shown.
+    pub volume: Volume,
+    /// Standard deviation of a pixel coordinate, by which pixels that do not belong together are told;
+    /// none for methods whose residual says nothing.
+    pub pixel_sigma: Option<f64>,
     /// How it does on the points that it was fitted to.
     pub training: Evaluation,
     /// How the same settings do on views that they were not fitted to.
@@ -81,6 +86,8 @@ impl Calibration {
         let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
         let validation =
             if validate { evaluate::cross_validate(method, data, seed, progress)? } else { None };
+        // What the residuals say, until reconstructors tell themselves which noise they assume.
+        let pixel_sigma = sigma_of_residuals(&*fit.reconstructor, data);
         Ok(Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -91,6 +98,8 @@ impl Calibration {
             reconstructor: fit.reconstructor,
             choice: fit.choice,
             viewpoint,
+            volume: Volume::of(data),
+            pixel_sigma,
             training,
             validation,
             curve: fit.curve,
@@ -143,7 +152,11 @@ impl Calibration {
         let model: Self = serde_json::from_str(&text).map_err(|e| {
             refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again")
         })?;
-        if !model.reconstructor.is_consistent() {
+        let whole = model.reconstructor.is_consistent()
+            && model.volume.is_consistent()
+            && model.volume.cameras() == model.reconstructor.cameras()
+            && model.pixel_sigma.is_none_or(|sigma| sigma.is_finite() && sigma >= 0.0);
+        if !whole {
             return Err(refuse(
                 None,
                 "damaged model file: its numbers do not fit together".into(),

@@ -7,15 +7,20 @@ use std::{
     path::{Path, PathBuf},
 };
 use wheatstone::{
-    Calibration, Error, dataset::points_file::PointsReader, geometry::Pixel, method::Located,
-    method::locate_all, storage::Output,
+    Calibration, Error,
+    dataset::{points_file::PointsReader, volume::Trust},
+    geometry::Pixel,
+    method::{Located, locate_all, mismatch::largest_residual},
+    storage::Output,
 };
 
 /// Turn matched pixels into points in the world
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone locate model.json pixels.csv -o points.csv\n  \
     producer | wheatstone locate model.json - | consumer\n\n\
-    Appends X,Y,Z, sX,sY,sZ (one standard deviation, world units) and residual (pixels) to every row.\n\
+    Appends to every row: X,Y,Z and sX,sY,sZ (one standard deviation), in world units; residual, in\n\
+    pixels; trust, which is `inside` the space that the model was fitted to, its `edge`, or `outside`;\n\
+    and mismatch, which is `yes` where the pixels do not show one point.\n\
     Rows that cannot be located keep their place, with empty cells. Columns of the input that have\n\
     one of these names go on as input_X and so on.")]
 pub(crate) struct Locate {
@@ -26,13 +31,28 @@ pub(crate) struct Locate {
     /// Where the points go, or - for standard output
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
+    /// Append the covariance of X, Y, Z as well: cXX,cXY,cXZ,cYY,cYZ,cZZ
+    #[arg(long)]
+    covariance: bool,
+    /// How often a true match may be called a mismatch
+    #[arg(long, value_name = "RATE", default_value = "0.001", value_parser = rate)]
+    false_alarm: f64,
+}
+
+/// A probability that leaves both answers possible.
+fn rate(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if value > 0.0 && value < 1.0 { Ok(value) } else { Err("it lies between 0 and 1".into()) }
 }
 
 /// Rows that are read, located and written at once: enough to occupy all cores, little to hold.
 const ROWS_AT_ONCE: usize = 16_384;
 
 /// What is appended to each row.
-const COLUMNS: [&str; 7] = ["X", "Y", "Z", "sX", "sY", "sZ", "residual"];
+const COLUMNS: [&str; 9] = ["X", "Y", "Z", "sX", "sY", "sZ", "residual", "trust", "mismatch"];
+
+/// What is appended where the covariance is asked for.
+const COVARIANCE: [&str; 6] = ["cXX", "cXY", "cXZ", "cYY", "cYZ", "cZZ"];
 
 impl Locate {
     pub(crate) fn run(self) -> Outcome {
@@ -48,67 +68,106 @@ impl Locate {
         }
         if self.output.as_os_str() == "-" {
             let mut out = BufWriter::with_capacity(1 << 18, std::io::stdout().lock());
-            stream(&model, &mut reader, &mut out, Failure::Output)?;
+            self.stream(&model, &mut reader, &mut out, Failure::Output)?;
             return out.flush().map_err(Failure::Output);
         }
         let mut out = Output::create(&self.output)?;
         let path = self.output.clone();
-        stream(&model, &mut reader, &mut out, |source| writing(&path, source))?;
+        self.stream(&model, &mut reader, &mut out, |source| writing(&path, source))?;
         Ok(out.commit()?)
+    }
+
+    fn stream(
+        &self,
+        model: &Calibration,
+        reader: &mut PointsReader,
+        out: &mut dyn Write,
+        failed: impl Fn(std::io::Error) -> Failure,
+    ) -> Outcome {
+        let delimiter = reader.delimiter();
+        let header = self.header(reader.header().iter());
+        let mut writer = csv::WriterBuilder::new()
+            .delimiter(delimiter)
+            .buffer_capacity(1 << 18)
+            .from_writer(out);
+        let as_io = |e: csv::Error| match e.into_kind() {
+            csv::ErrorKind::Io(e) => e,
+            other => std::io::Error::other(format!("{other:?}")),
+        };
+        writer.write_record(&header).map_err(|e| failed(as_io(e)))?;
+        let limits = Limits::of(model, self.false_alarm);
+        let mut records = vec![csv::StringRecord::new(); ROWS_AT_ONCE];
+        loop {
+            let mut pixels: Vec<Vec<Option<Pixel>>> = Vec::with_capacity(ROWS_AT_ONCE);
+            for record in &mut records {
+                if !reader.next(record)? {
+                    break;
+                }
+                pixels.push(reader.pixels(record)?);
+            }
+            let located = locate_all(&*model.reconstructor, &pixels);
+            let trusted = model.volume.trust_all(&pixels);
+            for (row, (record, found)) in records.iter().zip(&located).enumerate() {
+                for cell in record {
+                    writer.write_field(cell).map_err(|e| failed(as_io(e)))?;
+                }
+                let judged = found.as_ref().map(|found| {
+                    (found, trusted[row], limits.exceeded(&pixels[row], found.residual))
+                });
+                writer.write_record(self.cells(judged)).map_err(|e| failed(as_io(e)))?;
+            }
+            if pixels.len() < ROWS_AT_ONCE {
+                return writer.flush().map_err(failed);
+            }
+        }
+    }
+
+    /// The input's columns and the appended ones, each name once.
+    fn header<'a>(&self, columns: impl Iterator<Item = &'a str>) -> Vec<String> {
+        let covariance = if self.covariance { &COVARIANCE[..] } else { &[] };
+        let appended = || COLUMNS.iter().chain(covariance);
+        let free = |name: &str| {
+            if appended().any(|own| *own == name) { format!("input_{name}") } else { name.into() }
+        };
+        columns.map(free).chain(appended().map(|name| (*name).into())).collect()
+    }
+
+    /// The appended cells; empty where nothing was located or a figure does not exist.
+    fn cells(&self, judged: Option<(&Located, Trust, bool)>) -> Vec<String> {
+        let count = COLUMNS.len() + if self.covariance { COVARIANCE.len() } else { 0 };
+        let Some((found, trust, mismatch)) = judged else { return vec![String::new(); count] };
+        let number = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
+        let sigma = found.covariance.diagonal().map(f64::sqrt);
+        let mut cells = Vec::with_capacity(count);
+        cells.extend(found.point.iter().chain(sigma.iter()).map(|value| number(*value)));
+        cells.push(number(found.residual));
+        cells.push(trust.to_string());
+        cells.push(if mismatch { "yes".into() } else { String::new() });
+        if self.covariance {
+            let places = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+            cells.extend(places.map(|place| number(found.covariance[place])));
+        }
+        cells
+    }
+}
+
+/// The largest residual that chance makes, by how many cameras saw a point.
+struct Limits(Vec<f64>);
+
+impl Limits {
+    fn of(model: &Calibration, rate: f64) -> Self {
+        let limit = |cameras| match model.pixel_sigma {
+            Some(sigma) => largest_residual(sigma, cameras, rate),
+            None => f64::INFINITY,
+        };
+        Self((0..=model.reconstructor.cameras()).map(limit).collect())
+    }
+
+    fn exceeded(&self, pixels: &[Option<Pixel>], residual: f64) -> bool {
+        self.0.get(pixels.iter().flatten().count()).is_some_and(|limit| residual > *limit)
     }
 }
 
 fn writing(path: &Path, source: std::io::Error) -> Failure {
     Error::Io { action: "write", path: path.into(), source }.into()
-}
-
-fn stream(
-    model: &Calibration,
-    reader: &mut PointsReader,
-    out: &mut dyn Write,
-    failed: impl Fn(std::io::Error) -> Failure,
-) -> Outcome {
-    let delimiter = reader.delimiter();
-    let mut header: Vec<String> = reader
-        .header()
-        .iter()
-        .map(|name| if COLUMNS.contains(&name) { format!("input_{name}") } else { name.into() })
-        .collect();
-    header.extend(COLUMNS.map(String::from));
-    let mut writer =
-        csv::WriterBuilder::new().delimiter(delimiter).buffer_capacity(1 << 18).from_writer(out);
-    let as_io = |e: csv::Error| match e.into_kind() {
-        csv::ErrorKind::Io(e) => e,
-        other => std::io::Error::other(format!("{other:?}")),
-    };
-    writer.write_record(&header).map_err(|e| failed(as_io(e)))?;
-    let mut records = vec![csv::StringRecord::new(); ROWS_AT_ONCE];
-    loop {
-        let mut pixels: Vec<Vec<Option<Pixel>>> = Vec::with_capacity(ROWS_AT_ONCE);
-        for record in &mut records {
-            if !reader.next(record)? {
-                break;
-            }
-            pixels.push(reader.pixels(record)?);
-        }
-        let located = locate_all(&*model.reconstructor, &pixels);
-        for (record, found) in records.iter().zip(&located) {
-            for cell in record {
-                writer.write_field(cell).map_err(|e| failed(as_io(e)))?;
-            }
-            writer.write_record(cells(found.as_ref())).map_err(|e| failed(as_io(e)))?;
-        }
-        if pixels.len() < ROWS_AT_ONCE {
-            return writer.flush().map_err(failed);
-        }
-    }
-}
-
-/// The appended cells; empty where nothing was located or a figure does not exist.
-fn cells(found: Option<&Located>) -> [String; 7] {
-    let Some(found) = found else { return Default::default() };
-    let sigma = found.covariance.diagonal().map(f64::sqrt);
-    let values =
-        [found.point.x, found.point.y, found.point.z, sigma.x, sigma.y, sigma.z, found.residual];
-    values.map(|value| if value.is_finite() { value.to_string() } else { String::new() })
 }

@@ -12,6 +12,7 @@ pub mod dlt;
 mod fitted_cameras;
 pub mod interpolation;
 pub mod kannala_brandt;
+pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
 mod radial_alignment;

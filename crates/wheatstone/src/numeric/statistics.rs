@@ -1,4 +1,5 @@
-//! Summaries of samples: root mean square, mean, median, percentiles.
+//! Summaries of samples: root mean square, mean, median, percentiles; and what chance alone makes of a
+//! sum of squares.
 
 /// Root of the mean square; 0 for no values.
 #[must_use]
@@ -35,9 +36,98 @@ pub fn median(values: &[f64]) -> f64 {
     percentile(values, 0.5)
 }
 
+/// The probability that a chi-square variable exceeds `value`: one minus the regularised incomplete
+/// gamma function of `freedom / 2` and `value / 2`, by its series below the mean and by its continued
+/// fraction above (Abramowitz & Stegun 1964, 6.5.29 and 6.5.31; the fraction evaluated as in Lentz 1976,
+/// doi:10.1364/AO.15.000668).
+#[must_use]
+pub fn chi_square_beyond(value: f64, freedom: usize) -> f64 {
+    const MOST_TERMS: usize = 1000;
+    if value <= 0.0 || freedom == 0 {
+        return if value <= 0.0 { 1.0 } else { 0.0 };
+    }
+    let (a, x) = (freedom as f64 / 2.0, value / 2.0);
+    let scale = libm::exp(a * libm::log(x) - x - libm::lgamma(a));
+    if x < a + 1.0 {
+        let (mut term, mut sum) = (1.0 / a, 1.0 / a);
+        for n in 1..MOST_TERMS {
+            term *= x / (a + n as f64);
+            sum += term;
+            if term < sum * f64::EPSILON {
+                break;
+            }
+        }
+        return (1.0 - scale * sum).clamp(0.0, 1.0);
+    }
+    let mut b = x + 1.0 - a;
+    let (mut c, mut d) = (f64::MAX, 1.0 / b);
+    let mut fraction = d;
+    for n in 1..MOST_TERMS {
+        let n = n as f64;
+        let numerator = n * (a - n);
+        b += 2.0;
+        d = 1.0 / (numerator * d + b);
+        c = b + numerator / c;
+        fraction *= c * d;
+        if (c * d - 1.0).abs() < f64::EPSILON {
+            break;
+        }
+    }
+    (scale * fraction).clamp(0.0, 1.0)
+}
+
+/// The value that a chi-square variable exceeds with probability `rate` (above 0 and below 1), by
+/// bisection of [`chi_square_beyond`]; infinite for a rate of 0.
+#[must_use]
+pub fn chi_square_upper_quantile(rate: f64, freedom: usize) -> f64 {
+    if rate <= 0.0 {
+        return f64::INFINITY;
+    }
+    let (mut low, mut high) = (0.0, freedom as f64 + 1.0);
+    while chi_square_beyond(high, freedom) > rate {
+        (low, high) = (high, 2.0 * high);
+    }
+    // Each halving gains a bit; a double has 53, and the bracket is a few times the answer.
+    for _ in 0..64 {
+        let middle = f64::midpoint(low, high);
+        if chi_square_beyond(middle, freedom) > rate { low = middle } else { high = middle }
+    }
+    high
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn chi_square_quantiles_are_those_of_the_tables() {
+        // Abramowitz & Stegun 1964, table 26.8, which has five or six digits.
+        for (freedom, rate, value) in [
+            (1, 0.05, 3.84146),
+            (1, 0.01, 6.63490),
+            (1, 0.001, 10.828),
+            (2, 0.05, 5.99147),
+            (3, 0.05, 7.81473),
+            (3, 0.001, 16.266),
+            (5, 0.95, 1.145476),
+            (5, 0.001, 20.515),
+            (7, 0.01, 18.4753),
+            (13, 0.001, 34.528),
+            (30, 0.5, 29.3360),
+            (100, 0.05, 124.342),
+        ] {
+            let found = chi_square_upper_quantile(rate, freedom);
+            assert!((found / value - 1.0).abs() < 5e-5, "{freedom} {rate}: {found}, not {value}");
+            assert!((chi_square_beyond(found, freedom) / rate - 1.0).abs() < 1e-9);
+        }
+        // With two degrees of freedom it is an exponential distribution, far out as well.
+        for rate in [1e-12, 1e-6, 0.3, 0.9] {
+            let exact = -2.0 * libm::log(rate);
+            assert!((chi_square_upper_quantile(rate, 2) / exact - 1.0).abs() < 1e-9, "{rate}");
+        }
+        assert_eq!(chi_square_upper_quantile(0.0, 3), f64::INFINITY);
+        assert_eq!(chi_square_beyond(0.0, 3), 1.0);
+    }
 
     #[test]
     fn summaries_of_a_known_sample() {
