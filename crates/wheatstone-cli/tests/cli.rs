@@ -60,6 +60,7 @@ fn from_a_table_to_located_points() {
     assert_eq!((scores["n"].as_u64(), scores["located"].as_u64()), (Some(50), Some(50)));
     assert!(scores["mean_percent"].as_f64().unwrap() < 2.0);
     assert_eq!(scores["rms_xyz"].as_array().unwrap().len(), 3);
+    assert!(scores["budget"]["lens_model"]["rms"].as_f64().unwrap() >= 0.0);
 
     let exam = std::fs::read_to_string(at.join("exam.csv")).unwrap();
     done(at, &["locate", "model.json", "exam.csv", "-o", "points.csv"]);
@@ -147,6 +148,10 @@ fn comparison_has_the_contracts_fields() {
         .collect();
     assert!(names.contains(&"dlt") && names.contains(&"network"), "{names:?}");
     assert!(names.contains(&found["chosen"].as_str().unwrap()));
+    let causes = ["detector", "lens_model", "stage", "extrapolation"];
+    let shares = causes.map(|cause| found["budget"][cause]["share"].as_f64().unwrap());
+    assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9 && shares.iter().all(|s| *s >= 0.0));
+    assert!(found["budget"]["ratio_to_floor"].as_f64().unwrap() > 0.5);
     for method in found["methods"].as_array().unwrap() {
         for field in ["rms", "median", "p95", "mean_percent", "fit_seconds", "ratio_to_floor"] {
             assert!(method[field].as_f64().is_some(), "{field} in {method}");

@@ -3,10 +3,13 @@
 
 use crate::{
     Error, Result,
-    dataset::{Dataset, SavedDataset, volume::Volume},
-    evaluate::{self, CrossValidation, Evaluation},
+    dataset::{
+        Dataset, SavedDataset,
+        volume::{Trust, Volume},
+    },
+    evaluate::{self, Budget, CrossValidation, Evaluation, HeldOut, PointError, Reference},
     geometry::Point3,
-    method::{AnyMethod, AnyReconstructor, Choice, mismatch::sigma_of_residuals},
+    method::{AnyMethod, AnyReconstructor, Choice, Reconstructor, mismatch::sigma_of_residuals},
     numeric::backpropagation::CurvePoint,
     progress::Progress,
     storage,
@@ -105,6 +108,36 @@ impl Calibration {
             curve: fit.curve,
             data: data.into(),
         })
+    }
+
+    /// What the model's errors on an exam are made of; points that are not inside its volume count as
+    /// beyond. `None` where the data that it was fitted to do not tell.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Cancelled`].
+    pub fn budget(&self, exam: &Dataset, progress: &dyn Progress) -> Result<Option<Budget>> {
+        let train = self.data.restored();
+        let reference = match &self.reconstructor {
+            AnyReconstructor::NeuralCamera(cameras) => Reference::of(cameras.clone(), &train),
+            _ => match Reference::fit(&train, progress) {
+                Ok(Some(reference)) => reference,
+                _ => {
+                    progress.check()?;
+                    return Ok(None);
+                }
+            },
+        };
+        let errors = |of: &dyn Reconstructor| -> Vec<HeldOut> {
+            let held_out = |error: PointError| HeldOut {
+                row: error.row,
+                difference: error.difference,
+                beyond: self.volume.trust(&exam.correspondences[error.row].pixels) != Trust::Inside,
+            };
+            evaluate::point_errors(of, exam, None).into_iter().map(held_out).collect()
+        };
+        let (own, other) = (errors(&*self.reconstructor), errors(reference.cameras()));
+        Ok(Budget::of(exam, &own, &other, &reference))
     }
 
     /// Writes the file; what was there before stays until the new one is whole.

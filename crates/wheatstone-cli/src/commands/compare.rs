@@ -11,7 +11,7 @@ use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     dataset::split::FoldKind,
-    evaluate::{Comparison, MethodScore, compare},
+    evaluate::{Budget, Comparison, MethodScore, Part, compare},
     method::AnyMethod,
     numeric::statistics::root_mean_square,
 };
@@ -113,7 +113,31 @@ pub(crate) fn as_text(found: &Comparison) -> String {
     if let Some(chosen) = &found.chosen {
         text += &format!("To be trusted here, by held-out error and simplicity: {chosen}\n");
     }
+    if let Some(budget) = &found.budget {
+        text += &budget_as_text(budget, unit);
+    }
     text
+}
+
+/// What an error is made of, a line a cause.
+pub(crate) fn budget_as_text(budget: &Budget, unit: &str) -> String {
+    let causes = [
+        ("pixel noise", budget.detector),
+        ("lens model", budget.lens_model),
+        ("where the chart stood", budget.stage),
+        ("extrapolation", budget.extrapolation),
+    ];
+    let row = |(name, part): (&str, Part)| {
+        vec![name.into(), format!("{:.0} %", 100.0 * part.share), figure(part.rms)]
+    };
+    let rows: Vec<Vec<String>> = causes.into_iter().map(row).collect();
+    format!(
+        "\nWhat its squared error is made of (rms in {unit})\n\n{}\
+         {} times what the pixel noise of {} px alone allows\n",
+        table(&["cause", "share", "rms"], &rows),
+        figure(budget.ratio_to_floor),
+        figure(budget.pixel_noise)
+    )
 }
 
 /// Says which camera models do not hold here: those that err clearly more than the best method.

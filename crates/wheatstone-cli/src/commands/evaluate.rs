@@ -1,6 +1,6 @@
 //! `wheatstone evaluate`.
 
-use super::print_json;
+use super::{compare::budget_as_text, print_json};
 use crate::{
     failure::Outcome,
     input::{Reading, load},
@@ -9,7 +9,10 @@ use crate::{
 };
 use clap::Args;
 use std::path::PathBuf;
-use wheatstone::{Calibration, evaluate::evaluate};
+use wheatstone::{
+    Calibration,
+    evaluate::{Budget, Evaluation, evaluate},
+};
 
 /// Judge a model on points whose places are known
 #[derive(Args)]
@@ -26,6 +29,15 @@ pub(crate) struct Evaluate {
     reading: Reading,
 }
 
+/// The figures as JSON.
+#[derive(serde::Serialize)]
+struct Judged<'a> {
+    #[serde(flatten)]
+    found: &'a Evaluation,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<&'a Budget>,
+}
+
 impl Evaluate {
     pub(crate) fn run(mut self) -> Outcome {
         let bar = Bar::new();
@@ -33,8 +45,8 @@ impl Evaluate {
         // A points file's numbers are in the model's unit unless it says otherwise.
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
         let data = load(&self.input, &self.reading, &bar)?.data;
-        drop(bar);
         if data.unit != model.unit {
+            drop(bar);
             return Err(wheatstone::Error::Mismatch {
                 what: "unit",
                 model: model.unit,
@@ -43,8 +55,10 @@ impl Evaluate {
             .into());
         }
         let found = evaluate(&*model.reconstructor, &data, model.viewpoint)?;
+        let budget = model.budget(&data, &bar)?;
+        drop(bar);
         if self.json {
-            return print_json(&found);
+            return print_json(&Judged { found: &found, budget: budget.as_ref() });
         }
         let unit = &found.unit;
         let [x, y, z] = found.rms_xyz.map(figure);
@@ -57,6 +71,9 @@ impl Evaluate {
             figure(found.mean_percent)
         );
         eprintln!("Along X {x}, Y {y}, Z {z} {unit} rms");
+        if let Some(budget) = &budget {
+            eprint!("{}", budget_as_text(budget, unit));
+        }
         Ok(())
     }
 }

@@ -106,6 +106,26 @@ pub struct SavedDataset {
     pub world: Vec<Option<[f64; 3]>>,
 }
 
+impl SavedDataset {
+    /// The dataset again; places on charts whose own place is not known are not kept.
+    #[must_use]
+    pub fn restored(&self) -> Dataset {
+        let row = |(index, pixels): (usize, &Vec<Option<[f64; 2]>>)| Correspondence {
+            view: self.view.get(index).copied().unwrap_or(0),
+            id: self.id.get(index).cloned().flatten(),
+            pixels: pixels.iter().map(|pixel| pixel.map(Pixel::from)).collect(),
+            world: self.world.get(index).copied().flatten().map(Point3::from),
+            board: None,
+        };
+        Dataset {
+            unit: self.unit.clone(),
+            cameras: self.pixels.first().map_or(0, Vec::len),
+            views: self.views.clone(),
+            correspondences: self.pixels.iter().enumerate().map(row).collect(),
+        }
+    }
+}
+
 impl From<&Dataset> for SavedDataset {
     fn from(data: &Dataset) -> Self {
         let all = &data.correspondences;

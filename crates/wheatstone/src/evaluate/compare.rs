@@ -1,7 +1,9 @@
 //! Methods judged on what they have not seen: each is fitted without one view (or slab of space)
 //! after the other, and located points of the view left out are compared with their known places.
 
-use super::{Evaluation, PointError, floor, point_errors, summarise, viewpoint};
+use super::{
+    Budget, Evaluation, HeldOut, PointError, Reference, floor, point_errors, summarise, viewpoint,
+};
 use crate::{
     Result,
     camera::PosedCamera,
@@ -92,6 +94,9 @@ pub struct Comparison {
     /// What the pixel noise allows, where the true cameras are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Evaluation>,
+    /// What the chosen method's error is made of, where the data tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
 }
 
 /// What one fit without one fold came to.
@@ -117,7 +122,7 @@ fn run(
     let points = super::judged(&exam);
     Ok(match fitted {
         Ok(fit) => Outcome {
-            errors: point_errors(&*fit.reconstructor, &exam, from),
+            errors: in_whole(fold, point_errors(&*fit.reconstructor, &exam, from)),
             points,
             seconds,
             problem: None,
@@ -127,6 +132,21 @@ fn run(
             Outcome { errors: Vec::new(), points, seconds, problem }
         }
     })
+}
+
+/// The errors on a fold with their places in the whole dataset.
+fn in_whole(fold: &Fold, mut errors: Vec<PointError>) -> Vec<PointError> {
+    // The exam keeps the order of the whole dataset.
+    let mut rows = fold.held_out.clone();
+    rows.sort_unstable();
+    errors.retain_mut(|error| match rows.get(error.row) {
+        Some(row) => {
+            error.row = *row;
+            true
+        }
+        None => false,
+    });
+    errors
 }
 
 /// Each fold's outcome for each method, all in parallel.
@@ -219,7 +239,50 @@ pub fn compare(
         })
         .collect();
     let chosen = choose(&rows);
-    Ok(Comparison { unit: data.unit.clone(), methods: rows, chosen, floor })
+    let named = |name: &str| methods.iter().position(|method| method.name() == name);
+    let budget = match chosen.as_deref().and_then(named) {
+        Some(chosen) => {
+            let reference = named(REFERENCE).map(|place| &outcomes[place][..]);
+            divide(&outcomes[chosen], reference, (data, &folds), (seed, progress))?
+        }
+        None => None,
+    };
+    Ok(Comparison { unit: data.unit.clone(), methods: rows, chosen, floor, budget })
+}
+
+/// The method whose errors say what all methods have in common.
+const REFERENCE: &str = "neural-camera";
+
+/// What the errors of a method are made of. The reference's errors on the same folds are found where
+/// they are not given; `None` where it cannot be fitted.
+fn divide(
+    outcomes: &[Outcome],
+    reference: Option<&[Outcome]>,
+    (data, folds): (&Dataset, &[Fold]),
+    (seed, progress): (u64, &dyn Progress),
+) -> Result<Option<Budget>> {
+    let Ok(Some(fitted)) = Reference::fit(data, &Muted(progress)) else {
+        progress.check()?;
+        return Ok(None);
+    };
+    let reference = match reference {
+        Some(outcomes) => held_out(folds, outcomes),
+        None => {
+            let method = [AnyMethod::named(REFERENCE)?];
+            let mut outcomes = run_all(&method, data, folds, seed, &Muted(progress))?;
+            held_out(folds, &outcomes.remove(0))
+        }
+    };
+    Ok(Budget::of(data, &held_out(folds, outcomes), &reference, &fitted))
+}
+
+fn held_out(folds: &[Fold], outcomes: &[Outcome]) -> Vec<HeldOut> {
+    let of_fold = |(fold, outcome): (&Fold, &Outcome)| {
+        let beyond = fold.kind == FoldKind::Extrapolation;
+        let form = |e: &PointError| HeldOut { row: e.row, difference: e.difference, beyond };
+        outcome.errors.iter().map(form).collect::<Vec<_>>()
+    };
+    folds.iter().zip(outcomes).flat_map(of_fold).collect()
 }
 
 /// By `auto`'s own rule, among the others: the simplest whose error is nearly the least.

@@ -18,8 +18,11 @@ pub fn floor(cameras: &[PosedCamera], data: &Dataset) -> Result<Evaluation> {
     let centres: Vector3 = cameras.iter().map(|camera| camera.centre().coords).sum();
     let viewpoint = Point3::from(centres / cameras.len().max(1) as f64);
     let errors: Vec<PointError> = data
-        .known()
-        .filter_map(|(world, row)| {
+        .correspondences
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| {
+            let world = row.world?;
             let (used, seen): (Vec<&PosedCamera>, Vec<Pixel>) =
                 cameras.iter().zip(&row.pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
             if seen.len() < 2 {
@@ -30,6 +33,7 @@ pub fn floor(cameras: &[PosedCamera], data: &Dataset) -> Result<Evaluation> {
                 used[index].project_with_jacobian(point)
             })?;
             Some(PointError {
+                row: index,
                 difference: found.point - world,
                 working_distance: (world - viewpoint).norm(),
             })

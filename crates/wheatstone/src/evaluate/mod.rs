@@ -1,9 +1,11 @@
 //! How good a map is: errors in the user's unit on points that it has not seen, comparison of
 //! methods, and the floor that pixel noise sets.
 
+mod budget;
 mod compare;
 mod floor;
 
+pub use budget::{Budget, HeldOut, Part, Reference};
 pub use compare::{Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate};
 pub use floor::floor;
 
@@ -43,6 +45,8 @@ pub struct Evaluation {
 /// One located point beside its true place.
 #[derive(Clone, Copy, Debug)]
 pub struct PointError {
+    /// The point's place among the dataset's correspondences.
+    pub row: usize,
     /// Located minus true.
     pub difference: Vector3,
     /// From the cameras to the true place.
@@ -76,10 +80,14 @@ pub fn point_errors(
     viewpoint: Option<Point3>,
 ) -> Vec<PointError> {
     let from = viewpoint.unwrap_or(Point3::origin());
-    data.known()
-        .filter_map(|(world, row)| {
+    data.correspondences
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| {
+            let world = row.world?;
             let located = reconstructor.locate(&row.pixels)?;
             Some(PointError {
+                row: index,
                 difference: located.point - world,
                 working_distance: (world - from).norm(),
             })

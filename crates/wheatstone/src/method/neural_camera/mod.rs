@@ -24,7 +24,7 @@ use crate::{
     progress::Progress,
 };
 use corrected::CorrectedCamera;
-use nalgebra::{Matrix2, Matrix3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -102,6 +102,12 @@ impl NeuralCameraReconstructor {
         let camera = self.cameras.get(camera)?;
         let (pixel, _) = camera.project(world)?;
         Some((pixel, camera.pixel_covariance(world)?))
+    }
+
+    /// Where a camera sees a world point, with the derivatives by the world's coordinates.
+    #[must_use]
+    pub fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.cameras.get(camera)?.project(world)
     }
 
     /// How many numbers each camera's points determined: between 11 and all of lens and correction.
