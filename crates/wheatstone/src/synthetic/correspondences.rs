@@ -8,6 +8,9 @@ use crate::{
     numeric::random::Random,
 };
 
+/// A placement of a chart: its name and `world_from_chart`.
+pub type Placement = (String, Pose);
+
 /// The pixels of a world point, if all cameras see it.
 fn seen_by_all(rig: &Rig, world: Point3) -> Option<Vec<Pixel>> {
     rig.cameras.iter().map(|camera| camera.sees(world)).collect()
@@ -65,7 +68,7 @@ pub fn chart_correspondences(
 pub fn misplaced_correspondences(
     rig: &Rig,
     chart: &AnyChart,
-    (actual, nominal): (&[(String, Pose)], &[(String, Pose)]),
+    (actual, nominal): (&[Placement], &[Placement]),
     noise: (Noise, u64),
     most: Option<usize>,
 ) -> Dataset {

@@ -10,7 +10,7 @@ mod truth;
 mod write;
 
 pub use correspondences::{
-    chart_correspondences, misplaced_correspondences, random_correspondences,
+    Placement, chart_correspondences, misplaced_correspondences, random_correspondences,
 };
 pub use noise::Noise;
 pub use render::{Sensor, render};
