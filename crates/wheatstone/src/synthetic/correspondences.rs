@@ -8,6 +8,9 @@ use crate::{
     numeric::random::Random,
 };
 
+/// A placement of a chart: its name and `world_from_chart`.
+pub type Placement = (String, Pose);
+
 /// The pixels of a world point, if all cameras see it.
 fn seen_by_all(rig: &Rig, world: Point3) -> Option<Vec<Pixel>> {
     rig.cameras.iter().map(|camera| camera.sees(world)).collect()

@@ -1,5 +1,6 @@
 //! Stages that are not where they are said to be: seeded errors of a chart's placements.
 
+use super::Placement;
 use crate::{
     geometry::{Pose, Vector3},
     numeric::random::Random,
@@ -21,13 +22,13 @@ impl StageError {
     /// Data with an error have the pixels of charts at these placements, and the world places of the
     /// nominal ones: [`super::misplaced_correspondences`].
     #[must_use]
-    pub fn apply(&self, nominal: &[(String, Pose)], seed: u64) -> Vec<(String, Pose)> {
+    pub fn apply(&self, nominal: &[Placement], seed: u64) -> Vec<Placement> {
         let mut random = Random::new(seed);
         let mut vector = |sigma: f64| {
             let mut draw = || sigma * random.normal();
             Vector3::new(draw(), draw(), draw())
         };
-        let mut moved = |(name, pose): &(String, Pose)| {
+        let mut moved = |(name, pose): &Placement| {
             let (offset, turn) = (vector(self.offset), vector(self.rotation));
             let turned =
                 Pose::from_rotation_vector(Vector3::zeros(), turn).rotation * pose.rotation;
