@@ -95,8 +95,9 @@ mod tests {
         let views = Stage::default().views().unwrap();
         let data = chart_correspondences(&rig, &chart, &views, (Noise::None, 1), None);
         // The true cameras are Brown's: those are found. To the linear ones the lens looks like a
-        // shift, by a quarter of the nearest distance at most.
-        for (name, shift, miss) in [("brown", 0.01, 1e-3), ("dlt", 12.5, 3.0)] {
+        // shift, by a quarter of the nearest distance at most, and at the corner of the nearest chart,
+        // where it bends most, by some pixels.
+        for (name, shift, miss) in [("brown", 0.01, 1e-3), ("dlt", 12.5, 10.0)] {
             let fit = AnyMethod::named(name).unwrap().fit(&data, 0, &Silent).unwrap();
             for (index, camera) in rig.cameras.iter().enumerate() {
                 let area = [0.0, 0.0, camera.width as f64, camera.height as f64];
@@ -106,7 +107,8 @@ mod tests {
                 assert!(stand.forward().dot(&truth.direction) > 0.99, "{name}");
                 let (world, row) = data.known().next().unwrap();
                 let found = expected(&fit.reconstructor, index, world).unwrap();
-                assert!((found - row.pixels[index].unwrap()).norm() < miss, "{name}");
+                let off = (found - row.pixels[index].unwrap()).norm();
+                assert!(off < miss, "{name}: {off} px");
             }
         }
     }

@@ -61,9 +61,6 @@ pub fn chart_correspondences(
     dataset(rig, views.iter().map(|(name, _)| name.clone()).collect(), rows)
 }
 
-/// A view's name, and where the chart stands in it: `world_from_chart`.
-pub type Placement = (String, Pose);
-
 /// [`chart_correspondences`] of charts that stand at `actual` placements and are said to stand at
 /// `nominal` ones (the same number, in the same order): the pixels are those of the actual places, the
 /// world points the nominal ones.
