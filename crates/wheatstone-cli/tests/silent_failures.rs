@@ -237,7 +237,7 @@ fn no_bad_table_is_silently_wrong() {
         let (ratio, said) = outcome(at, clean);
         let told =
             said.lines().find(|line| line.starts_with("error") || line.starts_with("warning"));
-        println!("{name}: {ratio:.2?} {}", told.unwrap_or_default());
+        eprintln!("{name}: {ratio:.2?} {}", told.unwrap_or_default());
         if ratio.is_some_and(|ratio| ratio > 1.5) && told.is_none() {
             silent.push(format!("{name}: {ratio:?}\n{said}"));
         }

@@ -1,7 +1,7 @@
 //! `wheatstone compare`.
 
 use super::print_json;
-use crate::voice::say;
+use crate::voice::{remark, say};
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
@@ -12,6 +12,7 @@ use crate::{
 use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
+    cleaning::stage::{Significance, suspect},
     dataset::split::FoldKind,
     evaluate::{Budget, Comparison, MethodScore, Part, compare},
     method::AnyMethod,
@@ -48,6 +49,9 @@ impl Compare {
         let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
         let prepared = self.preparing.run(&loaded, self.seed, &bar)?;
         let found = compare(&methods, &prepared.data, cameras, self.seed, &bar)?;
+        // Where that cannot be asked (one view, too few points) there is nothing to warn of.
+        let stage =
+            if prepared.stage.is_empty() { suspect(&prepared.data, &bar).ok() } else { None };
         drop(bar);
         if found.methods.iter().all(|row| row.rms.is_none()) {
             return Err(no_method_worked(&found));
@@ -56,6 +60,13 @@ impl Compare {
             return print_json(&found);
         }
         say!("{}", as_text(&found).trim_end());
+        if let Some(stage) = stage.filter(Significance::is_clear) {
+            let (size, unit) = (figure(stage.estimated_sigma), &found.unit);
+            remark!(
+                "warning",
+                "the held-out errors look as if the charts stood about {size} {unit} from where the data say: `--stage-sigma {size}` solves for that"
+            );
+        }
         Ok(())
     }
 
