@@ -99,7 +99,7 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         .into_iter()
         .min_by(|a, b| a.error.total_cmp(&b.error))?;
     let sound = whole.min(evidence.mean_error(camera));
-    if found.error > 0.5 * sound || !alone(evidence, camera, (sound, found.error)) {
+    if found.error > 0.45 * sound || !alone(evidence, camera, (sound, found.error)) {
         return None;
     }
     Some(proposal(evidence, (camera, &views, at), (whole, &found)))
@@ -114,8 +114,11 @@ fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool
         others.filter_map(|(other, seen)| Some((other, seen.as_ref()?.typical))).collect();
     let most = known.iter().map(|(_, typical)| *typical).fold(0.0, f64::max);
     let mean = known.iter().map(|(other, _)| evidence.mean_error(*other)).fold(0.0, f64::max);
+    // Two places take up a part of what stages and lenses do, but leave the rest: only where nearly all is
+    // gone may something be left.
+    let left = if error < 0.35 * whole { 3.0 } else { 1.3 };
     (whole > 1.6 * most || evidence.mean_error(camera) > 1.6 * mean)
-        && error <= 3.0 * most.max(0.05)
+        && error <= left * most.max(0.05)
 }
 
 fn proposal(

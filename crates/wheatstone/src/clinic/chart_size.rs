@@ -1,4 +1,4 @@
-//! A view whose world places have another size or unit than the others', or stand elsewhere.
+//! A view whose world places have another size than the others', or stand elsewhere.
 
 use super::{
     Fault,
@@ -6,6 +6,7 @@ use super::{
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
     robust_camera::{Pair, RobustCamera},
+    units_mixed::{is_ratio, tidy},
 };
 use crate::{
     geometry::{Point3, Pose, Vector3},
@@ -15,9 +16,6 @@ use nalgebra::{SMatrix, SVector};
 
 pub(super) struct ChartSize;
 
-/// Units that get mixed, as ratios: decimal ones, and inches with millimetres and centimetres.
-const RATIOS: [f64; 7] = [10.0, 100.0, 1000.0, 25.4, 2.54, 0.0254, 0.3048];
-
 impl Fault for ChartSize {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
@@ -26,7 +24,6 @@ impl Fault for ChartSize {
             if present.is_empty() || evidence.suspects(view).len() != present.len() {
                 continue;
             }
-            found.extend(units(evidence, view, &present));
             // One camera cannot tell size from distance.
             if present.len() > 1 {
                 found.extend(size(evidence, view, &present));
@@ -36,13 +33,12 @@ impl Fault for ChartSize {
     }
 }
 
-fn is_ratio(scale: f64) -> bool {
-    RATIOS
-        .iter()
-        .any(|ratio| [*ratio, 1.0 / ratio].iter().any(|known| (scale / known - 1.0).abs() < 5e-3))
-}
-
-fn places(evidence: &Evidence, view: usize, map: impl Fn(Point3) -> Point3) -> Vec<Change> {
+/// Every place of a view changed.
+pub(super) fn places(
+    evidence: &Evidence,
+    view: usize,
+    map: impl Fn(Point3) -> Point3,
+) -> Vec<Change> {
     let rows = evidence.views[view].rows.iter();
     rows.filter_map(|row| {
         let world = evidence.data.correspondences[*row].world?;
@@ -52,7 +48,8 @@ fn places(evidence: &Evidence, view: usize, map: impl Fn(Point3) -> Point3) -> V
     .collect()
 }
 
-fn explained(
+/// How well other places of a view explain it in all these cameras: the worst, over the good level.
+pub(super) fn explained(
     evidence: &Evidence,
     view: usize,
     cameras: &[usize],
@@ -64,57 +61,6 @@ fn explained(
             evidence.explained((view, *camera), |_, (world, pixel)| Some((map(world), pixel)))
         })
         .fold(0.0, f64::max)
-}
-
-/// All coordinates, or one, in another unit.
-fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
-    let frame = evidence.frame;
-    let columns = [
-        [true; 3],
-        [true, false, false],
-        [false, true, false],
-        [false, false, true],
-        [true, true, false],
-    ];
-    let names = ["X, Y and Z", "X", "Y", "Z", "X and Y"];
-    for ratio in RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]) {
-        for (which, name) in columns.iter().zip(names) {
-            let map = |scaled: Point3| {
-                let mut world = frame.world(scaled);
-                for axis in 0..3 {
-                    if which[axis] {
-                        world[axis] /= ratio;
-                    }
-                }
-                frame.scaled(world)
-            };
-            let left = explained(evidence, view, cameras, &map);
-            if !cameras.iter().all(|camera| evidence.accepts((view, *camera), left)) {
-                continue;
-            }
-            let what =
-                format!("{name} are {} times what they should be: another unit", tidy(ratio));
-            return Some(Proposal {
-                freedom: Freedom::Choice,
-                left,
-                cells: cameras.iter().map(|camera| (view, *camera)).collect(),
-                also: Vec::new(),
-                key: what.clone(),
-                code: "units-mixed",
-                severity: Severity::Fatal,
-                what,
-                hint: "give all world places in one unit, or let `wheatstone check --fix OUT` scale these".into(),
-                figures: vec![("scale".into(), ratio)],
-                changes: places(evidence, view, map),
-            });
-        }
-    }
-    None
-}
-
-fn tidy(ratio: f64) -> String {
-    let text = format!("{ratio:.4}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// How a chart's places are to be changed: stretched in its plane about its middle, turned, moved.
@@ -136,6 +82,11 @@ impl Stretch {
             self.along[0] * (a * self.scale[0]) + self.along[1] * (b * self.scale[1]) + height;
         let turn = Pose::from_rotation_vector(Vector3::zeros(), self.turn);
         self.middle + turn.rotation * stretched + self.by
+    }
+
+    /// Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
+    fn is_slip(&self) -> bool {
+        self.by.norm() >= 0.03 || self.turn.norm() >= 0.03
     }
 
     fn stepped(&self, step: &SVector<f64, 8>) -> Self {
@@ -160,7 +111,8 @@ fn cost(shots: &Shots, stretch: &Stretch, scale: f64) -> f64 {
 }
 
 /// Adjusts a stretch to the pixels, under Cauchy's weight, by damped steps with slopes by differences.
-fn adjusted(shots: &Shots, start: Stretch) -> Stretch {
+/// The scales stay as they are where it is `rigid`.
+fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
     const STEP: f64 = 1e-5;
     let mut stretch = start;
     let mut damping = 1e-3;
@@ -196,6 +148,12 @@ fn adjusted(shots: &Shots, start: Stretch) -> Stretch {
         for index in 0..8 {
             matrix[(index, index)] *= 1.0 + damping;
         }
+        for index in 0..if rigid { 2 } else { 0 } {
+            matrix.row_mut(index).fill(0.0);
+            matrix.column_mut(index).fill(0.0);
+            matrix[(index, index)] = 1.0;
+            gradient[index] = 0.0;
+        }
         let Some(factors) = matrix.cholesky() else { break };
         let next = stretch.stepped(&factors.solve(&gradient));
         let after = cost(shots, &next, scale);
@@ -229,26 +187,30 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         Some(board) => board.along,
         None => [axes[0], axes[1]],
     };
-    let starts = [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54];
-    let mut best: Option<(f64, Stretch)> = None;
-    for scale in starts {
-        let start = Stretch {
-            middle,
-            along,
-            scale: [scale; 2],
-            turn: Vector3::zeros(),
-            by: Vector3::zeros(),
-        };
-        let stretch = adjusted(&shots, start);
-        let left = explained(evidence, view, cameras, &|place| stretch.map(place));
-        if best.as_ref().is_none_or(|(least, _)| left < *least) {
-            best = Some((left, stretch));
-        }
-        if best.as_ref().is_some_and(|(least, _)| *least <= 1.0) {
+    let start = |scale: f64| Stretch {
+        middle,
+        along,
+        scale: [scale; 2],
+        turn: Vector3::zeros(),
+        by: Vector3::zeros(),
+    };
+    let left_by =
+        |stretch: &Stretch| explained(evidence, view, cameras, &|place| stretch.map(place));
+    // A chart that only stood elsewhere is the simpler story.
+    let moved = adjusted(&shots, start(1.0), true);
+    let left = if moved.is_slip() { left_by(&moved) } else { f64::INFINITY };
+    let mut best = (left, moved);
+    for scale in [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54] {
+        if best.0 <= 1.0 {
             break;
         }
+        let stretch = adjusted(&shots, start(scale), false);
+        let left = left_by(&stretch);
+        if left < 0.7 * best.0 {
+            best = (left, stretch);
+        }
     }
-    let (left, stretch) = best?;
+    let (left, stretch) = best;
     let before = cameras.iter().map(|c| evidence.excess((view, *c))).fold(0.0, f64::max);
     if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
         return None;
@@ -275,8 +237,7 @@ fn named(
     let angle = stretch.turn.norm().to_degrees();
     let unit = &evidence.data.unit;
     let (code, severity, what, freedom, fixable) = if !sized {
-        // Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
-        if before < 4.0 || stretch.by.norm() < 0.03 && stretch.turn.norm() < 0.03 {
+        if before < 4.0 || !stretch.is_slip() {
             return None;
         }
         let what = format!(

@@ -151,6 +151,15 @@ impl<'a> Evidence<'a> {
         (0..self.data.cameras).filter(|camera| self.at(view, *camera).is_some()).collect()
     }
 
+    /// Whether no camera explains even most of a camera's views, while another camera's are explained:
+    /// then its views do not stand out from one another, all being bad.
+    pub(super) fn is_lost(&self, camera: usize) -> bool {
+        let typical = |seen: &Option<Seen>| seen.as_ref().map_or(f64::INFINITY, |s| s.typical);
+        let best = self.seen.iter().map(typical).fold(f64::INFINITY, f64::min);
+        // Lenses differ; one that errs so many times as much as another has another reason.
+        typical(&self.seen[camera]) > 4.0 * best + 0.5
+    }
+
     /// How far sound views of a camera are off as a whole: the median length of their offsets.
     pub(super) fn stray(&self, camera: usize) -> f64 {
         let sound = self.cells.iter().map(|view| &view[camera]);
@@ -198,7 +207,11 @@ impl<'a> Evidence<'a> {
             views.push(some.collect());
         }
         let all: Vec<Pair> = views.iter().flatten().copied().collect();
-        let fitted = RobustCamera::fit(&all, 10)?;
+        let mut fitted = RobustCamera::fit(&all, 10)?;
+        // A wide lens may want more steps; a wrong reading is not helped by them.
+        if fitted.median_error(&all) > 1.0 {
+            fitted = fitted.refined(&all, 30);
+        }
         let errors: Vec<f64> = views
             .iter()
             .filter(|pairs| pairs.len() >= LEAST)

@@ -156,6 +156,8 @@ pub(super) enum Freedom {
     Order,
     /// A place and attitude.
     Pose,
+    /// Something of its own for each camera, where all cameras of the view err.
+    Each,
 }
 
 /// What a fault would explain.

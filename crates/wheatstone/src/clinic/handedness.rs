@@ -8,6 +8,7 @@ use super::{
     evidence::{Cell, Evidence, Seen, pixel_box},
     finding::{Proposal, Severity},
     robust_camera::Pair,
+    spread::{THIN, thickness},
     unsynchronised::overall_figures,
 };
 
@@ -23,7 +24,10 @@ impl Fault for Handedness {
                 found.push(proposal);
             }
         }
-        found.extend(mirrored(evidence, &told));
+        // In a slab or on a plane near and far cannot be told apart.
+        if thickness(evidence).is_some_and(|share| share >= THIN) {
+            found.extend(mirrored(evidence, &told));
+        }
         found.extend(rolled(evidence, &told));
         found
     }
@@ -46,7 +50,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
     let best = others.iter().map(|seen| seen.typical).fold(f64::INFINITY, f64::min);
     // Lenses differ; a camera that errs several times as much as another has another reason.
     let agreeing = evidence.cells.iter().filter(|view| !view[camera].suspicious).count();
-    let disagrees = own.typical > 4.0 * best + 0.5 || 4 * agreeing < 3 * evidence.views.len();
+    let disagrees = evidence.is_lost(camera) || 4 * agreeing < 3 * evidence.views.len();
     if !disagrees {
         return None;
     }
@@ -63,7 +67,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
         // Read rightly it is about as good as the best of the others.
         if left < 0.2 * before
             && left < 4.0 * best + 0.5
-            && found.is_none_or(|(least, _)| left < least)
+            && found.is_none_or(|(least, _)| left < 0.7 * least)
         {
             found = Some((left, how));
         }
@@ -204,7 +208,11 @@ fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
         }
         let degrees = (angle.to_degrees() / 90.0).round() * 90.0;
         let quarters = ((degrees / 90.0).round() as i32).rem_euclid(4) as u8;
-        let Some(turned) = tells_apart(evidence, camera, quarters) else { continue };
+        // Either of the two may be the one that is read wrong.
+        let mut either = [camera, reference].into_iter();
+        let Some(turned) = either.find_map(|one| tells_apart(evidence, one, quarters)) else {
+            continue;
+        };
         let what = format!(
             "the board is read turned by {degrees:.0} degrees in every picture, or the camera is mounted so"
         );

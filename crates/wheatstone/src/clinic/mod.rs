@@ -25,6 +25,8 @@ mod points_permuted;
 mod robust_camera;
 mod spread;
 mod sums;
+mod unexplained;
+mod units_mixed;
 mod unseeable;
 mod unsynchronised;
 mod views;
@@ -50,12 +52,14 @@ const FAULTS: &[(&str, &dyn Fault)] = &[
     ("board_order", &board_order::BoardOrder),
     ("pixel_units", &pixel_units::PixelUnits),
     ("pixel_offset", &pixel_offset::PixelOffset),
+    ("units_mixed", &units_mixed::UnitsMixed),
     ("chart_size", &chart_size::ChartSize),
     ("points_permuted", &points_permuted::PointsPermuted),
     ("camera_moved", &camera_moved::CameraMoved),
     ("handedness", &handedness::Handedness),
     ("duplicates", &duplicates::Duplicates),
     ("spread", &spread::Spread),
+    ("unexplained", &unexplained::Unexplained),
 ];
 
 /// The names of all families of faults.
@@ -70,8 +74,10 @@ pub fn families() -> Vec<&'static str> {
 pub fn examine(data: &Dataset) -> Examination {
     let evidence = Evidence::new(data);
     let mut proposals = Vec::new();
-    for (_, fault) in FAULTS {
-        proposals.extend(fault.propose(&evidence));
+    // In a world that is stretched nothing else can be told.
+    match units_mixed::units_throughout(&evidence) {
+        Some(stretched) => proposals.push(stretched),
+        None => proposals.extend(FAULTS.iter().flat_map(|(_, fault)| fault.propose(&evidence))),
     }
     Examination {
         findings: settle(&evidence, proposals),

@@ -17,7 +17,16 @@ pub(super) struct PixelOffset;
 
 impl Fault for PixelOffset {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
-        (0..evidence.data.cameras).flat_map(|camera| offset(evidence, camera)).collect()
+        let found: Vec<Vec<Proposal>> =
+            (0..evidence.data.cameras).map(|camera| offset(evidence, camera)).collect();
+        // What several cameras say of a view is the chart's doing.
+        let views = |camera: usize| found[camera].iter().flat_map(|p| &p.cells).map(|cell| cell.0);
+        let shared = |camera: usize| {
+            let others = (0..found.len()).filter(|other| *other != camera);
+            others.flat_map(views).any(|view| views(camera).any(|own| own == view))
+        };
+        let alone: Vec<bool> = (0..found.len()).map(|camera| !shared(camera)).collect();
+        found.into_iter().zip(alone).filter(|(_, alone)| *alone).flat_map(|(own, _)| own).collect()
     }
 }
 
@@ -159,7 +168,7 @@ fn unexplained(sums: &Sums, set: &[usize], by: Vector2<f64>) -> f64 {
 fn is_clear(evidence: &Evidence, camera: usize, sums: &Sums, off: &Off) -> bool {
     let known = Vector2::new(off.meant, off.meant);
     // A lens that the formula does not describe bends the estimate by up to as much.
-    if (off.by - known).amax() > 0.25 || unexplained(sums, &off.set, off.by) > 0.2 * known.norm() {
+    if (off.by - known).amax() > 0.17 || unexplained(sums, &off.set, off.by) > 0.2 * known.norm() {
         return false;
     }
     // Where a stage errs, views are off in every camera.

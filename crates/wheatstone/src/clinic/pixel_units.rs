@@ -150,10 +150,10 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         ("offset of y, px".into(), fitted.offset[1]),
     ];
     let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
-    // Where every camera sees it larger, it is larger: that explanation comes first.
+    // Where every camera sees it elsewhere or larger, it is: those explanations come first.
     let present = evidence.present(cell.0);
     if present.len() > 1 && evidence.suspects(cell.0).len() == present.len() {
-        found.freedom = Freedom::Order;
+        found.freedom = Freedom::Each;
     }
     Some(found)
 }

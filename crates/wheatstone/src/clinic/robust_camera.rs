@@ -182,7 +182,19 @@ impl RobustCamera {
                 damping *= 10.0;
             }
         }
-        camera
+        camera.upright()
+    }
+
+    /// The same camera with positive focal lengths: a negative one is an axis that runs the other way.
+    fn upright(mut self) -> Self {
+        for axis in 0..2 {
+            if self.lens.pinhole.focal[axis] < 0.0 {
+                self.lens.pinhole.focal[axis] *= -1.0;
+                self.rotation.row_mut(axis).neg_mut();
+                self.translation[axis] *= -1.0;
+            }
+        }
+        self
     }
 
     fn stepped(&self, step: &SVector<f64, UNKNOWNS>) -> Self {
@@ -211,7 +223,12 @@ pub(super) fn extent(pairs: &[Pair]) -> f64 {
     if pairs.is_empty() { 0.0 } else { side(0).max(side(1)) }
 }
 
-/// Normal equations under Cauchy's weight.
+/// Cauchy's weight.
+fn cauchy(error: f64, scale: f64) -> f64 {
+    1.0 / (1.0 + (error / scale).powi(2)) / (scale * scale)
+}
+
+/// Normal equations, under Cauchy's weight unless said otherwise.
 pub(super) struct Normal {
     pub(super) matrix: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     pub(super) gradient: SVector<f64, UNKNOWNS>,
@@ -225,6 +242,16 @@ impl Normal {
         pairs: &[Pair],
         unknowns: usize,
         scale: Option<f64>,
+    ) -> Self {
+        Self::weighed(camera, pairs, (unknowns, scale), cauchy)
+    }
+
+    /// With a weight by an error's length and the errors' scale, both in pixels.
+    pub(super) fn weighed(
+        camera: &RobustCamera,
+        pairs: &[Pair],
+        (unknowns, scale): (usize, Option<f64>),
+        weigh: fn(f64, f64) -> f64,
     ) -> Self {
         let mut rows = Vec::with_capacity(pairs.len());
         let mut errors = Vec::with_capacity(pairs.len());
@@ -249,7 +276,7 @@ impl Normal {
         for (by_turn, by_point, slopes, error) in &rows {
             let square = error.norm_squared() / (scale * scale);
             normal.cost += libm::log1p(square);
-            let weight = 1.0 / (1.0 + square) / (scale * scale);
+            let weight = weigh(error.norm(), scale);
             for axis in 0..2 {
                 let mut row = SVector::<f64, UNKNOWNS>::zeros();
                 for index in 0..3 {

@@ -28,7 +28,8 @@ impl Fault for Spread {
     }
 }
 
-fn depth(evidence: &Evidence) -> Option<Proposal> {
+/// Thickness of the points over their extent. `None` for too few points.
+pub(super) fn thickness(evidence: &Evidence) -> Option<f64> {
     // Views that miss in every camera may have wrong places: they tell nothing of the others' spread.
     let sound = |view: &usize| {
         let present = evidence.present(*view);
@@ -42,7 +43,14 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
         return None;
     }
     let (_, _, spread) = principal_axes(&places);
-    let share = spread[2] / spread[0].max(1e-12);
+    Some(spread[2] / spread[0].max(1e-12))
+}
+
+/// Below this points are a slab: twenty times as wide as thick, of what most rigs sweep a tenth or less.
+pub(super) const THIN: f64 = 0.05;
+
+fn depth(evidence: &Evidence) -> Option<Proposal> {
+    let share = thickness(evidence)?;
     let figures = vec![("thickness of the points over their extent".into(), share)];
     // A chart's own unevenness is a thousandth of its size.
     if share < 2e-3 {
@@ -56,10 +64,9 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
             )
         });
     }
-    // Twenty times as wide as thick, of what most rigs sweep a tenth or less.
-    (share < 0.05).then(|| Proposal {
+    (share < THIN).then(|| Proposal {
         figures,
-        ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill a thin slab only ({:.1} % of its extent): depth beyond it is a guess", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located")
+        ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill a thin slab only ({:.1} % of its extent): depth beyond it is a guess", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located; or, if they were recorded over such a range, look whether one column has another unit")
     })
 }
 
@@ -78,6 +85,10 @@ fn parallel(evidence: &Evidence) -> Option<Proposal> {
     ))
 }
 
+/// How far from the edges of the points' box the camera's axis may be while the points lie beside it:
+/// of the box's side.
+const MIDDLE: f64 = 0.25;
+
 /// Points beside where the camera's axis meets the picture, on a small part of it.
 fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let seen = evidence.seen[camera].as_ref()?;
@@ -85,26 +96,29 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let axis = seen.camera.principal();
     let [fx, fy] = seen.camera.focal();
     let (wide, high) = (right - left, bottom - top);
-    // Points in a corner tell little of the axis: it must be beside them beyond its own error.
     let pairs: Vec<_> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
     let sigma = seen.camera.principal_uncertainty(&pairs)?;
-    let outside = |low: f64, high: f64, at: f64| {
-        let margin = 0.1 * (high - low);
+    // Points in a corner tell little of the axis: it must be off their middle beyond its own error.
+    let off_middle = |low: f64, high: f64, at: f64, sigma: f64| {
+        let margin = MIDDLE * (high - low);
         at + sigma < low + margin || at - sigma > high - margin
     };
-    let beside = |axis: Pixel| outside(left, right, axis.x) && outside(top, bottom, axis.y);
+    let beside = |axis: Pixel, sigma: f64| {
+        off_middle(left, right, axis.x, sigma) && off_middle(top, bottom, axis.y, sigma)
+    };
     // One camera's axis may be far off behind glass; those of all are hardly.
     let axes: Vec<Pixel> =
         evidence.seen.iter().flatten().map(|seen| seen.camera.principal()).collect();
     let middle = |of: fn(&Pixel) -> f64| median(&axes.iter().map(of).collect::<Vec<_>>());
+    let several = (axes.len() as f64).sqrt();
     let common = Pixel::new(middle(|p| p.x), middle(|p| p.y));
-    let beside = beside(axis) && beside(common);
+    let beside = beside(common, sigma / several) && (axes.len() > 2 || beside(axis, sigma));
     // A picture is about twice as wide as its axis is from its edge.
     let picture = (2.0 * axis.x).max(right) * (2.0 * axis.y).max(bottom);
     let share = wide * high / picture.max(1.0);
     let plausible = axis.x > 0.0 && axis.y > 0.0 && fx > 0.0 && fy > 0.0;
-    (plausible && beside && share < 0.3).then(|| Proposal {
+    (plausible && beside && share < 0.2).then(|| Proposal {
         cells: (0..evidence.views.len()).map(|view| (view, camera)).collect(),
         figures: vec![("share of the picture".into(), share)],
         ..Proposal::itself(

@@ -19,12 +19,19 @@ pub(super) struct Sums {
     pub(super) weights: Vec<f64>,
 }
 
+/// All errors count alike but gross ones. A weight that falls with the error would draw the offset of
+/// a view towards nothing: its points are the ones with the greatest errors.
+fn even(error: f64, scale: f64) -> f64 {
+    // Whole pixels of offset are to be seen, beside all that noise and lens leave.
+    if error < 3.0 * scale + 2.0 { 1.0 / (scale * scale) } else { 0.0 }
+}
+
 impl Sums {
     /// Of a camera fitted to all views, starting from one fitted to most.
     pub(super) fn of(camera: &RobustCamera, views: &[Vec<Pair>]) -> Self {
         let all: Vec<Pair> = views.iter().flatten().copied().collect();
         let camera = camera.without_field().refined(&all, 8);
-        let whole = Normal::at(&camera, &all, UNKNOWNS, None);
+        let whole = Normal::weighed(&camera, &all, (UNKNOWNS, None), even);
         let mut sums = Self {
             inverse: whole.matrix.try_inverse().unwrap_or_else(SMatrix::zeros),
             gradient: whole.gradient,
@@ -44,8 +51,7 @@ impl Sums {
                     continue;
                 };
                 let error = pixel - seen;
-                let square = error.norm_squared() / (whole.scale * whole.scale);
-                let weight = 1.0 / (1.0 + square) / (whole.scale * whole.scale);
+                let weight = even(error.norm(), whole.scale);
                 let by_turn = by_point * -turned.cross_matrix();
                 for axis in 0..2 {
                     for index in 0..3 {

@@ -115,7 +115,7 @@ pub(super) fn proposal(
 fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let count = evidence.views.len();
     let suspicious = evidence.cells.iter().filter(|view| view[camera].suspicious).count();
-    if count < 4 || suspicious == 0 {
+    if count < 4 || suspicious == 0 && !evidence.is_lost(camera) {
         return None;
     }
     let mut best: Option<(f64, usize, i64)> = None;

@@ -110,7 +110,11 @@ impl Ellipsoids {
         if distances.len() < LEAST_HELD_OUT {
             distances = among(&[FoldKind::Interpolation, FoldKind::Extrapolation]);
         }
-        if distances.len() < LEAST_HELD_OUT || !by_law.is_contradicted_by(&distances) {
+        if distances.len() < LEAST_HELD_OUT {
+            return by_law;
+        }
+        distances.extend(own_distances(reconstructor, data, &distances));
+        if !by_law.is_contradicted_by(&distances) {
             return by_law;
         }
         Self::of_sample(&distances).unwrap_or(by_law)
@@ -126,9 +130,9 @@ impl Ellipsoids {
         cells.into_iter().map(square).sum::<f64>() > SIGNIFICANT
     }
 
-    /// Radii of a sample of distances, as those of a power of chi-square with a scale of its own,
-    /// both by maximum likelihood: two numbers describe lighter and heavier tails alike, and vary
-    /// less from sample to sample than the sample's own percentiles.
+    /// Radii of a sample of distances: its own percentile for the inner one, which is sure enough; for
+    /// the outer one, beyond which few points lie, that of a power of chi-square with a scale of its
+    /// own, both by maximum likelihood. Two numbers describe lighter and heavier tails alike.
     fn of_sample(distances: &[f64]) -> Option<Self> {
         let logs: Vec<f64> =
             distances.iter().filter(|d| **d > 0.0).map(|d| libm::log(*d)).collect();
@@ -144,7 +148,7 @@ impl Ellipsoids {
         let radius2 =
             |normal: f64| libm::exp(middle + power * (log_scale(power) + libm::log(normal)));
         let found = Self {
-            radius2_68: radius2(Self::NORMAL.radius2_68),
+            radius2_68: percentile(distances, 0.68),
             radius2_95: radius2(Self::NORMAL.radius2_95),
         };
         let sound = |radius2: f64| radius2 > 0.0 && radius2.is_finite();
@@ -174,6 +178,18 @@ impl Ellipsoids {
         }
         Self { radius2_68: percentile(&distances, 0.68), radius2_95: percentile(&distances, 0.95) }
     }
+}
+
+/// The distances of the fit's own points, where they are about as large as those of points left out:
+/// a fit without a view is worse than the fit with it, and the fit's own points are told a little too
+/// well; together they err less, and there are more of them. A method that goes through its points
+/// says nothing by them.
+fn own_distances(reconstructor: &dyn Reconstructor, data: &Dataset, held_out: &[f64]) -> Vec<f64> {
+    // Half as large again is what leaving a view out costs at most where a fit is no interpolation.
+    const ALIKE: f64 = 1.5;
+    let own = mahalanobis2(reconstructor, data);
+    let ratio = percentile(held_out, 0.5) / percentile(&own, 0.5);
+    if (1.0 / ALIKE..=ALIKE).contains(&ratio) { own } else { Vec::new() }
 }
 
 /// Draws are the same for every map.

@@ -10,9 +10,9 @@ use crate::{
     numeric::random::Random,
 };
 use recorded::{
-    corner, duplicated, identical, left_handed, list_reversed, moved, offset, permuted,
-    quarter_turn, resized, shifted, single_view, thin, units_mixed, unsynchronised, wrong_pitch,
-    y_up,
+    column_unit, corner, duplicated, identical, left_handed, list_reversed, misplaced, moved,
+    offset, permuted, quarter_turn, resized, shifted, single_view, thin, units_mixed,
+    unsynchronised, wrong_pitch, y_up, y_up_everywhere,
 };
 
 /// A dataset with one fault, and what should be said of it.
@@ -54,11 +54,14 @@ const FAULTS: &[(&str, Inject)] = &[
     ("points permuted in one camera of a view", permuted),
     ("wrong pitch in a view", wrong_pitch),
     ("units mixed in a view", units_mixed),
+    ("one column in another unit, all views", column_unit),
+    ("view elsewhere than the file says", misplaced),
     ("one picture of the next view", unsynchronised),
     ("pairs shifted by one from a view on", shifted),
     ("camera moved from a view on", moved),
     ("left-handed world", left_handed),
     ("y up in one camera", y_up),
+    ("y up in all cameras", y_up_everywhere),
     ("pixels off by a half or one in one camera, some views", offset),
     ("picture resized in one camera, some views", resized),
     ("single plane", single_view),

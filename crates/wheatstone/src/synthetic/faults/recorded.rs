@@ -69,6 +69,32 @@ pub(super) fn units_mixed(draw: Draw) -> Option<Faulty> {
     Some(faulty(data, &["units-mixed"], vec![view], cameras))
 }
 
+pub(super) fn column_unit(draw: Draw) -> Option<Faulty> {
+    let (by, axis) = ([0.1, 10.0, 25.4][draw.strength], draw.random.below(3));
+    // Of charts that are parallel and before cameras that look along Z nothing would tell.
+    let tilt = |pose: &Pose| pose.rotation[(2, 2)] < 0.98;
+    if draw.capture.placements.iter().filter(|pose| tilt(pose)).count() < 2 {
+        return None;
+    }
+    let views = all(draw.data.views.len());
+    let scaled = |mut world: Point3| {
+        world[axis] *= by;
+        world
+    };
+    let data = altered(draw.data, &views, |row| row.world = row.world.map(scaled));
+    Some(faulty(data, &["units-mixed"], views, Vec::new()))
+}
+
+pub(super) fn misplaced(draw: Draw) -> Option<Faulty> {
+    let view = draw.some[0];
+    let share = [0.05, 0.1, 0.2][draw.strength] * draw.capture.placements[view].translation.norm();
+    let mut any = || draw.random.normal();
+    let by = Vector3::new(any(), any(), any()).normalize() * share;
+    let cameras = all(draw.data.cameras);
+    let data = altered(draw.data, &[view], |row| row.world = row.world.map(|w| w + by));
+    Some(faulty(data, &["view-misplaced"], vec![view], cameras))
+}
+
 /// The pixels of a camera's view `from` where `view`'s should be.
 fn pictures_of(data: &Dataset, camera: usize, from: impl Fn(usize) -> usize) -> Dataset {
     let mut shifted = data.clone();
@@ -131,6 +157,17 @@ pub(super) fn y_up(draw: Draw) -> Option<Faulty> {
     let views = all(draw.data.views.len());
     let data = pixels(draw.data, &views, draw.camera, |p| Pixel::new(p.x, top - p.y));
     Some(faulty(data, &["v-axis-up"], views, vec![draw.camera]))
+}
+
+pub(super) fn y_up_everywhere(draw: Draw) -> Option<Faulty> {
+    let tops: Vec<f64> = draw.capture.cameras.iter().map(|own| own.height as f64 - 1.0).collect();
+    let mut data = draw.data;
+    for row in &mut data.correspondences {
+        for (pixel, top) in row.pixels.iter_mut().zip(&tops) {
+            *pixel = pixel.map(|p| Pixel::new(p.x, top - p.y));
+        }
+    }
+    Some(faulty(data, &["mirrored-frame", "v-axis-up"], Vec::new(), Vec::new()))
 }
 
 pub(super) fn offset(draw: Draw) -> Option<Faulty> {

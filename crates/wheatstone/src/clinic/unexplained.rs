@@ -1,0 +1,43 @@
+//! Cameras whose views agree on no lens and place, for whatever reason: nothing that is badly wrong may
+//! pass in silence because its name is not known.
+
+use super::{
+    Fault,
+    evidence::Evidence,
+    finding::{Freedom, Proposal, Severity},
+    robust_camera::{Pair, extent},
+};
+
+pub(super) struct Unexplained;
+
+/// Share of the picture's part with points beyond which errors are no lens's: odd ones leave a tenth.
+const GREAT: f64 = 0.02;
+
+impl Fault for Unexplained {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        (0..evidence.data.cameras).filter_map(|camera| unexplained(evidence, camera)).collect()
+    }
+}
+
+fn unexplained(evidence: &Evidence, camera: usize) -> Option<Proposal> {
+    let seen = evidence.seen[camera].as_ref()?;
+    let pairs: Vec<Pair> =
+        evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
+    if seen.typical < GREAT * extent(&pairs) {
+        return None;
+    }
+    Some(Proposal {
+        freedom: Freedom::Each,
+        left: f64::INFINITY,
+        cells: (0..evidence.views.len()).map(|view| (view, camera)).collect(),
+        // Whatever has a name explains more.
+        also: (0..evidence.views.len()).map(|view| (view, camera)).collect(),
+        figures: vec![("median error of the best camera, px".into(), seen.typical)],
+        ..Proposal::itself(
+            "unexplained",
+            Severity::Warning,
+            "no lens and place of a camera fits even most of its views: labels, pairing of the views, or the places of the chart are wrong, or the optics are very odd".into(),
+            "look at the pictures of a few views beside their rows in the table: does each point carry the label and the place that it has on the chart?",
+        )
+    })
+}
