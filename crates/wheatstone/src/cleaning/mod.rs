@@ -2,4 +2,5 @@
 //! aside, and charts are moved to where they really stood.
 
 pub mod outliers;
+pub mod poses;
 pub mod stage;

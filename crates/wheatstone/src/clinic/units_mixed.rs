@@ -2,13 +2,14 @@
 
 use super::{
     Fault,
+    board::Board,
     chart_size::{explained, places},
-    evidence::Evidence,
+    evidence::{Evidence, LEAST},
     finding::{Freedom, Proposal, Severity},
     robust_camera::Pair,
     spread::{THIN, thickness},
 };
-use crate::geometry::Point3;
+use crate::{geometry::Point3, numeric::statistics::median};
 
 pub(super) struct UnitsMixed;
 
@@ -52,8 +53,65 @@ fn in_unit(evidence: &Evidence, which: [bool; 3], ratio: f64, scaled: Point3) ->
     evidence.frame.scaled(world)
 }
 
-/// One or two columns in another unit in all views: no camera fits, and all do once it is put right.
+/// A column in another unit: which coordinates, by what ratio, and their name.
+type Stretch = ([bool; 3], f64, &'static str);
+
+fn stretches() -> impl Iterator<Item = Stretch> {
+    let ratios = RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]);
+    ratios.flat_map(|ratio| COLUMNS.into_iter().map(move |(which, name)| (which, ratio, name)))
+}
+
+/// One or two columns in another unit in all views.
 pub(super) fn units_throughout(evidence: &Evidence) -> Option<Proposal> {
+    by_lattice(evidence).or_else(|| by_pixels(evidence))
+}
+
+/// Charts that stand askew are lattices of one pitch only in their own unit.
+fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
+    let places: Vec<Vec<Point3>> = evidence
+        .views
+        .iter()
+        .map(|view| {
+            let known =
+                view.rows.iter().filter_map(|row| evidence.data.correspondences[*row].world);
+            known.map(|world| evidence.frame.scaled(world)).collect()
+        })
+        .filter(|places: &Vec<Point3>| places.len() >= LEAST)
+        .collect();
+    let alike = |map: &dyn Fn(Point3) -> Point3| -> usize {
+        let pitches: Vec<[f64; 2]> = places
+            .iter()
+            .filter_map(|view| {
+                let board = Board::find(&view.iter().map(|place| map(*place)).collect::<Vec<_>>())?;
+                let [a, b] = board.pitch;
+                Some([a.min(b), a.max(b)])
+            })
+            .collect();
+        if pitches.is_empty() {
+            return 0;
+        }
+        let usual =
+            [0, 1].map(|k| median(&pitches.iter().map(|pitch| pitch[k]).collect::<Vec<_>>()));
+        let near = |pitch: &&[f64; 2]| (0..2).all(|k| (pitch[k] / usual[k] - 1.0).abs() < 5e-3);
+        pitches.iter().filter(near).count()
+    };
+    // Charts of odd makes are no lattices at all; a few views may have another fault.
+    if places.len() < 3 || 5 * alike(&|place| place) >= 3 * places.len() {
+        return None;
+    }
+    let score = |(which, ratio, _): &Stretch| {
+        alike(&|place: Point3| in_unit(evidence, *which, *ratio, place))
+    };
+    let scored = stretches().map(|stretch| (score(&stretch), stretch));
+    // Of equal ones the first: they are in the order in which people mix them.
+    let (count, best) = scored.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+    let share = count as f64 / places.len() as f64;
+    let figures = vec![("share of views that are lattices of one pitch then".into(), share)];
+    (share > 0.85).then(|| proposal(evidence, best, figures))
+}
+
+/// No camera fits, and all do once it is put right.
+fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
     // In a stretched world half of the views and more agree on no camera, or on a bad one.
     let bad = |camera: usize| {
         let sound = evidence.cells.iter().filter(|view| !view[camera].suspicious).count();
@@ -71,35 +129,43 @@ pub(super) fn units_throughout(evidence: &Evidence) -> Option<Proposal> {
         .iter()
         .map(|camera| evidence.overall(*camera, |_, _, pair| Some(pair)))
         .collect::<Option<_>>()?;
-    let mut best: Option<(f64, [bool; 3], f64, &str)> = None;
-    for ratio in RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]) {
-        for (which, name) in COLUMNS {
-            let mut worst: f64 = 0.0;
-            for camera in &cameras {
-                let read = |_: usize, _: usize, (place, pixel): Pair| {
-                    Some((in_unit(evidence, which, ratio, place), pixel))
-                };
-                let left = evidence.overall(*camera, read).unwrap_or(f64::INFINITY);
-                worst = worst.max(left / before[*camera]);
-                if worst > 0.2 {
-                    break;
-                }
-            }
-            if worst <= 0.2 && best.as_ref().is_none_or(|(least, ..)| worst < *least) {
-                best = Some((worst, which, ratio, name));
+    let mut best: Option<(f64, Stretch)> = None;
+    for stretch in stretches() {
+        let (which, ratio, _) = stretch;
+        let read = |_: usize, _: usize, (place, pixel): Pair| {
+            Some((in_unit(evidence, which, ratio, place), pixel))
+        };
+        let mut worst: f64 = 0.0;
+        for camera in &cameras {
+            let left = evidence.overall(*camera, read).unwrap_or(f64::INFINITY);
+            worst = worst.max(left / before[*camera]);
+            if worst > 0.2 {
+                break;
             }
         }
+        if worst <= 0.2 && best.as_ref().is_none_or(|(least, _)| worst < *least) {
+            best = Some((worst, stretch));
+        }
     }
-    let (left, which, ratio, name) = best?;
+    let (left, stretch) = best?;
+    Some(proposal(evidence, stretch, vec![("error left, of that before".into(), left)]))
+}
+
+fn proposal(
+    evidence: &Evidence,
+    (which, ratio, name): Stretch,
+    mut figures: Vec<(String, f64)>,
+) -> Proposal {
     let all: Vec<(usize, usize)> = (0..evidence.views.len())
-        .flat_map(|view| cameras.iter().map(move |camera| (view, *camera)))
+        .flat_map(|view| (0..evidence.data.cameras).map(move |camera| (view, camera)))
         .collect();
     let changes = (0..evidence.views.len())
         .flat_map(|view| places(evidence, view, |place| in_unit(evidence, which, ratio, place)));
-    Some(Proposal {
+    figures.insert(0, ("scale".into(), ratio));
+    Proposal {
         cells: all.clone(),
         also: all,
-        figures: vec![("scale".into(), ratio), ("error left, of that before".into(), left)],
+        figures,
         changes: changes.collect(),
         ..Proposal::itself(
             "units-mixed",
@@ -110,7 +176,7 @@ pub(super) fn units_throughout(evidence: &Evidence) -> Option<Proposal> {
             ),
             UNITS_HINT,
         )
-    })
+    }
 }
 
 const UNITS_HINT: &str =

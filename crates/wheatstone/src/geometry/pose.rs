@@ -61,6 +61,44 @@ impl Pose {
         Point3::from(self.rotation * point.coords + self.translation)
     }
 
+    /// `a_from_c` of this, `a_from_b`, and of `b_from_c`.
+    #[must_use]
+    pub fn after(&self, b_from_c: &Self) -> Self {
+        Self {
+            rotation: self.rotation * b_from_c.rotation,
+            translation: self.rotation * b_from_c.translation + self.translation,
+        }
+    }
+
+    /// The motion that brings the first of each pair nearest to the second, in the least-squares
+    /// sense; `None` for fewer than three pairs, or pairs on a line.
+    ///
+    /// Source: Arun, Huang & Blostein 1987 (doi:10.1109/TPAMI.1987.4767965), with the reflection
+    /// excluded as by Umeyama 1991 (doi:10.1109/34.88573).
+    #[must_use]
+    pub fn aligning(pairs: &[(Point3, Point3)]) -> Option<Self> {
+        let count = pairs.len() as f64;
+        let middle = |points: &mut dyn Iterator<Item = Vector3>| points.sum::<Vector3>() / count;
+        let from = middle(&mut pairs.iter().map(|pair| pair.0.coords));
+        let to = middle(&mut pairs.iter().map(|pair| pair.1.coords));
+        let scatter: Matrix3<f64> =
+            pairs.iter().map(|(a, b)| (b.coords - to) * (a.coords - from).transpose()).sum();
+        let svd = scatter.svd(true, true);
+        let (u, v_t) = (svd.u?, svd.v_t?);
+        let mut values: Vec<f64> = svd.singular_values.iter().copied().collect();
+        values.sort_by(f64::total_cmp);
+        if pairs.len() < 3 || values[1] <= 1e-12 * values[2] {
+            return None;
+        }
+        let mut flip = Matrix3::identity();
+        if (u * v_t).determinant() < 0.0 {
+            let least = svd.singular_values.imin();
+            flip[(least, least)] = -1.0;
+        }
+        let rotation = u * flip * v_t;
+        Some(Self { rotation, translation: to - rotation * from })
+    }
+
     /// `b_from_a`.
     #[must_use]
     pub fn inverse(&self) -> Self {

@@ -16,7 +16,7 @@ use nalgebra::Matrix3;
 
 /// A camera model that a fit can start. The first four of its numbers are its pinhole's, the fifth is
 /// the first coefficient of its radial distortion.
-pub(super) trait Lens: AdjustableCamera + Send + Sync {
+pub(crate) trait Lens: AdjustableCamera + Send + Sync {
     /// The model that a fit starts from; `first` is the coefficient of the cube in
     /// radius = a + first a^3.
     fn ideal(pinhole: Pinhole, first: f64) -> Self;

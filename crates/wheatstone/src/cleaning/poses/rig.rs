@@ -1,0 +1,270 @@
+//! From single cameras to all of them in one frame.
+
+use super::{
+    Choice, Gathered,
+    bundle::{Adjusted, Bundle, Loss, POSE, Posed, Shot, State, lost},
+    planar::{self, LEAST, view_error},
+};
+use crate::{
+    Error, Result,
+    geometry::{Pixel, Point3, Pose},
+    method::Lens,
+    numeric::statistics::median,
+    progress::Progress,
+};
+use rayon::prelude::*;
+
+/// Steps and least gain while a start is tried, and at the end.
+const SCOUTING: (usize, f64) = (25, 1e-3);
+const FINAL: (usize, f64) = (100, 1e-8);
+
+/// Which of a lens's numbers may change, from few to many; the focal lengths and the principal point,
+/// the first four, always may.
+pub(super) trait Terms: Lens {
+    const RUNGS: &'static [&'static [usize]];
+}
+
+impl Terms for crate::camera::brown_conrady::BrownConrady {
+    const RUNGS: &'static [&'static [usize]] =
+        &[&[0, 1, 2, 3, 4], &[0, 1, 2, 3, 4, 5, 7, 8], &[0, 1, 2, 3, 4, 5, 6, 7, 8]];
+}
+
+impl Terms for crate::camera::kannala_brandt::KannalaBrandt {
+    const RUNGS: &'static [&'static [usize]] =
+        &[&[0, 1, 2, 3, 4], &[0, 1, 2, 3, 4, 5], &[0, 1, 2, 3, 4, 5, 6, 7]];
+}
+
+/// Unknowns of a camera: its lens's terms, and its pose where that may change.
+pub(super) fn unknowns(terms: &[usize], posed: bool) -> Vec<usize> {
+    let pose = if posed { 0..POSE } else { 0..0 };
+    pose.chain(terms.iter().map(|term| term + POSE)).collect()
+}
+
+/// Sizes of the errors of all points at a state.
+fn errors<L: Lens>(state: &State<L>, shots: &[Shot]) -> Vec<f64> {
+    let mut all = Vec::new();
+    for (shot, chart) in shots.iter().zip(&state.charts) {
+        for (camera, seen) in state.cameras.iter().zip(shot) {
+            let pose = camera.camera_from_world.after(chart);
+            all.extend(seen.iter().map(|(place, pixel)| {
+                let at = camera.lens.project(pose.transform(*place));
+                at.map_or(f64::INFINITY, |at| (at - pixel).norm())
+            }));
+        }
+    }
+    all
+}
+
+/// The scale of Cauchy's function for these errors: three standard deviations, of normal errors of two
+/// coordinates whose median length is 1.18 of them.
+fn scale(errors: &[f64]) -> f64 {
+    (3.0 * median(errors) / 1.18).clamp(1e-3, 1e3)
+}
+
+/// One camera with the charts that it saw, by itself: its state with the camera at the origin.
+fn alone<L: Terms>(
+    shots: &[Shot],
+    camera: usize,
+    progress: &dyn Progress,
+) -> Result<Option<Adjusted<L>>> {
+    let own: Vec<Shot> = shots.iter().map(|shot| vec![shot[camera].clone()]).collect();
+    let loose: Vec<bool> = own.iter().map(|shot| shot[0].len() >= LEAST).collect();
+    let kept: Vec<Shot> = own
+        .into_iter()
+        .zip(&loose)
+        .map(|(shot, loose)| if *loose { shot } else { vec![Vec::new()] })
+        .collect();
+    let mut best: Option<Adjusted<L>> = None;
+    for start in planar::starts::<L>(&kept, 0) {
+        let mut state = start;
+        let mut cost = f64::INFINITY;
+        for terms in L::RUNGS {
+            let bundle = Bundle {
+                shots: &kept,
+                loose: &loose,
+                free: vec![unknowns(terms, false)],
+                loss: Loss::Cauchy(scale(&errors(&state, &kept))),
+            };
+            let found = bundle.adjust(state, SCOUTING, progress)?;
+            state = found.state;
+            cost = found.cost;
+        }
+        // Costs under different scales cannot be compared: medians can.
+        let error = median(&errors(&state, &kept));
+        cost = if cost.is_finite() { error } else { f64::INFINITY };
+        if best.as_ref().is_none_or(|old| cost < old.cost) {
+            best = Some(Adjusted { state, cost });
+        }
+    }
+    Ok(best)
+}
+
+/// All cameras in the first one's frame, each chart where the cameras placed so far see it.
+fn joined<L: Terms>(shots: &[Shot], single: Vec<State<L>>) -> Result<State<L>> {
+    let count = single.len();
+    let saw = |camera: usize, view: usize| shots[view][camera].len() >= LEAST;
+    let mut cameras: Vec<Option<Pose>> = vec![None; count];
+    cameras[0] = Some(Pose::default());
+    let mut charts: Vec<Option<Pose>> =
+        (0..shots.len()).map(|view| saw(0, view).then(|| single[0].charts[view])).collect();
+    while let Some(next) =
+        (0..count).filter(|camera| cameras[*camera].is_none()).max_by_key(|camera| {
+            (0..shots.len()).filter(|v| saw(*camera, *v) && charts[*v].is_some()).count()
+        })
+    {
+        let shared: Vec<usize> =
+            (0..shots.len()).filter(|v| saw(next, *v) && charts[*v].is_some()).collect();
+        let lens = &single[next].cameras[0].lens;
+        let candidates = shared.iter().step_by(shared.len().div_ceil(30).max(1));
+        let mut best: Option<(f64, Pose)> = None;
+        for view in candidates {
+            let Some(chart) = charts[*view] else { continue };
+            let pose = single[next].charts[*view].after(&chart.inverse());
+            let each: Vec<f64> = shared
+                .iter()
+                .filter_map(|v| Some(view_error(lens, &pose.after(&charts[*v]?), &shots[*v][next])))
+                .collect();
+            let error = median(&each);
+            if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, pose));
+            }
+        }
+        let (_, pose) = best.ok_or_else(|| Error::Degenerate {
+            problem: format!("camera {} shares no view with the cameras before it", next + 1),
+            hint: "show the board to two cameras at once, each camera linked to another one by some views".into(),
+        })?;
+        cameras[next] = Some(pose);
+        for (view, chart) in charts.iter_mut().enumerate() {
+            if chart.is_none() && saw(next, view) {
+                *chart = Some(pose.inverse().after(&single[next].charts[view]));
+            }
+        }
+    }
+    let posed = single.into_iter().zip(cameras).map(|(state, pose)| {
+        let lens = state.cameras.into_iter().next().map(|camera| camera.lens);
+        Some(Posed { lens: lens?, camera_from_world: pose? })
+    });
+    let cameras: Option<Vec<Posed<L>>> = posed.collect();
+    Ok(State {
+        cameras: cameras.ok_or_else(lost)?,
+        charts: charts.into_iter().map(Option::unwrap_or_default).collect(),
+    })
+}
+
+/// The cameras and charts that explain the pixels best, from nothing but them.
+pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> Result<Choice<L>> {
+    let shots = &gathered.shots;
+    let single: Vec<Result<Option<Adjusted<L>>>> = (0..gathered.cameras)
+        .into_par_iter()
+        .map(|camera| alone::<L>(shots, camera, progress))
+        .collect();
+    let mut states = Vec::new();
+    for (camera, found) in single.into_iter().enumerate() {
+        let found = found?.ok_or_else(|| Error::Degenerate {
+            problem: format!("no view of camera {} places a chart", camera + 1),
+            hint: format!(
+                "each camera must see {LEAST} points or more of a flat chart in several views"
+            ),
+        })?;
+        states.push(found.state);
+    }
+    let state = joined(shots, states)?;
+    refine(gathered, state, progress)
+}
+
+/// From a state near the best one to the best, gross errors left out.
+pub(super) fn refine<L: Terms>(
+    gathered: &Gathered,
+    state: State<L>,
+    progress: &dyn Progress,
+) -> Result<Choice<L>> {
+    let free = |terms: &[usize]| -> Vec<Vec<usize>> {
+        let first_is_fixed = gathered.fixed.iter().all(|fixed| !fixed);
+        (0..gathered.cameras).map(|camera| unknowns(terms, camera > 0 || !first_is_fixed)).collect()
+    };
+    let loose: Vec<bool> = (0..gathered.shots.len())
+        .map(|view| {
+            !gathered.fixed[view] && gathered.shots[view].iter().any(|seen| seen.len() >= LEAST)
+        })
+        .collect();
+    let usable: Vec<Shot> = gathered
+        .shots
+        .iter()
+        .enumerate()
+        .map(|(view, shot)| {
+            if loose[view] || gathered.fixed[view] {
+                shot.clone()
+            } else {
+                vec![Vec::new(); gathered.cameras]
+            }
+        })
+        .collect();
+    let last = L::RUNGS[L::RUNGS.len() - 1];
+    let mut state = state;
+    for terms in [L::RUNGS[0], last, last] {
+        let loss = Loss::Cauchy(scale(&errors(&state, &usable)));
+        let bundle = Bundle { shots: &usable, loose: &loose, free: free(terms), loss };
+        state = bundle.adjust(state, (40, 1e-4), progress)?.state;
+    }
+    let clean = without_gross(&state, &usable);
+    let mut best: Option<(f64, Choice<L>)> = None;
+    for terms in L::RUNGS {
+        let bundle =
+            Bundle { shots: &clean, loose: &loose, free: free(terms), loss: Loss::Squares };
+        let start = without_others(&state, terms);
+        let found = bundle.adjust(start, FINAL, progress)?;
+        let points: usize = clean.iter().flatten().map(Vec::len).sum();
+        let count = bundle.free.iter().map(Vec::len).sum::<usize>()
+            + POSE * loose.iter().filter(|l| **l).count();
+        let equations = (2 * points) as f64;
+        let freedom = (equations - count as f64).max(1.0);
+        // Akaike's criterion corrected for small samples, as for cameras with known points.
+        let worth = equations * libm::log(2.0 * found.cost / equations + 1e-14)
+            + 2.0 * count as f64 * equations / (equations - count as f64 - 1.0).max(0.5);
+        if best.as_ref().is_none_or(|(least, _)| worth < *least) {
+            let sigma = (2.0 * found.cost / freedom).sqrt();
+            let charts = bundle.chart_covariances(&found.state, sigma);
+            let choice = Choice {
+                state: found.state,
+                terms,
+                clean: clean.clone(),
+                loose: loose.clone(),
+                cost: found.cost,
+                sigma,
+                points,
+                charts,
+            };
+            best = Some((worth, choice));
+        }
+    }
+    best.map(|(_, choice)| choice).ok_or_else(lost)
+}
+
+fn without_others<L: Terms>(state: &State<L>, terms: &[usize]) -> State<L> {
+    let mut state = state.clone();
+    for camera in &mut state.cameras {
+        for (index, value) in camera.lens.parameters_mut().into_iter().enumerate() {
+            if index >= 4 && !terms.contains(&index) {
+                *value = 0.0;
+            }
+        }
+    }
+    state
+}
+
+/// The points without those whose errors stand out: six standard deviations and more.
+fn without_gross<L: Lens>(state: &State<L>, shots: &[Shot]) -> Vec<Shot> {
+    let most = 2.0 * scale(&errors(state, shots)) + 1e-9;
+    let keep = |shot: &Shot, chart: &Pose| -> Shot {
+        let each = state.cameras.iter().zip(shot).map(|(camera, seen)| {
+            let pose = camera.camera_from_world.after(chart);
+            let near = |(place, pixel): &&(Point3, Pixel)| {
+                let at = camera.lens.project(pose.transform(*place));
+                at.is_some_and(|at| (at - pixel).norm() <= most)
+            };
+            seen.iter().filter(near).copied().collect()
+        });
+        each.collect()
+    };
+    shots.iter().zip(&state.charts).map(|(shot, chart)| keep(shot, chart)).collect()
+}

@@ -1,0 +1,99 @@
+//! Whether the pixels tell focal lengths at all. From charts that are parallel to each other they do
+//! not: a longer lens and a board farther away look the same. The search ends somewhere all the same,
+//! with confident figures; so what is asked is how much worse other focal lengths would do.
+
+use super::{
+    Choice,
+    bundle::{Bundle, Loss},
+    gather::Gathered,
+    rig::{Terms, unknowns},
+};
+use crate::{Error, Result, geometry::Vector3, progress::Progress};
+use nalgebra::Matrix3;
+
+/// Focal lengths that must be told apart from the one found, as shares of it.
+const OTHERS: [f64; 2] = [0.8, 1.25];
+
+/// Five standard deviations.
+const CLEARLY: f64 = 25.0;
+
+/// Charts whose normals spread by less than this many degrees about their mean are held for parallel:
+/// what little such tilts tell, a bent board or a lens's terms could feign.
+const PARALLEL: f64 = 2.0;
+
+/// Root mean square angle of the charts' normals from their mean, and its standard deviation, in
+/// degrees.
+fn tilt<L>(choice: &Choice<L>) -> (f64, f64) {
+    let charts = choice.state.charts.iter().zip(&choice.loose).enumerate();
+    let loose: Vec<_> = charts.filter(|(_, (_, loose))| **loose).collect();
+    let normals: Vec<Vector3> =
+        loose.iter().map(|(_, (chart, _))| chart.rotation.column(2).into_owned()).collect();
+    let mean = normals.iter().sum::<Vector3>().normalize();
+    let square = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let spread: Vec<f64> =
+        normals.iter().map(|normal| normal.cross(&mean).norm_squared()).collect();
+    let sigma: Vec<f64> = loose
+        .iter()
+        .filter_map(|(view, _)| {
+            let turns = choice.charts.as_ref()?[*view];
+            let across = Matrix3::identity() - mean * mean.transpose();
+            let own: Matrix3<f64> = turns.fixed_view::<3, 3>(0, 0).into_owned();
+            Some((across * own * across).trace())
+        })
+        .collect();
+    (square(&spread).sqrt().to_degrees(), square(&sigma).sqrt().to_degrees())
+}
+
+/// Refuses a state whose focal lengths could as well be others.
+pub(super) fn check<L: Terms>(
+    gathered: &Gathered,
+    choice: &Choice<L>,
+    progress: &dyn Progress,
+) -> Result<()> {
+    // Known places tell the focal length by themselves.
+    if gathered.has_known() {
+        return Ok(());
+    }
+    let (spread, sigma) = tilt(choice);
+    if spread < PARALLEL.max(3.0 * sigma) {
+        return Err(parallel(format!(
+            "the chart's normals spread by {spread:.2} degrees only, known to {sigma:.2}"
+        )));
+    }
+    let held: Vec<usize> = choice.terms.iter().copied().filter(|term| *term >= 2).collect();
+    let free = (0..gathered.cameras).map(|camera| unknowns(&held, camera > 0)).collect();
+    let bundle = Bundle { shots: &choice.clean, loose: &choice.loose, free, loss: Loss::Squares };
+    let variance = (choice.sigma * choice.sigma).max(1e-12);
+    for share in OTHERS {
+        let mut state = choice.state.clone();
+        for camera in &mut state.cameras {
+            for value in camera.lens.parameters_mut().into_iter().take(2) {
+                *value *= share;
+            }
+        }
+        // Distances go along with focal lengths.
+        let first = choice.state.cameras[0].camera_from_world;
+        for chart in &mut state.charts {
+            chart.translation += first.inverse().rotation
+                * Vector3::z()
+                * ((share - 1.0) * first.transform(chart.translation.into()).z);
+        }
+        let other = bundle.adjust(state, (60, 1e-5), progress)?;
+        let worse = 2.0 * (other.cost - choice.cost) / variance;
+        if worse < CLEARLY {
+            return Err(parallel(format!(
+                "{share} times the focal lengths explain the pixels as well (chi-square {worse:.1} worse)"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn parallel(evidence: String) -> Error {
+    Error::Degenerate {
+        problem: format!(
+            "the chart was held parallel to itself in all views, or nearly so: {evidence}; from such views focal length and distance cannot be told apart"
+        ),
+        hint: "tilt the board by twenty degrees and more, another way in each view; or give the places at which it stood (`translation` of [[views]], or X,Y,Z)".into(),
+    }
+}
