@@ -140,7 +140,7 @@ impl Report {
             claims,
             ..Self::empty(title, "cm")
         };
-        report.verdict = verdict::of_claims(&report.claims);
+        report.verdict = verdict::of_claims(&report.claims, all);
         report
     }
 }
@@ -349,7 +349,7 @@ fn learning(model: &Calibration) -> Option<CurveFigure> {
         .collect();
     (points.len() > 1).then(|| CurveFigure {
         across: "epochs".into(),
-        up: "rms error of the scaled outputs, share of their range".into(),
+        up: "rms error of the outputs, scaled".into(),
         curves: vec![Curve { name: "points that are learned".into(), points }],
     })
 }

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// What it comes to, in words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// One word: `sound`, `fair`, `doubtful` or `unproven`.
+    /// One word: `sound`, `fair`, `doubtful` or `unproven`; of the paper's claims, `confirmed` or
+    /// `mixed`.
     pub grade: String,
     /// One sentence.
     pub sentence: String,
