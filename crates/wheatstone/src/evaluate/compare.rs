@@ -281,7 +281,7 @@ pub fn divide(
         Some(_) => Vec::new(),
         None => {
             let (method, folds) = ([AnyMethod::named(REFERENCE)?], folds(data));
-            let mut outcomes = run_all(&method, data, &folds, seed, &Muted(progress))?;
+            let mut outcomes = run_all(&method, data, &folds, seed, progress)?;
             held_out(&folds, &outcomes.remove(0))
         }
     };
