@@ -33,7 +33,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let views = [[0, 2], [1, 2], [0, 1]].map(lying);
     let of = |axis: usize| ends(points.iter().map(|(_, p)| p[axis]), 0.05 * longest);
     // One scale for all, by which the longest axis is as wide as a drawing usually is.
-    let scale = 400.0 / (1.1 * longest).max(1e-300);
+    let scale = 330.0 / (1.1 * longest).max(1e-300);
     let panel = |[across, up]: [usize; 2]| {
         let name = |axis: usize| format!("{}, {}", names[axis], report.unit);
         let mut plot =

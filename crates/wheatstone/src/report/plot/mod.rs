@@ -301,7 +301,8 @@ pub(super) fn colour_bar((low, high): (f64, f64), unit: &str, panel: &mut Panel)
             "<text x=\"{}\" y=\"{}\" class=\"tick {class}\">{} {}</text>",
             short(x),
             short(height + 24.0),
-            super::text::figure(value),
+            // Counts have no decimals.
+            if value.fract() == 0.0 { value.to_string() } else { super::text::figure(value) },
             escape(unit)
         );
     }
