@@ -108,11 +108,12 @@ impl Counter {
         let elapsed = self.began.elapsed();
         let bar = self.shown.get_or_insert_with(|| {
             let bar = ProgressBar::new_spinner().with_elapsed(elapsed);
-            match ProgressStyle::with_template("located {human_pos} rows, {per_sec}") {
+            match ProgressStyle::with_template("located {human_pos} rows, {msg}") {
                 Ok(style) => bar.with_style(style),
                 Err(_) => bar,
             }
         });
+        bar.set_message(format!("{:.0} a second", done as f64 / elapsed.as_secs_f64()));
         bar.set_position(done);
     }
 }
