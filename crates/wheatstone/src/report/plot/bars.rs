@@ -29,7 +29,7 @@ const NAMES: f64 = 138.0;
 const LETTERS: usize = 30;
 
 /// Room for values.
-const VALUES: f64 = 96.0;
+const VALUES: f64 = 124.0;
 
 fn shortened(label: &str) -> String {
     if label.chars().count() <= LETTERS {
