@@ -52,7 +52,10 @@ fn the_demo_ends_with_a_report() {
             "wheatstone demo --out story",
         ],
     );
-    assert!(best < 0.05, "a twentieth of a millimetre at a metre, or the pictures are at fault: {best}");
+    assert!(
+        best < 0.05,
+        "a twentieth of a millimetre at a metre, or the pictures are at fault: {best}"
+    );
 }
 
 #[test]

@@ -48,7 +48,8 @@ impl Reproduce {
         write(&all, &self.out)?;
         say!("{}", as_text(&all).trim_end());
         say!("");
-        let report = Report::of_reproduction(&all, "The 2001 paper, done again", Some(self.command()));
+        let report =
+            Report::of_reproduction(&all, "The 2001 paper, done again", Some(self.command()));
         write_report(&report, &self.out.join("report.html"), &self.showing)?;
         say!("Figures and tables  {}", self.out.display());
         if self.json {

@@ -45,14 +45,14 @@ pub(super) fn of_model(
         let error = |row: usize| {
             let (world, found) = (points[row].world?, points[row].located.as_ref()?.point);
             let difference = Point3::from(found) - Point3::from(world);
-            (row % every == 0).then_some(HeldOut { row: row / every, difference, beyond })
+            row.is_multiple_of(every).then_some(HeldOut { row: row / every, difference, beyond })
         };
         errors.extend(rows.into_iter().filter_map(error));
     }
     // The neural camera is what others are divided by: where it is the model, it is held out already.
     let is_reference = refitted(model)? == AnyMethod::named("neural-camera")?;
     let reference = is_reference.then_some(&errors[..]);
-    let some = data.subset(|row, _| row % every == 0);
+    let some = data.subset(|row, _| row.is_multiple_of(every));
     let budget = divide(&some, &errors, reference, (model.seed, progress))?;
     Ok(budget.as_ref().map(shares).unwrap_or_default())
 }

@@ -337,7 +337,8 @@ fn compared(comparison: &Comparison) -> Vec<MethodFigures> {
 
 /// What each held-out view came to for the method that is to be trusted.
 fn views_of_chosen(comparison: &Comparison) -> Vec<ViewFigures> {
-    let chosen = comparison.methods.iter().find(|row| comparison.chosen.as_ref() == Some(&row.method));
+    let chosen =
+        comparison.methods.iter().find(|row| comparison.chosen.as_ref() == Some(&row.method));
     chosen.map_or_else(Vec::new, |row| remembered(&row.folds))
 }
 

@@ -166,11 +166,7 @@ pub(super) fn gallery(
     }
     pieces.sort_by_key(|(number, _)| *number);
     let outliers = pieces.split_off(pieces.partition_point(|(number, _)| *number < own));
-    Ok(Gallery {
-        pictures,
-        crops: sheet(&cuts, &pieces),
-        outlier_crops: sheet(&cuts, &outliers),
-    })
+    Ok(Gallery { pictures, crops: sheet(&cuts, &pieces), outlier_crops: sheet(&cuts, &outliers) })
 }
 
 fn small(seen: &Seen, (view, camera): (usize, usize), image: &GrayImage) -> Option<PictureFigures> {

@@ -7,8 +7,7 @@ use super::{
 };
 use crate::{
     dataset::split::FoldKind, evaluate::Comparison, method::Choice,
-    numeric::statistics::root_mean_square,
-    reproduction::Reproduction,
+    numeric::statistics::root_mean_square, reproduction::Reproduction,
 };
 
 /// Up to so many times what the pixels allow, a fit is sound: `auto` asks for a second opinion above
@@ -231,9 +230,8 @@ pub(super) fn of_comparison(report: &Report, found: &Comparison) -> Verdict {
         };
     };
     let ratio = chosen.ratio_to_floor.or(found.budget.as_ref().map(|all| all.ratio_to_floor));
-    let times = ratio.map_or_else(String::new, |ratio| {
-        format!("; {} × what the pixels allow", figure(ratio))
-    });
+    let times = ratio
+        .map_or_else(String::new, |ratio| format!("; {} × what the pixels allow", figure(ratio)));
     let sentence = format!(
         "{} is to be trusted here: points of views left out are located to {} {} rms{times}.",
         chosen.method,
@@ -258,14 +256,14 @@ pub(super) fn of_claims(claims: &[ClaimFigures], all: &Reproduction) -> Verdict 
     let rivals: Vec<String> = all
         .comparison
         .iter()
-        .map(|row| format!("{} {} %", row.method, figure(row.inside_percent)))
+        .map(|row| format!("{}: {} %", row.method, figure(row.inside_percent)))
         .collect();
     let nets: Vec<String> = all
         .architectures
         .iter()
         .map(|net| {
             let hidden: Vec<String> = net.hidden.iter().map(usize::to_string).collect();
-            format!("{} {} %", hidden.join("-"), figure(net.exam_percent.median))
+            format!("{}: {} %", hidden.join("-"), figure(net.exam_percent.median))
         })
         .collect();
     let holding = claims.iter().filter(|claim| claim.holds).count();
