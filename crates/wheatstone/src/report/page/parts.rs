@@ -59,20 +59,8 @@ fn with_code(text: &str) -> String {
     pieces.iter().enumerate().map(set).collect()
 }
 
-/// With numbers and the units behind them on one line.
-fn glued(text: &str) -> String {
-    let mut glued = String::with_capacity(text.len());
-    let mut letters = text.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let number = letter == ' ' && glued.ends_with(|c: char| c.is_ascii_digit());
-        let unit = letters.peek().is_some_and(|next| next.is_alphabetic() || "%×".contains(*next));
-        glued.push(if number && unit { '\u{a0}' } else { letter });
-    }
-    glued
-}
-
 fn list(items: &[String]) -> String {
-    items.iter().map(|item| format!("<li>{}</li>", glued(&with_code(item)))).collect()
+    items.iter().map(|item| format!("<li>{}</li>", with_code(item))).collect()
 }
 
 /// The verdict: one word, one sentence, figures, and why.
@@ -81,7 +69,7 @@ pub(super) fn verdict(report: &Report) -> String {
     let mut html = format!(
         "<span class=\"grade\">{}</span><p class=\"sentence\">{}</p>",
         escape(&verdict.grade),
-        glued(&escape(&verdict.sentence))
+        escape(&verdict.sentence)
     );
     html += &tiles(report);
     html += "<div class=\"why\">";
