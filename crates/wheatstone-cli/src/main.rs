@@ -3,6 +3,7 @@
 //! What people read goes to standard error, what programs read to standard output. Exit status: 0
 //! done, 1 the input or the fit failed, 2 the command line was not understood, 130 interrupted.
 
+mod browser;
 mod commands;
 mod failure;
 mod input;

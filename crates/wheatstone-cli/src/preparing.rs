@@ -103,6 +103,26 @@ impl Preparing {
         Ok(prepared)
     }
 
+    /// The options that prepare so again.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        for (given, word) in
+            [(self.fix, "--fix"), (self.force, "--force"), (self.keep_outliers, "--keep-outliers")]
+        {
+            if given {
+                words.push(word.into());
+            }
+        }
+        if let Some((length, tolerance)) = self.expect_baseline {
+            let percent = 100.0 * tolerance;
+            words.extend(["--expect-baseline".into(), format!("{length}:{percent}%")]);
+        }
+        if let Some(sigma) = self.stage_sigma {
+            words.extend(["--stage-sigma".into(), sigma.to_string()]);
+        }
+        words
+    }
+
     /// The prior of the charts' places: that of the option, and each view's own.
     fn stage(&self, sigmas: &[(String, f64)]) -> Option<StagePrior> {
         let largest = sigmas.iter().map(|(_, sigma)| *sigma).fold(0.0, f64::max);

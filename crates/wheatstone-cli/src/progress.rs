@@ -84,3 +84,44 @@ impl Progress for Bar {
         }
     }
 }
+
+/// Shows how many rows have gone by, where nobody knows how many will come; on terminals only, and
+/// after a second.
+pub(crate) struct Counter {
+    began: Instant,
+    shown: Option<ProgressBar>,
+    watched: bool,
+}
+
+impl Counter {
+    /// `quiet` where rows themselves go to the terminal.
+    pub(crate) fn new(quiet: bool) -> Self {
+        let watched = std::io::stderr().is_terminal() && !quiet;
+        Self { began: Instant::now(), shown: None, watched }
+    }
+
+    /// Tells that `done` rows have gone by in all.
+    pub(crate) fn reach(&mut self, done: u64) {
+        if !self.watched || self.began.elapsed() < PATIENCE {
+            return;
+        }
+        let elapsed = self.began.elapsed();
+        let bar = self.shown.get_or_insert_with(|| {
+            let bar = ProgressBar::new_spinner().with_elapsed(elapsed);
+            match ProgressStyle::with_template("located {human_pos} rows, {msg}") {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        });
+        bar.set_message(format!("{:.0} a second", done as f64 / elapsed.as_secs_f64()));
+        bar.set_position(done);
+    }
+}
+
+impl Drop for Counter {
+    fn drop(&mut self) {
+        if let Some(bar) = self.shown.take() {
+            bar.finish_and_clear();
+        }
+    }
+}

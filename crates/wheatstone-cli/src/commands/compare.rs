@@ -1,10 +1,14 @@
 //! `wheatstone compare`.
 
-use super::print_json;
+use super::{
+    print_json,
+    report::{quoted, write as write_report},
+};
 use crate::voice::{remark, say};
 use crate::{
+    browser::Showing,
     failure::{Failure, Outcome},
-    input::{Reading, load},
+    input::{Loaded, Reading, load},
     preparing::Preparing,
     progress::Bar,
     table::{figure, figure_or_dash, table},
@@ -12,16 +16,21 @@ use crate::{
 use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
+    Calibration, Error,
     cleaning::stage::{Significance, suspect},
     dataset::split::FoldKind,
     evaluate::{Budget, Comparison, MethodScore, Part, compare},
     method::AnyMethod,
     numeric::statistics::root_mean_square,
+    preparation::Prepared,
+    report::{Material, Report, Seen},
+    storage::Output,
 };
 
 /// Judge methods side by side on views (or slabs of space) left out
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone compare points.csv\n  \
+    wheatstone compare capture/ -o report.html\n  \
     wheatstone compare capture/ --methods dlt,network --json")]
 pub(crate) struct Compare {
     /// A capture, or a points file with X, Y, Z
@@ -35,6 +44,11 @@ pub(crate) struct Compare {
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
+    /// Where a page goes that shows the methods side by side, and the one to be trusted in depth
+    #[arg(short = 'o', long, value_name = "FILE", visible_alias = "output")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    showing: Showing,
     #[command(flatten)]
     reading: Reading,
     #[command(flatten)]
@@ -43,6 +57,9 @@ pub(crate) struct Compare {
 
 impl Compare {
     pub(crate) fn run(self) -> Outcome {
+        if let Some(path) = &self.report {
+            drop(Output::create(path)?);
+        }
         let bar = Bar::new();
         let methods = self.methods()?;
         let loaded = load(&self.input, &self.reading, &bar)?;
@@ -52,14 +69,24 @@ impl Compare {
         // Where that cannot be asked (one view, too few points) there is nothing to warn of.
         let stage =
             if prepared.stage.is_empty() { suspect(&prepared.data, &bar).ok() } else { None };
-        drop(bar);
         if found.methods.iter().all(|row| row.rms.is_none()) {
             return Err(no_method_worked(&found));
+        }
+        let page = match &self.report {
+            Some(path) => Some((path, self.page(&found, (&loaded, &prepared), &bar)?)),
+            None => None,
+        };
+        drop(bar);
+        if !self.json {
+            say!("{}", as_text(&found).trim_end());
+        }
+        if let Some((path, page)) = page {
+            say!("");
+            write_report(&page, path, &self.showing)?;
         }
         if self.json {
             return print_json(&found);
         }
-        say!("{}", as_text(&found).trim_end());
         if let Some(stage) = stage.filter(Significance::is_clear) {
             let (size, unit) = (figure(stage.estimated_sigma), &found.unit);
             remark!(
@@ -68,6 +95,52 @@ impl Compare {
             );
         }
         Ok(())
+    }
+
+    /// The method to be trusted, fitted to all of the data and judged in depth, beside its rivals; the
+    /// comparison alone where it cannot be fitted to all at once.
+    fn page(
+        &self,
+        found: &Comparison,
+        (loaded, prepared): (&Loaded, &Prepared),
+        bar: &Bar,
+    ) -> Outcome<Report> {
+        let name = self.input.file_name().unwrap_or(self.input.as_os_str());
+        let (title, command) = (name.to_string_lossy().into_owned(), Some(self.command()));
+        let fit = |chosen: &String| {
+            Calibration::fit(&AnyMethod::named(chosen)?, prepared, self.seed, false, bar)
+        };
+        let model = match found.chosen.as_ref().map(fit) {
+            Some(Ok(model)) => model,
+            Some(Err(e @ Error::Cancelled)) => return Err(e.into()),
+            _ => return Ok(Report::of_comparison(found, &title, command)),
+        };
+        let seen = loaded.source.as_ref();
+        let material = Material {
+            title,
+            command,
+            model: &model,
+            comparison: Some(found),
+            truth: loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice()),
+            seen: seen.map(|source| Seen { capture: &source.capture, found: &source.found }),
+            held_out: true,
+        };
+        Ok(Report::of(&material, bar)?)
+    }
+
+    /// What to type to get the page again.
+    fn command(&self) -> String {
+        let mut words = vec!["wheatstone".into(), "compare".into(), quoted(&self.input)];
+        if self.methods != ["all"] {
+            words.extend(["--methods".into(), self.methods.join(",")]);
+        }
+        if self.seed != 0 {
+            words.extend(["--seed".into(), self.seed.to_string()]);
+        }
+        words.extend(self.reading.words());
+        words.extend(self.preparing.words());
+        words.extend(self.report.iter().flat_map(|path| ["-o".into(), quoted(path)]));
+        words.join(" ")
     }
 
     fn methods(&self) -> Outcome<Vec<AnyMethod>> {
@@ -84,7 +157,7 @@ impl Compare {
 
 fn no_method_worked(found: &Comparison) -> Failure {
     let problem = found.methods.iter().find_map(|row| row.problem.clone());
-    wheatstone::Error::Degenerate {
+    Error::Degenerate {
         problem: format!(
             "no method could be fitted; {}",
             problem.unwrap_or_else(|| "there is nothing to hold out".into())

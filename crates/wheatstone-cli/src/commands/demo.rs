@@ -1,8 +1,13 @@
 //! `wheatstone demo`: the whole story on a rendered rig.
 
-use super::{detect::draw, fit::set_epochs};
+use super::{
+    detect::draw,
+    fit::set_epochs,
+    report::{quoted, write as write_report},
+};
 use crate::voice::say;
 use crate::{
+    browser::Showing,
     failure::Outcome,
     progress::Bar,
     table::{figure, table},
@@ -24,6 +29,7 @@ use wheatstone::{
     method::AnyMethod,
     numeric::statistics::{median, percentile},
     preparation::Preparation,
+    report::{Material, MethodFigures, Report, Seen as Pictures},
     storage,
     synthetic::{Rig, Sensor, Stage, write_capture},
 };
@@ -32,10 +38,10 @@ use wheatstone::{
 ///
 /// Renders two unaligned cameras that look at a grid of lines at 50 to 140 cm, finds the crossings,
 /// fits the paper's network and the direct linear transformation, and judges them on charts that
-/// stand between the fitted ones. Everything it made lies in the output folder.
+/// stand between the fitted ones. Everything it made lies in the output folder; begin with report.html.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  wheatstone demo\n  wheatstone demo --out story/ --json > summary.json"
+    after_help = "Examples:\n  wheatstone demo --open\n  wheatstone demo --out story/ --json > summary.json"
 )]
 pub(crate) struct Demo {
     /// Where everything goes
@@ -50,6 +56,8 @@ pub(crate) struct Demo {
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    showing: Showing,
 }
 
 /// `summary.json`.
@@ -136,10 +144,11 @@ impl Demo {
             let label = if preset == "paper" { "network of 2001" } else { name };
             methods.push(self.fit((&method, label), (train, test, whole), &rig, &bar)?);
         }
-        drop(bar);
         let unit = training.sub_pixel.dataset.unit.clone();
         let summary = Summary { unit, detection, whole_pixel_detection, methods };
-        self.finish(&summary)
+        let report = self.report(&summary, (&training, &rig), &bar)?;
+        drop(bar);
+        self.finish(&summary, &report)
     }
 
     fn picture(
@@ -190,7 +199,40 @@ impl Demo {
         })
     }
 
-    fn finish(&self, summary: &Summary) -> Outcome {
+    /// The best of the fits, judged view by view, beside the others.
+    fn report(&self, summary: &Summary, (seen, rig): (&Seen, &Rig), bar: &Bar) -> Outcome<Report> {
+        let rms = |method: &&MethodSummary| method.exam.rms;
+        let best = summary.methods.iter().min_by(|a, b| rms(a).total_cmp(&rms(b)));
+        let file = best.map_or_else(String::new, |best| best.model.clone());
+        let mut command = format!("wheatstone demo --out {}", quoted(&self.out));
+        if self.seed != 0 {
+            command += &format!(" --seed {}", self.seed);
+        }
+        let material = Material {
+            title: format!("demo: {file}"),
+            command: Some(command),
+            model: &Calibration::load(&self.out.join(&file))?,
+            comparison: None,
+            truth: Some(&rig.cameras),
+            seen: Some(Pictures { capture: &seen.capture, found: &seen.sub_pixel }),
+            held_out: true,
+        };
+        let mut report = Report::of(&material, bar)?;
+        let row = |method: &MethodSummary| MethodFigures {
+            method: format!("{}, {}", method.method, method.pixels),
+            rms: Some(method.exam.rms),
+            median: Some(method.exam.median),
+            p95: Some(method.exam.p95),
+            ratio_to_floor: Some(method.ratio_to_floor),
+            located: Some([method.exam.located, method.exam.n]),
+            chosen: method.model == file,
+            problem: None,
+        };
+        report.methods = summary.methods.iter().map(row).collect();
+        Ok(report)
+    }
+
+    fn finish(&self, summary: &Summary, report: &Report) -> Outcome {
         let mut text = serde_json::to_vec_pretty(summary).map_err(std::io::Error::from)?;
         text.push(b'\n');
         storage::write(&self.out.join("summary.json"), &text)?;
@@ -211,9 +253,11 @@ impl Demo {
         say!(
             "mean %: of the distance from the cameras; x floor: times what the pixel noise allows"
         );
-        say!("\nPictures with what was found  {}", show(&self.out, "detections"));
-        say!("Models and all figures        {}", show(&self.out, "summary.json"));
-        say!("Next                          wheatstone compare {}", show(&self.out, "capture"));
+        say!("\nThe best of them, each chart left out in turn:");
+        write_report(report, &self.out.join("report.html"), &self.showing)?;
+        say!("Pictures            {}", show(&self.out, "detections"));
+        say!("Models and figures  {}", show(&self.out, "summary.json"));
+        say!("Next                wheatstone compare {}", show(&self.out, "capture"));
         if self.json {
             super::print_json(summary)?;
         }

@@ -2,11 +2,12 @@
 
 use crate::{
     failure::{Failure, Outcome},
+    progress::Counter,
     voice::remark,
 };
 use clap::Args;
 use std::{
-    io::{BufWriter, Write},
+    io::{BufWriter, IsTerminal, Write},
     path::{Path, PathBuf},
 };
 use wheatstone::{
@@ -102,6 +103,8 @@ impl Locate {
         };
         writer.write_record(&header).map_err(|e| failed(as_io(e)))?;
         let mut first = true;
+        let shows_rows = self.output.as_os_str() == "-" && std::io::stdout().is_terminal();
+        let (mut counter, mut done) = (Counter::new(shows_rows), 0);
         let mut records = vec![csv::StringRecord::new(); ROWS_AT_ONCE];
         loop {
             let mut pixels: Vec<Vec<Option<Pixel>>> = Vec::with_capacity(ROWS_AT_ONCE);
@@ -127,6 +130,8 @@ impl Locate {
                 });
                 writer.write_record(self.cells(judged)).map_err(|e| failed(as_io(e)))?;
             }
+            done += pixels.len() as u64;
+            counter.reach(done);
             if pixels.len() < ROWS_AT_ONCE {
                 return writer.flush().map_err(failed);
             }

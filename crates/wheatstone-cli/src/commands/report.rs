@@ -1,6 +1,7 @@
 //! `wheatstone report`.
 
 use crate::{
+    browser::Showing,
     failure::{Failure, Outcome},
     input::{Reading, Source, load},
     preparing::Preparing,
@@ -52,6 +53,8 @@ pub(crate) struct Report {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
+    showing: Showing,
+    #[command(flatten)]
     reading: Reading,
     #[command(flatten)]
     preparing: Preparing,
@@ -69,7 +72,7 @@ impl Report {
         let bar = Bar::new();
         let report = if is_model(&self.input) { self.of_model(&bar)? } else { self.of_data(&bar)? };
         drop(bar);
-        write(&report, &self.output)?;
+        write(&report, &self.output, &self.showing)?;
         if let Some(json) = &self.json {
             report.write_summary(json)?;
             say!("Figures as numbers  {}", json.display());
@@ -173,13 +176,14 @@ impl Report {
             words.extend(["--seed".into(), self.seed.to_string()]);
         }
         words.extend(self.reading.words());
+        words.extend(self.preparing.words());
         words.extend(["-o".into(), quoted(&self.output)]);
         words.join(" ")
     }
 }
 
 /// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
+pub(crate) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-+=:@".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -194,10 +198,11 @@ fn is_model(path: &Path) -> bool {
     path.is_file() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
-/// Writes the page and says where it is.
-pub(crate) fn write(report: &report::Report, path: &Path) -> Outcome {
+/// Writes the page, says what it comes to and where it is, and shows it where that is asked for.
+pub(crate) fn write(report: &report::Report, path: &Path, showing: &Showing) -> Outcome {
     report.write_html(path)?;
     say!("{}", report.verdict.sentence);
     say!("Report              {}", path.display());
+    showing.show(path);
     Ok(())
 }

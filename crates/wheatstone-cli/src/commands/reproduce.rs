@@ -1,15 +1,22 @@
 //! `wheatstone reproduce`.
 
-use super::print_json;
+use super::{
+    print_json,
+    report::{quoted, write as write_report},
+};
 use crate::voice::say;
 use crate::{
+    browser::Showing,
     failure::Outcome,
     progress::Bar,
     table::{figure, table},
 };
 use clap::Args;
 use std::path::PathBuf;
-use wheatstone::reproduction::{Effort, Reproduction, Verdict, reproduce, write};
+use wheatstone::{
+    report::Report,
+    reproduction::{Effort, Reproduction, Verdict, reproduce, write},
+};
 
 /// Do the 2001 paper again: its figures and claims, each beside what is measured
 #[derive(Args)]
@@ -17,7 +24,7 @@ use wheatstone::reproduction::{Effort, Reproduction, Verdict, reproduce, write};
     after_help = "Examples:\n  wheatstone reproduce\n  wheatstone reproduce --seeds 1 --epochs 20000 --out quick/"
 )]
 pub(crate) struct Reproduce {
-    /// Where figures, tables and reproduction.json go
+    /// Where figures, tables, reproduction.json and report.html go
     #[arg(long, value_name = "DIR", default_value = "reproduction")]
     out: PathBuf,
     /// Seeds of the paper's network
@@ -29,6 +36,8 @@ pub(crate) struct Reproduce {
     /// Print everything as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    showing: Showing,
 }
 
 impl Reproduce {
@@ -38,11 +47,22 @@ impl Reproduce {
         drop(bar);
         write(&all, &self.out)?;
         say!("{}", as_text(&all).trim_end());
-        say!("\nFigures and tables  {}", self.out.display());
+        say!("");
+        let report =
+            Report::of_reproduction(&all, "The 2001 paper, done again", Some(self.command()));
+        write_report(&report, &self.out.join("report.html"), &self.showing)?;
+        say!("Figures and tables  {}", self.out.display());
         if self.json {
             print_json(&all)?;
         }
         Ok(())
+    }
+
+    /// What to type to get it again.
+    fn command(&self) -> String {
+        let Self { seeds, epochs, .. } = self;
+        let out = quoted(&self.out);
+        format!("wheatstone reproduce --seeds {seeds} --epochs {epochs} --out {out}")
     }
 }
 

@@ -248,8 +248,9 @@ pub fn compare(
     let named = |name: &str| methods.iter().position(|method| method.name() == name);
     let budget = match chosen.as_deref().and_then(named) {
         Some(chosen) => {
-            let reference = named(REFERENCE).map(|place| &outcomes[place][..]);
-            divide(&outcomes[chosen], reference, (data, &folds), (seed, progress))?
+            let reference = named(REFERENCE).map(|place| held_out(&folds, &outcomes[place]));
+            let errors = held_out(&folds, &outcomes[chosen]);
+            divide(data, &errors, reference.as_deref(), (seed, progress))?
         }
         None => None,
     };
@@ -259,27 +260,32 @@ pub fn compare(
 /// The method whose errors say what all methods have in common.
 const REFERENCE: &str = "neural-camera";
 
-/// What the errors of a method are made of. The reference's errors on the same folds are found where
-/// they are not given; `None` where it cannot be fitted.
-fn divide(
-    outcomes: &[Outcome],
-    reference: Option<&[Outcome]>,
-    (data, folds): (&Dataset, &[Fold]),
+/// What the errors of a method are made of, each point of which was held out with its fold. The neural
+/// camera's errors, held out alike, are found where `reference` does not give them; `None` where it
+/// cannot be fitted.
+///
+/// # Errors
+///
+/// [`crate::Error::Cancelled`].
+pub fn divide(
+    data: &Dataset,
+    errors: &[HeldOut],
+    reference: Option<&[HeldOut]>,
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Option<Budget>> {
     let Ok(Some(fitted)) = Reference::fit(data, &Muted(progress)) else {
         progress.check()?;
         return Ok(None);
     };
-    let reference = match reference {
-        Some(outcomes) => held_out(folds, outcomes),
+    let found = match reference {
+        Some(_) => Vec::new(),
         None => {
-            let method = [AnyMethod::named(REFERENCE)?];
-            let mut outcomes = run_all(&method, data, folds, seed, &Muted(progress))?;
-            held_out(folds, &outcomes.remove(0))
+            let (method, folds) = ([AnyMethod::named(REFERENCE)?], folds(data));
+            let mut outcomes = run_all(&method, data, &folds, seed, progress)?;
+            held_out(&folds, &outcomes.remove(0))
         }
     };
-    Ok(Budget::of(data, &held_out(folds, outcomes), &reference, &fitted))
+    Ok(Budget::of(data, errors, reference.unwrap_or(&found), &fitted))
 }
 
 fn held_out(folds: &[Fold], outcomes: &[Outcome]) -> Vec<HeldOut> {

@@ -8,7 +8,7 @@ mod floor;
 
 pub use budget::{Budget, HeldOut, Part, Reference};
 pub use compare::{
-    Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate, hold_out,
+    Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate, divide, hold_out,
 };
 pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};
 pub use floor::floor;

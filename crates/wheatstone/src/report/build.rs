@@ -1,15 +1,15 @@
 //! From a model and what lies beside it to a report.
 
 use super::{
-    Judgement, Report,
+    Judgement, Report, budget,
     cameras::{Stand, stand},
     grid::Grid,
     pictures,
-    points::{Judged, Scene, dataset, judge},
+    points::{Judged, Scene, dataset, judge, remembered},
     preparation::{finding, outlier, stage},
     sections::{
         Accuracy, CameraFigures, ClaimFigures, Curve, CurveFigure, DepthBand, ErrorBarPoint,
-        MethodFigures, PointFigures,
+        MethodFigures, PointFigures, ViewFigures,
     },
     verdict,
 };
@@ -95,9 +95,12 @@ impl Report {
             .map(|index| camera(material, (index, areas[index]), &stands[index], &points))
             .collect();
         if let Some(seen) = &material.seen {
-            let gallery = pictures::gallery(seen, &points, progress)?;
+            let faults = (&report.outliers[..], &report.findings[..]);
+            let gallery = pictures::gallery(seen, &points, faults, progress)?;
             (report.pictures, report.crops) = (gallery.pictures, gallery.crops);
+            report.outlier_crops = gallery.outlier_crops;
         }
+        report.budget = budget::of_model(model, (&data, &points), judgement, progress)?;
         report.points = points;
         report.verdict = verdict::of(&report, model.choice.as_ref());
         Ok(report)
@@ -106,9 +109,15 @@ impl Report {
     /// What a comparison alone tells.
     #[must_use]
     pub fn of_comparison(comparison: &Comparison, title: &str, command: Option<String>) -> Self {
-        let methods = compared(comparison);
-        let mut report = Self { command, methods, ..Self::empty(title, &comparison.unit) };
-        report.verdict = verdict::of_comparison(comparison);
+        let mut report = Self {
+            command,
+            methods: compared(comparison),
+            views: views_of_chosen(comparison),
+            budget: comparison.budget.as_ref().map(budget::shares).unwrap_or_default(),
+            judgement: Judgement::HeldOut,
+            ..Self::empty(title, &comparison.unit)
+        };
+        report.verdict = verdict::of_comparison(&report, comparison);
         report
     }
 
@@ -131,7 +140,7 @@ impl Report {
             claims,
             ..Self::empty(title, "cm")
         };
-        report.verdict = verdict::of_claims(&report.claims);
+        report.verdict = verdict::of_claims(&report.claims, all);
         report
     }
 }
@@ -326,6 +335,13 @@ fn compared(comparison: &Comparison) -> Vec<MethodFigures> {
     comparison.methods.iter().map(row).collect()
 }
 
+/// What each held-out view came to for the method that is to be trusted.
+fn views_of_chosen(comparison: &Comparison) -> Vec<ViewFigures> {
+    let chosen =
+        comparison.methods.iter().find(|row| comparison.chosen.as_ref() == Some(&row.method));
+    chosen.map_or_else(Vec::new, |row| remembered(&row.folds))
+}
+
 fn learning(model: &Calibration) -> Option<CurveFigure> {
     let points: Vec<[f64; 2]> = model
         .curve
@@ -334,7 +350,7 @@ fn learning(model: &Calibration) -> Option<CurveFigure> {
         .collect();
     (points.len() > 1).then(|| CurveFigure {
         across: "epochs".into(),
-        up: "rms error of the scaled outputs, share of their range".into(),
+        up: "rms error of the outputs, scaled".into(),
         curves: vec![Curve { name: "points that are learned".into(), points }],
     })
 }

@@ -5,6 +5,7 @@
 //! figures are drawn by [`figures`], one file each: to add one, write `report/figures/<name>.rs`,
 //! then add its `mod` line and its row in `report/figures/mod.rs`.
 
+mod budget;
 mod build;
 mod cameras;
 mod digest;
@@ -98,6 +99,8 @@ pub struct Report {
     pub pictures: Vec<PictureFigures>,
     /// Small pieces of pictures about points, where there are any.
     pub crops: Option<Crops>,
+    /// The same about the observations that were set aside; `of` counts `outliers`.
+    pub outlier_crops: Option<Crops>,
 }
 
 impl Report {
@@ -176,6 +179,7 @@ impl Report {
             point_views: Vec::new(),
             pictures: Vec::new(),
             crops: None,
+            outlier_crops: None,
         }
     }
 }

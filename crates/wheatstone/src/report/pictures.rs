@@ -2,7 +2,7 @@
 
 use super::{
     build::Seen,
-    sections::{Crops, PictureFigures, PointFigures},
+    sections::{Crops, FindingFigures, OutlierFigures, PictureFigures, PointFigures},
     text::base64,
 };
 use crate::{
@@ -30,6 +30,9 @@ const COLUMNS: usize = 40;
 /// Most pieces; at 0.7 kB each they stay below two megabytes. Of more, those of the points with the
 /// largest errors are taken, which are looked at first.
 const MOST_CROPS: usize = 2400;
+
+/// Most pieces of observations that were set aside: more are no slips but another fault.
+const MOST_OUTLIER_CROPS: usize = 200;
 
 /// Quality of JPEG at which marks of one pixel stay clear of ringing, to the eye.
 const QUALITY: u8 = 75;
@@ -64,16 +67,45 @@ struct Kept {
     crops: Vec<(usize, GrayImage)>,
 }
 
-/// Pieces to cut: the point and the camera of each, the largest errors first.
-fn wanted(points: &[PointFigures]) -> Vec<[usize; 2]> {
+/// A piece to cut.
+struct Cut {
+    /// What it shows, and the camera.
+    of: [usize; 2],
+    view: usize,
+    pixel: [f64; 2],
+}
+
+/// Pieces about points, the largest errors first.
+fn about_points(points: &[PointFigures]) -> Vec<Cut> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     let error = |index: usize| points[index].error().unwrap_or(f64::INFINITY);
     order.sort_by(|a, b| error(*b).total_cmp(&error(*a)).then(a.cmp(b)));
     let pieces = order.into_iter().flat_map(|index| {
-        let seen = points[index].pixels.iter().enumerate().filter(|(_, pixel)| pixel.is_some());
-        seen.map(move |(camera, _)| [index, camera])
+        let (view, seen) = (points[index].view, points[index].pixels.iter().enumerate());
+        seen.filter_map(move |(camera, pixel)| {
+            Some(Cut { of: [index, camera], view, pixel: (*pixel)? })
+        })
     });
     pieces.take(MOST_CROPS).collect()
+}
+
+/// Pieces about observations that were set aside, where they were found before that.
+fn about_outliers(seen: &Seen, outliers: &[OutlierFigures]) -> Vec<Cut> {
+    let found = &seen.found.dataset;
+    let pieces = outliers.iter().enumerate().flat_map(|(index, outlier)| {
+        let row = found.correspondences.iter().find(|row| {
+            row.id.as_ref() == Some(&outlier.id) && found.views.get(row.view) == Some(&outlier.view)
+        });
+        row.into_iter().flat_map(move |row| {
+            let of_camera = move |(camera, pixel): (usize, &Option<Pixel>)| {
+                let pixel = (*pixel)?.into();
+                let accused = outlier.camera.is_none_or(|only| only == camera);
+                accused.then_some(Cut { of: [index, camera], view: row.view, pixel })
+            };
+            row.pixels.iter().enumerate().filter_map(of_camera)
+        })
+    });
+    pieces.take(MOST_OUTLIER_CROPS).collect()
 }
 
 fn piece(image: &GrayImage, [x, y]: [f64; 2]) -> GrayImage {
@@ -83,11 +115,11 @@ fn piece(image: &GrayImage, [x, y]: [f64; 2]) -> GrayImage {
     })
 }
 
-/// Small pictures of the capture, and pieces about its points. Also the size of each camera's
-/// pictures.
+/// Small pictures of the capture, and pieces about its points and about what was set aside.
 pub(super) struct Gallery {
     pub(super) pictures: Vec<PictureFigures>,
     pub(super) crops: Option<Crops>,
+    pub(super) outlier_crops: Option<Crops>,
 }
 
 /// Reads every picture once more.
@@ -98,9 +130,15 @@ pub(super) struct Gallery {
 pub(super) fn gallery(
     seen: &Seen,
     points: &[PointFigures],
+    (outliers, findings): (&[OutlierFigures], &[FindingFigures]),
     progress: &dyn Progress,
 ) -> Result<Gallery> {
-    let of = wanted(points);
+    let mut cuts = about_points(points);
+    let own = cuts.len();
+    cuts.extend(about_outliers(seen, outliers));
+    let accused = |view: usize| {
+        findings.iter().any(|found| found.views.contains(&seen.capture.views[view].name))
+    };
     let cameras = seen.capture.cameras.len();
     let total = seen.found.pictures.len() * cameras;
     let every = total.div_ceil(MOST_PICTURES).max(1);
@@ -111,16 +149,12 @@ pub(super) fn gallery(
             let (view, camera) = (index / cameras, index % cameras);
             let found = &seen.found.pictures[view][camera];
             let image = read_image(&found.path, Limits::default())?;
-            let picture = (view % every == 0).then(|| small(seen, (view, camera), &image));
-            let here = of
-                .iter()
-                .enumerate()
-                .filter(|(_, [point, of])| *of == camera && points[*point].view == view);
-            let crops = here
-                .filter_map(|(number, [point, _])| {
-                    Some((number, piece(&image, points[*point].pixels[camera]?)))
-                })
-                .collect();
+            // Views with a fault are what a reader looks for.
+            let kept = view % every == 0 || accused(view);
+            let picture = kept.then(|| small(seen, (view, camera), &image));
+            let here =
+                cuts.iter().enumerate().filter(|(_, cut)| cut.of[1] == camera && cut.view == view);
+            let crops = here.map(|(number, cut)| (number, piece(&image, cut.pixel))).collect();
             Ok(Kept { picture: picture.flatten(), crops })
         })
         .collect();
@@ -130,7 +164,9 @@ pub(super) fn gallery(
         pictures.extend(kept.picture);
         pieces.extend(kept.crops);
     }
-    Ok(Gallery { pictures, crops: sheet(of, pieces) })
+    pieces.sort_by_key(|(number, _)| *number);
+    let outliers = pieces.split_off(pieces.partition_point(|(number, _)| *number < own));
+    Ok(Gallery { pictures, crops: sheet(&cuts, &pieces), outlier_crops: sheet(&cuts, &outliers) })
 }
 
 fn small(seen: &Seen, (view, camera): (usize, usize), image: &GrayImage) -> Option<PictureFigures> {
@@ -151,18 +187,17 @@ fn small(seen: &Seen, (view, camera): (usize, usize), image: &GrayImage) -> Opti
     })
 }
 
-/// All pieces in one picture, by their numbers.
-fn sheet(of: Vec<[usize; 2]>, mut pieces: Vec<(usize, GrayImage)>) -> Option<Crops> {
+/// All pieces in one picture, in their order.
+fn sheet(cuts: &[Cut], pieces: &[(usize, GrayImage)]) -> Option<Crops> {
     if pieces.is_empty() {
         return None;
     }
-    pieces.sort_by_key(|(number, _)| *number);
     let columns = COLUMNS.min(pieces.len());
     let rows = pieces.len().div_ceil(columns);
     let all = GrayImage::from_fn(columns * SIDE, rows * SIDE, |x, y| {
         let piece = pieces.get(y / SIDE * columns + x / SIDE);
         piece.map_or(128.0, |(_, image)| image.row(y % SIDE)[x % SIDE])
     });
-    let of = pieces.iter().map(|(number, _)| of[*number]).collect();
+    let of = pieces.iter().map(|(number, _)| cuts[*number].of).collect();
     Some(Crops { data: jpeg(&all)?, side: SIDE, columns, of })
 }

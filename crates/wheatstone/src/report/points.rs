@@ -7,7 +7,7 @@ use super::{
 use crate::{
     Calibration, Result,
     dataset::{Correspondence, Dataset, SavedDataset, split::folds},
-    evaluate::{CrossValidation, FoldScore},
+    evaluate::FoldScore,
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
     method::{
         AnyMethod, AnyReconstructor,
@@ -57,7 +57,7 @@ pub(super) fn dataset(saved: &SavedDataset) -> Dataset {
 const MOST_PASSES: f64 = 5e6;
 
 /// The settings that are fitted once more without each view.
-fn refitted(model: &Calibration) -> Result<AnyMethod> {
+pub(super) fn refitted(model: &Calibration) -> Result<AnyMethod> {
     match &model.choice {
         Some(choice) => AnyMethod::named(&choice.chosen),
         None => Ok(model.method.clone()),
@@ -194,7 +194,10 @@ pub(super) fn judge(
         points[row].located = located;
     }
     if !any {
-        views = model.validation.as_ref().map_or_else(|| by_view(data, &points), remembered);
+        views = model
+            .validation
+            .as_ref()
+            .map_or_else(|| by_view(data, &points), |validation| remembered(&validation.folds));
     }
     Ok(Judged { judgement, points, views })
 }
@@ -265,8 +268,8 @@ fn summed_up(name: &str, points: &[&PointFigures]) -> ViewFigures {
     }
 }
 
-/// What the model itself remembers of views that were held out when it was fitted.
-fn remembered(validation: &CrossValidation) -> Vec<ViewFigures> {
+/// What is remembered of views that were held out.
+pub(super) fn remembered(folds: &[FoldScore]) -> Vec<ViewFigures> {
     let view = |fold: &FoldScore| ViewFigures {
         name: fold.view.clone(),
         kind: Some(fold.kind),
@@ -276,7 +279,7 @@ fn remembered(validation: &CrossValidation) -> Vec<ViewFigures> {
         predicted_rms: None,
         problem: None,
     };
-    validation.folds.iter().map(view).collect()
+    folds.iter().map(view).collect()
 }
 
 /// The errors of a fit on its own points, view by view.

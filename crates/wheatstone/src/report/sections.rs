@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// What it comes to, in words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// One word: `sound`, `fair`, `doubtful` or `unproven`.
+    /// One word: `sound`, `fair`, `doubtful` or `unproven`; of the paper's claims, `confirmed` or
+    /// `mixed`.
     pub grade: String,
     /// One sentence.
     pub sentence: String,
@@ -163,9 +164,12 @@ pub struct Curve {
 /// A source of error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BudgetShare {
-    /// What it is: `detector`, `lens model`, `stage`, `extrapolation`.
+    /// What it is: `pixel noise`, `lens model`, `the charts' places`, `extrapolation`.
     pub source: String,
-    /// Its root mean square share of the error.
+    /// Its share in the mean square error, 0 to 1; all shares sum to 1.
+    #[serde(default)]
+    pub share: f64,
+    /// Root mean square of the error that it makes alone.
     pub rms: f64,
     /// In one sentence, how it is known.
     pub explanation: String,
@@ -299,6 +303,6 @@ pub struct Crops {
     pub side: usize,
     /// Pieces in a row.
     pub columns: usize,
-    /// The point and the camera of each piece.
+    /// The point, or the observation that was set aside, and the camera of each piece.
     pub of: Vec<[usize; 2]>,
 }

@@ -1,22 +1,29 @@
 //! Reports of small synthetic worlds.
 
 use super::{
-    FindingFigures, Judgement, Material, OutlierFigures, Report,
+    FindingFigures, Judgement, Material, OutlierFigures, Report, Seen,
     build::needed_share,
+    figures,
     sections::{LocatedFigures, PointFigures},
 };
 use crate::{
     Calibration,
-    dataset::Dataset,
+    chart::line_grid::LineGrid,
+    dataset::{
+        Dataset,
+        capture::Capture,
+        detection::{DetectionSettings, detect},
+    },
+    evaluate::compare,
     method::AnyMethod,
-    preparation::Prepared,
+    preparation::{Preparation, Prepared},
     progress::Silent,
-    synthetic::{Noise, Rig, Stage, chart_correspondences},
+    synthetic::{Noise, Rig, Sensor, Stage, chart_correspondences, write_capture},
 };
 
 fn world() -> (Rig, Dataset) {
     let rig = Rig::named("paper", 2).unwrap();
-    let chart = crate::chart::line_grid::LineGrid::default().into();
+    let chart = LineGrid::default().into();
     let views = Stage::default().views().unwrap();
     let data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), Some(200));
     (rig, data)
@@ -99,8 +106,8 @@ fn the_same_again_byte_for_byte_and_back_from_json() {
 fn every_figure_says_its_units_and_how_to_read_it() {
     let (rig, data) = world();
     let report = report(&rig, &model(&data), true);
-    let figures = super::figures::all(&report);
-    let names: Vec<&str> = figures.iter().map(|figure| figure.name).collect();
+    let drawn = figures::all(&report);
+    let names: Vec<&str> = drawn.iter().map(|figure| figure.name).collect();
     for expected in [
         "scene",
         "error-by-depth",
@@ -115,7 +122,7 @@ fn every_figure_says_its_units_and_how_to_read_it() {
         assert!(names.contains(&expected), "no figure {expected}");
     }
     let html = report.html();
-    for figure in &figures {
+    for figure in &drawn {
         assert!(figure.how.ends_with('.') && figure.good.ends_with('.'), "{}", figure.name);
         for panel in &figure.panels {
             assert!(!panel.alternative.is_empty(), "{}", figure.name);
@@ -200,4 +207,79 @@ fn ellipsoids_promise_by_the_chi_square_distribution() {
         let needed = needed_share(&point(2.0 * f64::sqrt(square))).unwrap();
         assert!((needed - share).abs() < 1e-4, "{needed} for {share}");
     }
+}
+
+#[test]
+fn an_observation_set_aside_shows_its_piece_of_the_picture() {
+    let (rig, chart) = (Rig::named("paper", 2).unwrap(), LineGrid::default().into());
+    let folder = tempfile::tempdir().unwrap();
+    let stage = Stage { near: 60.0, far: 120.0, step: 20.0 };
+    write_capture(folder.path(), (&rig, &chart), stage, (Sensor::default(), 1), &Silent).unwrap();
+    let capture = Capture::open(folder.path()).unwrap();
+    let found = detect(&capture, DetectionSettings::default(), &Silent).unwrap();
+    let mut data = found.dataset.clone();
+    let wrong = &mut data.correspondences[100];
+    wrong.pixels[1] = wrong.pixels[1].map(|pixel| pixel.map(|value| value + 9.0));
+    let (view, id) = (data.views[data.correspondences[100].view].clone(), "37");
+    data.correspondences[100].id.as_deref().inspect(|name| assert_eq!(*name, id));
+    let prepared = Preparation::default().run(data, 0, &Silent).unwrap();
+    let method = AnyMethod::named("brown").unwrap();
+    let model = Calibration::fit(&method, &prepared, 0, false, &Silent).unwrap();
+    let report = Report::of(
+        &Material {
+            title: "capture".into(),
+            command: None,
+            model: &model,
+            comparison: None,
+            truth: None,
+            seen: Some(Seen { capture: &capture, found: &found }),
+            held_out: true,
+        },
+        &Silent,
+    )
+    .unwrap();
+    let [outlier] = &report.outliers[..] else { panic!("{:?}", report.outliers) };
+    assert_eq!((&outlier.view, &*outlier.id, outlier.camera), (&view, id, Some(1)));
+    assert_eq!(report.outlier_crops.as_ref().unwrap().of, [[0, 1]]);
+    assert!(report.html().contains("<canvas data-outlier=\"0\""));
+    // Every other point has one for each camera that saw it, and every picture is there.
+    let seen = report.points.iter().flat_map(|point| &point.pixels).flatten().count();
+    assert_eq!(report.crops.as_ref().unwrap().of.len(), seen);
+    assert_eq!(report.pictures.len(), 8);
+}
+
+#[test]
+fn the_budget_names_the_cause_and_what_helps() {
+    let (rig, data) = world();
+    let shares = |report: &Report| report.budget.iter().map(|part| part.share).collect::<Vec<_>>();
+    let sound = report(&rig, &model(&data), true);
+    let parts = shares(&sound);
+    assert!((parts.iter().sum::<f64>() - 1.0).abs() < 1e-9 && parts[0] > 0.8, "{parts:?}");
+    assert!(figures::all(&sound).iter().any(|figure| figure.name == "budget"));
+    // A lens that bends, and a method that knows of none.
+    let linear = AnyMethod::named("dlt").unwrap();
+    let rig = Rig::named("water", 2).unwrap();
+    let chart = LineGrid::default().into();
+    let views = Stage::default().views().unwrap();
+    let data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), Some(200));
+    let prepared = Prepared::as_given(data);
+    let wrong = Calibration::fit(&linear, &prepared, 3, false, &Silent).unwrap();
+    let wrong = report(&rig, &wrong, true);
+    assert!(shares(&wrong)[1] > 0.5, "{:?}", wrong.budget);
+    assert!(wrong.verdict.advice.iter().any(|line| line.contains("the method's")));
+    // A fit bends to the noise of its own points: nothing is said then.
+    assert!(report(&rig, &model(&world().1), false).budget.is_empty());
+}
+
+#[test]
+fn a_comparison_alone_makes_a_page() {
+    let (rig, data) = world();
+    let methods = ["dlt", "brown"].map(|name| AnyMethod::named(name).unwrap());
+    let found = compare(&methods, &data, Some(&rig.cameras), 0, &Silent).unwrap();
+    let report = Report::of_comparison(&found, "points.csv", None);
+    assert_eq!(report.verdict.grade, "sound", "{:?}", report.verdict);
+    assert!(report.verdict.sentence.starts_with("brown is to be trusted here"));
+    assert_eq!((report.methods.len(), report.views.len()), (2, found.methods[1].folds.len()));
+    assert_eq!(report.budget.len(), 4);
+    assert!(report.html().contains("Methods compared"));
 }

@@ -2,12 +2,12 @@
 
 use super::{
     Judgement, Report,
-    sections::{Accuracy, ClaimFigures, Verdict, ViewFigures},
+    sections::{Accuracy, BudgetShare, ClaimFigures, Verdict, ViewFigures},
     text::{figure, percent, round},
 };
 use crate::{
     dataset::split::FoldKind, evaluate::Comparison, method::Choice,
-    numeric::statistics::root_mean_square,
+    numeric::statistics::root_mean_square, reproduction::Reproduction,
 };
 
 /// Up to so many times what the pixels allow, a fit is sound: `auto` asks for a second opinion above
@@ -36,17 +36,21 @@ pub(super) fn of(report: &Report, choice: Option<&Choice>) -> Verdict {
         }
         _ => None,
     };
-    let grade = match ratio {
+    Verdict {
+        grade: grade(ratio).into(),
+        sentence: sentence(report, accuracy),
+        reasons: reasons(report, accuracy, choice),
+        advice: advice(report, accuracy),
+    }
+}
+
+/// The word for an error that is so many times what the pixels allow.
+fn grade(ratio: Option<f64>) -> &'static str {
+    match ratio {
         Some(ratio) if ratio <= SOUND => "sound",
         Some(ratio) if ratio <= FAIR => "fair",
         Some(_) => "doubtful",
         None => "unproven",
-    };
-    Verdict {
-        grade: grade.into(),
-        sentence: sentence(report, accuracy),
-        reasons: reasons(report, accuracy, choice),
-        advice: advice(report, accuracy),
     }
 }
 
@@ -137,8 +141,33 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
             accuracy.n
         ));
     }
+    reasons.extend(causes(&report.budget));
     reasons.extend(choice.map(reason));
     reasons
+}
+
+/// What the error is made of, the largest part first.
+fn causes(budget: &[BudgetShare]) -> Option<String> {
+    let mut shares: Vec<&BudgetShare> = budget.iter().filter(|part| part.share >= 0.005).collect();
+    shares.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let parts: Vec<String> =
+        shares.iter().map(|part| format!("{} {}", part.source, percent(part.share))).collect();
+    (!parts.is_empty()).then(|| format!("What the squared error is made of: {}.", parts.join(", ")))
+}
+
+/// What helps against the largest part, where it is not the pixels'.
+fn remedy(budget: &[BudgetShare]) -> Option<String> {
+    let largest = budget.iter().max_by(|a, b| a.share.total_cmp(&b.share))?;
+    let words = match largest.source.as_str() {
+        "lens model" => {
+            "Most of the error is the method's: compare methods (`wheatstone compare`); `neural-camera` and `network` follow any lens."
+        }
+        "the charts' places" => {
+            "Most of the error is where the charts stood: measure their places better, or let the fit solve for them (`--stage-sigma`)."
+        }
+        _ => return None,
+    };
+    Some(words.into())
 }
 
 fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
@@ -178,7 +207,9 @@ fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
             ));
         }
     }
-    if accuracy.ratio().is_some_and(|ratio| ratio > FAIR) {
+    if let Some(remedy) = remedy(&report.budget) {
+        advice.push(remedy);
+    } else if accuracy.ratio().is_some_and(|ratio| ratio > FAIR) {
         advice.push(
             "Most of the error is not the pixels': compare methods (`wheatstone compare`), and look at the misses in the pictures for a pattern."
                 .into(),
@@ -188,41 +219,65 @@ fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
 }
 
 /// What a comparison alone comes to.
-pub(super) fn of_comparison(found: &Comparison) -> Verdict {
-    let best = found
-        .chosen
-        .as_ref()
-        .and_then(|name| Some((name, found.methods.iter().find(|row| row.method == *name)?.rms?)));
-    let sentence = best.map_or_else(
-        || "No method could be fitted.".into(),
-        |(name, rms)| {
-            format!(
-                "{name} is to be trusted here: {} {} rms on views left out.",
-                figure(rms),
-                found.unit
-            )
-        },
+pub(super) fn of_comparison(report: &Report, found: &Comparison) -> Verdict {
+    let chosen = found.methods.iter().find(|row| found.chosen.as_ref() == Some(&row.method));
+    let Some((chosen, rms)) = chosen.and_then(|row| Some((row, row.rms?))) else {
+        return Verdict {
+            grade: grade(None).into(),
+            sentence: "No method could be fitted to every part of the data.".into(),
+            reasons: found.methods.iter().filter_map(|row| row.problem.clone()).take(1).collect(),
+            advice: vec!["Give more views or points, spread over more distances.".into()],
+        };
+    };
+    let ratio = chosen.ratio_to_floor.or(found.budget.as_ref().map(|all| all.ratio_to_floor));
+    let times = ratio
+        .map_or_else(String::new, |ratio| format!("; {} × what the pixels allow", figure(ratio)));
+    let sentence = format!(
+        "{} is to be trusted here: points of views left out are located to {} {} rms{times}.",
+        chosen.method,
+        figure(rms),
+        found.unit
     );
-    let floor = found.floor.as_ref();
+    let mut reasons = vec![format!(
+        "It is the simplest of the methods whose error on views left out is nearly the least, among {}.",
+        found.methods.len()
+    )];
+    reasons.extend(causes(&report.budget));
     Verdict {
-        grade: if best.is_some() { "fair" } else { "doubtful" }.into(),
+        grade: grade(ratio).into(),
         sentence,
-        reasons: floor
-            .map(|floor| {
-                format!("The pixel noise alone allows {} {} rms.", figure(floor.rms), found.unit)
-            })
-            .into_iter()
-            .collect(),
-        advice: Vec::new(),
+        reasons,
+        advice: remedy(&report.budget).into_iter().collect(),
     }
 }
 
 /// What the claims of the paper come to.
-pub(super) fn of_claims(claims: &[ClaimFigures]) -> Verdict {
+pub(super) fn of_claims(claims: &[ClaimFigures], all: &Reproduction) -> Verdict {
+    let rivals: Vec<String> = all
+        .comparison
+        .iter()
+        .map(|row| format!("{}: {} %", row.method, figure(row.inside_percent)))
+        .collect();
+    let nets: Vec<String> = all
+        .architectures
+        .iter()
+        .map(|net| {
+            let hidden: Vec<String> = net.hidden.iter().map(usize::to_string).collect();
+            format!("{}: {} %", hidden.join("-"), figure(net.exam_percent.median))
+        })
+        .collect();
     let holding = claims.iter().filter(|claim| claim.holds).count();
     Verdict {
-        grade: if holding == claims.len() { "sound" } else { "fair" }.into(),
+        grade: if holding == claims.len() { "confirmed" } else { "mixed" }.into(),
         sentence: format!("{holding} of {} claims of the 2001 paper hold here.", claims.len()),
-        ..Verdict::default()
+        reasons: vec![
+            format!(
+                "Learned from {} pairs of whole pixels, as then; errors are those at places in the same range that were not learned, in percent of the distance.",
+                all.pairs
+            ),
+            format!("Methods, mean error: {}.", rivals.join(", ")),
+            format!("Networks by their hidden units, median over the seeds: {}.", nets.join(", ")),
+        ],
+        advice: Vec::new(),
     }
 }

@@ -33,7 +33,11 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         format!("Learning: {} falls from {} to {}.", learning.up, digits(start), digits(end));
     Some(Figure {
         name: "learning",
-        title: "Learning (figure 5 of the 2001 paper)",
+        title: if report.claims.is_empty() {
+            "Learning"
+        } else {
+            "Learning (figure 5 of the 2001 paper)"
+        },
         how: "The error after so many passes over the points.".into(),
         good: "A steady fall that has become flat at the end; a curve that still falls asks for more passes.",
         panels: vec![curves(learning, &alternative)],

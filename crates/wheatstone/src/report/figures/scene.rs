@@ -126,9 +126,11 @@ fn frustum(
             short(next[1])
         );
     }
+    // The name stays inside the drawing; a letter is about 7 wide.
+    let half = 3.5 * camera.name.chars().count() as f64;
     format!(
         "<path class=\"line ink\" d=\"{path}\"/><text class=\"tick mid\" x=\"{}\" y=\"{}\">{}</text>",
-        short(x),
+        short(x.min(WIDTH - half - 2.0).max(half + 2.0)),
         short(y + 18.0),
         escape(&camera.name)
     )

@@ -28,10 +28,12 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     };
     let longest = (0..3).map(extent).fold(0.0, f64::max);
     let names = ["X", "Y", "Z"];
-    let views: Vec<[usize; 2]> = vec![[0, 2], [1, 2], [0, 1]];
+    // The longer axis lies across.
+    let lying = |[a, b]: [usize; 2]| if extent(b) > extent(a) { [b, a] } else { [a, b] };
+    let views = [[0, 2], [1, 2], [0, 1]].map(lying);
     let of = |axis: usize| ends(points.iter().map(|(_, p)| p[axis]), 0.05 * longest);
-    // One scale for all, by which the longest axis is as high as a drawing usually is.
-    let scale = 260.0 / (1.1 * longest).max(1e-300);
+    // One scale for all, by which the longest axis is as wide as a drawing usually is.
+    let scale = 330.0 / (1.1 * longest).max(1e-300);
     let panel = |[across, up]: [usize; 2]| {
         let name = |axis: usize| format!("{}, {}", names[axis], report.unit);
         let mut plot =

@@ -40,18 +40,22 @@ const page = (() => {
   button.textContent = isDark() ? "Light" : "Dark";
 
   // Pieces of pictures about points.
-  const sheet = data.crops ? new Image() : null;
-  const ready = sheet ? new Promise((resolve) => { sheet.onload = resolve; sheet.onerror = fail; }) : Promise.resolve();
-  if (sheet) sheet.src = data.crops.data;
+  const loaded = (crops) => {
+    if (!crops) return null;
+    const sheet = new Image();
+    const ready = new Promise((resolve) => { sheet.onload = () => resolve(sheet); sheet.onerror = fail; });
+    sheet.src = crops.data;
+    return { ready, side: crops.side, columns: crops.columns };
+  };
+  const ofPoints = loaded(data.crops), ofOutliers = loaded(data.outliers);
   const pieces = new Map();
   if (data.crops) data.crops.of.forEach(([point, camera], number) => pieces.set(point + ":" + camera, number));
 
   // Draws a piece with a cross where the point was found, and a ring where it was expected.
-  const drawPiece = (canvas, number, miss) => {
-    const { side, columns } = data.crops;
+  const draw = ({ ready, side, columns }, canvas, number, miss) => {
     const scale = Math.max(1, Math.round(136 / side));
     canvas.width = canvas.height = side * scale;
-    ready.then(() => {
+    ready.then((sheet) => {
       const g = canvas.getContext("2d");
       g.imageSmoothingEnabled = false;
       const [x, y] = [(number % columns) * side, Math.floor(number / columns) * side];
@@ -72,7 +76,8 @@ const page = (() => {
       }
     });
   };
-  for (const canvas of document.querySelectorAll("canvas[data-crop]")) drawPiece(canvas, Number(canvas.dataset.crop), null);
+  const drawPiece = (canvas, number, miss) => draw(ofPoints, canvas, number, miss);
+  for (const canvas of document.querySelectorAll("canvas[data-outlier]")) draw(ofOutliers, canvas, Number(canvas.dataset.outlier), null);
 
   // Words at the pointer, for marks that stand for points.
   const tip = element("tip");

@@ -1,7 +1,7 @@
 //! The parts of the page, in the order in which they are read.
 
 use crate::report::{
-    Judgement, PictureFigures, Report,
+    FindingFigures, Judgement, OutlierFigures, PictureFigures, Report,
     figures::{self, Figure},
     plot,
     text::{escape, figure, round},
@@ -34,7 +34,7 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
         gallery(report),
         faults(report),
         claims(report),
-        Some(limits()),
+        (!report.points.is_empty() || !report.methods.is_empty()).then(limits),
         Some(made(report)),
     ];
     parts.into_iter().flatten().collect()
@@ -81,7 +81,7 @@ pub(super) fn verdict(report: &Report) -> String {
         }
     }
     html += "</div>";
-    if report.accuracy.is_some() {
+    if report.accuracy.is_some() || !report.methods.is_empty() {
         html += &format!(
             "<p class=\"note\">Sound: errors on held-out points are at most {SOUND} times what the pixels allow; fair: at most {FAIR} times; doubtful: more; unproven: no points were held out.</p>"
         );
@@ -194,7 +194,8 @@ fn gallery(report: &Report) -> Option<Part> {
     if report.pictures.is_empty() {
         return None;
     }
-    let pictures: String = report.pictures.iter().map(|p| picture(report, p)).collect();
+    let pictures: String =
+        report.pictures.iter().enumerate().map(|it| picture(report, it)).collect();
     let inside = format!(
         "<div class=\"card\"><p><strong>How to read:</strong> rings lie where chart points were found. <strong>Good looks like:</strong> a ring on every point of the chart, none elsewhere.</p><div class=\"gallery\">{pictures}</div></div>"
     );
@@ -202,7 +203,7 @@ fn gallery(report: &Report) -> Option<Part> {
     Some(Part { name: "gallery", short: "Pictures", html })
 }
 
-fn picture(report: &Report, picture: &PictureFigures) -> String {
+fn picture(report: &Report, (index, picture): (usize, &PictureFigures)) -> String {
     let [width, height] = picture.size;
     // Rings of an even size on the page, whatever the size of the picture.
     let radius = width as f64 / 75.0;
@@ -222,7 +223,7 @@ fn picture(report: &Report, picture: &PictureFigures) -> String {
     };
     let words = format!("{camera}, view {}: {found}", picture.view);
     format!(
-        "<figure><svg viewBox=\"-0.5 -0.5 {width} {height}\" role=\"img\" aria-label=\"{label}\"><image x=\"-0.5\" y=\"-0.5\" width=\"{width}\" height=\"{height}\" href=\"{}\"/><path class=\"ring back\" stroke-width=\"{:.1}\" d=\"{path}\"/><path class=\"ring\" stroke-width=\"{:.1}\" d=\"{path}\"/></svg><figcaption>{label} <bdi>({})</bdi></figcaption></figure>",
+        "<figure id=\"picture-{index}\"><svg viewBox=\"-0.5 -0.5 {width} {height}\" role=\"img\" aria-label=\"{label}\"><image x=\"-0.5\" y=\"-0.5\" width=\"{width}\" height=\"{height}\" href=\"{}\"/><path class=\"ring back\" stroke-width=\"{:.1}\" d=\"{path}\"/><path class=\"ring\" stroke-width=\"{:.1}\" d=\"{path}\"/></svg><figcaption>{label} <bdi>({})</bdi></figcaption></figure>",
         picture.data,
         width as f64 / 120.0,
         width as f64 / 240.0,
@@ -246,17 +247,21 @@ fn table(name: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
 fn faults(report: &Report) -> Option<Part> {
     let mut inside = String::new();
     if !report.findings.is_empty() {
-        let row = |found: &crate::report::FindingFigures| {
-            let place = [found.views.join(", "), found.cameras.join(", ")].join(" ");
-            [&found.severity, &found.code, &place, &found.explanation, &found.hint]
-                .map(|cell| escape(cell))
-                .to_vec()
+        let row = |found: &FindingFigures| {
+            vec![
+                escape(&found.severity),
+                escape(&found.code),
+                place(report, found),
+                with_code(&found.explanation),
+                with_code(&found.hint),
+            ]
         };
         let rows: Vec<Vec<String>> = report.findings.iter().map(row).collect();
         inside += &table("Faults", &["severity", "code", "where", "what", "what to do"], &rows);
     }
     if !report.outliers.is_empty() {
-        let rows: Vec<Vec<String>> = report.outliers.iter().map(|it| outlier(report, it)).collect();
+        let rows: Vec<Vec<String>> =
+            report.outliers.iter().enumerate().map(|it| outlier(report, it)).collect();
         inside +=
             &table("Observations set aside", &["view", "point", "camera", "why", "picture"], &rows);
     }
@@ -279,20 +284,25 @@ fn faults(report: &Report) -> Option<Part> {
     (!inside.is_empty()).then_some(Part { name: "faults", short: "Faults", html })
 }
 
-fn outlier(report: &Report, outlier: &crate::report::OutlierFigures) -> Vec<String> {
-    let point = report.points.iter().position(|point| {
-        point.id.as_ref() == Some(&outlier.id)
-            && report.point_views.get(point.view) == Some(&outlier.view)
-    });
-    let pieces = report.crops.iter().flat_map(|crops| crops.of.iter().enumerate());
+/// Where a fault is: views that have pictures in the page lead there.
+fn place(report: &Report, found: &FindingFigures) -> String {
+    let view = |view: &String| {
+        let shown = report.pictures.iter().position(|picture| picture.view == *view);
+        let name = escape(view);
+        shown.map_or(name.clone(), |index| format!("<a href=\"#picture-{index}\">{name}</a>"))
+    };
+    let views: Vec<String> = found.views.iter().map(view).collect();
+    [views.join(", "), escape(&found.cameras.join(", "))].join(" ")
+}
+
+fn outlier(report: &Report, (index, outlier): (usize, &OutlierFigures)) -> Vec<String> {
+    let pieces = report.outlier_crops.iter().flat_map(|crops| crops.of.iter().enumerate());
     let crops: String = pieces
-        .filter(|(_, [of, camera])| {
-            Some(*of) == point && outlier.camera.is_none_or(|only| only == *camera)
-        })
+        .filter(|(_, [of, _])| *of == index)
         .map(|(number, [_, camera])| {
             let name = report.cameras.get(*camera).map_or("", |camera| camera.name.as_str());
             format!(
-                "<canvas data-crop=\"{number}\" role=\"img\" aria-label=\"The point in {}\"></canvas>",
+                "<canvas data-outlier=\"{number}\" role=\"img\" aria-label=\"The point in {}\"></canvas>",
                 escape(name)
             )
         })

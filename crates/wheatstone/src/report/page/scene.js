@@ -244,10 +244,11 @@
   const home = () => look(!distant);
 
   const wanted = { known: true, located: true, errors: true, ellipsoids: false };
-  let frames = 0;
+  let frames = 0, sized = false;
   const at = new THREE.Vector3();
   function draw() {
     asked = false;
+    if (!sized) return;
     const few = moving && count > MOST_MOVING;
     located.geometry.setDrawRange(0, few ? MOST_MOVING : count);
     known.geometry.setDrawRange(0, few ? MOST_MOVING : count);
@@ -258,11 +259,18 @@
     renderer.render(scene, eye);
     frames += 1;
     body.dataset.frames = String(frames);
+    const taken = [];
     labels.forEach((label, k) => {
       if (!stands[k]) return;
       at.copy(stands[k]).project(eye);
       label.hidden = !pyramids.visible || at.z > 1;
-      label.style.transform = `translate(${((at.x + 1) / 2) * stage.clientWidth + 8}px, ${((1 - at.y) / 2) * stage.clientHeight + 6}px)`;
+      if (label.hidden) return;
+      const x = ((at.x + 1) / 2) * stage.clientWidth + 8, wide = label.textContent.length * 8 + 16;
+      let y = ((1 - at.y) / 2) * stage.clientHeight + 6;
+      // Names that would hide each other stand one below the other.
+      while (taken.some((other) => Math.abs(other.y - y) < 22 && x < other.x + other.wide && other.x < x + wide)) y += 23;
+      taken.push({ x, y, wide });
+      label.style.transform = `translate(${x}px, ${y}px)`;
     });
     if (frames === 1) {
       const gl = renderer.getContext(), [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], out = new Uint8Array(4 * w * h);
@@ -273,7 +281,6 @@
       done("3d");
     }
   }
-  let sized = false;
   const fit = () => {
     const [w, h] = [stage.clientWidth, stage.clientHeight];
     if (!w || !h) return;

@@ -16,6 +16,7 @@ pub(super) struct Data<'a> {
     views: &'a [String],
     cameras: Vec<Camera<'a>>,
     crops: Option<&'a Crops>,
+    outliers: Option<&'a Crops>,
     scene: Option<Scene>,
 }
 
@@ -179,6 +180,7 @@ pub(super) fn data(report: &Report) -> Data<'_> {
         views: &report.point_views,
         cameras: cameras.collect(),
         crops: report.crops.as_ref(),
+        outliers: report.outlier_crops.as_ref(),
         scene: scene(report),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     super::text::{escape, figure},
-    Panel, WIDTH, short,
+    LETTER, Panel, WIDTH, short,
 };
 use std::fmt::Write;
 
@@ -22,14 +22,14 @@ pub(crate) struct Bar {
 /// Height of a row.
 const ROW: f64 = 26.0;
 
-/// Room for names; longer ones are cut, and whole in the words that appear when pointed at.
+/// Room for names at least.
 const NAMES: f64 = 138.0;
 
-/// Letters of a name that fit.
-const LETTERS: usize = 20;
+/// Letters of a name; longer ones are cut, and whole in the words that appear when pointed at.
+const LETTERS: usize = 30;
 
 /// Room for values.
-const VALUES: f64 = 96.0;
+const VALUES: f64 = 124.0;
 
 fn shortened(label: &str) -> String {
     if label.chars().count() <= LETTERS {
@@ -55,19 +55,19 @@ fn legend_of(legend: &[(&str, &str)]) -> String {
             short(x + 17.0),
             escape(words)
         );
-        x += 30.0 + 6.6 * words.chars().count() as f64;
+        x += 30.0 + LETTER * words.chars().count() as f64;
     }
     svg
 }
 
 /// One row whose top is at `y`; `length` gives the length of a value's bar.
-fn row_of(row: &Bar, y: f64, length: &dyn Fn(f64) -> f64) -> String {
+fn row_of(row: &Bar, (names, y): (f64, f64), length: &dyn Fn(f64) -> f64) -> String {
     let value = row.value.map_or_else(|| "-".into(), figure);
     let mut svg = format!(
         "<g><title>{}: {value} {}</title><text class=\"tick end\" x=\"{}\" y=\"{}\">{}</text>",
         escape(&row.label),
         escape(&row.note),
-        short(NAMES - 8.0),
+        short(names - 8.0),
         short(y + 17.0),
         escape(&shortened(&row.label))
     );
@@ -76,14 +76,14 @@ fn row_of(row: &Bar, y: f64, length: &dyn Fn(f64) -> f64) -> String {
             svg,
             "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
             row.class,
-            short(NAMES),
+            short(names),
             short(y + 4.0),
             short(length(value).max(1.0)),
             short(ROW - 8.0)
         );
     }
     if let Some(mark) = row.mark.filter(|mark| mark.is_finite()) {
-        let at = short(NAMES + length(mark));
+        let at = short(names + length(mark));
         let (top, height) = (short(y + 1.0), short(ROW - 2.0));
         let _ = write!(svg, "<path class=\"line marked\" d=\"M{at} {top}v{height}\"/>");
     }
@@ -91,7 +91,7 @@ fn row_of(row: &Bar, y: f64, length: &dyn Fn(f64) -> f64) -> String {
     let _ = write!(
         svg,
         "<text class=\"tick\" x=\"{}\" y=\"{}\">{value} {}</text></g>",
-        short(NAMES + length(end) + 7.0),
+        short(names + length(end) + 7.0),
         short(y + 17.0),
         escape(&row.note)
     );
@@ -108,11 +108,13 @@ pub(crate) fn bars(
 ) -> Panel {
     let values = rows.iter().flat_map(|row| [row.value, row.mark]).flatten();
     let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max).min(cut).max(1e-300);
-    let length = |value: f64| (WIDTH - NAMES - VALUES) * (value / most).clamp(0.0, 1.0);
+    let letters = rows.iter().map(|row| shortened(&row.label).chars().count()).max().unwrap_or(0);
+    let names = (8.0 + LETTER * letters as f64).max(NAMES);
+    let length = |value: f64| (WIDTH - names - VALUES) * (value / most).clamp(0.0, 1.0);
     let top = if legend.is_empty() { 8.0 } else { 26.0 };
     let mut body = legend_of(legend);
     for (index, row) in rows.iter().enumerate() {
-        body += &row_of(row, top + ROW * index as f64, &length);
+        body += &row_of(row, (names, top + ROW * index as f64), &length);
     }
     let foot = top + ROW * rows.len() as f64;
     let _ = write!(
@@ -122,7 +124,7 @@ pub(crate) fn bars(
         short(foot),
         short(foot + 18.0),
         escape(name),
-        n = short(NAMES)
+        n = short(names)
     );
     Panel {
         alternative: alternative.into(),

@@ -75,13 +75,13 @@ pub(super) const WIDTH: f64 = 480.0;
 pub(super) const HEIGHT: f64 = 320.0;
 
 /// Room for labels: left, top, right, bottom.
-const MARGINS: [f64; 4] = [62.0, 34.0, 14.0, 46.0];
+const MARGINS: [f64; 4] = [72.0, 34.0, 14.0, 46.0];
 
 /// Room above where there is no legend.
 const BARE: f64 = 8.0;
 
-/// About the width of a letter of the legend.
-const LETTER: f64 = 6.6;
+/// About the width of a letter of the legend, which narrow screens show larger.
+const LETTER: f64 = 7.4;
 
 impl Plot {
     /// Axes with their names, which give the units.
@@ -292,15 +292,17 @@ pub(super) fn colour_bar((low, high): (f64, f64), unit: &str, panel: &mut Panel)
             colour::cividis((f64::from(index) + 0.5) / f64::from(steps))
         );
     }
-    for (x, value, class) in
-        [(left, low, ""), ((left + right) / 2.0, (low + high) / 2.0, "mid"), (right, high, "end")]
-    {
+    // Three do not fit below a narrow bar.
+    let middle = ((left + right) / 2.0, (low + high) / 2.0, "mid");
+    let middle = Some(middle).filter(|_| right - left > 240.0);
+    for (x, value, class) in [(left, low, ""), (right, high, "end")].into_iter().chain(middle) {
         let _ = write!(
             panel.body,
             "<text x=\"{}\" y=\"{}\" class=\"tick {class}\">{} {}</text>",
             short(x),
             short(height + 24.0),
-            super::text::figure(value),
+            // Counts have no decimals.
+            if value.fract() == 0.0 { value.to_string() } else { super::text::figure(value) },
             escape(unit)
         );
     }
