@@ -7,14 +7,16 @@ use crate::{
     table::{figure, table},
     voice::{detail, remark, say},
 };
-use clap::Args;
+use clap::{Args, builder::PossibleValuesParser};
 use wheatstone::{
     cleaning::{
         outliers::Outlier,
+        poses::{Gauge, Lenses, Placing},
         stage::{StagePrior, ViewOffset},
     },
     clinic::Severity,
-    preparation::{Preparation, Prepared},
+    method::AnyMethod,
+    preparation::{Placed, Preparation, Prepared},
 };
 
 /// How data are prepared.
@@ -38,6 +40,10 @@ pub(crate) struct Preparing {
     /// where they really stood
     #[arg(long, value_name = "LENGTH")]
     stage_sigma: Option<f64>,
+    /// The frame of the world where no chart's place is known (a board held by hand): the chart of
+    /// the first view, or the first camera
+    #[arg(long, value_name = "FRAME", default_value = "first-view", value_parser = PossibleValuesParser::new(Gauge::NAMES))]
+    gauge: String,
 }
 
 /// A length and a tolerance in percent.
@@ -61,13 +67,20 @@ const LISTED: usize = 8;
 
 impl Preparing {
     /// Prepares what was loaded, and tells what was found.
-    pub(crate) fn run(&self, loaded: &Loaded, seed: u64, bar: &Bar) -> Outcome<Prepared> {
+    pub(crate) fn run(
+        &self,
+        loaded: &Loaded,
+        method: Option<&AnyMethod>,
+        seed: u64,
+        bar: &Bar,
+    ) -> Outcome<Prepared> {
         let preparation = Preparation {
             repair: self.fix,
             insist: self.force,
             baseline: self.expect_baseline,
             keep_outliers: self.keep_outliers,
             stage: self.stage(&loaded.sigmas()),
+            placing: self.placing(method)?,
         };
         let unit = loaded.data.unit.clone();
         let points = loaded.data.correspondences.len();
@@ -81,6 +94,9 @@ impl Preparing {
                 Severity::Information => remark!("note", "{text}"),
                 _ => remark!("warning", "{text}"),
             }
+        }
+        if let Some(placed) = &prepared.placed {
+            tell_placed(placed, &unit);
         }
         tell_outliers(&prepared.outliers, points);
         // Measured, or said to be unknown: no summary is silent about it.
@@ -120,7 +136,21 @@ impl Preparing {
         if let Some(sigma) = self.stage_sigma {
             words.extend(["--stage-sigma".into(), sigma.to_string()]);
         }
+        if self.gauge != Gauge::NAMES[0] {
+            words.extend(["--gauge".into(), self.gauge.clone()]);
+        }
         words
+    }
+
+    /// With the lens of the method that will be fitted, where it has one.
+    fn placing(&self, method: Option<&AnyMethod>) -> Outcome<Placing> {
+        let (lenses, all_terms) = match method {
+            Some(AnyMethod::Brown(brown)) => (Lenses::Brown, !brown.choose),
+            Some(AnyMethod::KannalaBrandt(_)) => (Lenses::KannalaBrandt, false),
+            _ => (Lenses::Either, false),
+        };
+        let gauge = Gauge::named(&self.gauge)?;
+        Ok(Placing { gauge, lenses, all_terms, keep_gross: self.keep_outliers })
     }
 
     /// The prior of the charts' places: that of the option, and each view's own.
@@ -128,6 +158,30 @@ impl Preparing {
         let largest = sigmas.iter().map(|(_, sigma)| *sigma).fold(0.0, f64::max);
         let offset_sigma = self.stage_sigma.or((largest > 0.0).then_some(largest))?;
         Some(StagePrior { views: sigmas.to_vec(), ..StagePrior::of(offset_sigma) })
+    }
+}
+
+/// Where charts of unknown place were found.
+fn tell_placed(placed: &Placed, unit: &str) {
+    let distances: Vec<String> = placed
+        .baselines
+        .iter()
+        .enumerate()
+        .map(|(index, distance)| {
+            format!("cameras 1 and {}: {} {unit}", index + 2, figure(*distance))
+        })
+        .collect();
+    let freed = if placed.freed { "; then charts and model-free cameras together" } else { "" };
+    remark!(
+        "note",
+        "found where the chart stood in {} views with `{}` lenses, {} px rms{freed}; apart: {}",
+        placed.views.len(),
+        placed.lens,
+        figure(placed.rms),
+        distances.join(", ")
+    );
+    if !placed.unplaced.is_empty() {
+        remark!("warning", "too few points to place the chart in: {}", placed.unplaced.join(", "));
     }
 }
 

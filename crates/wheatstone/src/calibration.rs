@@ -14,7 +14,7 @@ use crate::{
     geometry::Point3,
     method::{AnyMethod, AnyReconstructor, Choice, Reconstructor},
     numeric::backpropagation::CurvePoint,
-    preparation::{Prepared, SavedFinding, SetAside},
+    preparation::{Placed, Prepared, SavedFinding, SetAside},
     progress::Progress,
     storage,
 };
@@ -63,6 +63,9 @@ pub struct Calibration {
     pub outliers: Vec<SetAside>,
     /// Where the charts are believed to have stood, where that was solved for.
     pub stage: Vec<ViewOffset>,
+    /// Where charts of unknown place were found to have stood, where there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placed: Option<Placed>,
     /// What was wrong with the data, in sentences.
     pub findings: Vec<SavedFinding>,
     /// The points that it was fitted to.
@@ -119,6 +122,7 @@ impl Calibration {
             curve: fit.curve,
             outliers: prepared.set_aside(),
             stage: prepared.stage.clone(),
+            placed: prepared.placed.clone(),
             findings: prepared.findings(),
             data: data.into(),
         })

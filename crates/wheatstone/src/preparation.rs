@@ -1,10 +1,11 @@
 //! From what the user recorded to what a method is fitted to: faults are named, or put right where
-//! that is asked for and certain; gross outliers are set aside; charts are moved to where they stood.
+//! that is asked for and certain; charts of unknown place are placed; gross outliers are set aside; charts are moved to where they stood.
 
 use crate::{
     Error, Result,
     cleaning::{
         outliers::{self, Outlier},
+        poses::{self, Lenses, Placing, SolvedPoses, ViewPose},
         stage::{self, StagePrior, ViewOffset},
     },
     clinic::{self, Examination, Finding, Severity},
@@ -61,6 +62,8 @@ pub struct Preparation {
     pub keep_outliers: bool,
     /// How well the charts' places are known; without it they are taken as they are given.
     pub stage: Option<StagePrior>,
+    /// How charts held by hand are placed.
+    pub placing: Placing,
 }
 
 /// Data ready for a fit, and what was done to them.
@@ -76,6 +79,27 @@ pub struct Prepared {
     pub outliers: Vec<Outlier>,
     /// Where the charts are believed to have stood; none where that was not asked for.
     pub stage: Vec<ViewOffset>,
+    /// Where charts of unknown place were found to have stood; none where all places were known.
+    pub placed: Option<Placed>,
+}
+
+/// Charts of unknown place, placed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placed {
+    /// One entry a view.
+    pub views: Vec<ViewPose>,
+    /// Views that could not be placed, for too few points.
+    pub unplaced: Vec<String>,
+    /// The lens with which they were placed: a name of the registry of cameras.
+    pub lens: String,
+    /// Root mean square distance, in pixels, of detections from where cameras and charts say, with
+    /// that lens.
+    pub rms: f64,
+    /// Distances of each camera from the first one, in the data's unit.
+    pub baselines: Vec<f64>,
+    /// Whether charts and the model-free camera were adjusted together after that.
+    pub freed: bool,
 }
 
 impl Prepared {
@@ -83,7 +107,14 @@ impl Prepared {
     #[must_use]
     pub fn as_given(data: Dataset) -> Self {
         let examination = Examination::default();
-        Self { data, examination, repaired: false, outliers: Vec::new(), stage: Vec::new() }
+        Self {
+            data,
+            examination,
+            repaired: false,
+            outliers: Vec::new(),
+            stage: Vec::new(),
+            placed: None,
+        }
     }
 
     /// The outliers as a model file keeps them.
@@ -123,10 +154,6 @@ impl Preparation {
     /// [`stage::solve`]; [`Error::Cancelled`].
     pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
         let mut examination = clinic::examine(&data);
-        if let Some((length, tolerance)) = self.baseline {
-            let differs = clinic::compare_baseline(&examination, length, tolerance);
-            examination.findings.splice(0..0, differs);
-        }
         let mut data = data;
         if self.repair {
             data = clinic::repair_all(&data, &examination.findings);
@@ -135,6 +162,18 @@ impl Preparation {
             refuse_faults(&examination, self.repair)?;
         }
         progress.check()?;
+        let mut placed = None;
+        if poses::needed(&data) {
+            (data, placed) = self.place(&data, progress)?;
+            add_findings(&mut examination, clinic::examine(&data));
+        }
+        if let Some((length, tolerance)) = self.baseline {
+            let differs = clinic::compare_baseline(&examination, length, tolerance);
+            examination.findings.splice(0..0, differs);
+        }
+        if !self.insist {
+            refuse_faults(&examination, self.repair)?;
+        }
         let mut outliers = Vec::new();
         if !self.keep_outliers {
             let screening = outliers::screen(&data, seed, progress)?;
@@ -148,8 +187,73 @@ impl Preparation {
             let solved = stage::solve(&data, prior, progress)?;
             (data, offsets) = (solved.data, solved.offsets);
         }
-        Ok(Prepared { data, examination, repaired: self.repair, outliers, stage: offsets })
+        Ok(Prepared { data, examination, repaired: self.repair, outliers, stage: offsets, placed })
     }
+
+    /// Places charts of unknown place: with cameras of a known lens first, then, where any lens may
+    /// be, together with the model-free camera.
+    fn place(&self, data: &Dataset, progress: &dyn Progress) -> Result<(Dataset, Option<Placed>)> {
+        let mut solved = poses::solve(data, self.placing, progress)?;
+        let freed =
+            if self.placing.lenses == Lenses::Either { freed(&solved, progress)? } else { None };
+        let is_free = freed.is_some();
+        if let Some(freed) = freed {
+            solved.adopt(freed, self.placing.gauge);
+        }
+        let mut data = solved.data;
+        for row in &mut data.correspondences {
+            row.board = None;
+        }
+        let placed = Placed {
+            views: solved.views,
+            unplaced: solved.unplaced,
+            lens: solved.lens.into(),
+            rms: solved.rms,
+            baselines: solved.baselines,
+            freed: is_free,
+        };
+        Ok((data, Some(placed)))
+    }
+}
+
+/// How far charts may go from where a known lens put them, as a share of their distance, and in
+/// radians: behind water or glass they are off by a three-hundredth.
+const FREEDOM: f64 = 0.01;
+
+/// Charts and model-free cameras adjusted together; `None` where that does not apply.
+fn freed(solved: &SolvedPoses, progress: &dyn Progress) -> Result<Option<Dataset>> {
+    let held = |view: usize| {
+        let mut rows = solved.data.correspondences.iter().filter(|row| row.view == view);
+        rows.all(|row| row.board.is_none())
+    };
+    let names = solved.data.views.iter().enumerate();
+    let prior = StagePrior {
+        offset_sigma: FREEDOM * solved.distance,
+        rotation_sigma: Some(FREEDOM),
+        // Known places are kept.
+        views: names.filter(|(view, _)| held(*view)).map(|(_, name)| (name.clone(), 0.0)).collect(),
+    };
+    match stage::solve(&solved.data, &prior, progress) {
+        Ok(freed) => Ok(Some(freed.data)),
+        Err(Error::Degenerate { .. } | Error::TooFew { .. }) => Ok(None),
+        Err(other) => Err(other),
+    }
+}
+
+/// What shows only where charts have places. Data are put right before that, not after.
+fn add_findings(examination: &mut Examination, mut after: Examination) {
+    let new = |finding: &Finding| {
+        examination.findings.iter().all(|f| f.code != finding.code)
+            // Wherever the charts stood: it was solved for.
+            && finding.code != "planes-parallel"
+    };
+    after.findings.retain(new);
+    for finding in &mut after.findings {
+        finding.changes.clear();
+    }
+    examination.findings.extend(after.findings);
+    examination.layout = after.layout;
+    examination.cannot_be_seen = after.cannot_be_seen;
 }
 
 /// Refuses data whose faults make a fit worthless, unless they were put right.

@@ -64,7 +64,7 @@ impl Compare {
         let methods = self.methods()?;
         let loaded = load(&self.input, &self.reading, &bar)?;
         let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
-        let prepared = self.preparing.run(&loaded, self.seed, &bar)?;
+        let prepared = self.preparing.run(&loaded, None, self.seed, &bar)?;
         let found = compare(&methods, &prepared.data, cameras, self.seed, &bar)?;
         // Where that cannot be asked (one view, too few points) there is nothing to warn of.
         let stage =

@@ -159,7 +159,13 @@ impl Demo {
         bar: &Bar,
     ) -> Outcome<Seen> {
         let folder = self.out.join(name);
-        write_capture(&folder, (rig, chart), stage, (Sensor::default(), seed), bar)?;
+        write_capture(
+            &folder,
+            (rig, chart),
+            (&stage.views()?, true),
+            (Sensor::default(), seed),
+            bar,
+        )?;
         let capture = Capture::open(&folder)?;
         let sub_pixel = detect(&capture, DetectionSettings::default(), bar)?;
         let points = folder.join("points.csv");

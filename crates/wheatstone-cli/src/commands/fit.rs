@@ -64,7 +64,7 @@ impl Fit {
             set_epochs(&mut method, epochs)?;
         }
         let loaded = load(&self.input, &self.reading, &bar)?;
-        let prepared = self.preparing.run(&loaded, self.seed, &bar)?;
+        let prepared = self.preparing.run(&loaded, Some(&method), self.seed, &bar)?;
         let model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
         drop(bar);
         self.refuse_broken(&model)?;

@@ -114,7 +114,7 @@ impl Report {
     fn of_data(&self, bar: &Bar) -> Outcome<report::Report> {
         let loaded = load(&self.input, &self.reading, bar)?;
         let truth = loaded.truth.as_ref();
-        let prepared = self.preparing.run(&loaded, self.seed, bar)?;
+        let prepared = self.preparing.run(&loaded, None, self.seed, bar)?;
         let comparison = match self.compared()? {
             methods if methods.is_empty() => None,
             methods => {

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use wheatstone::{
     chart::AnyChart,
     synthetic::{
-        Noise, Rig, Sensor, Stage, chart_correspondences, random_correspondences, write_capture,
-        write_points,
+        HandHeld, Noise, Rig, Sensor, Stage, chart_correspondences, hand_held_correspondences,
+        random_correspondences, write_capture, write_points,
     },
 };
 
@@ -36,6 +36,9 @@ pub(crate) struct Synth {
     /// So many points at random places of the swept volume, as a points file
     #[arg(long, value_name = "N", conflicts_with = "points")]
     random: Option<usize>,
+    /// A chart held by hand in so many views, its places untold, instead of one on a stage
+    #[arg(long, value_name = "N", conflicts_with = "random")]
+    hand_held: Option<usize>,
     /// Error of the pixels of a points file: none, quantised, or a standard deviation in pixels
     #[arg(long, default_value = "quantised")]
     noise: String,
@@ -95,9 +98,24 @@ impl Synth {
             }
             return Ok(write_points(&self.output, &data, &rig, (noise, self.seed))?);
         }
+        let placements = match self.hand_held {
+            Some(views) => {
+                let near = 1.3 * self.near;
+                let far = (0.9 * self.far).max(near);
+                HandHeld { views, near, far, ..HandHeld::default() }
+                    .placements(&chart, self.seed)?
+            }
+            None => stage.views()?,
+        };
         if self.points {
-            let views = stage.views()?;
-            let data = chart_correspondences(&rig, &chart, &views, (noise, self.seed), self.count);
+            let data = match self.hand_held {
+                Some(_) => {
+                    hand_held_correspondences(&rig, &chart, &placements, (noise, self.seed)).0
+                }
+                None => {
+                    chart_correspondences(&rig, &chart, &placements, (noise, self.seed), self.count)
+                }
+            };
             return Ok(write_points(&self.output, &data, &rig, (noise, self.seed))?);
         }
         let sensor = Sensor {
@@ -107,13 +125,16 @@ impl Synth {
             ..Sensor::default()
         };
         let bar = Bar::new();
-        Ok(write_capture(&self.output, (&rig, &chart), stage, (sensor, self.seed), &bar)?)
+        let views = (placements.as_slice(), self.hand_held.is_none());
+        Ok(write_capture(&self.output, (&rig, &chart), views, (sensor, self.seed), &bar)?)
     }
 
     /// The chart asked for; by default one whose pitch fills the rig's field of view.
     fn chart_for(&self, rig: &Rig) -> Outcome<AnyChart> {
         let mut options = self.chart.clone();
-        options.pitch.get_or_insert(rig.chart_pitch());
+        // A board in the hand is smaller than a wall chart, and stays in the picture when tilted.
+        let share = if self.hand_held.is_some() { 0.75 } else { 1.0 };
+        options.pitch.get_or_insert(share * rig.chart_pitch());
         options.chart("line-grid")
     }
 }

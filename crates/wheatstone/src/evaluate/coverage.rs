@@ -82,6 +82,9 @@ pub fn coverage(
 /// With fewer held-out points than this their distances say less than the law of the noise does.
 const LEAST_HELD_OUT: usize = 60;
 
+/// With as many held-out points the inner percentile scatters by two percent of coverage.
+const MANY: usize = 500;
+
 /// Chi-square of two degrees of freedom that chance exceeds once in twenty times: an alarm by chance
 /// costs little, as the radii of held-out points are then nearly those of the law.
 const SIGNIFICANT: f64 = 5.99;
@@ -130,9 +133,10 @@ impl Ellipsoids {
         cells.into_iter().map(square).sum::<f64>() > SIGNIFICANT
     }
 
-    /// Radii of a sample of distances: its own percentile for the inner one, which is sure enough; for
-    /// the outer one, beyond which few points lie, that of a power of chi-square with a scale of its
-    /// own, both by maximum likelihood. Two numbers describe lighter and heavier tails alike.
+    /// Radii of a sample of distances, as those of a power of chi-square with a scale of its own, both
+    /// by maximum likelihood: two numbers describe lighter and heavier tails alike, and vary less from
+    /// sample to sample than the sample's own percentiles. Of many distances the inner percentile is
+    /// surer than any law.
     fn of_sample(distances: &[f64]) -> Option<Self> {
         let logs: Vec<f64> =
             distances.iter().filter(|d| **d > 0.0).map(|d| libm::log(*d)).collect();
@@ -148,7 +152,11 @@ impl Ellipsoids {
         let radius2 =
             |normal: f64| libm::exp(middle + power * (log_scale(power) + libm::log(normal)));
         let found = Self {
-            radius2_68: percentile(distances, 0.68),
+            radius2_68: if distances.len() < MANY {
+                radius2(Self::NORMAL.radius2_68)
+            } else {
+                percentile(distances, 0.68)
+            },
             radius2_95: radius2(Self::NORMAL.radius2_95),
         };
         let sound = |radius2: f64| radius2 > 0.0 && radius2.is_finite();
@@ -180,13 +188,13 @@ impl Ellipsoids {
     }
 }
 
-/// The distances of the fit's own points, where they are about as large as those of points left out:
-/// a fit without a view is worse than the fit with it, and the fit's own points are told a little too
-/// well; together they err less, and there are more of them. A method that goes through its points
+/// The distances of the fit's own points, where they are as large as those of points left out: a fit
+/// without a view is a little worse than the fit with it, and the fit's own points are told a little
+/// too well; together they err less, and there are more of them. A method that bends to its points
 /// says nothing by them.
 fn own_distances(reconstructor: &dyn Reconstructor, data: &Dataset, held_out: &[f64]) -> Vec<f64> {
-    // Half as large again is what leaving a view out costs at most where a fit is no interpolation.
-    const ALIKE: f64 = 1.5;
+    // Four hundred points of two cameras lose a tenth to some forty unknowns a camera.
+    const ALIKE: f64 = 1.1;
     let own = mahalanobis2(reconstructor, data);
     let ratio = percentile(held_out, 0.5) / percentile(&own, 0.5);
     if (1.0 / ALIKE..=ALIKE).contains(&ratio) { own } else { Vec::new() }

@@ -214,7 +214,14 @@ fn an_observation_set_aside_shows_its_piece_of_the_picture() {
     let (rig, chart) = (Rig::named("paper", 2).unwrap(), LineGrid::default().into());
     let folder = tempfile::tempdir().unwrap();
     let stage = Stage { near: 60.0, far: 120.0, step: 20.0 };
-    write_capture(folder.path(), (&rig, &chart), stage, (Sensor::default(), 1), &Silent).unwrap();
+    write_capture(
+        folder.path(),
+        (&rig, &chart),
+        (&stage.views().unwrap(), true),
+        (Sensor::default(), 1),
+        &Silent,
+    )
+    .unwrap();
     let capture = Capture::open(folder.path()).unwrap();
     let found = detect(&capture, DetectionSettings::default(), &Silent).unwrap();
     let mut data = found.dataset.clone();

@@ -4,6 +4,7 @@
 mod correspondences;
 pub mod fault_survey;
 pub mod faults;
+mod hand_held;
 mod noise;
 mod outliers;
 pub mod random_capture;
@@ -16,6 +17,7 @@ mod write;
 pub use correspondences::{
     Placement, chart_correspondences, misplaced_correspondences, random_correspondences,
 };
+pub use hand_held::{HandHeld, hand_held_correspondences};
 pub use noise::Noise;
 pub use outliers::{GrossError, Region, with_gross_errors};
 pub use render::{Sensor, render};

@@ -1,6 +1,6 @@
 //! Synthetic data on disk, in the form in which users have theirs, with the truth beside them.
 
-use super::{Noise, Rig, Sensor, Truth, chart_correspondences, render};
+use super::{Noise, Placement, Rig, Sensor, Truth, chart_correspondences, render};
 use crate::{
     Error, Result,
     chart::AnyChart,
@@ -73,7 +73,8 @@ fn camera_names(count: usize) -> Vec<String> {
     }
 }
 
-/// Renders a capture into `folder`: pictures, `capture.toml`, `truth.json` with the cameras, and
+/// Renders a capture into `folder`, of a chart at these placements, which the capture tells or leaves
+/// open: pictures, `capture.toml`, `truth.json` with the cameras, and
 /// `truth.csv` with where every visible point truly falls.
 ///
 /// # Errors
@@ -82,11 +83,10 @@ fn camera_names(count: usize) -> Vec<String> {
 pub fn write_capture(
     folder: &Path,
     (rig, chart): (&Rig, &AnyChart),
-    stage: Stage,
+    (views, known): (&[Placement], bool),
     (sensor, seed): (Sensor, u64),
     progress: &dyn Progress,
 ) -> Result<()> {
-    let views = stage.views()?;
     let names = camera_names(rig.cameras.len());
     let total = (views.len() * names.len()) as u64;
     for (index, (camera, name)) in rig.cameras.iter().zip(&names).enumerate() {
@@ -100,8 +100,8 @@ pub fn write_capture(
             progress.report("rendering", picture as u64 + 1, total);
         }
     }
-    write_description(folder, chart, &names, &views)?;
-    let exact = chart_correspondences(rig, chart, &views, (Noise::None, seed), None);
+    write_description(folder, chart, &names, if known { views } else { &[] })?;
+    let exact = chart_correspondences(rig, chart, views, (Noise::None, seed), None);
     storage::write(&folder.join("truth.csv"), points_file::write(&exact).as_bytes())?;
     let truth = Truth { unit: "cm".into(), rig: rig.clone(), noise: Noise::None, seed };
     truth.save(&folder.join("truth.json"))

@@ -7,6 +7,7 @@ mod clinic;
 mod contract;
 mod data;
 mod error_bars;
+mod hand_held;
 mod methods;
 mod paper;
 mod pipeline;

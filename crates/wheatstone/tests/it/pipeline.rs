@@ -18,7 +18,8 @@ use wheatstone::{
 fn rendered(folder: &Path, chart: &AnyChart, stage: Stage) -> Capture {
     let rig = Rig::named("paper", 2).unwrap();
     let sensor = Sensor::default();
-    write_capture(folder, (&rig, chart), stage, (sensor, 1), &Silent).unwrap();
+    write_capture(folder, (&rig, chart), (&stage.views().unwrap(), true), (sensor, 1), &Silent)
+        .unwrap();
     Capture::open(folder).unwrap()
 }
 

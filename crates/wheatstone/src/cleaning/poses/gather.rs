@@ -1,7 +1,7 @@
 //! From correspondences to what every camera saw of every view, and back.
 
 use super::{
-    Choice, ViewPose,
+    Choice, Placing, ViewPose,
     bundle::{Posed, Shot, State},
 };
 use crate::{
@@ -15,6 +15,7 @@ use nalgebra::Matrix3;
 /// The data as an adjustment wants them.
 #[derive(Clone, Debug)]
 pub(super) struct Gathered {
+    pub(super) placing: Placing,
     pub(super) cameras: usize,
     pub(super) names: Vec<String>,
     /// By view, then camera.
@@ -29,9 +30,10 @@ pub(super) struct Gathered {
 const VIEWS_NEEDED: usize = 3;
 
 impl Gathered {
-    pub(super) fn new(data: &Dataset) -> Result<Self> {
+    pub(super) fn new(data: &Dataset, placing: Placing) -> Result<Self> {
         let count = data.views.len().max(1);
         let mut gathered = Self {
+            placing,
             cameras: data.cameras,
             names: (0..count)
                 .map(|view| data.views.get(view).cloned().unwrap_or_default())
@@ -119,7 +121,6 @@ impl Gathered {
         for row in &mut solved.correspondences {
             if let (None, Some([x, y]), true) = (row.world, row.board, placed[row.view]) {
                 row.world = Some(poses[row.view].transform(Point3::new(x, y, 0.0)));
-                row.board = None;
             }
         }
         solved.subset(|_, row| row.world.is_some())

@@ -21,6 +21,7 @@ use crate::{
     camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
     dataset::Dataset,
     geometry::{Point3, Pose},
+    numeric::statistics::median,
     progress::Progress,
 };
 use bundle::{Shot, State};
@@ -74,6 +75,19 @@ pub enum Lenses {
     KannalaBrandt,
 }
 
+/// How charts are placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Placing {
+    /// The frame of the world where no place is known.
+    pub gauge: Gauge,
+    /// The lenses.
+    pub lenses: Lenses,
+    /// Whether every lens has all its terms, where fewer would predict as well.
+    pub all_terms: bool,
+    /// Whether points count that stand out as gross errors.
+    pub keep_gross: bool,
+}
+
 /// Where a chart is believed to have stood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,7 +110,8 @@ pub struct ViewPose {
 /// Charts placed.
 #[derive(Clone, Debug)]
 pub struct SolvedPoses {
-    /// The data with known places; points of views that could not be placed are gone.
+    /// The data with known places, beside those on the chart; points of views that could not be placed
+    /// are gone.
     pub data: Dataset,
     /// One entry a view that was placed.
     pub views: Vec<ViewPose>,
@@ -110,6 +125,42 @@ pub struct SolvedPoses {
     pub gross: usize,
     /// Distances of each camera from the first one, in the data's unit.
     pub baselines: Vec<f64>,
+    /// Median distance of the charts from the first camera.
+    pub distance: f64,
+}
+
+impl SolvedPoses {
+    /// Takes over places to which charts were moved afterwards; the frame stays the first view's chart
+    /// where it was that.
+    pub fn adopt(&mut self, moved: Dataset, gauge: Gauge) {
+        let from_board = |view: &str| -> Option<Pose> {
+            let index = moved.views.iter().position(|name| name == view).unwrap_or(0);
+            let rows = moved.correspondences.iter().filter(|row| row.view == index);
+            let pairs: Vec<(Point3, Point3)> = rows
+                .filter_map(|row| {
+                    let [x, y] = row.board?;
+                    Some((Point3::new(x, y, 0.0), row.world?))
+                })
+                .collect();
+            Pose::aligning(&pairs)
+        };
+        let known = moved.correspondences.iter().any(|row| row.board.is_none());
+        let first = self.views.first().and_then(|first| from_board(&first.view));
+        let to_world = match (gauge, first) {
+            (Gauge::FirstView, Some(first)) if !known => first.inverse(),
+            _ => Pose::default(),
+        };
+        for view in &mut self.views {
+            if let Some(pose) = from_board(&view.view).map(|pose| to_world.after(&pose)) {
+                view.translation = pose.translation.into();
+                view.rotation = pose.rotation_vector().into();
+            }
+        }
+        self.data = moved;
+        for row in &mut self.data.correspondences {
+            row.world = row.world.map(|world| to_world.transform(world));
+        }
+    }
 }
 
 /// The best state of one lens.
@@ -138,14 +189,10 @@ pub fn needed(data: &Dataset) -> bool {
 ///
 /// [`Error::TooFew`] for fewer than three views, [`Error::Degenerate`] for charts that are all
 /// parallel, for cameras that no view links, and where nothing fits, [`Error::Cancelled`].
-pub fn solve(
-    data: &Dataset,
-    gauge: Gauge,
-    lenses: Lenses,
-    progress: &dyn Progress,
-) -> Result<SolvedPoses> {
-    let gathered = Gathered::new(data)?;
-    let of = |wanted: Lenses| lenses == Lenses::Either || lenses == wanted;
+pub fn solve(data: &Dataset, placing: Placing, progress: &dyn Progress) -> Result<SolvedPoses> {
+    let gathered = Gathered::new(data, placing)?;
+    let gauge = placing.gauge;
+    let of = |wanted: Lenses| placing.lenses == Lenses::Either || placing.lenses == wanted;
     let (brown, kannala) = rayon::join(
         || of(Lenses::Brown).then(|| place::<BrownConrady>(&gathered, data, progress)),
         || of(Lenses::KannalaBrandt).then(|| place::<KannalaBrandt>(&gathered, data, progress)),
@@ -201,6 +248,10 @@ fn finish<L: Terms>(
     let centre = |index: usize| {
         Point3::from(choice.state.cameras[index].camera_from_world.inverse().translation)
     };
+    let first = choice.state.cameras[0].camera_from_world;
+    let charts = choice.state.charts.iter().zip(&choice.loose).filter(|(_, loose)| **loose);
+    let distances: Vec<f64> =
+        charts.map(|(chart, _)| first.after(chart).translation.norm()).collect();
     let all: usize = gathered.shots.iter().flatten().map(Vec::len).sum();
     let views = gathered.placed(&choice, &to_world, &poses);
     let unplaced = (0..gathered.shots.len())
@@ -213,6 +264,7 @@ fn finish<L: Terms>(
         lens,
         rms: (2.0 * choice.cost / choice.points.max(1) as f64).sqrt(),
         gross: all.saturating_sub(choice.points),
+        distance: median(&distances),
         baselines: (1..gathered.cameras).map(|c| (centre(c) - centre(0)).norm()).collect(),
     })
 }

@@ -206,9 +206,10 @@ pub(super) fn refine<L: Terms>(
         let bundle = Bundle { shots: &usable, loose: &loose, free: free(terms), loss };
         state = bundle.adjust(state, (40, 1e-4), progress)?.state;
     }
-    let clean = without_gross(&state, &usable);
+    let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
+    let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
     let mut best: Option<(f64, Choice<L>)> = None;
-    for terms in L::RUNGS {
+    for terms in rungs {
         let bundle =
             Bundle { shots: &clean, loose: &loose, free: free(terms), loss: Loss::Squares };
         let start = without_others(&state, terms);
