@@ -4,6 +4,7 @@
 //! done, 1 the input or the fit failed, 2 the command line was not understood, 130 interrupted.
 
 mod commands;
+mod exchanging;
 mod failure;
 mod input;
 mod interruption;
