@@ -25,6 +25,16 @@ pub(crate) struct Told {
     size: Vec<[u32; 2]>,
 }
 
+/// `10x77`, `10x0.5`.
+pub(crate) fn board(text: &str) -> Result<(usize, f64), String> {
+    match text.split_once('x').map(|(columns, pitch)| (columns.parse(), pitch.parse::<f64>())) {
+        Some((Ok(columns), Ok(pitch))) if columns > 0 && pitch > 0.0 && pitch.is_finite() => {
+            Ok((columns, pitch))
+        }
+        _ => Err("a board of ten columns, 77 apart, is written 10x77".into()),
+    }
+}
+
 /// `1280x1024`.
 fn size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
@@ -35,8 +45,8 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 impl Told {
-    pub(crate) fn given(&self, unit: Option<String>) -> Given {
-        Given { unit, sizes: self.size.clone() }
+    pub(crate) fn given(&self, unit: Option<String>, board: Option<(usize, f64)>) -> Given {
+        Given { unit, sizes: self.size.clone(), board }
     }
 }
 

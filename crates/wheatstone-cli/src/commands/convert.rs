@@ -2,7 +2,7 @@
 
 use super::print_json;
 use crate::{
-    exchanging::{Cameras, Told, listed, read_cameras, shown, source, write_cameras, write_model},
+    exchanging::{Cameras, Told, board, listed, read_cameras, shown, source, write_cameras, write_model},
     failure::{Failure, Outcome},
     voice::say,
 };
@@ -35,6 +35,9 @@ pub(crate) struct Convert {
     unit: Option<String>,
     #[command(flatten)]
     told: Told,
+    /// Columns of corners of a chart and their distance, for lists of corners that do not say it
+    #[arg(long, value_name = "COLUMNSxPITCH", value_parser = board)]
+    board: Option<(usize, f64)>,
     /// Standard deviation of a pixel coordinate, which files of cameras do not say
     // The better half of the real sets that the project is tested on reprojects to 0.5 px or less.
     #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = positive)]
@@ -61,7 +64,7 @@ impl Convert {
             return Err(Failure::usage("nothing to convert", "name IN and OUT"));
         };
         let from = source(self.from.as_deref(), paths)?;
-        let given = self.told.given(self.unit.clone());
+        let given = self.told.given(self.unit.clone(), self.board);
         let told = if from.is_some_and(|format| !format.is_calibration()) {
             self.points(from, paths, &given, output)?
         } else {

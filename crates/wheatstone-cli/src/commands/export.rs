@@ -43,7 +43,7 @@ impl Export {
             ));
         }
         let format = Format::named(&self.format)?;
-        let given = self.told.given(None);
+        let given = self.told.given(None, None);
         let (cameras, _) = read_cameras(None, &[self.model], &given)?;
         let told = write_cameras(&cameras, format, &given, &self.output)?;
         if self.json { print_json(&told) } else { Ok(()) }

@@ -168,7 +168,7 @@ fn cannot_follow() -> Error {
 fn simpler(form: Form) -> Vec<Form> {
     match form {
         Form::Brown(most) => {
-            [4, 5, 8, 12].into_iter().filter(|count| *count <= most).map(Form::Brown).collect()
+            [0, 4, 5, 8, 12].into_iter().filter(|count| *count <= most).map(Form::Brown).collect()
         }
         other => vec![other],
     }

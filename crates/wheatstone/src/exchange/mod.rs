@@ -5,19 +5,28 @@
 
 mod anipose;
 mod approximation;
+mod cloud;
 mod colmap;
 mod dlt;
+mod dltdv_points;
 mod files;
 mod guess;
 mod import;
 mod kalibr;
+mod mayacam;
 mod mrcal;
+mod myptv;
+mod npy;
 mod opencv;
+mod openptv;
 mod rig;
 mod ros;
 mod samples;
+mod table;
+mod targets;
 mod text;
 mod tree;
+mod vnl;
 
 pub use approximation::{Approximation, Loss, approximate, approximate_rig, exact};
 pub use guess::guess;
@@ -79,9 +88,17 @@ pub struct Given {
     pub unit: Option<String>,
     /// Width and height of each camera's pictures in pixels; one for all cameras, or one each.
     pub sizes: Vec<[u32; 2]>,
+    /// Columns of a chart and the distance between them, for lists of its corners that do not say it.
+    pub board: Option<(usize, f64)>,
 }
 
 impl Given {
+    /// The unit of world lengths; millimetres where none was given.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        self.unit.as_deref().unwrap_or("mm")
+    }
+
     /// The size of a camera's pictures, counted from 0.
     #[must_use]
     pub fn size(&self, camera: usize) -> Option<[u32; 2]> {
@@ -104,6 +121,16 @@ pub const FORMATS: &[Format] = &[
     dlt::FORMAT,
     dlt::DLTDV,
     dlt::DLTDV8,
+    mayacam::FORMAT,
+    openptv::FORMAT,
+    table::FORMAT,
+    npy::FORMAT,
+    cloud::PLY,
+    cloud::PCD,
+    dltdv_points::FORMAT,
+    targets::FORMAT,
+    myptv::FORMAT,
+    vnl::FORMAT,
 ];
 
 impl Format {
