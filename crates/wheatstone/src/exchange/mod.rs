@@ -261,6 +261,3 @@ impl Format {
         Error::Unsupported { format: name.into(), what, hint: hint.into() }
     }
 }
-
-#[cfg(test)]
-mod tests;
