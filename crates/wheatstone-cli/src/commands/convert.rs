@@ -2,7 +2,9 @@
 
 use super::print_json;
 use crate::{
-    exchanging::{Cameras, Told, board, listed, read_cameras, shown, source, write_cameras, write_model},
+    exchanging::{
+        Cameras, Told, board, listed, read_cameras, shown, source, write_cameras, write_model,
+    },
     failure::{Failure, Outcome},
     voice::say,
 };

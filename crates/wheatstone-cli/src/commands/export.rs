@@ -11,11 +11,13 @@ use wheatstone::exchange::{FORMATS, Format};
 
 /// Write a model's cameras for another program
 #[derive(Args)]
-#[command(after_help = "Examples:\n  wheatstone export model.json --format opencv -o stereo.yml\n  \
+#[command(
+    after_help = "Examples:\n  wheatstone export model.json --format opencv -o stereo.yml\n  \
     wheatstone export model.json --format colmap --size 1280x1024 -o rig/\n\n\
     Formats of several files go into the folder that `-o` names. A model that the format cannot hold as\n\
     it is, such as a network, is followed by a fitted camera, and what that loses is told in pixels.\n\
-    docs/formats.md says what each format holds and in which conventions.")]
+    docs/formats.md says what each format holds and in which conventions."
+)]
 pub(crate) struct Export {
     /// The model file
     model: PathBuf,

@@ -65,9 +65,8 @@ fn read(files: &[InputFile], _given: &Given) -> Result<Rig> {
 }
 
 fn camera(table: &str, node: &Node, file: &InputFile) -> Result<RigCamera> {
-    let wrong = |what: &str| {
-        file.error(0, format!("[{table}]: {what}"), "is this a calibration.toml?")
-    };
+    let wrong =
+        |what: &str| file.error(0, format!("[{table}]: {what}"), "is this a calibration.toml?");
     let pinhole = pinhole(node.need("matrix", file)?.exactly(file)?, file, 0)?;
     let terms = node.need("distortions", file)?.numbers(file)?;
     let turn = vector(node.need("rotation", file)?.exactly(file)?);

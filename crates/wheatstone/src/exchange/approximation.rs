@@ -15,7 +15,10 @@ use crate::{
     Calibration, Result,
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3},
-    method::{AnyReconstructor, Method, Reconstructor, brown::Brown, dlt::Dlt, kannala_brandt::KannalaBrandt},
+    method::{
+        AnyReconstructor, Method, Reconstructor, brown::Brown, dlt::Dlt,
+        kannala_brandt::KannalaBrandt,
+    },
     numeric::statistics::root_mean_square,
     progress::Progress,
 };
@@ -89,6 +92,10 @@ pub fn approximate(
     progress: &dyn Progress,
 ) -> Result<Approximation> {
     if let Some(rig) = exact(model) {
+        // A model that came from a file has no points of its own to be followed at.
+        if model.data.world.is_empty() {
+            return approximate_rig(&rig, forms, progress);
+        }
         if let Some(rig) = within(&rig, forms) {
             return Ok(Approximation { rig, loss: None });
         }
@@ -128,8 +135,10 @@ fn within(rig: &Rig, forms: &[Form]) -> Option<Rig> {
     Some(Rig { unit: rig.unit.clone(), cameras })
 }
 
-/// More coefficients must make the loss this much smaller: what is simple travels better.
-const WORTHWHILE: f64 = 0.9;
+/// More coefficients must make the loss smaller than this share of it: what is simple travels better. A
+/// model that is no lens at all, such as Soloff's polynomials, is off any lens by so much that distortion
+/// shows in a few hundredths of it.
+const WORTHWHILE: f64 = 0.97;
 
 /// The form that follows best; of nearly equal ones the first and simplest.
 fn nearest(
@@ -224,7 +233,8 @@ fn met(
 ) -> Vec<Vec<(Point3, Pixel)>> {
     let mut pairs = vec![Vec::with_capacity(points.len()); optics.len()];
     for point in points {
-        let pixels: Vec<Option<Pixel>> = optics.iter().map(|camera| camera.project(*point)).collect();
+        let pixels: Vec<Option<Pixel>> =
+            optics.iter().map(|camera| camera.project(*point)).collect();
         let Some(found) = locate.locate(&pixels) else { continue };
         for (pairs, pixel) in pairs.iter_mut().zip(pixels) {
             pairs.extend(pixel.map(|pixel| (found.point, pixel)));
@@ -234,11 +244,7 @@ fn met(
 }
 
 /// Cameras of one form that see points nearest to their pixels.
-fn fit(
-    pairs: &[Vec<(Point3, Pixel)>],
-    form: Form,
-    progress: &dyn Progress,
-) -> Result<Vec<Optics>> {
+fn fit(pairs: &[Vec<(Point3, Pixel)>], form: Form, progress: &dyn Progress) -> Result<Vec<Optics>> {
     let data = dataset(pairs);
     let brown = |count: usize| Brown {
         radial: match count {

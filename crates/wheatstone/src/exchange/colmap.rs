@@ -101,8 +101,7 @@ fn read_lens(content: &str, file: &InputFile, line: u64) -> Result<(u64, Lens)> 
         }
         _ => return Err(wrong(format!("`{model}` with {} numbers is not read", values.len()))),
     };
-    let pinhole =
-        lens(focal[0], focal[1], principal[0] - HALF, principal[1] - HALF, file, line)?;
+    let pinhole = lens(focal[0], focal[1], principal[0] - HALF, principal[1] - HALF, file, line)?;
     Ok((id, Lens { size, pinhole, terms, fisheye: *model == "OPENCV_FISHEYE" }))
 }
 
@@ -120,7 +119,8 @@ fn read_image(
         return Err(wrong("this is no image".into()));
     };
     let id = id.parse().map_err(|_| wrong(format!("`{id}` is no image's number")))?;
-    let pose: Vec<f64> = pose.iter().map(|value| finite(value, file, line)).collect::<Result<_>>()?;
+    let pose: Vec<f64> =
+        pose.iter().map(|value| finite(value, file, line)).collect::<Result<_>>()?;
     let [w, x, y, z, tx, ty, tz] = pose[..] else {
         return Err(wrong("a pose has seven numbers".into()));
     };
@@ -159,10 +159,10 @@ fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
             Optics::Linear(_) => continue,
         };
         let principal = principal.map(|value| value + HALF);
-        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(
-            pose.rotation,
-        ));
-        let pose = [turn.w, turn.i, turn.j, turn.k].into_iter().chain(pose.translation.iter().copied());
+        let turn =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(pose.rotation));
+        let pose =
+            [turn.w, turn.i, turn.j, turn.k].into_iter().chain(pose.translation.iter().copied());
         // Names with spaces end at the first of them for some readers.
         let name: String =
             camera.name.chars().map(|c| if c.is_whitespace() { '_' } else { c }).collect();

@@ -158,7 +158,10 @@ fn write(rig: &Rig, count: Count) -> Result<Vec<OutputFile>> {
         if !scaled.iter().all(|value| value.is_finite() && value.abs() < 1e15) {
             return Err(Format::unsupported(
                 name,
-                format!("camera `{}`: the world's origin lies in the plane of its centre", camera.name),
+                format!(
+                    "camera `{}`: the world's origin lies in the plane of its centre",
+                    camera.name
+                ),
                 "move the world's origin, then fit again",
             ));
         }

@@ -50,7 +50,9 @@ fn cell(name: &str) -> Option<Cell> {
             count(camera.strip_prefix("cam")?, MOST_CAMERAS)?,
             axis(along).filter(|axis| *axis < 2)?,
         )),
-        [point, along] => Some(Cell::World(count(point.strip_prefix("pt")?, MOST_POINTS)?, axis(along)?)),
+        [point, along] => {
+            Some(Cell::World(count(point.strip_prefix("pt")?, MOST_POINTS)?, axis(along)?))
+        }
         _ => None,
     }
 }
@@ -126,7 +128,13 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
         let at = |axis: usize| found.get(&(WORLD, axis)).copied();
         let world = at(0).zip(at(1)).zip(at(2)).map(|((x, y), z)| Point3::new(x, y, z));
         let id = Some(format!("pt{}", point + 1));
-        correspondences.push(Correspondence { view: views.len() - 1, id, pixels, world, board: None });
+        correspondences.push(Correspondence {
+            view: views.len() - 1,
+            id,
+            pixels,
+            world,
+            board: None,
+        });
     }
     Ok(Dataset { unit: given.unit().into(), cameras, views, correspondences })
 }
@@ -157,7 +165,8 @@ fn placed(data: &Dataset) -> Result<(Vec<(usize, usize)>, usize, usize)> {
     if sorted.windows(2).any(|pair| pair[0] == pair[1]) {
         return Err(twice());
     }
-    let most = |which: fn(&(usize, usize)) -> usize| places.iter().map(which).max().map_or(0, |m| m + 1);
+    let most =
+        |which: fn(&(usize, usize)) -> usize| places.iter().map(which).max().map_or(0, |m| m + 1);
     let (frames, points) = (most(|place| place.0), most(|place| place.1));
     Ok((places, frames, points))
 }
@@ -174,7 +183,11 @@ fn write(data: &Dataset, given: &Given) -> Result<Vec<OutputFile>> {
     let (places, frames, points) = placed(data)?;
     let most_cells = 100_000_000;
     if frames.saturating_mul(points).saturating_mul(2 * data.cameras + 3) > most_cells {
-        return Err(Format::unsupported(FORMAT.name, format!("{frames} frames of {points} points"), "write fewer"));
+        return Err(Format::unsupported(
+            FORMAT.name,
+            format!("{frames} frames of {points} points"),
+            "write fewer",
+        ));
     }
     let rows: BTreeMap<(usize, usize), &Correspondence> =
         places.into_iter().zip(&data.correspondences).collect();

@@ -113,7 +113,8 @@ pub fn gather(format: &Format, paths: &[PathBuf]) -> Result<Vec<InputFile>> {
 }
 
 fn belongs(layout: Layout, path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let name =
+        path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
     match layout {
         Layout::File(extension) | Layout::Cameras(extension) => {
             name.ends_with(&format!(".{extension}"))

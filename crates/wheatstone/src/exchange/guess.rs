@@ -39,6 +39,13 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
             return Format::named(format).map(Some);
         }
     }
+    if names.iter().any(|path| name_of(path).ends_with(".parquet")) {
+        return Err(Error::Unsupported {
+            format: "this program".into(),
+            what: "Parquet, which is not read yet".into(),
+            hint: "give the table as CSV, or as a NumPy matrix (.npy)".into(),
+        });
+    }
     if first.is_dir() {
         let yaml = names.iter().any(|path| name_of(path).ends_with(".yaml"));
         return if yaml { Format::named("ros").map(Some) } else { Err(unknown(first)) };

@@ -90,14 +90,20 @@ fn reconstructor(rig: &Rig, sigma: f64) -> Option<(&'static str, AnyReconstructo
     let of = |optics: &[&Optics]| -> Option<(&'static str, AnyReconstructor)> {
         let brown: Option<Vec<_>> = optics
             .iter()
-            .map(|optics| if let Optics::Brown(camera) = optics { Some(camera.clone()) } else { None })
+            .map(
+                |optics| {
+                    if let Optics::Brown(camera) = optics { Some(camera.clone()) } else { None }
+                },
+            )
             .collect();
         if let Some(cameras) = brown {
             return Some(("brown", with_noise(cameras, sigma).into()));
         }
         let fisheye: Option<Vec<_>> = optics
             .iter()
-            .map(|o| if let Optics::KannalaBrandt(camera) = o { Some(camera.clone()) } else { None })
+            .map(
+                |o| if let Optics::KannalaBrandt(camera) = o { Some(camera.clone()) } else { None },
+            )
             .collect();
         if let Some(cameras) = fisheye {
             return Some(("kannala-brandt", with_noise(cameras, sigma).into()));

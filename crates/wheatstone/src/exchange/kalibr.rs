@@ -10,6 +10,7 @@ use super::{
     rig::{Optics, lens, rotation, vector, whole},
     text::numbers,
     tree::{Node, Value},
+    yaml::parse,
 };
 use crate::{Result, camera::pinhole::Pinhole, geometry::Pose};
 use std::fmt::Write;
@@ -28,7 +29,7 @@ pub(super) const FORMAT: Format = Format {
 
 fn read(files: &[InputFile], _given: &Given) -> Result<Rig> {
     let file = &files[0];
-    let root = Node::parse(file)?;
+    let root = parse(file)?;
     let Value::Map(entries) = &root.value else {
         return Err(file.error(1, "there is no `cam0` in it".into(), "is this a Kalibr camchain?"));
     };

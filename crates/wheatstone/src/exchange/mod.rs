@@ -27,10 +27,11 @@ mod targets;
 mod text;
 mod tree;
 mod vnl;
+mod yaml;
 
 pub use approximation::{Approximation, Loss, approximate, approximate_rig, exact};
-pub use guess::guess;
 pub use files::{InputFile, OutputFile, gather, save};
+pub use guess::guess;
 pub use import::{Imported, calibration};
 pub use rig::{Form, Optics, Rig, RigCamera, coefficients};
 
@@ -193,7 +194,11 @@ impl Format {
         let first = files.first().ok_or_else(|| self.cannot("nothing: there are no files"))?;
         let data = read(files, given)?;
         if data.correspondences.is_empty() {
-            return Err(first.error(0, "there are no points in it".into(), "is this the file that you meant?"));
+            return Err(first.error(
+                0,
+                "there are no points in it".into(),
+                "is this the file that you meant?",
+            ));
         }
         Ok(data)
     }
@@ -223,7 +228,11 @@ impl Format {
         let first = files.first().ok_or_else(|| self.cannot("nothing: there are no files"))?;
         let mut rig = read(files, given)?;
         if rig.cameras.is_empty() {
-            return Err(first.error(0, "there are no cameras in it".into(), "is this the file that you meant?"));
+            return Err(first.error(
+                0,
+                "there are no cameras in it".into(),
+                "is this the file that you meant?",
+            ));
         }
         let told = given.unit.clone().or(rig.unit);
         rig.unit = told.or_else(|| unit.map(Into::into));

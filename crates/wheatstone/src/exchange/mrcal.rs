@@ -10,6 +10,7 @@ use super::{
     rig::{Optics, lens, vector, whole},
     text::numbers,
     tree::Node,
+    yaml::parse,
 };
 use crate::{Result, camera::pinhole::Pinhole, geometry::Pose};
 
@@ -31,7 +32,7 @@ fn read(files: &[InputFile], _given: &Given) -> Result<Rig> {
 }
 
 fn camera(file: &InputFile) -> Result<RigCamera> {
-    let root = Node::parse(file)?;
+    let root = parse(file)?;
     let model = match root.get("lens_model") {
         Some(old) => old,
         None => root.need("lensmodel", file)?,

@@ -52,7 +52,12 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
             *place = Some(Pixel::new(x, y));
         }
     }
-    Ok(Dataset { unit: given.unit().into(), cameras: files.len(), views: Vec::new(), correspondences })
+    Ok(Dataset {
+        unit: given.unit().into(),
+        cameras: files.len(),
+        views: Vec::new(),
+        correspondences,
+    })
 }
 
 fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {

@@ -87,15 +87,15 @@ fn matrix(file: &InputFile) -> Result<(Vec<f64>, usize)> {
     };
     let (length, rest) = match (version, rest) {
         (1, [a, b, rest @ ..]) => (usize::from(u16::from_le_bytes([*a, *b])), rest),
-        (2 | 3, [a, b, c, d, rest @ ..]) => {
-            (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest)
-        }
+        (2 | 3, [a, b, c, d, rest @ ..]) => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
         _ => return Err(wrong("a version of NumPy's files that is not known")),
     };
-    let (header, body) = rest.split_at_checked(length).ok_or_else(|| wrong("the header is cut off"))?;
+    let (header, body) =
+        rest.split_at_checked(length).ok_or_else(|| wrong("the header is cut off"))?;
     let header = String::from_utf8_lossy(header);
     let kind = entry(&header, "descr").map(|word| word.trim_matches('\''));
-    let kind = kind.and_then(Kind::named).ok_or_else(|| wrong("its entries are no plain numbers"))?;
+    let kind =
+        kind.and_then(Kind::named).ok_or_else(|| wrong("its entries are no plain numbers"))?;
     let by_column = entry(&header, "fortran_order") == Some("True");
     let shape: Vec<usize> = entry(&header, "shape")
         .map(|shape| shape.trim_matches(['(', ')']).split(',').map(str::trim))
@@ -131,7 +131,9 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     }
     let mut correspondences = Vec::with_capacity(values.len() / columns);
     for (index, row) in values.chunks_exact(columns).enumerate() {
-        let wrong = |what: &str| file.error(0, format!("row {}: {what}", index + 1), "NaN stands for what is not known");
+        let wrong = |what: &str| {
+            file.error(0, format!("row {}: {what}", index + 1), "NaN stands for what is not known")
+        };
         if row.iter().any(|value| value.is_infinite() || value.abs() > 1e9) {
             return Err(wrong("a number that is no place"));
         }
@@ -149,7 +151,13 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
             [x, y, z] => together(world)?.then(|| Point3::new(*x, *y, *z)),
             _ => None,
         };
-        correspondences.push(Correspondence { view: 0, id: None, pixels: seen, world, board: None });
+        correspondences.push(Correspondence {
+            view: 0,
+            id: None,
+            pixels: seen,
+            world,
+            board: None,
+        });
     }
     Ok(Dataset { unit: given.unit().into(), cameras, views: Vec::new(), correspondences })
 }

@@ -10,6 +10,7 @@ use super::{
     rig::{Optics, pinhole, rotation, rows, vector, whole},
     text::numbers,
     tree::Node,
+    yaml::parse,
 };
 use crate::{Error, Result, camera::pinhole::Pinhole, geometry::Pose};
 use nalgebra::Matrix3;
@@ -60,7 +61,7 @@ impl<'a> Storage<'a> {
                     "let cv::FileStorage write it as .yml or .json",
                 ));
             }
-            parts.push((Node::parse(file)?, file));
+            parts.push((parse(file)?, file));
         }
         Ok(Self { parts })
     }
@@ -166,9 +167,9 @@ fn optics(pinhole: Pinhole, lens: &[f64], fisheye: bool, pose: Pose) -> Option<O
 
 fn size(storage: &Storage, camera: usize) -> Result<Option<[u32; 2]>> {
     let side = |name: &str| {
-        storage.find(&[format!("{name}{camera}"), name.to_owned()]).map(|(node, file)| {
-            whole(node.number(file)?, file, node.line)
-        })
+        storage
+            .find(&[format!("{name}{camera}"), name.to_owned()])
+            .map(|(node, file)| whole(node.number(file)?, file, node.line))
     };
     Ok(match (side("image_width").transpose()?, side("image_height").transpose()?) {
         (Some(width), Some(height)) => Some([width, height]),
@@ -200,10 +201,8 @@ fn place(storage: &Storage, camera: usize, first: &Pose) -> Result<Pose> {
         _ => rotation(exactly(r, r_file)?, r_file, r.line)?,
     };
     let moved = vector(exactly(t, t_file)?);
-    let by_pair = Pose {
-        rotation: turned * first.rotation,
-        translation: turned * first.translation + moved,
-    };
+    let by_pair =
+        Pose { rotation: turned * first.rotation, translation: turned * first.translation + moved };
     let Some(own) = own else { return Ok(by_pair) };
     // Products of matrices of rounded numbers agree far better than this.
     const AGREE: f64 = 1e-6;
@@ -253,9 +252,11 @@ fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
         }
         let (Pinhole { focal, principal }, pose) = Rig::pinhole_and_pose(camera)?;
         placed.push(pose);
-        let name: String = camera.name.chars().filter(|c| !c.is_control() && !"\"\\".contains(*c)).collect();
+        let name: String =
+            camera.name.chars().filter(|c| !c.is_control() && !"\"\\".contains(*c)).collect();
         let _ = writeln!(text, "camera_name_{of}: \"{name}\"");
-        let k = Matrix3::new(focal[0], 0.0, principal[0], 0.0, focal[1], principal[1], 0.0, 0.0, 1.0);
+        let k =
+            Matrix3::new(focal[0], 0.0, principal[0], 0.0, focal[1], principal[1], 0.0, 0.0, 1.0);
         matrix(&mut text, &format!("K{of}"), (3, 3), &rows(&k));
         match &camera.optics {
             Optics::KannalaBrandt(own) => {

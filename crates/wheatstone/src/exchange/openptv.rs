@@ -56,7 +56,11 @@ fn sensor(file: &InputFile) -> Result<Sensor> {
     };
     let pixel = |index: usize| -> Result<f64> {
         let (value, line) = value(index)?;
-        if value > 0.0 { Ok(value) } else { Err(file.error(line, "pixels have a size".into(), hint)) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(file.error(line, "pixels have a size".into(), hint))
+        }
     };
     // Refractive indices of air, wall and water; a wall of no effect has them alike.
     let indices = [start + 5, start + 6, start + 7].map(|index| value(index).map(|found| found.0));
@@ -88,7 +92,11 @@ fn read(files: &[InputFile], _given: &Given) -> Result<Rig> {
     let ends = |file: &&InputFile, end: &str| file.name().to_lowercase().ends_with(end);
     let parameters = files.iter().find(|file| ends(file, "ptv.par")).ok_or_else(|| {
         let hint = "name it too; it lies in the folder `parameters`";
-        files[0].error(0, "there is no ptv.par with it, which says how large pixels are".into(), hint)
+        files[0].error(
+            0,
+            "there is no ptv.par with it, which says how large pixels are".into(),
+            hint,
+        )
     })?;
     let sensor = sensor(parameters)?;
     let mut cameras = Vec::new();
@@ -136,7 +144,8 @@ fn camera(file: &InputFile, terms: Option<&InputFile>, sensor: &Sensor) -> Resul
     )?;
     let square = cc * cc;
     // Its y goes up: the tangential terms change places, and one its sign.
-    let terms = [k1 * square, k2 * square * square, -p2 * cc, p1 * cc, k3 * square * square * square];
+    let terms =
+        [k1 * square, k2 * square * square, -p2 * cc, p1 * cc, k3 * square * square * square];
     let optics = Optics::brown(pinhole, &terms, pose)
         .ok_or_else(|| file.error(0, "no such lens".into(), "the file is damaged"))?;
     let name = file.stem();
@@ -147,6 +156,10 @@ fn affine(file: &InputFile) -> Result<[f64; 7]> {
     let values: Vec<f64> = all(file)?.into_iter().map(|(value, _)| value).collect();
     let count = values.len();
     values.try_into().map_err(|_| {
-        file.error(0, format!("{count} numbers, where 7 belong"), "is this an OpenPTV .addpar file?")
+        file.error(
+            0,
+            format!("{count} numbers, where 7 belong"),
+            "is this an OpenPTV .addpar file?",
+        )
     })
 }

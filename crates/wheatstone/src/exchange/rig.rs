@@ -72,9 +72,9 @@ impl Optics {
     #[must_use]
     pub fn in_form(&self, form: Form) -> Option<Self> {
         match (self, form) {
-            (Self::Brown(camera), Form::Brown(most)) => {
-                (!camera.mirrored && coefficients(&camera.model, 0).len() <= most).then(|| self.clone())
-            }
+            (Self::Brown(camera), Form::Brown(most)) => (!camera.mirrored
+                && coefficients(&camera.model, 0).len() <= most)
+                .then(|| self.clone()),
             (Self::KannalaBrandt(camera), Form::KannalaBrandt) => {
                 (!camera.mirrored).then(|| self.clone())
             }
@@ -109,8 +109,11 @@ impl Optics {
             rational: [k4, k5, k6],
             prism: [s1, s2, s3, s4],
         };
-        (tilt_x == 0.0 && tilt_y == 0.0)
-            .then_some(Self::Brown(FittedCamera { model, camera_from_world, mirrored: false }))
+        (tilt_x == 0.0 && tilt_y == 0.0).then_some(Self::Brown(FittedCamera {
+            model,
+            camera_from_world,
+            mirrored: false,
+        }))
     }
 
     /// A fisheye.
@@ -171,7 +174,17 @@ impl Optics {
 fn linear(camera: &FittedCamera<BrownConrady>) -> Optics {
     let Pinhole { focal, principal } = camera.model.pinhole;
     let side = if camera.mirrored { -1.0 } else { 1.0 };
-    let k = Matrix3::new(side * focal[0], 0.0, principal[0], 0.0, focal[1], principal[1], 0.0, 0.0, 1.0);
+    let k = Matrix3::new(
+        side * focal[0],
+        0.0,
+        principal[0],
+        0.0,
+        focal[1],
+        principal[1],
+        0.0,
+        0.0,
+        1.0,
+    );
     let Pose { rotation, translation } = camera.camera_from_world;
     let mut matrix = nalgebra::Matrix3x4::zeros();
     matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(k * rotation));

@@ -7,11 +7,13 @@
 //! other.
 
 use super::{
-    Content, Error, Form, Format, Given, InputFile, Layout, OutputFile, Rig, RigCamera, coefficients,
+    Content, Error, Form, Format, Given, InputFile, Layout, OutputFile, Rig, RigCamera,
+    coefficients,
     mrcal::file_name,
     rig::{Optics, pinhole, rotation, rows, vector, whole},
     text::numbers,
     tree::Node,
+    yaml::parse,
 };
 use crate::{
     Result,
@@ -45,7 +47,7 @@ fn data<const N: usize>(root: &Node, name: &str, file: &InputFile) -> Result<([f
 }
 
 fn camera(file: &InputFile) -> Result<RigCamera> {
-    let root = Node::parse(file)?;
+    let root = parse(file)?;
     let (k, line) = data(&root, "camera_matrix", file)?;
     let pinhole = pinhole(k, file, line)?;
     let lens = root.need("distortion_coefficients", file)?.need("data", file)?;
@@ -61,8 +63,7 @@ fn camera(file: &InputFile) -> Result<RigCamera> {
     // Rectified frame of this camera from that of the left one.
     let shift = Vector3::new(shift_x / fx, shift_y / fy, shift_z);
     let camera_from_rectified = rectified_from_camera.transpose();
-    let pose =
-        Pose { rotation: camera_from_rectified, translation: camera_from_rectified * shift };
+    let pose = Pose { rotation: camera_from_rectified, translation: camera_from_rectified * shift };
     let kind = root.get("distortion_model").and_then(Node::text).unwrap_or("plumb_bob");
     let optics = match (kind, &terms[..]) {
         ("equidistant" | "fisheye", [a, b, c, d]) => {
@@ -112,8 +113,7 @@ fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
     let rectified = rectified_from_world(&left_pose, &right_pose).ok_or_else(no_baseline)?;
     // One focal length and principal point for both, such as both have nearly.
     let focal = left_lens.focal[1].min(right_lens.focal[1]);
-    let middle =
-        [0, 1].map(|axis| (left_lens.principal[axis] + right_lens.principal[axis]) / 2.0);
+    let middle = [0, 1].map(|axis| (left_lens.principal[axis] + right_lens.principal[axis]) / 2.0);
     let centre = |pose: &Pose| rectified * pose.inverse().translation;
     let baseline = (centre(&right_pose) - centre(&left_pose)).x;
     let mut files = Vec::with_capacity(2);
@@ -164,8 +164,11 @@ fn file(
         vector([0.0, 0.0, 1.0]).transpose(),
     ]);
     let list = |values: Vec<f64>| numbers(values, ", ");
-    let name: String =
-        camera.name.chars().map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' }).collect();
+    let name: String = camera
+        .name
+        .chars()
+        .map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' })
+        .collect();
     Ok(format!(
         "image_width: {width}\nimage_height: {height}\ncamera_name: \"{name}\"\n\
          camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}]\n\

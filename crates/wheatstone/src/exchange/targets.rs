@@ -87,7 +87,11 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
         frames.entry(frame).or_default().insert(index, rows.iter().map(target).collect());
     }
     if cameras.len() > 64 {
-        return Err(files[0].error(0, format!("{} cameras", cameras.len()), "name the files of one run"));
+        return Err(files[0].error(
+            0,
+            format!("{} cameras", cameras.len()),
+            "name the files of one run",
+        ));
     }
     let mut data = Dataset {
         unit: given.unit().into(),
@@ -139,7 +143,8 @@ fn numbered(targets: &Targets, data: &mut Dataset) {
     let mut found: BTreeMap<i64, Vec<Option<Pixel>>> = BTreeMap::new();
     for (camera, targets) in targets {
         for (pixel, number) in targets.iter().filter(|(_, number)| *number >= 0) {
-            found.entry(*number).or_insert_with(|| vec![None; data.cameras])[*camera] = Some(*pixel);
+            found.entry(*number).or_insert_with(|| vec![None; data.cameras])[*camera] =
+                Some(*pixel);
         }
     }
     data.correspondences.extend(found.into_iter().map(|(number, pixels)| Correspondence {

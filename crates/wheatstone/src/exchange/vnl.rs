@@ -56,7 +56,11 @@ fn pictures(file: &InputFile) -> Result<Pictures> {
             continue;
         }
         let (Some(name), Some(x), Some(y)) = (cells.get(name), cells.get(x), cells.get(y)) else {
-            return Err(file.error(line, "cells are missing".into(), "write - where nothing was found"));
+            return Err(file.error(
+                line,
+                "cells are missing".into(),
+                "write - where nothing was found",
+            ));
         };
         let corners = found.entry(split(name)).or_default();
         corners.push(match (*x, *y) {
@@ -71,14 +75,19 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     let file = &files[0];
     let pictures = pictures(file)?;
     let Some((columns, pitch)) = given.board else {
-        let hint = "give its columns and their distance: `--board 10x77` for ten corners 77 mm apart";
+        let hint =
+            "give its columns and their distance: `--board 10x77` for ten corners 77 mm apart";
         return Err(file.error(0, "it does not say what the board is".into(), hint));
     };
     let mut cameras: Vec<&str> = pictures.keys().map(|(camera, _)| camera.as_str()).collect();
     cameras.dedup();
     if cameras.len() > 64 {
         let hint = "names of one camera's pictures differ in their last number alone";
-        return Err(file.error(0, format!("{} cameras by the pictures' names", cameras.len()), hint));
+        return Err(file.error(
+            0,
+            format!("{} cameras by the pictures' names", cameras.len()),
+            hint,
+        ));
     }
     let mut rows: BTreeMap<(&str, usize), Vec<Option<Pixel>>> = BTreeMap::new();
     for ((camera, view), corners) in &pictures {

@@ -48,7 +48,8 @@ fn good(name: &str) -> Vec<Vec<InputFile>> {
         ),
         "colmap" => all.push(["colmap/cameras.txt", "colmap/images.txt"].map(file).to_vec()),
         "vnl" => {
-            let bytes = b"# filename x y level\na-1.png 1 2 0\nb-1.png 3 4 -\na-2.png - - -\n".to_vec();
+            let bytes =
+                b"# filename x y level\na-1.png 1 2 0\nb-1.png 3 4 -\na-2.png - - -\n".to_vec();
             all.push(vec![InputFile { path: "corners.vnl".into(), bytes }]);
         }
         _ => {}
@@ -58,8 +59,28 @@ fn good(name: &str) -> Vec<Vec<InputFile>> {
 
 /// Pieces that readers trip over.
 const PIECES: [&[u8]; 22] = [
-    b"nan", b"inf", b"-1", b"1e308", b"99999999999999999999", b"0", b"", b"[", b"]", b"{", b"}", b":", b"- ", b"\n",
-    b"'", b"\"", b"#", b",", b"\xff\xfe", b"(18446744073709551615, 9)", b"\xef\xbb\xbf", b"e",
+    b"nan",
+    b"inf",
+    b"-1",
+    b"1e308",
+    b"99999999999999999999",
+    b"0",
+    b"",
+    b"[",
+    b"]",
+    b"{",
+    b"}",
+    b":",
+    b"- ",
+    b"\n",
+    b"'",
+    b"\"",
+    b"#",
+    b",",
+    b"\xff\xfe",
+    b"(18446744073709551615, 9)",
+    b"\xef\xbb\xbf",
+    b"e",
 ];
 
 fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
@@ -80,7 +101,8 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
             }
             5 => {
                 // A number in place of another.
-                let end = at + bytes[at..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
+                let end = at
+                    + bytes[at..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
                 bytes.splice(at..end, PIECES[random.below(6)].iter().copied());
             }
             _ => {
@@ -163,7 +185,9 @@ fn noise_is_refused() {
         }
     }
     // Brackets without end, and a list without an end of a million members.
-    for text in ["[".repeat(1 << 20), "- ".repeat(1 << 20), "{a: ".repeat(1 << 18), "1,".repeat(1 << 20)] {
+    for text in
+        ["[".repeat(1 << 20), "- ".repeat(1 << 20), "{a: ".repeat(1 << 18), "1,".repeat(1 << 20)]
+    {
         for name in ["opencv", "kalibr", "ros", "mrcal", "dlt", "npy", "csv", "vnl", "anipose"] {
             let file = InputFile { path: "deep".into(), bytes: text.clone().into_bytes() };
             assert!(!feed(name, &[file]), "{name}");

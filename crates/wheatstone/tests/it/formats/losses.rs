@@ -2,12 +2,12 @@
 
 use wheatstone::{
     Calibration,
+    chart::AnyChart,
     exchange::{Form, approximate, approximate_rig},
     geometry::Pixel,
     method::AnyMethod,
     preparation::Preparation,
     progress::Silent,
-    chart::AnyChart,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 
@@ -24,11 +24,16 @@ fn model(method: &str, rig: &str) -> (Calibration, Rig) {
 
 #[test]
 fn models_without_cameras_leave_as_cameras_with_their_loss() {
-    for (method, most) in [("soloff", 3.0), ("neural-camera", 0.1), ("tsai", 1.0), ("interpolation", 30.0)] {
+    for (method, most) in
+        [("soloff", 5.0), ("neural-camera", 0.1), ("tsai", 1.0), ("interpolation", 30.0)]
+    {
         let (model, rig) = model(method, "brown");
         let found = approximate(&model, &[Form::Brown(12)], &Silent).unwrap();
         let loss = found.loss.unwrap();
-        assert!(loss.rms > 0.0 && loss.rms < most && loss.largest >= loss.rms, "{method}: {loss:?}");
+        assert!(
+            loss.rms > 0.0 && loss.rms < most && loss.largest >= loss.rms,
+            "{method}: {loss:?}"
+        );
         assert!(loss.points > 500, "{method}: {loss:?}");
         // Where the rig and the model see the same pixels, they differ by about what was said.
         let chart = &AnyChart::all()[0];
@@ -36,7 +41,8 @@ fn models_without_cameras_leave_as_cameras_with_their_loss() {
         let mut squares = Vec::new();
         for (world, _) in exam.known() {
             let cameras = &found.rig.cameras;
-            let pixels: Vec<Option<Pixel>> = cameras.iter().map(|c| c.optics.project(world)).collect();
+            let pixels: Vec<Option<Pixel>> =
+                cameras.iter().map(|c| c.optics.project(world)).collect();
             let Some(there) = model.reconstructor.locate(&pixels) else { continue };
             for (camera, pixel) in cameras.iter().zip(&pixels) {
                 let off = camera.optics.project(there.point).unwrap() - pixel.unwrap();

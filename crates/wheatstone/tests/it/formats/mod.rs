@@ -41,10 +41,8 @@ fn rig(cameras: usize, coefficients: Option<usize>) -> Rig {
     let all = [0.31, -0.12, 1.1e-3, -4e-4, 0.02, 0.52, -0.11, 0.01, 2e-3, -1e-3, 3e-3, 5e-4];
     let camera = |index: usize| {
         let mut near = |value: f64| value * random.uniform(0.97, 1.03);
-        let pinhole = Pinhole {
-            focal: [near(1100.0), near(1100.0)],
-            principal: [near(640.0), near(511.0)],
-        };
+        let pinhole =
+            Pinhole { focal: [near(1100.0), near(1100.0)], principal: [near(640.0), near(511.0)] };
         let turn = Vector3::new(near(0.1), near(-0.2) + 0.2 * index as f64, near(0.05));
         let moved = Vector3::new(near(30.0) - 190.0 * index as f64, near(-20.0), near(900.0));
         let pose = Pose::from_rotation_vector(moved, turn);

@@ -79,7 +79,8 @@ fn tables_come_back() {
 fn numpys_own_files_are_read() {
     // numpy.save of [[1, 2, 3, 4, 5, 6, 7]] as int16, big-endian float32, and by columns.
     let file = |descr: &str, fortran: &str, shape: &str, body: &[u8]| {
-        let header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
+        let header =
+            format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
         bytes.extend((header.len() as u16).to_le_bytes());
         bytes.extend(header.bytes());
@@ -101,7 +102,9 @@ fn numpys_own_files_are_read() {
         .collect();
     let two = read(file("<f8", "True", "(2, 4)", &columns)).unwrap();
     assert_eq!(two.correspondences[1].pixels[0], Some(Pixel::new(10.0, 20.0)));
-    for (descr, shape) in [("<f8", "(1, 7)"), ("<c16", "(1, 7)"), ("<i2", "(7,)"), ("<i2", "(2, 7)")] {
+    for (descr, shape) in
+        [("<f8", "(1, 7)"), ("<c16", "(1, 7)"), ("<i2", "(7,)"), ("<i2", "(2, 7)")]
+    {
         let error = read(file(descr, "False", shape, &small)).unwrap_err();
         assert!(error.hint().is_some(), "{error}");
     }
@@ -121,10 +124,7 @@ fn clouds_hold_what_is_known() {
     let last = f32::from_le_bytes(pcd[pcd.len() - 4..].try_into().unwrap());
     assert_eq!(last, data.correspondences[49].world.unwrap().z as f32);
     data.correspondences.iter_mut().for_each(|row| row.world = None);
-    assert!(matches!(
-        format("ply").write_points(&data, &given(3)),
-        Err(Error::Unsupported { .. })
-    ));
+    assert!(matches!(format("ply").write_points(&data, &given(3)), Err(Error::Unsupported { .. })));
 }
 
 #[test]
@@ -169,7 +169,8 @@ fn real_tables_pass_through_every_format_that_reads_and_writes() {
             let files = written(format.write_points(&data, &given).unwrap());
             let again = format.read_points(&files, &given).unwrap();
             let sum = |data: &Dataset| -> f64 {
-                let pixels = data.correspondences.iter().flat_map(|row| row.pixels.iter().flatten());
+                let pixels =
+                    data.correspondences.iter().flat_map(|row| row.pixels.iter().flatten());
                 pixels.map(|p| p.x + 3.0 * p.y).sum()
             };
             assert_eq!(again.known().count(), data.known().count(), "{}", format.name);

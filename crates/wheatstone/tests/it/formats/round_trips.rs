@@ -48,7 +48,9 @@ fn every_format_gives_back_the_cameras_that_it_was_given() {
                 _ => nalgebra::Matrix3::identity(),
             };
             let shift = match (again.cameras[0].optics.pose(), rig.cameras[0].optics.pose()) {
-                (Some(new), Some(old)) => new.inverse().rotation * (old.translation - new.translation),
+                (Some(new), Some(old)) => {
+                    new.inverse().rotation * (old.translation - new.translation)
+                }
                 _ => Vector3::zeros(),
             };
             let moved = Pose { rotation: back, translation: shift };
@@ -64,7 +66,8 @@ fn every_format_gives_back_the_cameras_that_it_was_given() {
             }
             // The second time nothing changes at all.
             if !["ros", "kalibr", "dlt", "dltdv", "dltdv8"].contains(&format.name) {
-                let optics = |rig: &Rig| rig.cameras.iter().map(|c| c.optics.clone()).collect::<Vec<_>>();
+                let optics =
+                    |rig: &Rig| rig.cameras.iter().map(|c| c.optics.clone()).collect::<Vec<_>>();
                 let files = written(format.write_rig(&again).unwrap());
                 let third = format.read_rig(&files, &given(rig.cameras.len())).unwrap();
                 let (second, third) = (optics(&again), optics(&third));
@@ -85,7 +88,7 @@ fn imported(cameras: usize) -> Imported {
         format: "opencv".into(),
         files: vec!["stereo.yml".into()],
         cameras: (0..cameras).map(|index| format!("cam {index}")).collect(),
-        sizes: vec![Some([1280, 1024]); cameras],
+        sizes: (0..cameras).map(|index| given(cameras).size(index)).collect(),
         pixel_sigma: 0.5,
     }
 }

@@ -73,7 +73,8 @@ const OPENPTV: Pixels = [
 /// Reads, and holds pixels against those of the tool.
 fn agrees(name: &str, files: &[&str], scale: f64, world: [[f64; 3]; 3], pixels: &[Pixels]) {
     let files: Vec<InputFile> = files.iter().map(|name| file(name)).collect();
-    let rig = format(name).read_rig(&files, &Given { sizes: vec![[1280, 1024]], ..given(2) }).unwrap();
+    let rig =
+        format(name).read_rig(&files, &Given { sizes: vec![[1280, 1024]], ..given(2) }).unwrap();
     assert_eq!(rig.cameras.len(), pixels.len(), "{name}");
     for (camera, pixels) in rig.cameras.iter().zip(pixels) {
         assert_eq!(camera.size, Some([1280, 1024]), "{name}");
@@ -98,8 +99,7 @@ fn points_fall_where_the_files_own_tools_see_them() {
     agrees("mrcal", &mrcal, 1.0, WORLD, &[RATIONAL, FIVE]);
     agrees("dlt", &["dlt.csv"], 1.0, WORLD, &STRAIGHT);
     agrees("dltdv", &["dltdv.csv"], 1.0, WORLD, &STRAIGHT);
-    let openptv =
-        ["openptv/cam1.tif.ori", "openptv/cam1.tif.addpar", "openptv/ptv.par"];
+    let openptv = ["openptv/cam1.tif.ori", "openptv/cam1.tif.addpar", "openptv/ptv.par"];
     agrees("openptv", &openptv, 1.0, WORLD, &[OPENPTV]);
 }
 
@@ -152,7 +152,7 @@ fn what_is_not_read_is_named_with_its_line() {
         }
     };
     let (line, problem) = tilted("radtan", "fov", "kalibr", "kalibr.yaml");
-    assert!(line == Some(9) && problem.contains("`fov`"), "{line:?} {problem}");
+    assert!(line == Some(10) && problem.contains("`fov`"), "{line:?} {problem}");
     let (line, problem) = tilted("pinhole", "omni", "kalibr", "kalibr.yaml");
     assert!(line.is_some() && problem.contains("`omni`"), "{problem}");
     let (line, problem) = tilted("OPENCV8", "CAHVORE", "mrcal", "mrcal-0.cameramodel");
