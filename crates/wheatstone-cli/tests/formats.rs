@@ -32,7 +32,21 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
 fn fitted(method: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    done(here, &["synth", "--rig", "brown", "--points", "300", "--noise", "0.05", "-o", "points.csv"]);
+    done(
+        here,
+        &[
+            "synth",
+            "--rig",
+            "brown",
+            "--points",
+            "--count",
+            "300",
+            "--noise",
+            "0.05",
+            "-o",
+            "points.csv",
+        ],
+    );
     done(here, &["fit", "points.csv", "--method", method, "--no-validation", "-o", "model.json"]);
     folder
 }

@@ -101,7 +101,7 @@ fn read_lens(content: &str, file: &InputFile, line: u64) -> Result<(u64, Lens)> 
         }
         _ => return Err(wrong(format!("`{model}` with {} numbers is not read", values.len()))),
     };
-    let pinhole = lens(focal[0], focal[1], principal[0] - HALF, principal[1] - HALF, file, line)?;
+    let pinhole = lens([focal[0], focal[1], principal[0] - HALF, principal[1] - HALF], file, line)?;
     Ok((id, Lens { size, pinhole, terms, fisheye: *model == "OPENCV_FISHEYE" }))
 }
 

@@ -63,7 +63,7 @@ enum Count {
 
 impl Count {
     /// The file's pixels from ours.
-    fn from_ours(self, height: f64) -> Matrix3<f64> {
+    fn to_theirs(self, height: f64) -> Matrix3<f64> {
         match self {
             Self::FromZero => Matrix3::identity(),
             Self::FromOne => Matrix3::new(1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0),
@@ -103,7 +103,7 @@ fn read(files: &[InputFile], given: &Given, count: Count) -> Result<Rig> {
         return Err(file.error(0, problem, "there are 11 lines, each with one value a camera"));
     }
     let mut matrices = Vec::with_capacity(rows[0].len());
-    for camera in 0..rows[0].len() {
+    for (camera, _) in rows[0].iter().enumerate() {
         let size = given.size(camera);
         let height = match (count, size) {
             (Count::Upwards, None) => {
@@ -152,7 +152,7 @@ fn write(rig: &Rig, count: Count) -> Result<Vec<OutputFile>> {
             Count::Upwards => f64::from(Rig::size_of(camera, name)?[1]),
             _ => 0.0,
         };
-        let theirs = count.from_ours(height) * matrix.0;
+        let theirs = count.to_theirs(height) * matrix.0;
         let scaled = theirs / theirs[(2, 3)];
         // In units of the scene the origin is a point like any other.
         if !scaled.iter().all(|value| value.is_finite() && value.abs() < 1e15) {

@@ -139,8 +139,15 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     Ok(Dataset { unit: given.unit().into(), cameras, views, correspondences })
 }
 
+/// Each row's frame and point, and how many of both there are.
+struct Places {
+    rows: Vec<(usize, usize)>,
+    frames: usize,
+    points: usize,
+}
+
 /// Each row's frame and point: by their names where they have any, otherwise counted.
-fn placed(data: &Dataset) -> Result<(Vec<(usize, usize)>, usize, usize)> {
+fn placed(data: &Dataset) -> Result<Places> {
     let mut names: Vec<&str> = Vec::new();
     let mut in_frame = vec![0; data.views.len().max(1)];
     let mut places = Vec::with_capacity(data.correspondences.len());
@@ -168,7 +175,7 @@ fn placed(data: &Dataset) -> Result<(Vec<(usize, usize)>, usize, usize)> {
     let most =
         |which: fn(&(usize, usize)) -> usize| places.iter().map(which).max().map_or(0, |m| m + 1);
     let (frames, points) = (most(|place| place.0), most(|place| place.1));
-    Ok((places, frames, points))
+    Ok(Places { rows: places, frames, points })
 }
 
 fn twice() -> Error {
@@ -180,7 +187,7 @@ fn twice() -> Error {
 }
 
 fn write(data: &Dataset, given: &Given) -> Result<Vec<OutputFile>> {
-    let (places, frames, points) = placed(data)?;
+    let Places { rows: places, frames, points } = placed(data)?;
     let most_cells = 100_000_000;
     if frames.saturating_mul(points).saturating_mul(2 * data.cameras + 3) > most_cells {
         return Err(Format::unsupported(

@@ -64,17 +64,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         choice: None,
         viewpoint,
         volume: Volume::of(&data),
-        training: Evaluation {
-            unit,
-            n: 0,
-            located: 0,
-            rms: 0.0,
-            mean: 0.0,
-            median: 0.0,
-            p95: 0.0,
-            mean_percent: 0.0,
-            rms_xyz: [0.0; 3],
-        },
+        training: unjudged(unit),
         validation: None,
         ellipsoids: Ellipsoids::NORMAL,
         curve: Vec::new(),
@@ -84,6 +74,21 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         data: (&data).into(),
         imported: Some(imported),
     })
+}
+
+/// Of no points at all.
+fn unjudged(unit: String) -> Evaluation {
+    Evaluation {
+        unit,
+        n: 0,
+        located: 0,
+        rms: 0.0,
+        mean: 0.0,
+        median: 0.0,
+        p95: 0.0,
+        mean_percent: 0.0,
+        rms_xyz: [0.0; 3],
+    }
 }
 
 fn reconstructor(rig: &Rig, sigma: f64) -> Option<(&'static str, AnyReconstructor)> {

@@ -70,7 +70,7 @@ fn camera(name: String, node: &Node, pose: Pose, file: &InputFile) -> Result<Rig
     }
     let intrinsics = node.need("intrinsics", file)?;
     let [fx, fy, cx, cy] = intrinsics.exactly(file)?;
-    let pinhole = lens(fx, fy, cx, cy, file, intrinsics.line)?;
+    let pinhole = lens([fx, fy, cx, cy], file, intrinsics.line)?;
     let kind = node.need("distortion_model", file)?;
     let terms = match node.get("distortion_coeffs") {
         Some(list) => list.numbers(file)?,

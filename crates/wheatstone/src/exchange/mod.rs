@@ -60,14 +60,26 @@ pub enum Layout {
     Folder(&'static [&'static str]),
 }
 
+/// Cameras from files.
+pub type ReadRig = fn(&[InputFile], &Given) -> Result<Rig>;
+
+/// Files from cameras.
+pub type WriteRig = fn(&Rig) -> Result<Vec<OutputFile>>;
+
+/// A table of points from files.
+pub type ReadPoints = fn(&[InputFile], &Given) -> Result<Dataset>;
+
+/// Files from a table of points.
+pub type WritePoints = fn(&Dataset, &Given) -> Result<Vec<OutputFile>>;
+
 /// What a format holds.
 pub enum Content {
     /// Cameras.
     Calibration {
         /// Reads them, where the format can be read.
-        read: Option<fn(&[InputFile], &Given) -> Result<Rig>>,
+        read: Option<ReadRig>,
         /// Writes them, where it can be written.
-        write: Option<fn(&Rig) -> Result<Vec<OutputFile>>>,
+        write: Option<WriteRig>,
         /// What of cameras it can hold, what is preferred first.
         forms: &'static [Form],
         /// The unit of its lengths, where it knows only one.
@@ -76,9 +88,9 @@ pub enum Content {
     /// Matched pixels, points in the world, or both.
     Points {
         /// Reads them, where the format can be read.
-        read: Option<fn(&[InputFile], &Given) -> Result<Dataset>>,
+        read: Option<ReadPoints>,
         /// Writes them, where it can be written.
-        write: Option<fn(&Dataset, &Given) -> Result<Vec<OutputFile>>>,
+        write: Option<WritePoints>,
     },
 }
 

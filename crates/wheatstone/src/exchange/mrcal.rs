@@ -9,7 +9,6 @@ use super::{
     Content, Form, Format, Given, InputFile, Layout, OutputFile, Rig, RigCamera, coefficients,
     rig::{Optics, lens, vector, whole},
     text::numbers,
-    tree::Node,
     yaml::parse,
 };
 use crate::{Result, camera::pinhole::Pinhole, geometry::Pose};
@@ -61,7 +60,7 @@ fn camera(file: &InputFile) -> Result<RigCamera> {
             "the file is damaged",
         ));
     }
-    let pinhole = lens(values[0], values[1], values[2], values[3], file, intrinsics.line)?;
+    let pinhole = lens([values[0], values[1], values[2], values[3]], file, intrinsics.line)?;
     let pose = match root.get("rt_cam_ref") {
         Some(new) => new,
         None => root.need("extrinsics", file)?,

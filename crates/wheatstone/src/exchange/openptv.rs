@@ -46,7 +46,7 @@ fn sensor(file: &InputFile) -> Result<Sensor> {
         None => Err(file.error(0, "lines are missing at its end".into(), hint)),
     };
     let (count, line) = value(0)?;
-    if !(count >= 1.0 && count <= 64.0 && count.fract() == 0.0) {
+    if !(1.0..=64.0).contains(&count) || count.fract() != 0.0 {
         return Err(file.error(line, "the number of cameras should stand here".into(), hint));
     }
     let start = 1 + 2 * count as usize + 3;
@@ -64,14 +64,14 @@ fn sensor(file: &InputFile) -> Result<Sensor> {
     };
     // Refractive indices of air, wall and water; a wall of no effect has them alike.
     let indices = [start + 5, start + 6, start + 7].map(|index| value(index).map(|found| found.0));
-    if let [Ok(first), Ok(second), Ok(third)] = indices {
-        if first != second || first != third {
-            return Err(file.error(
-                lines[start + 5].0,
-                format!("light is refracted between media of index {first}, {second} and {third}"),
-                "no camera of other programs can hold that: convert the points, and fit them here",
-            ));
-        }
+    if let [Ok(first), Ok(second), Ok(third)] = indices
+        && (first != second || first != third)
+    {
+        return Err(file.error(
+            lines[start + 5].0,
+            format!("light is refracted between media of index {first}, {second} and {third}"),
+            "no camera of other programs can hold that: convert the points, and fit them here",
+        ));
     }
     Ok(Sensor {
         size: [side(start)?, side(start + 1)?],
@@ -135,10 +135,12 @@ fn camera(file: &InputFile, terms: Option<&InputFile>, sensor: &Sensor) -> Resul
     let [wide, high] = sensor.pixel;
     let [width, height] = sensor.size.map(f64::from);
     let pinhole = lens(
-        scale * cc / wide,
-        cc / high,
-        width / 2.0 + scale * xh / wide - 0.5,
-        height / 2.0 - yh / high - 0.5,
+        [
+            scale * cc / wide,
+            cc / high,
+            width / 2.0 + scale * xh / wide - 0.5,
+            height / 2.0 - yh / high - 0.5,
+        ],
         file,
         values[17].1,
     )?;

@@ -301,18 +301,12 @@ pub(super) fn pinhole(rows: [f64; 9], file: &InputFile, line: u64) -> Result<Pin
             "rows are fx 0 cx, 0 fy cy, 0 0 1; a camera with skew is held by `dlt` alone",
         ));
     }
-    lens(fx, fy, cx, cy, file, line)
+    lens([fx, fy, cx, cy], file, line)
 }
 
 /// Focal lengths, which must be positive, and principal point.
-pub(super) fn lens(
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    file: &InputFile,
-    line: u64,
-) -> Result<Pinhole> {
+pub(super) fn lens(values: [f64; 4], file: &InputFile, line: u64) -> Result<Pinhole> {
+    let [fx, fy, cx, cy] = values;
     if fx > 0.0 && fy > 0.0 {
         return Ok(Pinhole { focal: [fx, fy], principal: [cx, cy] });
     }
@@ -323,7 +317,7 @@ pub(super) fn lens(
 pub(super) fn whole(value: f64, file: &InputFile, line: u64) -> Result<u32> {
     // No sensor is larger, and sums of it overflow nothing.
     const LARGEST: f64 = 1e6;
-    if value >= 1.0 && value <= LARGEST && value.fract() == 0.0 {
+    if (1.0..=LARGEST).contains(&value) && value.fract() == 0.0 {
         return Ok(value as u32);
     }
     Err(file.error(line, format!("{value} is no width or height of a picture"), "whole pixels"))
