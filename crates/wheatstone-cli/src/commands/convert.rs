@@ -15,16 +15,19 @@ use wheatstone::exchange::{FORMATS, Format, Given, gather, save};
 
 /// Turn files of one program into those of another
 #[derive(Args)]
-#[command(after_help = "Examples:\n  wheatstone convert stereo.yml model.json\n  \
+#[command(
+    override_usage = "wheatstone convert [OPTIONS] <IN>... <OUT>",
+    after_help = "Examples:\n  wheatstone convert stereo.yml model.json\n  \
     wheatstone convert --from kalibr camchain.yaml --to colmap rig/\n  \
     wheatstone convert left.cameramodel right.cameramodel model.json\n  \
     wheatstone convert --from dltdv --size 1280x1024 dltCoefs.csv model.json\n  \
     wheatstone convert located.csv cloud.ply\n\n\
     Cameras become a model (model.json) on which `locate` works, or cameras of another format; points\n\
-    become points. docs/formats.md says what each format holds and in which conventions.")]
+    become points. docs/formats.md says what each format holds and in which conventions."
+)]
 pub(crate) struct Convert {
     /// What is read (files, or a folder of them), then what is written
-    #[arg(required = true, num_args = 2.., value_name = "IN... OUT")]
+    #[arg(required = true, num_args = 1.., value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// What is read [default: what its name and its first words say]
     #[arg(long, value_name = "FORMAT", value_parser = names(Format::reads))]
@@ -62,8 +65,12 @@ fn positive(text: &str) -> Result<f64, String> {
 
 impl Convert {
     pub(crate) fn run(self) -> Outcome {
-        let Some((output, paths)) = self.paths.split_last() else {
-            return Err(Failure::usage("nothing to convert", "name IN and OUT"));
+        let Some((output, paths)) = self.paths.split_last().filter(|(_, paths)| !paths.is_empty())
+        else {
+            return Err(Failure::usage(
+                "one path alone is nothing to convert",
+                "name what is read, then what is written",
+            ));
         };
         let from = source(self.from.as_deref(), paths)?;
         let given = self.told.given(self.unit.clone(), self.board);
