@@ -165,4 +165,11 @@ for fmt, read, kinds in CASES:
                 run("convert", "--from", fmt, "--size", sizes, work / f"{fmt}-{kind}-{count}", work / "again.json", "-q")
             print(f"{fmt:15} {str(kind):8} {count} cameras: {off:.2e} px")
             worst = max(worst, off)
+table = np.round(rng.uniform(0, 1000, (40, 7)), 3)
+table[3, 2:4] = np.nan
+np.save(work / "table.npy", table)
+run("convert", work / "table.npy", work / "table.csv", "-q")
+run("convert", work / "table.csv", work / "again.npy", "-q")
+assert np.array_equal(np.load(work / "again.npy"), table, equal_nan=True)
+print("npy             the same bits")
 sys.exit(worst > 1e-6)

@@ -169,7 +169,7 @@ fn cannot_follow() -> Error {
     Error::Unsupported {
         format: "this format".into(),
         what: "anything like this model".into(),
-        hint: "fit a parametric method: `wheatstone fit … --method brown`".into(),
+        hint: "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; of other models fit a parametric one: `wheatstone fit … --method brown`".into(),
     }
 }
 

@@ -139,8 +139,8 @@ fn read(path: PathBuf) -> Result<InputFile> {
     Ok(InputFile { path, bytes })
 }
 
-/// Writes files: one to `path` itself, several into the folder `path`. All are whole on the disk before
-/// the first takes its place.
+/// Writes files: one to `path` itself, several into the folder `path`. All are
+/// written out before the first takes its place.
 ///
 /// # Errors
 ///
@@ -153,7 +153,8 @@ pub fn save(files: &[OutputFile], path: &Path) -> Result<Vec<PathBuf>> {
     for file in files {
         let place = if file.name.is_empty() { path.to_path_buf() } else { path.join(&file.name) };
         let mut output = storage::Output::create(&place)?;
-        output.write_all(&file.bytes).map_err(|e| Error::writing(&place, e))?;
+        let filled = output.write_all(&file.bytes).and_then(|()| output.flush());
+        filled.map_err(|e| Error::writing(&place, e))?;
         written.push((output, place));
     }
     written

@@ -24,12 +24,17 @@ const BY_NAME: [(&str, &str); 9] = [
 ///
 /// # Errors
 ///
-/// [`Error::Io`] where they cannot be read, [`Error::Unsupported`] where nothing tells.
+/// [`Error::Io`] where they cannot be read, [`Error::Malformed`] where nothing tells.
 pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
-    let unknown = |path: &Path| Error::Unsupported {
-        format: "this program".into(),
-        what: format!("`{}`, whose format nothing tells", path.display()),
-        hint: "say what it is: `--from NAME`; `wheatstone list formats` has the names".into(),
+    let refuse = |path: &Path, problem: &str, hint: &str| Error::Malformed {
+        path: path.into(),
+        line: None,
+        problem: problem.into(),
+        hint: hint.into(),
+    };
+    let unknown = |path: &Path| {
+        let hint = "say what it is: `--from NAME`; `wheatstone list formats` has the names";
+        refuse(path, "nothing tells which format this is", hint)
     };
     let first = paths.first().ok_or_else(|| unknown(Path::new("")))?;
     let names = if first.is_dir() { listing(first)? } else { paths.to_vec() };
@@ -40,11 +45,8 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
         }
     }
     if names.iter().any(|path| name_of(path).ends_with(".parquet")) {
-        return Err(Error::Unsupported {
-            format: "this program".into(),
-            what: "Parquet, which is not read yet".into(),
-            hint: "give the table as CSV, or as a NumPy matrix (.npy)".into(),
-        });
+        let hint = "give the table as CSV, or as a NumPy matrix (.npy)";
+        return Err(refuse(first, "Parquet is not read yet", hint));
     }
     if first.is_dir() {
         let yaml = names.iter().any(|path| name_of(path).ends_with(".yaml"));
