@@ -5,6 +5,7 @@
 
 mod browser;
 mod commands;
+mod exchanging;
 mod failure;
 mod input;
 mod interruption;

@@ -70,6 +70,25 @@ pub struct Calibration {
     pub findings: Vec<SavedFinding>,
     /// The points that it was fitted to.
     pub data: SavedDataset,
+    /// Where it comes from, where another program made it: then it has no points of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imported: Option<Imported>,
+}
+
+/// The origin of a calibration that another program made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Imported {
+    /// The format that it was read from.
+    pub format: String,
+    /// The names of its files, without their folders.
+    pub files: Vec<String>,
+    /// The cameras' names.
+    pub cameras: Vec<String>,
+    /// Width and height of the cameras' pictures in pixels, where known.
+    pub sizes: Vec<Option<[u32; 2]>>,
+    /// The standard deviation that one pixel coordinate is believed to have. The files do not say it.
+    pub pixel_sigma: f64,
 }
 
 /// What is read of a file before the rest is trusted.
@@ -125,6 +144,7 @@ impl Calibration {
             placed: prepared.placed.clone(),
             findings: prepared.findings(),
             data: data.into(),
+            imported: None,
         })
     }
 

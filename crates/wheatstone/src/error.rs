@@ -101,6 +101,16 @@ pub enum Error {
         /// What it must be.
         need: String,
     },
+    /// A file format cannot hold what is to be written, or is to be read from it.
+    #[error("`{format}` cannot hold {what}")]
+    Unsupported {
+        /// The format's name.
+        format: String,
+        /// What does not go in.
+        what: String,
+        /// What to do about it.
+        hint: String,
+    },
     /// The caller asked to stop.
     #[error("stopped before the end, as asked; nothing was written")]
     Cancelled,
@@ -124,6 +134,7 @@ impl Error {
             Self::Malformed { hint, .. }
             | Self::Image { hint, .. }
             | Self::Degenerate { hint, .. }
+            | Self::Unsupported { hint, .. }
             | Self::Faulty { hint, .. } => Some(hint.clone()),
             Self::Io { source, path, .. } => Some(io_hint(source.kind(), path)),
             Self::TooFew { what, .. } => Some(format!(

@@ -5,7 +5,9 @@ use crate::failure::Outcome;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::io::Write;
-use wheatstone::{camera::AnyCamera, chart::AnyChart, method::AnyMethod, synthetic::Rig};
+use wheatstone::{
+    camera::AnyCamera, chart::AnyChart, exchange::FORMATS, method::AnyMethod, synthetic::Rig,
+};
 
 /// List what there is: methods, charts, camera models, file formats, synthetic rigs
 #[derive(Args)]
@@ -45,7 +47,18 @@ fn entries(kind: Kind) -> Vec<(String, String)> {
             .collect(),
         Kind::Charts => plain(AnyChart::NAMES),
         Kind::Cameras => plain(AnyCamera::NAMES),
-        Kind::Formats => vec![("csv".into(), "points files, in and out".into())],
+        Kind::Formats => FORMATS
+            .iter()
+            .map(|format| {
+                let holds = if format.is_calibration() { "cameras" } else { "points" };
+                let way = match (format.reads(), format.writes()) {
+                    (true, true) => "in and out",
+                    (true, false) => "in",
+                    _ => "out",
+                };
+                (format.name.to_owned(), format!("{holds} {way}: {}", format.about))
+            })
+            .collect(),
         Kind::Rigs => plain(Rig::NAMES),
     }
 }

@@ -4,9 +4,11 @@ pub(crate) mod chart;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod evaluate;
+pub(crate) mod export;
 pub(crate) mod fit;
 pub(crate) mod list;
 pub(crate) mod locate;
@@ -48,6 +50,8 @@ verbs! {
     evaluate::Evaluate,
     compare::Compare,
     report::Report,
+    export::Export,
+    convert::Convert,
     synth::Synth,
     reproduce::Reproduce,
     list::List,

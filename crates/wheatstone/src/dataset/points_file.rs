@@ -218,6 +218,8 @@ pub enum Duplicates {
     Refuse,
     /// Keep the first of each.
     Drop,
+    /// Keep all: the table only passes through.
+    Keep,
 }
 
 /// Reads a whole points file.
@@ -226,7 +228,16 @@ pub enum Duplicates {
 ///
 /// [`Error::Io`], or [`Error::Malformed`] naming line, column and what was seen.
 pub fn read(path: &Path, unit: &str, duplicates: Duplicates) -> Result<Dataset> {
-    let mut reader = PointsReader::open(path)?;
+    read_from(PointsReader::open(path)?, unit, duplicates)
+}
+
+/// Reads the rest of what a reader was opened on.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_from(mut reader: PointsReader, unit: &str, duplicates: Duplicates) -> Result<Dataset> {
+    let path = reader.path.clone();
     let mut data = Dataset {
         unit: unit.into(),
         cameras: reader.cameras(),
@@ -249,19 +260,21 @@ pub fn read(path: &Path, unit: &str, duplicates: Duplicates) -> Result<Dataset> 
         if let Some(first) = lines.insert(fingerprint(&row), line) {
             if duplicates == Duplicates::Refuse {
                 return Err(Error::Malformed {
-                    path: path.into(),
+                    path,
                     line: Some(line),
                     problem: format!("the same row stands in line {first}"),
                     hint: "remove it, or pass `--drop-duplicates`".into(),
                 });
             }
-            continue;
+            if duplicates == Duplicates::Drop {
+                continue;
+            }
         }
         data.correspondences.push(row);
     }
     if data.correspondences.is_empty() {
         return Err(Error::Malformed {
-            path: path.into(),
+            path,
             line: None,
             problem: "there are no points, only a header".into(),
             hint: "one line a point".into(),

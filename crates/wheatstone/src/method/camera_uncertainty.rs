@@ -61,6 +61,17 @@ impl CameraUncertainty {
         Some(found)
     }
 
+    /// Of a camera whose numbers are taken for exact, with even noise of its pixels.
+    #[must_use]
+    pub fn known(pixel_sigma: f64) -> Self {
+        Self {
+            noise: PixelNoise::even(pixel_sigma * pixel_sigma),
+            adjusted: Vec::new(),
+            about: Point3::origin(),
+            covariance: Covariance::default(),
+        }
+    }
+
     /// Derivatives of a world point's pixel by the adjusted numbers.
     fn slopes<L: AdjustableCamera>(
         &self,

@@ -131,6 +131,19 @@ impl Method for Dlt {
 }
 
 impl DltReconstructor {
+    /// Cameras whose matrices are taken for exact, with this standard deviation of one pixel coordinate.
+    #[must_use]
+    pub fn known(cameras: Vec<ProjectionMatrix>, pixel_sigma: f64) -> Self {
+        let uncertainty = cameras.iter().map(|_| MatrixUncertainty::known(pixel_sigma)).collect();
+        Self { cameras, uncertainty, pixel_sigma }
+    }
+
+    /// World to pixel, a camera each.
+    #[must_use]
+    pub fn matrices(&self) -> &[ProjectionMatrix] {
+        &self.cameras
+    }
+
     /// Where a camera sees a world point; `None` behind it, and for a camera that there is not.
     #[must_use]
     pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {

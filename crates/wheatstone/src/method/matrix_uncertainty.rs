@@ -59,6 +59,16 @@ impl MatrixUncertainty {
         Some(found)
     }
 
+    /// Of a matrix whose numbers are taken for exact, with even noise of its pixels.
+    pub(super) fn known(pixel_sigma: f64) -> Self {
+        Self {
+            noise: PixelNoise::even(pixel_sigma * pixel_sigma),
+            world: (Point3::origin(), 1.0),
+            picture: (Pixel::origin(), 1.0),
+            covariance: Covariance::zero(NUMBERS),
+        }
+    }
+
     /// The matrix in the units of the covariance.
     fn scaled(&self, matrix: &ProjectionMatrix) -> Matrix3x4<f64> {
         let ((middle, size), (centre, extent)) = (self.world, self.picture);

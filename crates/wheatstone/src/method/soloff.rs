@@ -238,6 +238,12 @@ impl SoloffReconstructor {
     fn scaled(&self, point: Point3) -> [f64; 3] {
         [0, 1, 2].map(|axis| (point[axis] - self.centre[axis]) / self.half[axis])
     }
+
+    /// Where a camera, counted from 0, sees a world point.
+    #[must_use]
+    pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {
+        Some(self.cameras.get(camera)?.project(self.scaled(world)).0)
+    }
 }
 
 impl Reconstructor for SoloffReconstructor {

@@ -16,6 +16,12 @@ impl Covariance {
         Self((0..matrix.nrows()).flat_map(row).collect())
     }
 
+    /// Of so many numbers that are exact.
+    #[must_use]
+    pub fn zero(numbers: usize) -> Self {
+        Self(vec![0.0; numbers * (numbers + 1) / 2])
+    }
+
     /// Covariance of two numbers that depend on the uncertain ones with these `slopes`: the
     /// derivatives of both by each.
     #[must_use]

@@ -15,3 +15,4 @@ mod real_charts;
 mod real_points;
 mod stage;
 mod report_page;
+mod formats;

@@ -1,0 +1,157 @@
+//! `wheatstone convert`.
+
+use super::print_json;
+use crate::{
+    exchanging::{
+        Cameras, Told, board, listed, read_cameras, shown, source, write_cameras, write_model,
+    },
+    failure::{Failure, Outcome},
+    voice::say,
+};
+use clap::{Args, builder::PossibleValuesParser};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use wheatstone::exchange::{FORMATS, Format, Given, gather, save};
+
+/// Turn files of one program into those of another
+#[derive(Args)]
+#[command(
+    override_usage = "wheatstone convert [OPTIONS] <IN>... <OUT>",
+    after_help = "Examples:\n  wheatstone convert stereo.yml model.json\n  \
+    wheatstone convert --from kalibr camchain.yaml --to colmap rig/\n  \
+    wheatstone convert left.cameramodel right.cameramodel model.json\n  \
+    wheatstone convert --from dltdv --size 1280x1024 dltCoefs.csv model.json\n  \
+    wheatstone convert located.csv cloud.ply\n\n\
+    Cameras become a model (model.json) on which `locate` works, or cameras of another format; points\n\
+    become points. docs/formats.md says what each format holds and in which conventions."
+)]
+pub(crate) struct Convert {
+    /// What is read (files, or a folder of them), then what is written
+    #[arg(required = true, num_args = 1.., value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// What is read [default: what its name and its first words say]
+    #[arg(long, value_name = "FORMAT", value_parser = names(Format::reads))]
+    from: Option<String>,
+    /// What is written [default: what its extension says; of cameras, a model]
+    #[arg(long, value_name = "FORMAT", value_parser = names(Format::writes))]
+    to: Option<String>,
+    /// Unit of the lengths in the file [default: what it says, else mm]
+    #[arg(long)]
+    unit: Option<String>,
+    #[command(flatten)]
+    told: Told,
+    /// Columns of corners of a chart and their distance, for lists of corners that do not say it
+    #[arg(long, value_name = "COLUMNSxPITCH", value_parser = board)]
+    board: Option<(usize, f64)>,
+    /// Standard deviation of a pixel coordinate, which files of cameras do not say
+    // The better half of the real sets that the project is tested on reprojects to 0.5 px or less.
+    #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = positive)]
+    pixel_sigma: f64,
+    /// Print what was written and what it lost as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The names of formats, and `model`.
+fn names(which: fn(&Format) -> bool) -> PossibleValuesParser {
+    let formats = FORMATS.iter().filter(move |format| which(format)).map(|format| format.name);
+    PossibleValuesParser::new(std::iter::once("model").chain(formats))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("it is more than 0".into()) }
+}
+
+impl Convert {
+    pub(crate) fn run(self) -> Outcome {
+        let Some((output, paths)) = self.paths.split_last().filter(|(_, paths)| !paths.is_empty())
+        else {
+            return Err(Failure::usage(
+                "one path alone is nothing to convert",
+                "name what is read, then what is written",
+            ));
+        };
+        let from = source(self.from.as_deref(), paths)?;
+        let given = self.told.given(self.unit.clone(), self.board);
+        let told = if from.is_some_and(|format| !format.is_calibration()) {
+            self.points(from, paths, &given, output)?
+        } else {
+            self.cameras(from, paths, &given, output)?
+        };
+        if self.json { print_json(&told) } else { Ok(()) }
+    }
+
+    fn cameras(
+        &self,
+        from: Option<&'static Format>,
+        paths: &[PathBuf],
+        given: &Given,
+        output: &Path,
+    ) -> Outcome<Value> {
+        let (cameras, files) = read_cameras(from, paths, given)?;
+        let to = match self.to.as_deref() {
+            Some("model") => None,
+            Some(name) => Some(Format::named(name)?),
+            None => by_extension(output, true)?,
+        };
+        match (to, &cameras, from) {
+            (Some(to), _, _) => write_cameras(&cameras, to, given, output),
+            (None, Cameras::Rig(rig), Some(from)) => {
+                write_model(rig, from, &files, self.pixel_sigma, output)
+            }
+            _ => Err(Failure::usage("a model is a model already", "choose another `--to`")),
+        }
+    }
+
+    fn points(
+        &self,
+        from: Option<&'static Format>,
+        paths: &[PathBuf],
+        given: &Given,
+        output: &Path,
+    ) -> Outcome<Value> {
+        let to = match self.to.as_deref() {
+            Some("model") => None,
+            Some(name) => Some(Format::named(name)?),
+            None => by_extension(output, false)?,
+        };
+        let (Some(from), Some(to)) = (from, to) else {
+            return Err(Failure::usage(
+                "points do not become a model by conversion",
+                "`wheatstone fit` makes a model of them",
+            ));
+        };
+        let data = from.read_points(&gather(from, paths)?, given)?;
+        let files = save(&to.write_points(&data, given)?, output)?;
+        say!("Wrote {} points to {}", data.correspondences.len(), listed(&files));
+        Ok(json!({
+            "format": to.name,
+            "files": shown(&files),
+            "cameras": data.cameras,
+            "unit": data.unit,
+            "points": data.correspondences.len(),
+        }))
+    }
+}
+
+/// The format that an output's extension names; `None` for a model.
+fn by_extension(path: &Path, cameras: bool) -> Outcome<Option<&'static Format>> {
+    let end = path.extension().map(|end| end.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let name = match (end.as_str(), cameras) {
+        ("json", true) => return Ok(None),
+        ("yml", true) => "opencv",
+        ("toml", true) => "anipose",
+        ("csv", false) => "csv",
+        ("npy", false) => "npy",
+        ("ply", false) => "ply",
+        ("pcd", false) => "pcd",
+        _ => {
+            return Err(Failure::usage(
+                format!("`{}` does not say which format it is to be", path.display()),
+                "give `--to NAME`; `wheatstone list formats` has the names",
+            ));
+        }
+    };
+    Ok(Some(Format::named(name)?))
+}

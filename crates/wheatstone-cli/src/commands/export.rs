@@ -1,0 +1,53 @@
+//! `wheatstone export`.
+
+use super::print_json;
+use crate::{
+    exchanging::{Told, read_cameras, write_cameras},
+    failure::{Failure, Outcome},
+};
+use clap::{Args, builder::PossibleValuesParser};
+use std::path::PathBuf;
+use wheatstone::exchange::{FORMATS, Format};
+
+/// Write a model's cameras for another program
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  wheatstone export model.json --format opencv -o stereo.yml\n  \
+    wheatstone export model.json --format colmap --size 1280x1024 -o rig/\n\n\
+    Formats of several files go into the folder that `-o` names. A model that the format cannot hold as\n\
+    it is, such as a network, is followed by a fitted camera, and what that loses is told in pixels.\n\
+    docs/formats.md says what each format holds and in which conventions."
+)]
+pub(crate) struct Export {
+    /// The model file
+    model: PathBuf,
+    /// The format; `wheatstone list formats` describes them
+    #[arg(long, value_parser = PossibleValuesParser::new(
+        FORMATS.iter().filter(|f| f.is_calibration() && f.writes()).map(|f| f.name)
+    ))]
+    format: String,
+    /// Where the cameras go: a file, or a folder for formats of several files
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    told: Told,
+    /// Print what was written and what it lost as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Export {
+    pub(crate) fn run(self) -> Outcome {
+        if self.output.as_os_str() == "-" {
+            return Err(Failure::usage(
+                "cameras are not written to standard output",
+                "name a file with `-o`",
+            ));
+        }
+        let format = Format::named(&self.format)?;
+        let given = self.told.given(None, None);
+        let (cameras, _) = read_cameras(None, &[self.model], &given)?;
+        let told = write_cameras(&cameras, format, &given, &self.output)?;
+        if self.json { print_json(&told) } else { Ok(()) }
+    }
+}

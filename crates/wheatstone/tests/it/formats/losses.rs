@@ -1,0 +1,78 @@
+//! What a model loses on its way into another program is what is said of it.
+
+use wheatstone::{
+    Calibration,
+    chart::AnyChart,
+    exchange::{Form, approximate, approximate_rig},
+    geometry::Pixel,
+    method::AnyMethod,
+    preparation::Preparation,
+    progress::Silent,
+    synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
+};
+
+/// A model of a rig with distorting lenses.
+fn model(method: &str, rig: &str) -> (Calibration, Rig) {
+    let rig = Rig::named(rig, 2).unwrap();
+    let chart = &AnyChart::all()[0];
+    let views = Stage::default().views().unwrap();
+    let data = chart_correspondences(&rig, chart, &views, (Noise::Normal(0.05), 5), Some(900));
+    let prepared = Preparation::default().run(data, 0, &Silent).unwrap();
+    let method = AnyMethod::named(method).unwrap();
+    (Calibration::fit(&method, &prepared, 1, false, &Silent).unwrap(), rig)
+}
+
+#[test]
+fn models_without_cameras_leave_as_cameras_with_their_loss() {
+    for (method, most) in
+        [("soloff", 5.0), ("neural-camera", 0.1), ("tsai", 1.0), ("interpolation", 30.0)]
+    {
+        let (model, rig) = model(method, "brown");
+        let found = approximate(&model, &[Form::Brown(12)], &Silent).unwrap();
+        let loss = found.loss.unwrap();
+        assert!(
+            loss.rms > 0.0 && loss.rms < most && loss.largest >= loss.rms,
+            "{method}: {loss:?}"
+        );
+        assert!(loss.points > 500, "{method}: {loss:?}");
+        // Where the rig and the model see the same pixels, they differ by about what was said.
+        let chart = &AnyChart::all()[0];
+        let exam = random_correspondences(&rig, chart, (70.0, 120.0), (Noise::Normal(0.0), 6), 100);
+        let mut squares = Vec::new();
+        for (world, _) in exam.known() {
+            let cameras = &found.rig.cameras;
+            let pixels: Vec<Option<Pixel>> =
+                cameras.iter().map(|c| c.optics.project(world)).collect();
+            let Some(there) = model.reconstructor.locate(&pixels) else { continue };
+            for (camera, pixel) in cameras.iter().zip(&pixels) {
+                let off = camera.optics.project(there.point).unwrap() - pixel.unwrap();
+                squares.push(off.norm_squared());
+            }
+        }
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!(rms < 3.0 * loss.rms + 1e-6, "{method}: {rms} against {loss:?}");
+    }
+}
+
+#[test]
+fn exact_models_lose_nothing_and_smaller_forms_say_what_they_lose() {
+    let (model, _) = model("brown", "brown");
+    assert_eq!(approximate(&model, &[Form::Brown(5)], &Silent).unwrap().loss, None);
+    let none = approximate(&model, &[Form::Brown(0)], &Silent).unwrap().loss.unwrap();
+    assert!(none.rms > 0.1, "a lens without its distortion: {none:?}");
+    let rig = super::rig(3, Some(12));
+    let found = approximate_rig(&rig, &[Form::Brown(4)], &Silent).unwrap();
+    let loss = found.loss.unwrap();
+    assert!(loss.rms > 1e-3 && loss.largest < 20.0, "{loss:?}");
+    assert_eq!(approximate_rig(&rig, &[Form::Brown(12)], &Silent).unwrap().loss, None);
+}
+
+#[test]
+fn the_same_model_leaves_as_the_same_bytes() {
+    let (model, _) = model("soloff", "brown");
+    let write = || {
+        let found = approximate(&model, &[Form::Brown(12)], &Silent).unwrap();
+        super::format("opencv").write_rig(&found.rig).unwrap()
+    };
+    assert_eq!(write(), write());
+}
