@@ -70,6 +70,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         curve: Vec::new(),
         outliers: Vec::new(),
         stage: Vec::new(),
+        placed: None,
         findings: Vec::new(),
         data: (&data).into(),
         imported: Some(imported),

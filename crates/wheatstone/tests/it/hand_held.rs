@@ -5,7 +5,10 @@ use wheatstone::{
     Error,
     chart::{AnyChart, line_grid::LineGrid},
     cleaning::poses::{self, Gauge, Lenses, Placing},
-    dataset::{Dataset, points_file::{self, Duplicates}},
+    dataset::{
+        Dataset,
+        points_file::{self, Duplicates},
+    },
     evaluate::floor,
     geometry::{Point3, Pose},
     method::AnyMethod,
