@@ -5,6 +5,7 @@ use crate::{failure::Outcome, progress::Bar};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use wheatstone::{
+    cleaning::poses,
     dataset::{
         Dataset,
         capture::{Capture, FILE_NAME},
@@ -85,6 +86,7 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
             );
         }
         let data = found.dataset.clone();
+        let truth = truth.filter(|_| !poses::needed(&data));
         return Ok(Loaded { data, truth, source: Some(Source { capture, found }) });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
@@ -93,7 +95,10 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         (None, Some(truth)) => truth.unit.clone(),
         (None, None) => "mm".into(),
     };
-    Ok(Loaded { data: points_file::read(path, &unit, duplicates)?, truth, source: None })
+    let data = points_file::read(path, &unit, duplicates)?;
+    // Charts held by hand get a frame of their own, in which the true cameras do not stand.
+    let truth = truth.filter(|_| !poses::needed(&data));
+    Ok(Loaded { data, truth, source: None })
 }
 
 /// Opens a capture and looks for its chart.

@@ -113,3 +113,8 @@ fn lines_agree_up_to_the_last_digits_of_numbers() {
     assert!(!agrees("dlt 0.535", "tsai 0.535"));
     assert!(!agrees("dlt", "dlt 5"));
 }
+
+#[test]
+fn a_board_in_the_hand() {
+    run("hand-held.md");
+}

@@ -90,8 +90,12 @@ pub(super) struct Evidence<'a> {
     pub(super) seen: Vec<Option<Seen>>,
 }
 
-/// Points of a cell that a fit uses: more add time only.
+/// Points of a cell that a fit uses, and of all cells: more add time only.
 const FITTED: usize = 30;
+const FITTED_OF_ALL: usize = 900;
+
+/// Views are left out one by one up to so many; beyond, every so-manieth goes with them.
+const GROUPS: usize = 24;
 
 /// Points of a cell that decide which views agree.
 const SCOUTED: usize = 14;
@@ -245,7 +249,8 @@ impl<'a> Evidence<'a> {
 impl Seen {
     fn of(pairs: &[Vec<Pair>]) -> Option<Self> {
         let scouted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, SCOUTED)).collect();
-        let fitted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, FITTED)).collect();
+        let most = (FITTED_OF_ALL / pairs.len().max(1)).clamp(LEAST, FITTED);
+        let fitted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, most)).collect();
         let found = consensus(&scouted, &mut Random::new(3))?;
         let mut seen = Self::among(&found.camera, &fitted, &found.agrees);
         // Views that stand out from the sound ones are left out of the fit, and it is done again.
@@ -275,29 +280,30 @@ impl Seen {
 
     /// From the views that agree.
     fn among(camera: &RobustCamera, views: &[Vec<Pair>], agrees: &[bool]) -> Self {
-        let without_view = |out: usize| -> Vec<Pair> {
-            let kept = views.iter().enumerate().filter(|(view, _)| agrees[*view] && *view != out);
-            kept.flat_map(|(_, pairs)| pairs.iter().copied()).collect()
+        let without_group = |out: usize| -> Vec<Pair> {
+            let kept = |view: usize| agrees[view] && view % GROUPS != out;
+            let views = views.iter().enumerate().filter(|(view, _)| kept(*view));
+            views.flat_map(|(_, pairs)| pairs.iter().copied()).collect()
         };
-        let all = without_view(usize::MAX);
-        let mut camera = camera.refined(&all, 12);
+        let all = without_group(usize::MAX);
+        let camera = camera.refined(&all, 12);
         let sound = agrees.iter().filter(|agrees| **agrees).count();
-        let without: Vec<RobustCamera> = (0..views.len())
-            .map(|view| {
-                // Two views are needed to tell a camera.
-                if agrees[view] && sound > 2 {
-                    let pairs = without_view(view);
-                    let mut other = camera.refined(&pairs, 3);
-                    other.learn_field(&pairs);
-                    other
-                } else {
-                    let mut other = camera.clone();
-                    other.learn_field(&all);
-                    other
-                }
+        let mut whole = camera.clone();
+        whole.learn_field(&all);
+        let without_group: Vec<RobustCamera> = (0..views.len().min(GROUPS))
+            .map(|group| {
+                let pairs = without_group(group);
+                let mut other = camera.refined(&pairs, 3);
+                other.learn_field(&pairs);
+                other
             })
             .collect();
-        camera.learn_field(&all);
+        // Two views are needed to tell a camera.
+        let left_out = |view: usize| agrees[view] && sound > 2;
+        let without: Vec<RobustCamera> = (0..views.len())
+            .map(|view| if left_out(view) { &without_group[view % GROUPS] } else { &whole }.clone())
+            .collect();
+        let camera = whole;
         let errors: Vec<f64> = (0..views.len())
             .filter(|view| agrees[*view])
             .map(|view| without[view].median_error(&views[view]))

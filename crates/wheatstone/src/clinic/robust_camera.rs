@@ -80,8 +80,11 @@ impl RobustCamera {
 
     /// Learns the field from what the formula leaves over at these pairs.
     pub(super) fn learn_field(&mut self, pairs: &[Pair]) {
+        // More say no more of it, and each is asked for at every point.
+        const TAUGHT: usize = 400;
         let seen: Vec<(Pixel, Vector2<f64>)> = pairs
             .iter()
+            .step_by(pairs.len().div_ceil(TAUGHT).max(1))
             .filter_map(|(world, pixel)| {
                 let place = self.formula(*world)?;
                 Some((place, pixel - place))
