@@ -2,7 +2,7 @@
 
 use super::{compare::budget_as_text, locate::refuse_exchanged, print_json};
 use crate::{
-    failure::Outcome,
+    failure::{Failure, Outcome},
     input::{Reading, load},
     progress::Bar,
     table::figure,
@@ -12,7 +12,8 @@ use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     Calibration,
-    evaluate::{Budget, Coverage, Ellipsoids, Evaluation, coverage, evaluate},
+    cleaning::poses,
+    evaluate::{Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate},
 };
 
 /// Judge a model on points whose places are known
@@ -23,6 +24,10 @@ pub(crate) struct Evaluate {
     model: PathBuf,
     /// A capture or a points file with X, Y, Z; not the one that was fitted
     input: PathBuf,
+    /// Bring the points' frame to the model's by the best motion first, as where the board was held by
+    /// hand and the model has a frame of its own
+    #[arg(long)]
+    align: bool,
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
@@ -53,7 +58,17 @@ impl Evaluate {
         let model = Calibration::load(&self.model)?;
         // A points file's numbers are in the model's unit unless it says otherwise.
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
-        let data = load(&self.input, &self.reading, &bar)?.data;
+        let mut data = load(&self.input, &self.reading, &bar)?.data;
+        if data.known().next().is_none() && poses::needed(&data) {
+            drop(bar);
+            return Err(Failure::usage(
+                "this file tells of places on a board held by hand only, none in the world",
+                "judge on points with X, Y, Z (`--align` where they have another frame), or by the held-out error that `fit` and `compare` tell",
+            ));
+        }
+        if self.align {
+            data = aligned(&*model.reconstructor, &data).unwrap_or(data);
+        }
         if data.unit != model.unit {
             drop(bar);
             return Err(wheatstone::Error::Mismatch {

@@ -16,11 +16,27 @@ pub use floor::floor;
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Point3, ProjectionMatrix, Vector3},
+    geometry::{Point3, Pose, ProjectionMatrix, Vector3},
     method::Reconstructor,
     numeric::statistics::{mean, median, percentile, root_mean_square},
 };
 use serde::{Deserialize, Serialize};
+
+/// `data` with its known places moved as a whole to where the map puts them: what is left is the map's
+/// own error, whatever the two frames are. `None` where too few points are located, or all on a line.
+#[must_use]
+pub fn aligned(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<Dataset> {
+    let pairs: Vec<(Point3, Point3)> = data
+        .known()
+        .filter_map(|(world, row)| Some((world, reconstructor.locate(&row.pixels)?.point)))
+        .collect();
+    let motion = Pose::aligning(&pairs)?;
+    let mut moved = data.clone();
+    for row in &mut moved.correspondences {
+        row.world = row.world.map(|world| motion.transform(world));
+    }
+    Some(moved)
+}
 
 /// Errors of located points against known ones, in the unit of the world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

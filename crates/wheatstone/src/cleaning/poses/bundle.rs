@@ -6,6 +6,7 @@
 //! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
+use super::loss::Loss;
 use crate::{
     Error, Result,
     camera::AdjustableCamera,
@@ -34,28 +35,6 @@ pub(super) struct State<L> {
     pub(super) cameras: Vec<Posed<L>>,
     /// World from chart, a view.
     pub(super) charts: Vec<Pose>,
-}
-
-/// How an error counts.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Loss {
-    /// By its square.
-    Squares,
-    /// By Cauchy's function, with this scale in pixels.
-    Cauchy(f64),
-}
-
-impl Loss {
-    /// Cost and weight of a squared error.
-    fn of(self, square: f64) -> (f64, f64) {
-        match self {
-            Self::Squares => (0.5 * square, 1.0),
-            Self::Cauchy(scale) => {
-                let ratio = square / (scale * scale);
-                (0.5 * scale * scale * libm::log1p(ratio), 1.0 / (1.0 + ratio))
-            }
-        }
-    }
 }
 
 /// An adjustment: what was seen, and what of it may change.

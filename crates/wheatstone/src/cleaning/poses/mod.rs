@@ -12,6 +12,7 @@
 
 mod bundle;
 mod gather;
+mod loss;
 mod planar;
 mod rig;
 mod scale;

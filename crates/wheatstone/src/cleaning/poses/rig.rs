@@ -2,7 +2,8 @@
 
 use super::{
     Choice, Gathered,
-    bundle::{Adjusted, Bundle, Loss, POSE, Posed, Shot, State, lost},
+    bundle::{Adjusted, Bundle, POSE, Posed, Shot, State, lost},
+    loss::Loss,
     planar::{self, LEAST, view_error},
 };
 use crate::{

@@ -4,8 +4,9 @@
 
 use super::{
     Choice,
-    bundle::{Bundle, Loss},
+    bundle::Bundle,
     gather::Gathered,
+    loss::Loss,
     rig::{Terms, unknowns},
 };
 use crate::{Error, Result, geometry::Vector3, progress::Progress};
