@@ -1,12 +1,13 @@
 //! The chessboard: points at the inner corners.
 
-mod growth;
+pub(super) mod growth;
 mod saddle;
-mod seed;
+pub(super) mod seed;
 
 use super::{
     AnyChart, Chart, Shape, Sighting,
     lattice::{Labelled, Lattice, Origin},
+    trimming::trim,
 };
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use serde::{Deserialize, Serialize};
@@ -65,8 +66,8 @@ impl Chessboard {
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
         let seed = seed::find(image, scale, self.columns * self.rows)?;
         let growth::Grown { mut labels, dark_square } =
-            growth::grow(image, &seed, self.most_points())?;
-        growth::trim(&mut labels, (self.columns, self.rows));
+            growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
+        trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);
             Some(all.clone().max()? - all.min()? + 1)

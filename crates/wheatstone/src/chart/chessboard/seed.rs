@@ -12,19 +12,19 @@ use calib_targets::{
 use std::collections::BTreeMap;
 
 /// Points by their labels; where labels begin and which way they go means nothing.
-pub(super) type Labels = BTreeMap<(i32, i32), Pixel>;
+pub(in crate::chart) type Labels = BTreeMap<(i32, i32), Pixel>;
 
 /// What a look at the picture gives.
-pub(super) struct Seed {
+pub(in crate::chart) struct Seed {
     /// The largest piece of one board.
-    pub(super) labels: Labels,
+    pub(in crate::chart) labels: Labels,
     /// Everything that looks like a corner, also beyond that piece.
-    pub(super) corners: Vec<Pixel>,
+    pub(in crate::chart) corners: Vec<Pixel>,
 }
 
 /// The size at which a picture is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scale {
+pub(in crate::chart) enum Scale {
     /// A quarter: large pictures that are blurred.
     Quarter,
     /// Half: large or blurred pictures.
@@ -39,7 +39,7 @@ impl Scale {
     /// The sizes that are worth a look, the most promising first. The detector compares a ring of
     /// radius 5 pixels: large pictures show their squares well at half the size, in a quarter of
     /// the time; doubling helps small ones only.
-    pub(super) fn ladder(pixels: usize) -> &'static [Self] {
+    pub(in crate::chart) fn ladder(pixels: usize) -> &'static [Self] {
         match pixels {
             0..1_000_000 => &[Self::Full, Self::Double, Self::Half],
             1_000_000..4_000_000 => &[Self::Full, Self::Half],
@@ -72,7 +72,7 @@ impl Scale {
 }
 
 /// Looks for the largest piece of a board of `count` points.
-pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
+pub(in crate::chart) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
     let picture = scale.apply(image).to_8_bit();
     // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
     if picture.width().min(picture.height()) < LEAST_SIDE {
