@@ -84,7 +84,8 @@ impl ChartOptions {
             _ => Map::new(),
         };
         let number = |name: &str| fields.get(name).and_then(Value::as_f64);
-        let marker_share = number("marker").zip(number("pitch")).map(|(marker, pitch)| marker / pitch);
+        let marker_share =
+            number("marker").zip(number("pitch")).map(|(marker, pitch)| marker / pitch);
         let given = [
             ("columns", self.columns.map(|n| json!(n))),
             ("rows", self.rows.map(|n| json!(n))),

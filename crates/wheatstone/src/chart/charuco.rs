@@ -120,7 +120,8 @@ impl Charuco {
     /// Looks at one size of the picture.
     fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Option<Detection> {
         let count = self.columns * self.rows;
-        let seed = seed::find(image, scale, count)?;
+        // A marker has up to 36 corners of its own, and every second square has one.
+        let seed = seed::find(image, scale, count, (20 * count).clamp(1_500, 10_000))?;
         // Enough for the board and clutter beside it, few enough for tiled walls.
         let grown = growth::grow(image, &seed, (4 * count).max(1_000), self.reach())?;
         let grown = markers::face_up(grown);
@@ -203,8 +204,8 @@ impl Chart for Charuco {
         };
         let whole = (self.columns - 1) * (self.rows - 1);
         let mut best = Detection::default();
-        for scale in seed::Scale::ladder(image.width() * image.height()) {
-            let Some(found) = self.look(image, *scale, &words) else { continue };
+        for scale in scales(image) {
+            let Some(found) = self.look(image, scale, &words) else { continue };
             if found.points.len() > best.points.len() {
                 best = found;
             }
@@ -213,7 +214,9 @@ impl Chart for Charuco {
             }
         }
         if best.points.is_empty() {
-            return Sighting::Unseen("no chessboard with markers of this dictionary found".into());
+            return Sighting::Unseen(
+                "no chessboard with these columns, rows and markers found".into(),
+            );
         }
         Sighting::Seen(vec![best])
     }
@@ -246,6 +249,16 @@ impl Chart for Charuco {
             return setting("dictionary", self.dictionary.clone(), need);
         }
         Ok(())
+    }
+}
+
+/// The sizes at which a picture is looked at. Squares with readable markers are wide enough to be seen in
+/// the half of a large picture; looking for smaller ones costs seconds on a texture.
+fn scales(image: &GrayImage) -> [seed::Scale; 2] {
+    if image.width() * image.height() < 4_000_000 {
+        [seed::Scale::Full, seed::Scale::Half]
+    } else {
+        [seed::Scale::Half, seed::Scale::Quarter]
     }
 }
 

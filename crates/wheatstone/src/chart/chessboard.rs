@@ -28,6 +28,9 @@ pub struct Chessboard {
     pub origin: Origin,
 }
 
+/// Ten times the corners of a large board.
+const MOST_CORNERS: usize = 4_000;
+
 impl Default for Chessboard {
     fn default() -> Self {
         Self { columns: 9, rows: 6, pitch: 30.0, origin: Origin::Centre }
@@ -64,7 +67,8 @@ impl Chessboard {
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
-        let seed = seed::find(image, scale, self.columns * self.rows)?;
+        let count = self.columns * self.rows;
+        let seed = seed::find(image, scale, count, MOST_CORNERS.max(4 * count))?;
         let growth::Grown { mut labels, dark_square } =
             growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
         trim(&mut labels, (self.columns, self.rows));

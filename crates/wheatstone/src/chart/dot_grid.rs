@@ -107,6 +107,19 @@ impl DotGrid {
         Some(labels.into_iter().map(|(label, blob)| (label, blob.restored(halvings))).collect())
     }
 
+    /// Every way in which dots at these labels can be the chart.
+    fn place(&self, image: &GrayImage, centres: &BTreeMap<(i32, i32), Pixel>) -> Sighting {
+        if self.asymmetric {
+            return layout::place(self, centres);
+        }
+        let found = centres.iter().map(|((column, row), pixel)| Labelled {
+            column: *column,
+            row: *row,
+            pixel: *pixel,
+        });
+        self.lattice().place(&found.collect::<Vec<_>>(), image, None)
+    }
+
     /// What a grid comes to. With it: whether nothing is missing, and how much there is of it, anything
     /// that can be placed on the chart before anything that cannot.
     fn look(
@@ -114,6 +127,14 @@ impl DotGrid {
         image: &GrayImage,
         labels: &BTreeMap<(i32, i32), blobs::Blob>,
     ) -> (bool, usize, Sighting) {
+        let lattice = self.lattice();
+        let (width, height) = layout::size(labels);
+        let (width, height) = (width.max(height) as usize, width.min(height) as usize);
+        if width > lattice.columns.max(lattice.rows) || height > lattice.columns.min(lattice.rows) {
+            // No chart of this size, so that places need not be exact.
+            let centres = labels.iter().map(|(label, blob)| (*label, blob.centre)).collect();
+            return (false, labels.len(), self.place(image, &centres));
+        }
         let dots: BTreeMap<_, _> = labels
             .iter()
             .filter_map(|(label, blob)| {
@@ -127,16 +148,7 @@ impl DotGrid {
         let placed = centre::placed(&dots);
         let centres: BTreeMap<_, _> =
             placed.iter().map(|(label, dot)| (*label, dot.centre)).collect();
-        let mut sighting = if self.asymmetric {
-            layout::place(self, &centres)
-        } else {
-            let found = centres.iter().map(|((column, row), pixel)| Labelled {
-                column: *column,
-                row: *row,
-                pixel: *pixel,
-            });
-            self.lattice().place(&found.collect::<Vec<_>>(), image, None)
-        };
+        let mut sighting = self.place(image, &centres);
         if self.first_larger {
             sighting = turned_by(larger(&placed), sighting);
         }

@@ -65,7 +65,6 @@ fn rendered_boards_of_every_dictionary_and_layout_are_found_whole_to_a_twentieth
         let found = reading(&sought, &image);
         assert_eq!(found.points.len(), truth.len(), "{drawn:?}");
         let rms = rms(&found, &truth);
-        println!("{dictionary} {legacy}: {rms:.4}");
         assert!(rms <= 0.05, "{drawn:?}: rms {rms} px");
     }
 }
@@ -89,8 +88,9 @@ fn boards_of_other_dictionaries_and_plain_pictures_are_no_such_board() {
     let mut random = Random::new(9);
     let noise: Vec<f32> = (0..800 * 600).map(|_| random.uniform(0.0, 255.0) as f32).collect();
     let noise = GrayImage::from_values(800, 600, noise).unwrap();
-    let checkered =
-        GrayImage::from_fn(800, 600, |x, y| if (x / 25 + y / 25) % 2 == 0 { 20.0 } else { 220.0 });
+    let checkered = GrayImage::from_fn(800, 600, |x, y| {
+        if (x / 25 + y / 25).is_multiple_of(2) { 20.0 } else { 220.0 }
+    });
     for picture in [noise, checkered, GrayImage::from_fn(1, 1, |_, _| 0.0)] {
         assert!(matches!(chart.detect(&picture), Sighting::Unseen(_)));
     }
@@ -113,8 +113,8 @@ fn dictionaries_that_are_unknown_or_too_small_are_refused() {
 fn boards_in_a_robots_hand_are_found_whole_and_flat() {
     let Some(folder) = folder("rct-charuco") else { return };
     let chart = Charuco {
-        columns: 7,
-        rows: 5,
+        columns: 5,
+        rows: 7,
         pitch: 36.195,
         marker: 18.256,
         dictionary: "DICT_6X6_250".into(),
@@ -125,55 +125,15 @@ fn boards_in_a_robots_hand_are_found_whole_and_flat() {
     for index in 0..16 {
         let path = folder.join(format!("images/{index:02}.png"));
         let image = read_image(&path, Limits::default()).unwrap();
-        match chart.detect(&image) {
-            Sighting::Seen(found) => {
-                let found = &found[0].points;
-                let pairs: Vec<_> = found.iter().map(|(id, at)| (points[*id].xy(), *at)).collect();
-                let off = Homography::fit(&pairs).map(|map| {
-                    let squares =
-                        pairs.iter().map(|(p, at)| (map.map(*p).unwrap() - at).norm_squared());
-                    (squares.sum::<f64>() / pairs.len() as f64).sqrt()
-                });
-                println!("{index}: {} points, off a plane by {off:?}", found.len());
-                whole += usize::from(found.len() == 24);
-            }
-            Sighting::Unseen(why) => println!("{index}: {why}"),
-        }
+        let Sighting::Seen(found) = chart.detect(&image) else { continue };
+        let found = &found[0].points;
+        let pairs: Vec<_> = found.iter().map(|(id, at)| (points[*id].xy(), *at)).collect();
+        let map = Homography::fit(&pairs).unwrap();
+        let squares = pairs.iter().map(|(p, at)| (map.map(*p).unwrap() - at).norm_squared());
+        let off = (squares.sum::<f64>() / pairs.len() as f64).sqrt();
+        // The lens bends lines by a pixel; a wrong id would be 60 pixels off.
+        assert!(off < 1.2, "picture {index}: {off} px off a plane");
+        whole += usize::from(found.len() == 24);
     }
     assert!(whole >= 14, "{whole} of 16");
-}
-
-#[test]
-fn timing_scratch() {
-    use wheatstone::chart::dot_grid::DotGrid;
-    let mut random = Random::new(9);
-    let noise: Vec<f32> = (0..4000 * 3000).map(|_| random.uniform(0.0, 255.0) as f32).collect();
-    let noise = GrayImage::from_values(4000, 3000, noise).unwrap();
-    let checkered =
-        |side: usize| {
-            GrayImage::from_fn(4000, 3000, move |x, y| {
-                if (x / side + y / side) % 2 == 0 { 20.0 } else { 220.0 }
-            })
-        };
-    let dots = GrayImage::from_fn(4000, 3000, |x, y| {
-        let (u, v) = ((x % 12) as f32 - 5.5, (y % 12) as f32 - 5.5);
-        if u * u + v * v < 10.0 { 20.0 } else { 220.0 }
-    });
-    for (name, image) in [
-        ("noise", noise),
-        ("c1", checkered(1)),
-        ("c3", checkered(3)),
-        ("c20", checkered(20)),
-        ("dots", dots),
-    ] {
-        for chart in [
-            AnyChart::from(DotGrid::default()),
-            AnyChart::from(DotGrid { asymmetric: true, ..DotGrid::default() }),
-            AnyChart::from(Charuco::default()),
-        ] {
-            let start = std::time::Instant::now();
-            let seen = matches!(chart.detect(&image), Sighting::Seen(_));
-            println!("{name} {:?} seen {seen}", start.elapsed());
-        }
-    }
 }

@@ -50,7 +50,7 @@ fn rms(chart: &DotGrid, rotation: [f64; 3], distance: f64, seed: u64) -> (usize,
 
 /// From the front, aslant, and aslant along a diagonal and turned.
 const VIEWS: [([f64; 3], f64); 3] =
-    [([0.02, 0.03, 0.05], 300.0), ([0.9, 0.1, 0.2], 280.0), ([0.6, -0.7, 0.9], 300.0)];
+    [([0.02, 0.03, 0.05], 300.0), ([0.9, 0.1, 0.2], 300.0), ([0.6, -0.7, 0.9], 420.0)];
 
 #[test]
 fn dots_of_rendered_grids_are_found_to_a_twentieth_of_a_pixel() {
@@ -63,7 +63,6 @@ fn dots_of_rendered_grids_are_found_to_a_twentieth_of_a_pixel() {
         for (seed, (rotation, distance)) in VIEWS.into_iter().enumerate() {
             let (readings, rms) = rms(&chart, rotation, distance, seed as u64);
             assert_eq!(readings, count, "{chart:?} {rotation:?}");
-            println!("{:?} {rotation:?}: {rms:.4}", chart.diameter);
             assert!(rms <= 0.05, "{chart:?} {rotation:?}: rms {rms} px");
         }
     }
@@ -94,13 +93,9 @@ fn what_is_no_grid_of_dots_is_reported_as_such() {
     let mut random = Random::new(9);
     let noise: Vec<f32> = (0..800 * 600).map(|_| random.uniform(0.0, 255.0) as f32).collect();
     let checkered = |side: usize| {
-        GrayImage::from_fn(
-            800,
-            600,
-            move |x, y| {
-                if (x / side + y / side) % 2 == 0 { 20.0 } else { 220.0 }
-            },
-        )
+        GrayImage::from_fn(800, 600, move |x, y| {
+            if (x / side + y / side).is_multiple_of(2) { 20.0 } else { 220.0 }
+        })
     };
     let pictures = [
         GrayImage::from_values(800, 600, noise).unwrap(),
@@ -131,13 +126,8 @@ fn robot_pictures_of_a_plate_of_100_dots_are_found_whole_and_the_right_way_round
     for index in 0..15 {
         let path = folder.join(format!("images/{index:02}.png"));
         let image = read_image(&path, Limits::default()).unwrap();
-        match chart.detect(&image) {
-            Sighting::Seen(found) => {
-                println!("{index}: {} readings, {} dots", found.len(), found[0].points.len());
-                whole += usize::from(found.len() == 1 && found[0].points.len() == 100);
-            }
-            Sighting::Unseen(why) => println!("{index}: {why}"),
-        }
+        let Sighting::Seen(found) = chart.detect(&image) else { continue };
+        whole += usize::from(found.len() == 1 && found[0].points.len() == 100);
     }
     assert!(whole >= 14, "{whole} of 15");
 }
@@ -146,38 +136,21 @@ fn robot_pictures_of_a_plate_of_100_dots_are_found_whole_and_the_right_way_round
 fn a_piece_of_a_stepped_plate_agrees_with_its_list() {
     let Some(folder) = folder("myptv-plate") else { return };
     let table = std::fs::read_to_string(folder.join("points.csv")).unwrap();
-    for camera in 0..3 {
-        let listed: Vec<Pixel> = table
-            .lines()
-            .skip(1)
-            .filter_map(|line| {
-                let cells: Vec<&str> = line.split(',').collect();
-                let at = |axis: usize| cells[2 * camera + axis].parse::<f64>().ok();
-                Some(Pixel::new(at(0)?, at(1)?))
-            })
-            .collect();
-        let path = folder.join(format!("images/cal{}.tif", camera + 1));
-        let image = read_image(&path, Limits::default()).unwrap();
-        let chart = DotGrid { columns: 6, rows: 23, pitch: 3.0, ..DotGrid::default() };
-        match chart.detect(&image) {
-            Sighting::Seen(found) => {
-                let mut apart: Vec<f64> = found[0]
-                    .points
-                    .iter()
-                    .map(|(_, at)| {
-                        listed.iter().map(|l| (l - at).norm()).fold(f64::INFINITY, f64::min)
-                    })
-                    .collect();
-                apart.sort_by(f64::total_cmp);
-                println!(
-                    "camera {camera}: {} dots, {} readings, median {}, all but a tenth {}",
-                    apart.len(),
-                    found.len(),
-                    apart[apart.len() / 2],
-                    apart[apart.len() * 9 / 10]
-                );
-            }
-            Sighting::Unseen(why) => println!("camera {camera}: {why}"),
-        }
-    }
+    let listed: Vec<Pixel> = table
+        .lines()
+        .skip(1)
+        .filter_map(|line| {
+            let mut cells = line.split(',').skip(2).map(str::parse::<f64>);
+            Some(Pixel::new(cells.next()?.ok()?, cells.next()?.ok()?))
+        })
+        .collect();
+    let image = read_image(&folder.join("images/cal2.tif"), Limits::default()).unwrap();
+    let chart = DotGrid { columns: 6, rows: 23, pitch: 3.0, ..DotGrid::default() };
+    let found = &readings(&chart, &image, "cal2")[0].points;
+    let nearest = |at: &Pixel| listed.iter().map(|l| (l - at).norm()).fold(f64::INFINITY, f64::min);
+    let mut apart: Vec<f64> = found.iter().map(|(_, at)| nearest(at)).collect();
+    apart.sort_by(f64::total_cmp);
+    // Six pixels wide, pale, with glints: the list itself is off a camera by half a pixel.
+    assert!(apart.len() >= 120, "{} of 138", apart.len());
+    assert!(apart[apart.len() / 2] <= 0.25, "median {} px", apart[apart.len() / 2]);
 }

@@ -71,8 +71,13 @@ impl Scale {
     }
 }
 
-/// Looks for the largest piece of a board of `count` points.
-pub(in crate::chart) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
+/// Looks for the largest piece of a board of `count` points among the `most` strongest corners.
+pub(in crate::chart) fn find(
+    image: &GrayImage,
+    scale: Scale,
+    count: usize,
+    most: usize,
+) -> Option<Seed> {
     let picture = scale.apply(image).to_8_bit();
     // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
     if picture.width().min(picture.height()) < LEAST_SIDE {
@@ -83,7 +88,7 @@ pub(in crate::chart) fn find(image: &GrayImage, scale: Scale, count: usize) -> O
     // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
     // into a lattice must have a bound.
     corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    corners.truncate(MOST_CORNERS.max(4 * count));
+    corners.truncate(most);
     let mut parameters = ChessboardParams::default();
     parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
     let board = ChessboardDetector::new(parameters).ok()?.detect(&corners)?;
@@ -100,5 +105,3 @@ pub(in crate::chart) fn find(image: &GrayImage, scale: Scale, count: usize) -> O
 
 /// In pixels: a ring of radius 5, and one pixel to find a maximum among.
 const LEAST_SIDE: u32 = 13;
-/// Ten times the corners of a large board.
-const MOST_CORNERS: usize = 4_000;
