@@ -121,9 +121,16 @@ impl Charuco {
     fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Option<Detection> {
         let count = self.columns * self.rows;
         // A marker has up to 36 corners of its own, and every second square has one.
-        let seed = seed::find(image, scale, count, (20 * count).clamp(1_500, 10_000))?;
+        let seeds = seed::find(image, scale, count, (20 * count).clamp(1_500, 10_000));
+        // A grating may have more corners than the board, but has no markers.
+        seeds.iter().find_map(|seed| self.read(image, seed, words))
+    }
+
+    /// What a piece of a chessboard comes to, if it has the board's markers.
+    fn read(&self, image: &GrayImage, seed: &seed::Seed, words: &Dictionary) -> Option<Detection> {
+        let count = self.columns * self.rows;
         // Enough for the board and clutter beside it, few enough for tiled walls.
-        let grown = growth::grow(image, &seed, (4 * count).max(1_000), self.reach())?;
+        let grown = growth::grow(image, seed, (4 * count).max(1_000), self.reach())?;
         let grown = markers::face_up(grown);
         let place = markers::place(self, image, &grown, words)?;
         let mut points: Vec<(usize, Pixel)> = grown

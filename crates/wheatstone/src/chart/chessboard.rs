@@ -68,7 +68,8 @@ impl Chessboard {
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
         let count = self.columns * self.rows;
-        let seed = seed::find(image, scale, count, MOST_CORNERS.max(4 * count))?;
+        let seeds = seed::find(image, scale, count, MOST_CORNERS.max(4 * count));
+        let seed = seeds.into_iter().next()?;
         let growth::Grown { mut labels, dark_square } =
             growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
         trim(&mut labels, (self.columns, self.rows));

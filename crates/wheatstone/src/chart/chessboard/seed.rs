@@ -16,7 +16,7 @@ pub(in crate::chart) type Labels = BTreeMap<(i32, i32), Pixel>;
 
 /// What a look at the picture gives.
 pub(in crate::chart) struct Seed {
-    /// The largest piece of one board.
+    /// A piece of one board.
     pub(in crate::chart) labels: Labels,
     /// Everything that looks like a corner, also beyond that piece.
     pub(in crate::chart) corners: Vec<Pixel>,
@@ -71,17 +71,17 @@ impl Scale {
     }
 }
 
-/// Looks for the largest piece of a board of `count` points among the `most` strongest corners.
+/// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
 pub(in crate::chart) fn find(
     image: &GrayImage,
     scale: Scale,
     count: usize,
     most: usize,
-) -> Option<Seed> {
+) -> Vec<Seed> {
     let picture = scale.apply(image).to_8_bit();
     // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
     if picture.width().min(picture.height()) < LEAST_SIDE {
-        return None;
+        return Vec::new();
     }
     let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
     let mut corners = detect_corners(&picture, &settings);
@@ -91,16 +91,17 @@ pub(in crate::chart) fn find(
     corners.truncate(most);
     let mut parameters = ChessboardParams::default();
     parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
-    let board = ChessboardDetector::new(parameters).ok()?.detect(&corners)?;
+    let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
     let place = |p: nalgebra::Point2<f32>| scale.restore(p.cast::<f64>());
-    Some(Seed {
+    let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
         labels: board
             .corners
             .iter()
             .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
             .collect(),
         corners: corners.iter().map(|corner| place(corner.position)).collect(),
-    })
+    });
+    seeds.collect()
 }
 
 /// In pixels: a ring of radius 5, and one pixel to find a maximum among.
