@@ -136,5 +136,4 @@ fn boards_in_a_robots_hand_are_found_whole_and_flat() {
         whole += usize::from(found.len() == 24);
     }
     assert!(whole >= 14, "{whole} of 16");
-    println!("WHOLE {whole}");
 }
