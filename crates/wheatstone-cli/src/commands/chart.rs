@@ -14,7 +14,9 @@ use wheatstone::{
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     wheatstone chart chessboard --columns 9 --rows 6 --pitch 25 --unit mm -o chart.svg\n  \
-    wheatstone chart line-grid --columns 9 --rows 7 --pitch 5 --unit cm -o chart.svg\n\n\
+    wheatstone chart line-grid --columns 9 --rows 7 --pitch 5 --unit cm -o chart.svg\n  \
+    wheatstone chart dot-grid --columns 4 --rows 11 --pitch 20 --asymmetric -o chart.svg\n  \
+    wheatstone chart charuco --columns 8 --rows 6 --pitch 30 --marker 22 --dictionary DICT_5X5_100 -o chart.svg\n\n\
     Print it at 100 %, and check the ruler along its lower edge.")]
 pub(crate) struct Chart {
     /// The kind of chart
@@ -33,10 +35,10 @@ pub(crate) struct Chart {
 /// What a chart looks like.
 #[derive(Args, Clone)]
 pub(crate) struct ChartOptions {
-    /// Inner corners or crossings across
+    /// Inner corners, crossings or dots across; squares of a charuco board
     #[arg(long)]
     columns: Option<usize>,
-    /// Inner corners or crossings down
+    /// Inner corners, crossings or dots down; squares of a charuco board
     #[arg(long)]
     rows: Option<usize>,
     /// Distance of neighbouring points
@@ -45,6 +47,24 @@ pub(crate) struct ChartOptions {
     /// Width of a line as a share of the pitch (line-grid)
     #[arg(long)]
     line_width: Option<f64>,
+    /// Of a dot (dot-grid)
+    #[arg(long)]
+    diameter: Option<f64>,
+    /// Every second row is moved by the pitch (dot-grid)
+    #[arg(long)]
+    asymmetric: bool,
+    /// The first dot is larger (dot-grid)
+    #[arg(long)]
+    first_larger: bool,
+    /// Side of a marker (charuco)
+    #[arg(long)]
+    marker: Option<f64>,
+    /// The markers' dictionary, by OpenCV's name (charuco)
+    #[arg(long)]
+    dictionary: Option<String>,
+    /// Boards with an even count of rows begin with a light square (charuco)
+    #[arg(long)]
+    legacy: bool,
     /// The kind of chart, where the command does not say
     #[arg(long = "chart", value_name = "KIND", value_parser = PossibleValuesParser::new(AnyChart::NAMES))]
     chart_kind: Option<String>,
@@ -63,16 +83,29 @@ impl ChartOptions {
             Some(Value::Object(fields)) => fields,
             _ => Map::new(),
         };
+        let number = |name: &str| fields.get(name).and_then(Value::as_f64);
+        let marker_share =
+            number("marker").zip(number("pitch")).map(|(marker, pitch)| marker / pitch);
         let given = [
             ("columns", self.columns.map(|n| json!(n))),
             ("rows", self.rows.map(|n| json!(n))),
             ("pitch", self.pitch.map(|n| json!(n))),
             ("line_width", self.line_width.map(|n| json!(n))),
+            ("diameter", self.diameter.map(|n| json!(n))),
+            ("asymmetric", self.asymmetric.then_some(json!(true))),
+            ("first_larger", self.first_larger.then_some(json!(true))),
+            ("marker", self.marker.map(|n| json!(n))),
+            ("dictionary", self.dictionary.as_ref().map(|name| json!(name))),
+            ("legacy", self.legacy.then_some(json!(true))),
         ];
         for (name, value) in given {
             if let Some(value) = value {
                 fields.insert(name.into(), value);
             }
+        }
+        // Markers as large a part of their squares as on the default board.
+        if let (Some(pitch), None, Some(marker)) = (self.pitch, self.marker, marker_share) {
+            fields.insert("marker".into(), json!(marker * pitch));
         }
         let chart: AnyChart = serde_json::from_value(Value::Object(fields)).map_err(|e| {
             Failure::usage(format!("no {kind}: {e}"), "`wheatstone chart --help` lists the options")

@@ -94,8 +94,8 @@ impl New {
             "# A capture: what the cameras saw, and where the chart stood.\n\
              # Every length below is in this unit, and so will be every result.\n\
              unit = \"{}\"\n\n\
-             # The chart. `columns` and `rows` count inner corners (chessboard) or crossings (line-grid),\n\
-             # not squares. `pitch` is from one to the next: measure it on the print.\n[chart]\n",
+             # The chart. `columns` and `rows` count inner corners (chessboard), crossings (line-grid) or dots\n\
+             # (dot-grid), not squares, but for a charuco board they do. `pitch` is from one to the next: measure it on the print.\n[chart]\n",
             self.unit
         );
         // The settings that every chart has, then its own; where its origin is goes without saying.

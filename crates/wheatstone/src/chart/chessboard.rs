@@ -1,12 +1,13 @@
 //! The chessboard: points at the inner corners.
 
-mod growth;
+pub(super) mod growth;
 mod saddle;
-mod seed;
+pub(super) mod seed;
 
 use super::{
     AnyChart, Chart, Shape, Sighting,
     lattice::{Labelled, Lattice, Origin},
+    trimming::trim,
 };
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,9 @@ pub struct Chessboard {
     #[serde(default)]
     pub origin: Origin,
 }
+
+/// Ten times the corners of a large board.
+const MOST_CORNERS: usize = 4_000;
 
 impl Default for Chessboard {
     fn default() -> Self {
@@ -63,10 +67,12 @@ impl Chessboard {
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
-        let seed = seed::find(image, scale, self.columns * self.rows)?;
+        let count = self.columns * self.rows;
+        let seeds = seed::find(image, scale, count, MOST_CORNERS.max(4 * count));
+        let seed = seeds.into_iter().next()?;
         let growth::Grown { mut labels, dark_square } =
-            growth::grow(image, &seed, self.most_points())?;
-        growth::trim(&mut labels, (self.columns, self.rows));
+            growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
+        trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);
             Some(all.clone().max()? - all.min()? + 1)

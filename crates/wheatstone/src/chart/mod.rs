@@ -4,10 +4,13 @@
 //! To add one: write `chart/<name>.rs` with a type that implements [`Chart`] and `Default`, then add
 //! its `mod` line and its row below. The contract tests pick it up from there.
 
+pub mod charuco;
 pub mod chessboard;
+pub mod dot_grid;
 pub mod lattice;
 pub mod line_grid;
 pub mod svg;
+mod trimming;
 
 use crate::{
     Result,
@@ -78,6 +81,8 @@ pub trait Chart: Sync {
 pub enum Shape {
     /// Left, top, right and bottom edges.
     Rectangle([f64; 4]),
+    /// Centre and radius.
+    Disc([f64; 2], f64),
 }
 
 registry! {
@@ -85,5 +90,7 @@ registry! {
     pub enum AnyChart: Chart, all {
         "line-grid" => LineGrid(line_grid::LineGrid),
         "chessboard" => Chessboard(chessboard::Chessboard),
+        "dot-grid" => DotGrid(dot_grid::DotGrid),
+        "charuco" => Charuco(charuco::Charuco),
     }
 }

@@ -41,15 +41,18 @@ pub fn draw(chart: &dyn Chart, unit: &str, title: &str) -> Result<String> {
         escaped(title)
     );
     for shape in chart.shapes() {
-        let Shape::Rectangle(edges) = shape;
-        let [x, y, right, bottom] = edges.map(|edge| edge * scale);
         // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "<rect x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\"/>",
-            right - x,
-            bottom - y
-        );
+        let _ = match shape {
+            Shape::Rectangle(edges) => {
+                let [x, y, right, bottom] = edges.map(|edge| edge * scale);
+                let (width, height) = (right - x, bottom - y);
+                writeln!(text, "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>")
+            }
+            Shape::Disc(centre, radius) => {
+                let [x, y] = centre.map(|at| at * scale);
+                writeln!(text, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\"/>", radius * scale)
+            }
+        };
     }
     let (x, y) = (left + 5.0, bottom + 4.0);
     let _ = write!(

@@ -43,9 +43,12 @@ fn what_a_chart_reflects_is_what_it_prints() {
         let [left, top, right, bottom] = chart.board();
         for _ in 0..2000 {
             let (x, y) = (random.uniform(left, right), random.uniform(top, bottom));
-            let inked = chart.shapes().iter().any(|shape| {
-                let Shape::Rectangle([l, t, r, b]) = shape;
-                x >= *l && x < *r && y >= *t && y < *b
+            let inked = chart.shapes().iter().any(|shape| match shape {
+                Shape::Rectangle([l, t, r, b]) => x >= *l && x < *r && y >= *t && y < *b,
+                Shape::Disc(centre, radius) => {
+                    let (across, down) = (x - centre[0], y - centre[1]);
+                    across * across + down * down < radius * radius
+                }
             });
             let reflected = chart.reflectance([x, y], [0.0, 0.0]).unwrap();
             assert_eq!(reflected, if inked { 0.0 } else { 1.0 }, "{chart:?} at {x}, {y}");

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 mod architecture;
+mod charuco;
 mod clinic;
 mod contract;
 mod data;
+mod dot_grids;
 mod error_bars;
 mod hand_held;
 mod methods;

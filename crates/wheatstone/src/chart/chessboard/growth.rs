@@ -21,26 +21,31 @@ const MOST_DEVIATION: f64 = 0.35;
 const LEAST_CONTRAST: f64 = 0.25;
 
 /// A board as far as the picture shows it.
-pub(super) struct Grown {
+pub(in crate::chart) struct Grown {
     /// Its corners.
-    pub(super) labels: Labels,
+    pub(in crate::chart) labels: Labels,
     /// The lowest labels of a dark square.
-    pub(super) dark_square: (i32, i32),
+    pub(in crate::chart) dark_square: (i32, i32),
 }
 
 /// Makes the most of a seed, though little more than `most_points` of it; `None` where it is no
-/// chessboard.
-pub(super) fn grow(image: &GrayImage, seed: &Seed, most_points: usize) -> Option<Grown> {
+/// chessboard. Colours of squares are looked at within `reach` of a side from their corners.
+pub(in crate::chart) fn grow(
+    image: &GrayImage,
+    seed: &Seed,
+    most_points: usize,
+    reach: f64,
+) -> Option<Grown> {
     let mut labels = seed.labels.clone();
     let mut contrasts: Vec<f64> =
-        labels.keys().filter_map(|label| contrast(image, &labels, *label)).collect();
+        labels.keys().filter_map(|label| contrast(image, &labels, *label, reach)).collect();
     if contrasts.is_empty() {
         return None;
     }
     let middle = contrasts.len() / 2;
     let median = *contrasts.select_nth_unstable_by(middle, f64::total_cmp).1;
     let is_corner = |labels: &Labels, label: (i32, i32)| {
-        contrast(image, labels, label).is_some_and(|found| {
+        contrast(image, labels, label, reach).is_some_and(|found| {
             found * median > 0.0 && found.abs() > LEAST_CONTRAST * median.abs()
         })
     };
@@ -75,41 +80,6 @@ pub(super) fn grow(image: &GrayImage, seed: &Seed, most_points: usize) -> Option
     (labels.len() >= 4).then_some(Grown { labels, dark_square })
 }
 
-/// Drops the sparsest outer rows and columns of what is larger than `size`, both ways round: a thing
-/// beside the board can look like a corner of it. Fuller ones stay, for then the board is larger.
-pub(super) fn trim(labels: &mut Labels, (columns, rows): (usize, usize)) {
-    loop {
-        let bounds = |pick: fn(&(i32, i32)) -> i32| {
-            let all = labels.keys().map(pick);
-            all.clone().min().zip(all.max())
-        };
-        let (Some((left, right)), Some((top, bottom))) = (bounds(|l| l.0), bounds(|l| l.1)) else {
-            return;
-        };
-        let (width, height) = ((right - left + 1) as usize, (bottom - top + 1) as usize);
-        if width.max(height) <= columns.max(rows) && width.min(height) <= columns.min(rows) {
-            return;
-        }
-        let on = |column: bool, line: i32| {
-            move |label: &(i32, i32)| if column { label.0 == line } else { label.1 == line }
-        };
-        let sides = [(true, left), (true, right), (false, top), (false, bottom)];
-        let share = |(column, line): (bool, i32)| {
-            let count = labels.keys().filter(|label| on(column, line)(label)).count();
-            count as f64 / if column { height as f64 } else { width as f64 }
-        };
-        let Some(sparsest) = sides.into_iter().min_by(|a, b| share(*a).total_cmp(&share(*b)))
-        else {
-            return;
-        };
-        // A side of the board that is mostly hidden still shows more than a third of its corners.
-        if share(sparsest) > 0.34 {
-            return;
-        }
-        labels.retain(|label, _| !on(sparsest.0, sparsest.1)(label));
-    }
-}
-
 /// Moves every corner to its saddle. Where there is none the corner stays: its squares were tested.
 fn sharpen(image: &GrayImage, labels: &mut Labels) {
     let moved: Vec<_> = labels
@@ -127,7 +97,7 @@ fn window(spacing: f64) -> f64 {
 }
 
 /// Empty places beside corners.
-fn frontier(labels: &Labels) -> Vec<(i32, i32)> {
+pub(in crate::chart) fn frontier(labels: &Labels) -> Vec<(i32, i32)> {
     let mut places: Vec<_> = labels
         .keys()
         .flat_map(|(c, r)| [(c - 1, *r), (c + 1, *r), (*c, r - 1), (*c, r + 1)])
@@ -155,7 +125,10 @@ fn propose(
 
 /// Where the corner of an empty place should be, and the distance to its neighbours: the mean of
 /// what the lines through it say, to second order where they are long enough.
-fn predict(labels: &Labels, (column, row): (i32, i32)) -> Option<(Pixel, f64)> {
+pub(in crate::chart) fn predict(
+    labels: &Labels,
+    (column, row): (i32, i32),
+) -> Option<(Pixel, f64)> {
     let mut places = Vec::new();
     let mut spacing = f64::INFINITY;
     for (across, down) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
@@ -204,15 +177,16 @@ fn steps(labels: &Labels, (column, row): (i32, i32)) -> Option<(Vector2<f64>, Ve
 /// By how much the darkest place in the two bright squares at a corner outshines the brightest in
 /// the two dark ones; positive where squares whose labels add up to an even number are bright. `None`
 /// where the four squares do not alternate.
-fn contrast(image: &GrayImage, labels: &Labels, label: (i32, i32)) -> Option<f64> {
+fn contrast(image: &GrayImage, labels: &Labels, label: (i32, i32), reach: f64) -> Option<f64> {
     let here = labels.get(&label)?;
     let (along, down) = steps(labels, label)?;
     // Near the corner: boards with marks inside their bright squares are common. The middle of three
     // values does without a speck or an edge that one of them meets.
+    let nearer = (reach / 0.26).min(1.0);
     let look = |across: f64, downwards: f64| {
         let way = along * across + down * downwards;
         let mut values =
-            [0.12, 0.18, 0.26].map(|share| f64::from(image.sample(here + way * share)));
+            [0.12, 0.18, 0.26].map(|share| f64::from(image.sample(here + way * share * nearer)));
         values.sort_by(f64::total_cmp);
         values[1]
     };

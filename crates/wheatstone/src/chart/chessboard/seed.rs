@@ -12,19 +12,19 @@ use calib_targets::{
 use std::collections::BTreeMap;
 
 /// Points by their labels; where labels begin and which way they go means nothing.
-pub(super) type Labels = BTreeMap<(i32, i32), Pixel>;
+pub(in crate::chart) type Labels = BTreeMap<(i32, i32), Pixel>;
 
 /// What a look at the picture gives.
-pub(super) struct Seed {
-    /// The largest piece of one board.
-    pub(super) labels: Labels,
+pub(in crate::chart) struct Seed {
+    /// A piece of one board.
+    pub(in crate::chart) labels: Labels,
     /// Everything that looks like a corner, also beyond that piece.
-    pub(super) corners: Vec<Pixel>,
+    pub(in crate::chart) corners: Vec<Pixel>,
 }
 
 /// The size at which a picture is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scale {
+pub(in crate::chart) enum Scale {
     /// A quarter: large pictures that are blurred.
     Quarter,
     /// Half: large or blurred pictures.
@@ -39,7 +39,7 @@ impl Scale {
     /// The sizes that are worth a look, the most promising first. The detector compares a ring of
     /// radius 5 pixels: large pictures show their squares well at half the size, in a quarter of
     /// the time; doubling helps small ones only.
-    pub(super) fn ladder(pixels: usize) -> &'static [Self] {
+    pub(in crate::chart) fn ladder(pixels: usize) -> &'static [Self] {
         match pixels {
             0..1_000_000 => &[Self::Full, Self::Double, Self::Half],
             1_000_000..4_000_000 => &[Self::Full, Self::Half],
@@ -71,34 +71,38 @@ impl Scale {
     }
 }
 
-/// Looks for the largest piece of a board of `count` points.
-pub(super) fn find(image: &GrayImage, scale: Scale, count: usize) -> Option<Seed> {
+/// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
+pub(in crate::chart) fn find(
+    image: &GrayImage,
+    scale: Scale,
+    count: usize,
+    most: usize,
+) -> Vec<Seed> {
     let picture = scale.apply(image).to_8_bit();
     // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
     if picture.width().min(picture.height()) < LEAST_SIDE {
-        return None;
+        return Vec::new();
     }
     let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
     let mut corners = detect_corners(&picture, &settings);
     // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
     // into a lattice must have a bound.
     corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    corners.truncate(MOST_CORNERS.max(4 * count));
+    corners.truncate(most);
     let mut parameters = ChessboardParams::default();
     parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
-    let board = ChessboardDetector::new(parameters).ok()?.detect(&corners)?;
+    let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
     let place = |p: nalgebra::Point2<f32>| scale.restore(p.cast::<f64>());
-    Some(Seed {
+    let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
         labels: board
             .corners
             .iter()
             .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
             .collect(),
         corners: corners.iter().map(|corner| place(corner.position)).collect(),
-    })
+    });
+    seeds.collect()
 }
 
 /// In pixels: a ring of radius 5, and one pixel to find a maximum among.
 const LEAST_SIDE: u32 = 13;
-/// Ten times the corners of a large board.
-const MOST_CORNERS: usize = 4_000;
