@@ -95,8 +95,12 @@ fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
         .collect()
 }
 
-/// What people's ways of counting differ by.
+/// What people's ways of counting differ by, in x and y alike.
 const KNOWN: [f64; 4] = [0.5, -0.5, 1.0, -1.0];
+
+/// Nobody counts x one way and y the other: what such offsets gain is the lens's or the stage's doing,
+/// and tells how much of it to expect.
+const NOBODYS: f64 = -1.0;
 
 /// Some views, the offset that people make, the offset by the data.
 struct Off {
@@ -107,7 +111,8 @@ struct Off {
 
 /// What a known offset of some views takes away from the sum of squares (over the noise) at best, and
 /// the offset by the data.
-fn gain(sums: &Sums, set: &[usize]) -> Option<(f64, f64, Vector2<f64>)> {
+/// `along` is what y has of x's: 1, or [`NOBODYS`].
+fn gain(sums: &Sums, set: &[usize], along: f64) -> Option<(f64, f64, Vector2<f64>)> {
     let mut slopes = SMatrix::<f64, 14, 2>::zeros();
     let (mut weight, mut errors) = (0.0, Vector2::zeros());
     for view in set {
@@ -120,7 +125,7 @@ fn gain(sums: &Sums, set: &[usize]) -> Option<(f64, f64, Vector2<f64>)> {
     let right = errors - carried.transpose() * sums.gradient;
     let by = matrix.try_inverse()? * right;
     let of = |meant: f64| {
-        let known = Vector2::new(meant, meant);
+        let known = Vector2::new(meant, along * meant);
         2.0 * known.dot(&right) - (matrix * known).dot(&known)
     };
     let best = KNOWN.into_iter().max_by(|a, b| of(*a).total_cmp(&of(*b)))?;
@@ -133,15 +138,21 @@ fn best(sums: &Sums, count: usize) -> Option<Off> {
     const OF_A_VIEW: f64 = 5.0;
     // One in a hundred thousand by chance, for as many sets as there are.
     const LEAST_GAIN: f64 = 12.0;
-    let mut best: Option<(f64, Off)> = None;
+    // Lenses that the formula does not describe gain up to half as much one way as the other.
+    const CLEARLY: f64 = 2.0;
+    let (mut best, mut chance): (Option<(f64, Off)>, f64) = (None, 0.0);
     for set in sets(count) {
-        let Some((gain, meant, by)) = gain(sums, &set) else { continue };
-        let worth = gain - OF_A_VIEW * set.len() as f64;
+        let price = OF_A_VIEW * set.len() as f64;
+        if let Some((gain, ..)) = gain(sums, &set, NOBODYS) {
+            chance = chance.max(gain - price);
+        }
+        let Some((gain, meant, by)) = gain(sums, &set, 1.0) else { continue };
+        let worth = gain - price;
         if worth > best.as_ref().map_or(LEAST_GAIN, |(most, _)| *most) {
             best = Some((worth, Off { set, meant, by }));
         }
     }
-    best.map(|(_, off)| off)
+    best.filter(|(worth, _)| *worth > CLEARLY * chance).map(|(_, off)| off)
 }
 
 /// How far views are off as wholes after an offset of some is taken away, in pixels: root mean square.
@@ -169,6 +180,13 @@ fn is_clear(evidence: &Evidence, camera: usize, sums: &Sums, off: &Off) -> bool 
     let known = Vector2::new(off.meant, off.meant);
     // A lens that the formula does not describe bends the estimate by up to as much.
     if (off.by - known).amax() > 0.17 || unexplained(sums, &off.set, off.by) > 0.2 * known.norm() {
+        return false;
+    }
+    // Each of the views must be off by about as much by itself, by the camera of the others.
+    let views: Vec<usize> =
+        (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
+    let alone = |index: &usize| evidence.cells[views[*index]][camera].offset - known;
+    if off.set.iter().any(|index| alone(index).amax() > 0.35) {
         return false;
     }
     // Where a stage errs, views are off in every camera.

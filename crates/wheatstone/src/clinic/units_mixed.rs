@@ -95,8 +95,12 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
         let near = |pitch: &&[f64; 2]| (0..2).all(|k| (pitch[k] / usual[k] - 1.0).abs() < 5e-3);
         pitches.iter().filter(near).count()
     };
-    // Charts of odd makes are no lattices at all; a few views may have another fault.
-    if places.len() < 3 || 5 * alike(&|place| place) >= 3 * places.len() {
+    // Charts of odd makes are no lattices at all; a few views may have another fault. Levels of a table
+    // without views may be several charts in one, and lie on a plane once they are squeezed.
+    if evidence.data.views.len() < 3
+        || places.len() < 3
+        || 5 * alike(&|place| place) >= 3 * places.len()
+    {
         return None;
     }
     let score = |(which, ratio, _): &Stretch| {

@@ -236,52 +236,50 @@ fn corners(name: &str, id: &[&str]) -> Option<Dataset> {
     Some(points_file::read(file.path(), "mm", Duplicates::Refuse).unwrap())
 }
 
-/// On the same corners the minimum is that of OpenCV 5.0's `stereoCalibrate` with five parameters
-/// a camera, run to convergence (1e-12): root mean square, baseline, focal lengths and principal
-/// points.
+/// A set, the columns that name a point, root mean square, baseline, and fx, fy, cx, cy a camera.
+type Expected = (&'static str, &'static [&'static str], f64, f64, [[f64; 4]; 2]);
+
+/// On the same corners OpenCV 5.0's `stereoCalibrate` with five terms a camera, run to convergence
+/// (1e-12), found these.
+const EXPECTED: [Expected; 3] = [
+    (
+        "opencv-chessboard",
+        &["point"],
+        0.271_148,
+        99.458_929,
+        [
+            [532.552_757, 532.352_061, 342.158_804, 234.162_782],
+            [534.953_027, 534.452_480, 326.099_376, 249.481_929],
+        ],
+    ),
+    (
+        "boofcv-bumblebee2",
+        &["point"],
+        0.141_200,
+        120.366_551,
+        [
+            [523.466_837, 525.854_780, 313.475_086, 247.179_933],
+            [525.636_209, 527.577_962, 318.923_059, 243.005_279],
+        ],
+    ),
+    (
+        "calibration-rs-stereo",
+        &["i", "j"],
+        0.279_809,
+        189.918_162,
+        [
+            [726.438_448, 737.536_193, 524.434_599, 286.665_304],
+            [723.738_514, 734.616_039, 515.384_369, 293.920_409],
+        ],
+    ),
+];
+
 #[test]
 fn the_minimum_is_that_of_other_tools() {
-    type Expected = (&'static str, &'static [&'static str], f64, f64, [[f64; 4]; 2]);
-    let expected: [Expected; 3] = [
-        (
-            "opencv-chessboard",
-            &["point"],
-            0.271_148,
-            99.458_929,
-            [
-                [532.552_757, 532.352_061, 342.158_804, 234.162_782],
-                [534.953_027, 534.452_480, 326.099_376, 249.481_929],
-            ],
-        ),
-        (
-            "boofcv-bumblebee2",
-            &["point"],
-            0.141_200,
-            120.366_551,
-            [
-                [523.466_837, 525.854_780, 313.475_086, 247.179_933],
-                [525.636_209, 527.577_962, 318.923_059, 243.005_279],
-            ],
-        ),
-        (
-            "calibration-rs-stereo",
-            &["i", "j"],
-            0.279_809,
-            189.918_162,
-            [
-                [726.438_448, 737.536_193, 524.434_599, 286.665_304],
-                [723.738_514, 734.616_039, 515.384_369, 293.920_409],
-            ],
-        ),
-    ];
-    for (name, id, rms, baseline, lenses) in expected {
+    let placing =
+        Placing { lenses: Lenses::Brown, all_terms: true, keep_gross: true, ..Placing::default() };
+    for (name, id, rms, baseline, lenses) in EXPECTED {
         let Some(data) = corners(name, id) else { continue };
-        let placing = Placing {
-            lenses: Lenses::Brown,
-            all_terms: true,
-            keep_gross: true,
-            ..Placing::default()
-        };
         let solved = poses::solve(&data, placing, &Silent).unwrap();
         assert!((solved.rms / rms - 1.0).abs() < 1e-3, "{name}: {} for {rms}", solved.rms);
         let found = solved.baselines[0];
@@ -291,18 +289,11 @@ fn the_minimum_is_that_of_other_tools() {
         let text = serde_json::to_value(&fit.reconstructor).unwrap();
         for (camera, known) in lenses.iter().enumerate() {
             let pinhole = &text["cameras"][camera]["model"]["pinhole"];
-            let number = |part: &str, axis: usize| pinhole[part][axis].as_f64().unwrap();
-            for (index, (part, axis)) in
-                [("focal", 0), ("focal", 1), ("principal", 0), ("principal", 1)]
-                    .into_iter()
-                    .enumerate()
-            {
-                let (found, known) = (number(part, axis), known[index]);
-                assert!(
-                    (found / known - 1.0).abs() < 1e-3,
-                    "{name}, camera {}: {part} {found} for {known}",
-                    camera + 1
-                );
+            for (index, known) in known.iter().enumerate() {
+                let part = ["focal", "principal"][index / 2];
+                let found = pinhole[part][index % 2].as_f64().unwrap();
+                let off = (found / known - 1.0).abs();
+                assert!(off < 1e-3, "{name}, camera {}: {part} {found} for {known}", camera + 1);
             }
         }
     }

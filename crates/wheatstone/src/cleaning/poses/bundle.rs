@@ -58,6 +58,35 @@ struct ViewSums {
     chart_gradient: Vector6<f64>,
 }
 
+impl ViewSums {
+    /// Adds an error of a camera (and the first of its unknowns), whose derivatives by the camera's
+    /// unknowns are `row`, and by the chart's, where that may move, `chart`.
+    fn add(
+        &mut self,
+        (camera, first): (usize, usize),
+        row: &[f64],
+        chart: Option<Vector6<f64>>,
+        (weight, error): (f64, f64),
+    ) {
+        let (own, gradient) = &mut self.own[camera];
+        for (a, value) in row.iter().enumerate() {
+            let weighted = weight * value;
+            gradient[a] += weighted * error;
+            for (b, other) in row.iter().enumerate().skip(a) {
+                own[(b, a)] += weighted * other;
+            }
+        }
+        let Some(chart) = chart else { return };
+        for (a, value) in row.iter().enumerate() {
+            for k in 0..POSE {
+                self.mixed[(first + a, k)] += weight * value * chart[k];
+            }
+        }
+        self.chart.ger(weight, &chart, &chart, 1.0);
+        self.chart_gradient += chart * (weight * error);
+    }
+}
+
 /// What a point that no camera can see costs, in pixels: as much as a gross error.
 const UNSEEN: f64 = 1e3;
 
@@ -151,26 +180,10 @@ impl<'a> Bundle<'a> {
                             _ => slopes[unknown - POSE][axis],
                         };
                     }
-                    let chart = Vector6::from_fn(|k, _| {
-                        if k < 3 { by_chart_turn[(axis, k)] } else { by_place[(axis, k - 3)] }
-                    });
-                    let (own, gradient) = &mut sums.own[index];
-                    for (a, value) in row.iter().enumerate() {
-                        let weighted = weight * value;
-                        gradient[a] += weighted * error[axis];
-                        for (b, other) in row.iter().enumerate().skip(a) {
-                            own[(b, a)] += weighted * other;
-                        }
-                        if self.loose[view] {
-                            for k in 0..POSE {
-                                sums.mixed[(first + a, k)] += weighted * chart[k];
-                            }
-                        }
-                    }
-                    if self.loose[view] {
-                        sums.chart.ger(weight, &chart, &chart, 1.0);
-                        sums.chart_gradient += chart * (weight * error[axis]);
-                    }
+                    let [turn, place] = [by_chart_turn.row(axis), by_place.row(axis)];
+                    let chart = Vector6::from_iterator(turn.iter().chain(place.iter()).copied());
+                    let chart = self.loose[view].then_some(chart);
+                    sums.add((index, first), &row, chart, (weight, error[axis]));
                 }
             }
         }
