@@ -1,7 +1,7 @@
 //! `wheatstone compare`.
 
 use super::{
-    print_json,
+    methods_named, print_json,
     report::{quoted, write as write_report},
 };
 use crate::voice::{remark, say};
@@ -61,7 +61,7 @@ impl Compare {
             drop(Output::create(path)?);
         }
         let bar = Bar::new();
-        let methods = self.methods()?;
+        let methods = methods_named(&self.methods)?;
         let loaded = load(&self.input, &self.reading, &bar)?;
         let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
         let prepared = self.preparing.run(&loaded, None, self.seed, &bar)?;
@@ -141,17 +141,6 @@ impl Compare {
         words.extend(self.preparing.words());
         words.extend(self.report.iter().flat_map(|path| ["-o".into(), quoted(path)]));
         words.join(" ")
-    }
-
-    fn methods(&self) -> Outcome<Vec<AnyMethod>> {
-        if self.methods == ["all"] {
-            return Ok(AnyMethod::all());
-        }
-        let named = self.methods.iter().map(|name| AnyMethod::named(name.trim()));
-        named.collect::<Result<Vec<_>, _>>().map_err(|e| {
-            let hint = e.hint().unwrap_or_default();
-            Failure::usage(e.to_string(), hint)
-        })
     }
 }
 

@@ -18,8 +18,9 @@ pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod synth;
 
-use crate::failure::Outcome;
+use crate::failure::{Failure, Outcome};
 use std::io::Write;
+use wheatstone::method::AnyMethod;
 
 /// Makes the verbs of the program, in the order in which help lists them.
 macro_rules! verbs {
@@ -64,4 +65,16 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Outcome {
     let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from)?;
     writeln!(std::io::stdout(), "{text}")?;
     Ok(())
+}
+
+/// The methods of a list of names, all of them for `all`.
+pub(crate) fn methods_named(names: &[String]) -> Outcome<Vec<AnyMethod>> {
+    if names == ["all"] {
+        return Ok(AnyMethod::all());
+    }
+    let named = names.iter().map(|name| AnyMethod::named(name.trim()));
+    named.collect::<wheatstone::Result<Vec<_>>>().map_err(|e| {
+        let hint = e.hint().unwrap_or_default();
+        Failure::usage(e.to_string(), hint)
+    })
 }

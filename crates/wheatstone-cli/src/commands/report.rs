@@ -1,5 +1,6 @@
 //! `wheatstone report`.
 
+use super::methods_named;
 use crate::{
     browser::Showing,
     failure::{Failure, Outcome},
@@ -131,14 +132,7 @@ impl Report {
         if self.methods == ["none"] {
             return Ok(Vec::new());
         }
-        if self.methods == ["all"] {
-            return Ok(AnyMethod::all());
-        }
-        let named = self.methods.iter().map(|name| AnyMethod::named(name.trim()));
-        named.collect::<Result<Vec<_>, _>>().map_err(|e| {
-            let hint = e.hint().unwrap_or_default();
-            Failure::usage(e.to_string(), hint)
-        })
+        methods_named(&self.methods)
     }
 
     fn judged(

@@ -2,10 +2,9 @@
 //! on it get mixed up.
 
 use crate::{
-    geometry::{Point3, Vector3},
+    geometry::{Point3, Vector3, principal_axes},
     numeric::statistics::median,
 };
-use nalgebra::{Matrix3, SymmetricEigen};
 
 /// A plane lattice of world places.
 #[derive(Clone, Debug)]
@@ -141,20 +140,6 @@ impl Board {
     pub(super) fn normal(&self) -> Vector3 {
         self.along[0].cross(&self.along[1])
     }
-}
-
-/// Mean, axes from the longest to the shortest, and standard deviations along them.
-pub(super) fn principal_axes(places: &[Point3]) -> (Point3, [Vector3; 3], [f64; 3]) {
-    let count = places.len().max(1) as f64;
-    let middle = Point3::from(places.iter().map(|p| p.coords).sum::<Vector3>() / count);
-    let scatter: Matrix3<f64> =
-        places.iter().map(|p| (p - middle) * (p - middle).transpose()).sum::<Matrix3<f64>>()
-            / count;
-    let eigen = SymmetricEigen::new(scatter);
-    let mut order = [0, 1, 2];
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let axes = order.map(|index| eigen.eigenvectors.column(index).into_owned());
-    (middle, axes, order.map(|index| eigen.eigenvalues[index].max(0.0).sqrt()))
 }
 
 /// The angle of the lattice in its plane, modulo a quarter turn, and the distance of neighbours.

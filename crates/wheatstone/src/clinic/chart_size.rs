@@ -2,14 +2,13 @@
 
 use super::{
     Fault,
-    board::principal_axes,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
     robust_camera::{Pair, RobustCamera},
     units_mixed::{is_ratio, tidy},
 };
 use crate::{
-    geometry::{Point3, Pose, Vector3},
+    geometry::{Point3, Pose, Vector3, principal_axes},
     numeric::statistics::median,
 };
 use nalgebra::{SMatrix, SVector};

@@ -3,12 +3,11 @@
 
 use super::{
     Fault,
-    board::principal_axes,
     evidence::{Evidence, pixel_box},
     finding::{Proposal, Severity},
 };
 use crate::{
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, principal_axes},
     numeric::statistics::median,
 };
 

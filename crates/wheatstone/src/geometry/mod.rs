@@ -4,11 +4,13 @@
 mod homography;
 mod pose;
 mod projection;
+mod spread;
 pub mod triangulation;
 
 pub use homography::Homography;
 pub use pose::Pose;
 pub use projection::ProjectionMatrix;
+pub(crate) use spread::principal_axes;
 
 /// A place in an image, `[x, y]` in pixels: x to the right, y down, `(0, 0)` the **centre** of the
 /// top-left pixel.

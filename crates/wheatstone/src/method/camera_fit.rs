@@ -246,7 +246,7 @@ impl Ladder {
 
 /// Akaike's criterion corrected for small samples, of normal errors of unknown variance; the
 /// variance is an unknown too.
-fn information(squares: f64, points: usize, unknowns: usize) -> f64 {
+pub(crate) fn information(squares: f64, points: usize, unknowns: usize) -> f64 {
     let equations = (2 * points) as f64;
     let (unknowns, rounding) = ((unknowns + 1) as f64, ROUNDING * ROUNDING);
     let left = (equations - unknowns - 1.0).max(0.5);

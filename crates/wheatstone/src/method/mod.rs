@@ -23,6 +23,7 @@ mod sight;
 pub mod soloff;
 pub mod tsai;
 
+pub(crate) use camera_fit::information;
 pub(crate) use camera_start::Lens;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;

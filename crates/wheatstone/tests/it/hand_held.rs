@@ -200,6 +200,20 @@ fn parallel_charts_are_refused_with_the_reason() {
     }
 }
 
+/// One known plane tells no more of the focal length than an unknown one.
+#[test]
+fn one_known_plane_among_parallel_charts_does_not_help() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let views = Stage::default().views().unwrap();
+    let noise = (Noise::Quantised, 1);
+    let mut data = chart_correspondences(&rig, &chart(&rig), &views, noise, None);
+    for row in data.correspondences.iter_mut().filter(|row| row.view != 2) {
+        row.board = row.world.take().map(|world| [world.x, world.y]);
+    }
+    let refused = poses::solve(&data, Placing::default(), &Silent).unwrap_err();
+    assert!(refused.to_string().contains("parallel"), "{refused}");
+}
+
 #[test]
 fn too_few_views_and_unlinked_cameras_are_named() {
     let rig = Rig::named("paper", 2).unwrap();

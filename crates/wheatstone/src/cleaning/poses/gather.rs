@@ -7,7 +7,7 @@ use super::{
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Point3, Pose, Vector3},
+    geometry::{Point3, Pose, Vector3, principal_axes},
     method::Lens,
 };
 use nalgebra::Matrix3;
@@ -70,6 +70,11 @@ impl Gathered {
 
     pub(super) fn is_known(&self, view: usize) -> bool {
         self.known[view].is_some()
+    }
+
+    /// Normals of the charts whose places are known, in the world.
+    pub(super) fn known_normals(&self) -> impl Iterator<Item = Vector3> {
+        self.known.iter().flatten().map(|plane| plane.rotation.column(2).into_owned())
     }
 
     pub(super) fn has_known(&self) -> bool {
@@ -158,8 +163,7 @@ impl Gathered {
     }
 }
 
-/// For views whose points' places are known: the frame of their own plane. Views whose points lie on
-/// no plane keep the world's own frame about their middle.
+/// For views whose points' places are known: world from the frame of the plane on which they lie.
 fn known_planes(data: &Dataset, count: usize) -> Vec<Option<Pose>> {
     let mut places: Vec<Vec<Point3>> = vec![Vec::new(); count];
     for row in &data.correspondences {
@@ -172,14 +176,8 @@ fn plane(places: &[Point3]) -> Option<Pose> {
     if places.len() < 4 {
         return None;
     }
-    let middle = places.iter().map(|p| p.coords).sum::<Vector3>() / places.len() as f64;
-    let scatter: Matrix3<f64> =
-        places.iter().map(|p| (p.coords - middle) * (p.coords - middle).transpose()).sum();
-    let eigen = scatter.symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let axes = order.map(|index| eigen.eigenvectors.column(index).into_owned());
+    let (middle, axes, _) = principal_axes(places);
     // The third axis completes a right-handed frame.
     let rotation = Matrix3::from_columns(&[axes[0], axes[1], axes[0].cross(&axes[1])]);
-    Some(Pose { rotation, translation: middle })
+    Some(Pose { rotation, translation: middle.coords })
 }

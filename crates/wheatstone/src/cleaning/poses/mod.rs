@@ -235,7 +235,7 @@ fn finish<L: Terms>(
     (choice, lens): (Choice<L>, &'static str),
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
-    scale::check(gathered, &choice, progress)?;
+    scale::check(gathered, (&choice, data.flatness()), progress)?;
     let known = gathered.has_known();
     let to_world = match gauge {
         _ if known => Pose::default(),

@@ -9,14 +9,16 @@ use super::{
 use crate::{
     Error, Result,
     geometry::{Pixel, Point3, Pose},
-    method::Lens,
+    method::{Lens, information},
     numeric::statistics::median,
     progress::Progress,
 };
 use rayon::prelude::*;
 
-/// Steps and least gain while a start is tried, and at the end.
+/// Steps, and the least gain (of the cost) that is worth another: while a start is tried, while all
+/// cameras are brought together, and at the end.
 const SCOUTING: (usize, f64) = (25, 1e-3);
+const JOINING: (usize, f64) = (40, 1e-4);
 const FINAL: (usize, f64) = (100, 1e-8);
 
 /// Which of a lens's numbers may change, from few to many; the focal lengths and the principal point,
@@ -205,7 +207,7 @@ pub(super) fn refine<L: Terms>(
     for terms in [L::RUNGS[0], last, last] {
         let loss = Loss::Cauchy(scale(&errors(&state, &usable)));
         let bundle = Bundle { shots: &usable, loose: &loose, free: free(terms), loss };
-        state = bundle.adjust(state, (40, 1e-4), progress)?.state;
+        state = bundle.adjust(state, JOINING, progress)?.state;
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
     let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
@@ -218,11 +220,8 @@ pub(super) fn refine<L: Terms>(
         let points: usize = clean.iter().flatten().map(Vec::len).sum();
         let count = bundle.free.iter().map(Vec::len).sum::<usize>()
             + POSE * loose.iter().filter(|l| **l).count();
-        let equations = (2 * points) as f64;
-        let freedom = (equations - count as f64).max(1.0);
-        // Akaike's criterion corrected for small samples, as for cameras with known points.
-        let worth = equations * libm::log(2.0 * found.cost / equations + 1e-14)
-            + 2.0 * count as f64 * equations / (equations - count as f64 - 1.0).max(0.5);
+        let freedom = ((2 * points) as f64 - count as f64).max(1.0);
+        let worth = information(2.0 * found.cost, points, count);
         if best.as_ref().is_none_or(|(least, _)| worth < *least) {
             let sigma = (2.0 * found.cost / freedom).sqrt();
             let charts = bundle.chart_covariances(&found.state, sigma);

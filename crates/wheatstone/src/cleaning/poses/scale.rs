@@ -15,6 +15,9 @@ use nalgebra::Matrix3;
 /// Focal lengths that must be told apart from the one found, as shares of it.
 const OTHERS: [f64; 2] = [0.8, 1.25];
 
+/// Known points that lie flatter than this (thickness over extent) are one plane.
+const FLAT: f64 = 1e-2;
+
 /// Five standard deviations.
 const CLEARLY: f64 = 25.0;
 
@@ -24,12 +27,18 @@ const PARALLEL: f64 = 2.0;
 
 /// Root mean square angle of the charts' normals from their mean, and its standard deviation, in
 /// degrees.
-fn tilt<L>(choice: &Choice<L>) -> (f64, f64) {
+fn tilt<L>(gathered: &Gathered, choice: &Choice<L>) -> (f64, f64) {
     let charts = choice.state.charts.iter().zip(&choice.loose).enumerate();
     let loose: Vec<_> = charts.filter(|(_, (_, loose))| **loose).collect();
-    let normals: Vec<Vector3> =
-        loose.iter().map(|(_, (chart, _))| chart.rotation.column(2).into_owned()).collect();
-    let mean = normals.iter().sum::<Vector3>().normalize();
+    let normals: Vec<Vector3> = loose
+        .iter()
+        .map(|(_, (chart, _))| chart.rotation.column(2).into_owned())
+        .chain(gathered.known_normals())
+        .collect();
+    let Some(first) = normals.first() else { return (0.0, 0.0) };
+    // Which way a known plane's normal points is chance.
+    let towards = |normal: &Vector3| normal * normal.dot(first).signum();
+    let mean = normals.iter().map(towards).sum::<Vector3>().normalize();
     let square = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let spread: Vec<f64> =
         normals.iter().map(|normal| normal.cross(&mean).norm_squared()).collect();
@@ -45,24 +54,27 @@ fn tilt<L>(choice: &Choice<L>) -> (f64, f64) {
     (square(&spread).sqrt().to_degrees(), square(&sigma).sqrt().to_degrees())
 }
 
-/// Refuses a state whose focal lengths could as well be others.
+/// Refuses a state whose focal lengths could as well be others; `known_flatness` is how flat the points of
+/// known place lie, as [`crate::dataset::Dataset::flatness`] tells it.
 pub(super) fn check<L: Terms>(
     gathered: &Gathered,
-    choice: &Choice<L>,
+    (choice, known_flatness): (&Choice<L>, f64),
     progress: &dyn Progress,
 ) -> Result<()> {
-    // Known places tell the focal length by themselves.
-    if gathered.has_known() {
+    // Known places tell the focal length by themselves, unless all lie on one plane.
+    if gathered.has_known() && known_flatness > FLAT {
         return Ok(());
     }
-    let (spread, sigma) = tilt(choice);
+    let (spread, sigma) = tilt(gathered, choice);
     if spread < PARALLEL.max(3.0 * sigma) {
         return Err(parallel(format!(
             "the chart's normals spread by {spread:.2} degrees only, known to {sigma:.2}"
         )));
     }
     let held: Vec<usize> = choice.terms.iter().copied().filter(|term| *term >= 2).collect();
-    let free = (0..gathered.cameras).map(|camera| unknowns(&held, camera > 0)).collect();
+    let free = (0..gathered.cameras)
+        .map(|camera| unknowns(&held, camera > 0 || gathered.has_known()))
+        .collect();
     let bundle = Bundle { shots: &choice.clean, loose: &choice.loose, free, loss: Loss::Squares };
     let variance = (choice.sigma * choice.sigma).max(1e-12);
     for share in OTHERS {
@@ -74,7 +86,7 @@ pub(super) fn check<L: Terms>(
         }
         // Distances go along with focal lengths.
         let first = choice.state.cameras[0].camera_from_world;
-        for chart in &mut state.charts {
+        for (chart, _) in state.charts.iter_mut().zip(&choice.loose).filter(|(_, loose)| **loose) {
             chart.translation += first.inverse().rotation
                 * Vector3::z()
                 * ((share - 1.0) * first.transform(chart.translation.into()).z);
