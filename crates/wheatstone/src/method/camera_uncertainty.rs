@@ -107,6 +107,11 @@ impl CameraUncertainty {
         Some(noise + self.covariance.of_two(&slopes[..self.adjusted.len()]))
     }
 
+    /// How many numbers were adjusted.
+    pub(super) fn unknowns(&self) -> usize {
+        self.adjusted.len()
+    }
+
     /// Whether it can be that of a camera whose model has so many numbers.
     pub(super) fn is_consistent(&self, numbers: usize) -> bool {
         self.noise.is_consistent()

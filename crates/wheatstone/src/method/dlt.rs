@@ -173,6 +173,11 @@ impl Reconstructor for DltReconstructor {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 
+    fn unknowns(&self) -> Option<f64> {
+        // Eleven a camera, whatever their number.
+        Some(11.0 / 2.0)
+    }
+
     fn is_consistent(&self) -> bool {
         self.cameras.len() >= 2
             && [0, self.cameras.len()].contains(&self.uncertainty.len())

@@ -133,6 +133,11 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 
+    fn unknowns(&self) -> Option<f64> {
+        let adjusted: usize = self.uncertainty.iter().map(CameraUncertainty::unknowns).sum();
+        Some(adjusted as f64 / (2 * self.cameras.len()) as f64)
+    }
+
     fn is_consistent(&self) -> bool {
         // Far above rounding, far below anything a file could mean.
         const CROOKED: f64 = 1e-6;

@@ -139,6 +139,14 @@ pub trait Reconstructor: Sync + Send {
     /// `None` for no such camera, and for methods that assume nothing of pixels.
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
 
+    /// How many numbers the fit adjusted to its points, effectively, for each coordinate that a point
+    /// gives it (two a camera that sees it, or three of its place): over the number of points, the
+    /// share of the noise that the errors at the fit's own points lack. `None` for a map that passes
+    /// through its points, or does not know.
+    fn unknowns(&self) -> Option<f64> {
+        None
+    }
+
     /// Whether the parts of a reconstructor read from a file fit together.
     fn is_consistent(&self) -> bool;
 }

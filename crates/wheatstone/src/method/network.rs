@@ -294,6 +294,10 @@ impl Reconstructor for NetworkReconstructor {
         }
     }
 
+    fn unknowns(&self) -> Option<f64> {
+        self.effective_parameters.map(|weights| weights / 3.0)
+    }
+
     fn is_consistent(&self) -> bool {
         let sizes = self.perceptron.sizes();
         let count = self.perceptron.weights().len();

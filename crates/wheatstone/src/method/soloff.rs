@@ -279,6 +279,11 @@ impl Reconstructor for SoloffReconstructor {
         Some(self.cameras.get(camera)?.noise.variance(pixel).sqrt())
     }
 
+    fn unknowns(&self) -> Option<f64> {
+        let terms: usize = self.cameras.iter().map(|camera| camera.terms.len()).sum();
+        Some(terms as f64 / self.cameras.len() as f64)
+    }
+
     fn is_consistent(&self) -> bool {
         self.cameras.len() >= 2
             && self.pixel_sigma >= 0.0

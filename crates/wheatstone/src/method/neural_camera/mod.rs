@@ -174,6 +174,10 @@ impl Reconstructor for NeuralCameraReconstructor {
         Some(self.cameras.get(camera)?.noise())
     }
 
+    fn unknowns(&self) -> Option<f64> {
+        Some(self.effective_parameters().iter().sum::<f64>() / (2 * self.cameras.len()) as f64)
+    }
+
     fn is_consistent(&self) -> bool {
         self.cameras.len() >= 2 && self.cameras.iter().all(CorrectedCamera::is_consistent)
     }

@@ -1,0 +1,133 @@
+//! The law of errors of points whose pixels were rounded to a raster: bounded, and so smaller than
+//! normal ones far out.
+
+use super::Ellipsoids;
+use crate::{
+    dataset::Dataset,
+    geometry::{Pixel, Point3, Vector3},
+    method::Reconstructor,
+    numeric::{random::Random, statistics::percentile},
+};
+use nalgebra::{Matrix3, Matrix3xX};
+use rayon::prelude::*;
+
+/// Draws are the same for every map.
+const DRAWS_SEED: u64 = 1900;
+
+impl Ellipsoids {
+    /// Radii by the law of the pixels' noise: that of rounding where all pixels lie on a raster, and
+    /// normal as far as there is more of it.
+    pub(super) fn of_noise(reconstructor: &dyn Reconstructor, data: &Dataset) -> Self {
+        /// Half a million draws leave a radius uncertain by a fifth of a percent.
+        const POINTS: usize = 256;
+        let Some(step) = raster(data) else { return Self::NORMAL };
+        let stride = data.correspondences.len().div_ceil(POINTS).max(1);
+        let rows: Vec<&[Option<Pixel>]> =
+            data.known().step_by(stride).map(|(_, row)| row.pixels.as_slice()).collect();
+        let distances: Vec<f64> = rows
+            .into_par_iter()
+            .enumerate()
+            .filter_map(|(index, pixels)| {
+                Linear::at(reconstructor, pixels)
+                    .map(|map| map.distances(step, &mut Random::stream(DRAWS_SEED, index as u64)))
+            })
+            .flatten_iter()
+            .collect();
+        if distances.is_empty() {
+            return Self::NORMAL;
+        }
+        Self { radius2_68: percentile(&distances, 0.68), radius2_95: percentile(&distances, 0.95) }
+    }
+}
+
+/// The raster that all pixels lie on, in pixels: the coarsest of those that detectors and files
+/// round to; `None` for pixels on none.
+pub(super) fn raster(data: &Dataset) -> Option<f64> {
+    // Finer ones are no noise to speak of beside any detector's.
+    const STEPS: [f64; 9] = [2.0, 1.0, 0.5, 0.25, 0.2, 0.125, 0.1, 0.0625, 0.05];
+    let values = || {
+        let pixels = data.known().flat_map(|(_, row)| row.pixels.iter().flatten());
+        pixels.flat_map(|pixel| [pixel.x, pixel.y])
+    };
+    let first = values().next()?;
+    let on = |step: f64| {
+        // Far above rounding of the numbers, far below a step.
+        values().all(|value| {
+            let steps = (value - first) / step;
+            (steps - steps.round()).abs() < 1e-6
+        })
+    };
+    STEPS.into_iter().find(|step| on(*step))
+}
+
+/// A map near one point: how its errors follow from those of the pixels, in units in which the
+/// point's covariance is the identity.
+struct Linear {
+    /// By each pixel coordinate.
+    slopes: Matrix3xX<f64>,
+    /// Standard deviation of each pixel coordinate.
+    sigmas: Vec<f64>,
+    /// A root of what of the covariance is not the pixels'.
+    rest: Matrix3<f64>,
+}
+
+impl Linear {
+    fn at(reconstructor: &dyn Reconstructor, pixels: &[Option<Pixel>]) -> Option<Self> {
+        let located = reconstructor.locate(pixels)?;
+        let whitened = located.covariance.cholesky()?.l().try_inverse()?;
+        let (mut columns, mut sigmas) = (Vec::new(), Vec::new());
+        for (camera, seen) in pixels.iter().enumerate() {
+            let Some(seen) = seen else { continue };
+            let sigma = reconstructor.pixel_sigma(camera, *seen, located.point)?;
+            if sigma <= 0.0 {
+                return None;
+            }
+            for axis in 0..2 {
+                let moved = |by: f64| -> Option<Point3> {
+                    let mut pixels = pixels.to_vec();
+                    pixels.get_mut(camera)?.as_mut()?[axis] += by;
+                    Some(reconstructor.locate(&pixels)?.point)
+                };
+                // Half the noise to both sides: the map is all but straight over the noise itself.
+                let step = 0.5 * sigma;
+                columns.push(whitened * (moved(step)? - moved(-step)?) / (2.0 * step));
+                sigmas.push(sigma);
+            }
+        }
+        let slopes = Matrix3xX::from_columns(&columns);
+        let mut of_pixels = Matrix3::zeros();
+        for (column, sigma) in columns.iter().zip(&sigmas) {
+            of_pixels += column * column.transpose() * (sigma * sigma);
+        }
+        let rest = (Matrix3::identity() - of_pixels).symmetric_eigen();
+        let roots = rest.eigenvalues.map(|value| value.max(0.0).sqrt());
+        let rest = rest.eigenvectors * Matrix3::from_diagonal(&roots);
+        Some(Self { slopes, sigmas, rest })
+    }
+
+    /// Squared Mahalanobis distances of points whose pixels were rounded to a raster.
+    fn distances(&self, step: f64, random: &mut Random) -> Vec<f64> {
+        const DRAWS: usize = 2048;
+        // Of a uniform error; what there is beyond it is taken for normal.
+        let rounding = step * step / 12.0;
+        let parts: Vec<(f64, f64)> = self
+            .sigmas
+            .iter()
+            .map(|sigma| {
+                let uniform = rounding.min(sigma * sigma);
+                ((3.0 * uniform).sqrt(), (sigma * sigma - uniform).sqrt())
+            })
+            .collect();
+        let mut draw = |_| {
+            let mut error =
+                self.rest * Vector3::new(random.normal(), random.normal(), random.normal());
+            for (column, (half_width, normal)) in self.slopes.column_iter().zip(&parts) {
+                let uniform = random.uniform(-half_width, *half_width);
+                let more = if *normal > 0.0 { normal * random.normal() } else { 0.0 };
+                error += column * (uniform + more);
+            }
+            error.norm_squared()
+        };
+        (0..DRAWS).map(&mut draw).collect()
+    }
+}
