@@ -158,6 +158,9 @@ pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -
     );
     let told = |judged: &Judged| {
         let Spread { median, rms, p95, max, .. } = judged.vertical;
+        if max < 1e-6 {
+            return "none".into();
+        }
         let figures = [median, rms, p95, max].map(figure);
         format!(
             "{} px median, {} rms, 95 % below {}, {} at most",

@@ -19,6 +19,7 @@ mod myptv;
 mod npy;
 mod opencv;
 mod openptv;
+mod parquet;
 mod remap;
 mod rig;
 mod ros;
@@ -148,6 +149,7 @@ pub const FORMATS: &[Format] = &[
     remap::FORMAT,
     table::FORMAT,
     npy::FORMAT,
+    parquet::FORMAT,
     cloud::PLY,
     cloud::PCD,
     dltdv_points::FORMAT,
