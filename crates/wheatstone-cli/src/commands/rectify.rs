@@ -79,8 +79,10 @@ impl Rectify {
         sizes.resize(model.volume.cameras().max(sizes.len()), None);
         if let Some(first) = pictures.first() {
             for (path, camera) in first.iter().zip(cameras) {
+                let found = read_size(path)?;
+                refuse_another_cameras(path, found, model.picture_size(camera))?;
                 if let Some(known) = sizes.get_mut(camera) {
-                    *known = Some(read_size(path)?);
+                    *known = Some(found);
                 }
             }
         }
@@ -177,6 +179,23 @@ fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
     }
     found.sort();
     Ok(found)
+}
+
+/// Pictures that were scaled or cropped after the model was fitted have other pixels than it knows.
+fn refuse_another_cameras(path: &Path, found: [u32; 2], known: Option<[u32; 2]>) -> Outcome {
+    match known {
+        Some(known) if known != found => Err(Error::Image {
+            path: path.into(),
+            problem: format!(
+                "{} x {} pixels, where the model is of pictures of {} x {}",
+                found[0], found[1], known[0], known[1]
+            ),
+            hint: "give the pictures as the camera took them, of the cameras in `--cameras`' order"
+                .into(),
+        }
+        .into()),
+        _ => Ok(()),
+    }
 }
 
 /// A table is of pictures of one size.

@@ -8,7 +8,7 @@ use std::{
 };
 
 /// What the names of files say, surest first.
-const BY_NAME: [(&str, &str); 10] = [
+const BY_NAME: [(&str, &str); 11] = [
     (".cameramodel", "mrcal"),
     ("cameras.txt", "colmap"),
     (".toml", "anipose"),
@@ -19,6 +19,7 @@ const BY_NAME: [(&str, &str); 10] = [
     (".pcd", "pcd"),
     (".vnl", "vnl"),
     ("_targets", "openptv-targets"),
+    ("markers_c0.txt", "proptv"),
 ];
 
 /// The format of files (or of the files in a folder) that are to be read; `None` for a model file.

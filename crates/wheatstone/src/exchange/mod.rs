@@ -20,6 +20,7 @@ mod npy;
 mod opencv;
 mod openptv;
 mod parquet;
+mod proptv;
 mod remap;
 mod rig;
 mod ros;
@@ -155,6 +156,7 @@ pub const FORMATS: &[Format] = &[
     dltdv_points::FORMAT,
     targets::FORMAT,
     myptv::FORMAT,
+    proptv::FORMAT,
     vnl::FORMAT,
 ];
 

@@ -264,12 +264,16 @@ fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, ParquetError>) -> Re
 }
 
 fn damaged(path: &Path, what: &str) -> Error {
-    Error::Malformed {
-        path: path.into(),
-        line: None,
-        problem: format!("not a whole Parquet file: {what}"),
-        hint: HINT.into(),
-    }
+    // The reader's own words for a compression that it was built without.
+    let packed = what.split_once("Disabled feature at compile time: ");
+    let (problem, hint) = match packed {
+        Some((_, kind)) => (
+            format!("compressed in a way that is not read ({kind})"),
+            "write it with Snappy (pandas' own choice), Zstandard or uncompressed",
+        ),
+        None => (format!("not a whole Parquet file: {what}"), HINT),
+    };
+    Error::Malformed { path: path.into(), line: None, problem, hint: hint.into() }
 }
 
 /// The next cells of a column, with the reader to go on from.
