@@ -204,7 +204,7 @@ def remap(kind):
     from_first = pose[1] @ np.linalg.inv(pose[0])
     if kind != "fisheye":
         # OpenCV turns the pair about the baseline as it likes; along it the two agree.
-        theirs = cv2.stereoRectify(K[0], np.array(D[kind][0]), K[1], np.array(D[kind][1]), SIZES[0], from_first[:3, :3], from_first[:3, 3])
+        theirs = cv2.stereoRectify(K[0], np.array(D[kind][0]), K[1], np.array(D[kind][1]), SIZES[0], from_first[:3, :3], from_first[:3, 3:])
         own = rectified[:, :3] @ cv2.Rodrigues(RVEC[0])[0].T
         along = abs(own[0] @ theirs[0][0])
         assert along > 1 - 1e-9, along
@@ -228,4 +228,4 @@ else:
         run("convert", work / "theirs.parquet", work / "theirs.csv", "-q")
         assert (work / "theirs.csv").read_text() == (work / "table.csv").read_text(), compression
     print("parquet         the same bits")
-sys.exit(worst > 1e-6)
+sys.exit(int(worst > 1e-6))
