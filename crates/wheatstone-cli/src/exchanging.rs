@@ -156,6 +156,29 @@ pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -
         figure(pair.baseline),
         pair.unit
     );
+    tell_leftover(made);
+    if let Some(followed) = &made.leftover.followed {
+        remark!(
+            "note",
+            "this model does not say where its cameras see a point: that was learned from where it finds points, to {} px rms",
+            figure(followed.rms)
+        );
+    }
+    say!("Wrote {}", listed(&files));
+    Ok(json!({
+        "format": format.name,
+        "files": shown(&files),
+        "left": left,
+        "right": right,
+        "unit": pair.unit,
+        "pair": pair,
+        "leftover": made.leftover,
+    }))
+}
+
+/// Says what is left of vertical differences.
+fn tell_leftover(made: &Rectification) {
+    let pair = &made.pair;
     let told = |judged: &Judged| {
         let Spread { median, rms, p95, max, .. } = judged.vertical;
         if max < 1e-6 {
@@ -189,23 +212,6 @@ pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -
         let [low, high] = judged.disparity.map(figure);
         say!("Disparities from {low} to {high} px");
     }
-    if let Some(followed) = &made.leftover.followed {
-        remark!(
-            "note",
-            "this model does not say where its cameras see a point: that was learned from where it finds points, to {} px rms",
-            figure(followed.rms)
-        );
-    }
-    say!("Wrote {}", listed(&files));
-    Ok(json!({
-        "format": format.name,
-        "files": shown(&files),
-        "left": left,
-        "right": right,
-        "unit": pair.unit,
-        "pair": pair,
-        "leftover": made.leftover,
-    }))
 }
 
 /// Saves a rig as a model on which points can be located.

@@ -17,8 +17,8 @@ use wheatstone::{
 
 /// Where rows come from.
 pub(crate) enum Rows {
-    Text { reader: PointsReader, records: Vec<csv::StringRecord> },
-    Parquet(ColumnsReader),
+    Text { reader: Box<PointsReader>, records: Vec<csv::StringRecord> },
+    Parquet(Box<ColumnsReader>),
 }
 
 /// Some rows: their pixels, a camera each, and all that they hold.
@@ -36,9 +36,9 @@ impl Rows {
     /// Of a file, or standard input for `-`.
     pub(crate) fn open(path: &Path) -> Outcome<Self> {
         if is_parquet(path) {
-            return Ok(Self::Parquet(ColumnsReader::open(path)?));
+            return Ok(Self::Parquet(Box::new(ColumnsReader::open(path)?)));
         }
-        Ok(Self::Text { reader: PointsReader::open(path)?, records: Vec::new() })
+        Ok(Self::Text { reader: Box::new(PointsReader::open(path)?), records: Vec::new() })
     }
 
     pub(crate) fn cameras(&self) -> usize {

@@ -25,7 +25,7 @@ enum How<'a> {
     /// The model says it.
     Own(&'a AnyReconstructor),
     /// Learned from where the model finds points.
-    Learned(AnyReconstructor),
+    Learned(Box<AnyReconstructor>),
 }
 
 /// Enough for what a camera that learns its lens asks for, few enough for seconds of work.
@@ -46,14 +46,14 @@ impl<'a> Maps<'a> {
             return Ok(Self { how: How::Own(&model.reconstructor), cameras, followed: None, step });
         }
         let (learned, followed) = follow(model, progress)?;
-        Ok(Self { how: How::Learned(learned), cameras, followed: Some(followed), step })
+        Ok(Self { how: How::Learned(Box::new(learned)), cameras, followed: Some(followed), step })
     }
 
     /// Where the left (0) or right (1) camera sees a point.
     pub(super) fn project(&self, side: usize, world: Point3) -> Option<Pixel> {
         let map = match &self.how {
-            How::Own(model) => model,
-            How::Learned(model) => model,
+            How::Own(model) => *model,
+            How::Learned(model) => &**model,
         };
         let pixel = map.project(self.cameras[side], world)?;
         (pixel.x.is_finite() && pixel.y.is_finite()).then_some(pixel)
