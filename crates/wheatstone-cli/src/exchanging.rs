@@ -4,17 +4,21 @@ use crate::{
     failure::Outcome,
     progress::Bar,
     table::figure,
-    voice::{remark, say},
+    voice::{detail, remark, say},
 };
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 use wheatstone::{
     Calibration, Error,
     exchange::{
         self, Approximation, Format, Given, Imported, InputFile, Rig, approximate, approximate_rig,
         calibration, gather, save,
     },
+    rectification::{AtDepth, Judged, Rectification, Spread, Wanted},
 };
 
 /// What files do not say of themselves.
@@ -36,7 +40,7 @@ pub(crate) fn board(text: &str) -> Result<(usize, f64), String> {
 }
 
 /// `1280x1024`.
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
     match parts {
         Some((Ok(width), Ok(height))) if width > 0 && height > 0 => Ok([width, height]),
@@ -48,6 +52,19 @@ impl Told {
     pub(crate) fn given(&self, unit: Option<String>, board: Option<(usize, f64)>) -> Given {
         Given { unit, sizes: self.size.clone(), board }
     }
+
+    /// The sizes that were given, otherwise those that are `known`.
+    pub(crate) fn sizes(
+        &self,
+        known: Vec<Option<[u32; 2]>>,
+        cameras: usize,
+    ) -> Vec<Option<[u32; 2]>> {
+        if self.size.is_empty() {
+            return known;
+        }
+        let given = self.given(None, None);
+        (0..cameras).map(|camera| given.size(camera)).collect()
+    }
 }
 
 /// Where cameras come from.
@@ -57,6 +74,24 @@ pub(crate) enum Cameras {
 }
 
 impl Cameras {
+    /// As a model, be it one that was imported on the spot.
+    fn as_model(&self) -> Outcome<Cow<'_, Calibration>> {
+        Ok(match self {
+            Self::Model(model) => Cow::Borrowed(&**model),
+            Self::Rig(rig) => {
+                let imported = Imported {
+                    format: String::new(),
+                    files: Vec::new(),
+                    cameras: rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
+                    sizes: rig.cameras.iter().map(|camera| camera.size).collect(),
+                    // Nothing of a rectified pair depends on it.
+                    pixel_sigma: 1.0,
+                };
+                Cow::Owned(calibration(rig, imported)?)
+            }
+        })
+    }
+
     /// In a form that the format holds, with the sizes that were given.
     pub(crate) fn fitted(&self, format: &Format, given: &Given) -> Outcome<Approximation> {
         let bar = Bar::new();
@@ -78,6 +113,13 @@ pub(crate) fn write_cameras(
     given: &Given,
     output: &Path,
 ) -> Outcome<Value> {
+    if format.is_pair() {
+        let model = cameras.as_model()?;
+        let sizes = (0..model.volume.cameras()).map(|camera| given.size(camera)).collect();
+        let wanted = Wanted { sizes, ..Wanted::default() };
+        let made = Rectification::of(&model, &wanted, &Bar::new())?;
+        return write_pair(&made, format, output);
+    }
     let found = cameras.fitted(format, given)?;
     let files = save(&format.write_rig(&found.rig)?, output)?;
     if let Some(loss) = &found.loss {
@@ -99,6 +141,77 @@ pub(crate) fn write_cameras(
         "unit": unit,
         "loss": found.loss,
     }))
+}
+
+/// Writes a rectified pair and tells of it.
+pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -> Outcome<Value> {
+    let files = save(&format.write_pair(made)?, output)?;
+    let pair = &made.pair;
+    let [left, right] = pair.cameras.map(|camera| camera + 1);
+    say!(
+        "Rectified camera {left} (left) and camera {right} (right): {} x {} pixels, focal length {} px, baseline {} {}",
+        pair.size[0],
+        pair.size[1],
+        figure(pair.focal),
+        figure(pair.baseline),
+        pair.unit
+    );
+    tell_leftover(made);
+    if let Some(followed) = &made.leftover.followed {
+        remark!(
+            "note",
+            "this model does not say where its cameras see a point: that was learned from where it finds points, to {} px rms",
+            figure(followed.rms)
+        );
+    }
+    say!("Wrote {}", listed(&files));
+    Ok(json!({
+        "format": format.name,
+        "files": shown(&files),
+        "left": left,
+        "right": right,
+        "unit": pair.unit,
+        "pair": pair,
+        "leftover": made.leftover,
+    }))
+}
+
+/// Says what is left of vertical differences.
+fn tell_leftover(made: &Rectification) {
+    let pair = &made.pair;
+    let told = |judged: &Judged| {
+        let Spread { median, rms, p95, max, .. } = judged.vertical;
+        if max < 1e-6 {
+            return "none".into();
+        }
+        let figures = [median, rms, p95, max].map(figure);
+        format!(
+            "{} px median, {} rms, 95 % below {}, {} at most",
+            figures[0], figures[1], figures[2], figures[3]
+        )
+    };
+    if let Some(judged) = &made.leftover.model {
+        say!("Vertical differences as the model sees the space: {}", told(judged));
+        if let Some(place) = judged.place.filter(|place| place.rms > 1e-6 * pair.depth) {
+            say!(
+                "These optics have no one centre: places told by the pair differ from the model's by {} {} rms",
+                figure(place.rms),
+                pair.unit
+            );
+        }
+        let by_depth =
+            |slice: &AtDepth| format!("{} at {}", figure(slice.vertical.rms), figure(slice.depth));
+        detail!(
+            "rms by depth in {}: {}",
+            pair.unit,
+            judged.by_depth.iter().map(by_depth).collect::<Vec<_>>().join(", ")
+        );
+    }
+    if let Some(judged) = &made.leftover.measured {
+        say!("Of the {} measured points, with their noise: {}", judged.vertical.n, told(judged));
+        let [low, high] = judged.disparity.map(figure);
+        say!("Disparities from {low} to {high} px");
+    }
 }
 
 /// Saves a rig as a model on which points can be located.

@@ -44,6 +44,17 @@ pub(crate) struct Source {
 }
 
 impl Loaded {
+    /// Width and height of each camera's pictures, where a capture has them or the truth tells them.
+    pub(crate) fn sizes(&self) -> Vec<Option<[u32; 2]>> {
+        if let Some(source) = &self.source {
+            return source.capture.sizes();
+        }
+        let cameras = self.truth.iter().flat_map(|truth| &truth.rig.cameras);
+        let sizes: Vec<_> =
+            cameras.map(|camera| Some([camera.width as u32, camera.height as u32])).collect();
+        if sizes.len() == self.data.cameras { sizes } else { Vec::new() }
+    }
+
     /// Views of a capture whose places have a standard deviation of their own.
     pub(crate) fn sigmas(&self) -> Vec<(String, f64)> {
         let views = self.source.iter().flat_map(|source| &source.capture.views);

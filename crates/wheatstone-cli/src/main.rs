@@ -12,6 +12,7 @@ mod interruption;
 mod preparing;
 mod progress;
 mod table;
+mod tables;
 mod voice;
 
 use clap::{

@@ -68,6 +68,10 @@ pub struct Calibration {
     pub placed: Option<Placed>,
     /// What was wrong with the data, in sentences.
     pub findings: Vec<SavedFinding>,
+    /// Width and height of each camera's pictures in pixels, where they were known; empty where nothing
+    /// was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sizes: Vec<Option<[u32; 2]>>,
     /// The points that it was fitted to.
     pub data: SavedDataset,
     /// Where it comes from, where another program made it: then it has no points of its own.
@@ -143,6 +147,7 @@ impl Calibration {
             stage: prepared.stage.clone(),
             placed: prepared.placed.clone(),
             findings: prepared.findings(),
+            sizes: Vec::new(),
             data: data.into(),
             imported: None,
         })
@@ -201,6 +206,13 @@ impl Calibration {
         Ok(Budget::of(exam, &own, &other, &reference))
     }
 
+    /// Width and height of a camera's pictures in pixels, counted from 0, where known.
+    #[must_use]
+    pub fn picture_size(&self, camera: usize) -> Option<[u32; 2]> {
+        let imported = || self.imported.as_ref()?.sizes.get(camera).copied().flatten();
+        self.sizes.get(camera).copied().flatten().or_else(imported)
+    }
+
     /// Writes the file; what was there before stays until the new one is whole.
     ///
     /// # Errors
@@ -248,7 +260,8 @@ impl Calibration {
         })?;
         let whole = model.reconstructor.is_consistent()
             && model.volume.is_consistent()
-            && model.volume.cameras() == model.reconstructor.cameras();
+            && model.volume.cameras() == model.reconstructor.cameras()
+            && (model.sizes.is_empty() || model.sizes.len() == model.volume.cameras());
         if !whole {
             return Err(refuse(
                 None,

@@ -19,6 +19,7 @@ pub mod evaluate;
 pub mod clinic;
 pub mod preparation;
 pub mod calibration;
+pub mod rectification;
 pub mod exchange;
 pub mod synthetic;
 pub mod reproduction;

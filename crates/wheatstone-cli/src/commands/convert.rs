@@ -144,6 +144,7 @@ fn by_extension(path: &Path, cameras: bool) -> Outcome<Option<&'static Format>> 
         ("toml", true) => "anipose",
         ("csv", false) => "csv",
         ("npy", false) => "npy",
+        ("parquet", false) => "parquet",
         ("ply", false) => "ply",
         ("pcd", false) => "pcd",
         _ => {

@@ -17,6 +17,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration,
+    camera::PosedCamera,
     chart::{AnyChart, line_grid::LineGrid},
     dataset::{
         Dataset,
@@ -189,7 +190,9 @@ impl Demo {
         bar: &Bar,
     ) -> Outcome<MethodSummary> {
         let prepared = Preparation::default().run(train.clone(), self.seed, bar)?;
-        let model = Calibration::fit(method, &prepared, self.seed, false, bar)?;
+        let mut model = Calibration::fit(method, &prepared, self.seed, false, bar)?;
+        let size = |camera: &PosedCamera| Some([camera.width as u32, camera.height as u32]);
+        model.sizes = rig.cameras.iter().map(size).collect();
         let pixels = if whole { "whole pixels" } else { "sub-pixel" };
         let file = format!("{label}-{pixels}.json").replace(' ', "-");
         model.save(&self.out.join(&file))?;

@@ -2,6 +2,7 @@
 
 use crate::voice::{remark, say};
 use crate::{
+    exchanging::Told,
     failure::{Failure, Outcome},
     input::{Reading, load},
     preparing::Preparing,
@@ -46,6 +47,8 @@ pub(crate) struct Fit {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
+    told: Told,
+    #[command(flatten)]
     reading: Reading,
     #[command(flatten)]
     preparing: Preparing,
@@ -65,7 +68,8 @@ impl Fit {
         }
         let loaded = load(&self.input, &self.reading, &bar)?;
         let prepared = self.preparing.run(&loaded, Some(&method), self.seed, &bar)?;
-        let model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
+        let mut model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
+        model.sizes = self.told.sizes(loaded.sizes(), prepared.data.cameras);
         drop(bar);
         self.refuse_broken(&model)?;
         model.save(&self.output)?;

@@ -1,24 +1,21 @@
 //! `wheatstone locate`.
 
 use crate::{
-    failure::{Failure, Outcome},
+    failure::Outcome,
     progress::Counter,
+    tables::{Rows, Sink},
     voice::remark,
 };
 use clap::Args;
-use std::{
-    io::{BufWriter, IsTerminal, Write},
-    path::{Path, PathBuf},
-};
+use std::{io::IsTerminal, path::PathBuf};
 use wheatstone::{
     Calibration, Error,
-    dataset::{points_file::PointsReader, volume::Trust},
+    dataset::points_file::Column,
     geometry::Pixel,
     method::{
         Located, locate_all,
         mismatch::{exchanged_cameras, is_mismatch, mismatched_share},
     },
-    storage::Output,
 };
 
 /// Turn matched pixels into points in the world
@@ -33,9 +30,9 @@ use wheatstone::{
 pub(crate) struct Locate {
     /// The model file
     model: PathBuf,
-    /// A points file with columns x1,y1,x2,y2,…, or - for standard input
+    /// A points file with columns x1,y1,x2,y2,… (CSV, or Parquet by extension), or - for standard input
     points: PathBuf,
-    /// Where the points go, or - for standard output
+    /// Where the points go (CSV, or Parquet by extension), or - for standard output
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
     /// Append the covariance of X, Y, Z as well: cXX,cXY,cXZ,cYY,cYZ,cZZ
@@ -64,78 +61,57 @@ const COVARIANCE: [&str; 6] = ["cXX", "cXY", "cXZ", "cYY", "cYZ", "cZZ"];
 impl Locate {
     pub(crate) fn run(self) -> Outcome {
         let model = Calibration::load(&self.model)?;
-        let mut reader = PointsReader::open(&self.points)?;
-        if reader.cameras() != model.reconstructor.cameras() {
+        let mut rows = Rows::open(&self.points)?;
+        if rows.cameras() != model.reconstructor.cameras() {
             return Err(Error::Mismatch {
                 what: "number of cameras",
                 model: model.reconstructor.cameras().to_string(),
-                data: reader.cameras().to_string(),
+                data: rows.cameras().to_string(),
             }
             .into());
         }
-        if self.output.as_os_str() == "-" {
-            let mut out = BufWriter::with_capacity(1 << 18, std::io::stdout().lock());
-            self.stream(&model, &mut reader, &mut out, Failure::Output)?;
-            return out.flush().map_err(Failure::Output);
-        }
-        let mut out = Output::create(&self.output)?;
-        let path = self.output.clone();
-        self.stream(&model, &mut reader, &mut out, |source| writing(&path, source))?;
-        Ok(out.commit()?)
-    }
-
-    fn stream(
-        &self,
-        model: &Calibration,
-        reader: &mut PointsReader,
-        out: &mut dyn Write,
-        failed: impl Fn(std::io::Error) -> Failure,
-    ) -> Outcome {
-        let delimiter = reader.delimiter();
-        let header = self.header(reader.header().iter());
-        let mut writer = csv::WriterBuilder::new()
-            .delimiter(delimiter)
-            .buffer_capacity(1 << 18)
-            .from_writer(out);
-        let as_io = |e: csv::Error| match e.into_kind() {
-            csv::ErrorKind::Io(e) => e,
-            other => std::io::Error::other(format!("{other:?}")),
-        };
-        writer.write_record(&header).map_err(|e| failed(as_io(e)))?;
-        let mut first = true;
+        let names = self.header(rows.names().iter().map(String::as_str));
+        let mut out = Sink::create(&self.output, names, rows.delimiter())?;
         let shows_rows = self.output.as_os_str() == "-" && std::io::stdout().is_terminal();
         let (mut counter, mut done) = (Counter::new(shows_rows), 0);
-        let mut records = vec![csv::StringRecord::new(); ROWS_AT_ONCE];
-        loop {
-            let mut pixels: Vec<Vec<Option<Pixel>>> = Vec::with_capacity(ROWS_AT_ONCE);
-            for record in &mut records {
-                if !reader.next(record)? {
-                    break;
-                }
-                pixels.push(reader.pixels(record)?);
+        while let Some(chunk) = rows.next(ROWS_AT_ONCE)? {
+            if done == 0 {
+                refuse_exchanged(&model, &chunk.pixels, self.false_alarm)?;
             }
-            if first {
-                refuse_exchanged(model, &pixels, self.false_alarm)?;
-                first = false;
-            }
-            let located = locate_all(&*model.reconstructor, &pixels);
-            let trusted = model.volume.trust_all(&pixels);
-            for (row, (record, found)) in records.iter().zip(&located).enumerate() {
-                for cell in record {
-                    writer.write_field(cell).map_err(|e| failed(as_io(e)))?;
-                }
-                let judged = found.as_ref().map(|found| {
-                    let seen = pixels[row].iter().flatten().count();
-                    (found, trusted[row], is_mismatch(found, seen, self.false_alarm))
-                });
-                writer.write_record(self.cells(judged)).map_err(|e| failed(as_io(e)))?;
-            }
-            done += pixels.len() as u64;
+            done += chunk.pixels.len() as u64;
+            let found = self.found(&model, &chunk.pixels);
+            out.write(chunk, found)?;
             counter.reach(done);
-            if pixels.len() < ROWS_AT_ONCE {
-                return writer.flush().map_err(failed);
-            }
         }
+        out.finish()
+    }
+
+    /// The appended columns; empty where nothing was located or a figure does not exist.
+    fn found(&self, model: &Calibration, pixels: &[Vec<Option<Pixel>>]) -> Vec<Column> {
+        let located = locate_all(&*model.reconstructor, pixels);
+        let trusted = model.volume.trust_all(pixels);
+        let numbers = |of: &dyn Fn(&Located) -> f64| {
+            let cell = |found: &Option<Located>| found.as_ref().map(of).filter(|v| v.is_finite());
+            Column::Numbers(located.iter().map(cell).collect())
+        };
+        let mut columns: Vec<Column> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
+        columns.extend((0..3).map(|axis| numbers(&|found| found.point[axis])));
+        columns.extend((0..3).map(|axis| numbers(&|found| found.covariance[(axis, axis)].sqrt())));
+        columns.push(numbers(&|found| found.residual));
+        let trust = located.iter().zip(&trusted);
+        let trust = trust.map(|(found, trust)| found.as_ref().map(|_| trust.to_string()));
+        columns.push(Column::Texts(trust.collect()));
+        let mismatch = |(found, pixels): (&Option<Located>, &Vec<Option<Pixel>>)| {
+            let seen = pixels.iter().flatten().count();
+            let missed = is_mismatch(found.as_ref()?, seen, self.false_alarm);
+            missed.then(|| "yes".to_owned())
+        };
+        columns.push(Column::Texts(located.iter().zip(pixels).map(mismatch).collect()));
+        if self.covariance {
+            let places = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+            columns.extend(places.map(|place| numbers(&|found| found.covariance[place])));
+        }
+        columns
     }
 
     /// The input's columns and the appended ones, each name once.
@@ -146,24 +122,6 @@ impl Locate {
             if appended().any(|own| *own == name) { format!("input_{name}") } else { name.into() }
         };
         columns.map(free).chain(appended().map(|name| (*name).into())).collect()
-    }
-
-    /// The appended cells; empty where nothing was located or a figure does not exist.
-    fn cells(&self, judged: Option<(&Located, Trust, bool)>) -> Vec<String> {
-        let count = COLUMNS.len() + if self.covariance { COVARIANCE.len() } else { 0 };
-        let Some((found, trust, mismatch)) = judged else { return vec![String::new(); count] };
-        let number = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
-        let sigma = found.covariance.diagonal().map(f64::sqrt);
-        let mut cells = Vec::with_capacity(count);
-        cells.extend(found.point.iter().chain(sigma.iter()).map(|value| number(*value)));
-        cells.push(number(found.residual));
-        cells.push(trust.to_string());
-        cells.push(if mismatch { "yes".into() } else { String::new() });
-        if self.covariance {
-            let places = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-            cells.extend(places.map(|place| number(found.covariance[place])));
-        }
-        cells
     }
 }
 
@@ -199,8 +157,4 @@ pub(crate) fn refuse_exchanged(
         _ => {}
     }
     Ok(())
-}
-
-fn writing(path: &Path, source: std::io::Error) -> Failure {
-    Error::Io { action: "write", path: path.into(), source }.into()
 }

@@ -14,6 +14,7 @@ pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
 pub(crate) mod new;
+pub(crate) mod rectify;
 pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod synth;
@@ -53,6 +54,7 @@ verbs! {
     report::Report,
     export::Export,
     convert::Convert,
+    rectify::Rectify,
     synth::Synth,
     reproduce::Reproduce,
     list::List,

@@ -4,6 +4,7 @@ use crate::{
     Error, Result,
     chart::AnyChart,
     geometry::{Pose, Vector3},
+    imaging::read_size,
     storage,
 };
 use serde::{Deserialize, Serialize};
@@ -102,6 +103,14 @@ impl Capture {
             .validate()
             .map_err(|e| refuse(&path, e.to_string(), "correct it in the file"))?;
         Self::resolve(path, file)
+    }
+
+    /// Width and height of each camera's pictures in pixels; all pictures of a camera have that of its
+    /// first.
+    #[must_use]
+    pub fn sizes(&self) -> Vec<Option<[u32; 2]>> {
+        let first = |camera: &CameraPictures| read_size(camera.pictures.first()?).ok();
+        self.cameras.iter().map(first).collect()
     }
 
     fn resolve(path: PathBuf, file: CaptureFile) -> Result<Self> {

@@ -9,7 +9,7 @@ pub mod volume;
 
 use crate::{
     geometry::{Pixel, Point3},
-    numeric::least_squares::null_vector,
+    numeric::{least_squares::null_vector, random::Random},
 };
 use serde::{Deserialize, Serialize};
 
@@ -114,6 +114,23 @@ impl SavedDataset {
         let count = points.len().max(1) as f64;
         let middle = points.iter().map(|p| p.coords).sum::<nalgebra::Vector3<f64>>() / count;
         (points.iter().map(|p| (p.coords - middle).norm_squared()).sum::<f64>() / count).sqrt()
+    }
+
+    /// Places in the space that its known points span: some of those, and as many as `count` on the way
+    /// from one of them to another, at random.
+    #[must_use]
+    pub fn places(&self, count: usize, seed: u64) -> Vec<Point3> {
+        let own: Vec<Point3> = self.world.iter().flatten().map(|p| Point3::from(*p)).collect();
+        if own.is_empty() {
+            return own;
+        }
+        let mut random = Random::new(seed);
+        let mut any = || own[random.below(own.len())];
+        let ends: Vec<(Point3, Point3)> = (0..count).map(|_| (any(), any())).collect();
+        let between = ends.into_iter().map(|(a, b)| a + (b - a) * random.uniform(0.0, 1.0));
+        let between: Vec<Point3> = between.collect();
+        let stride = own.len().div_ceil(count.max(1));
+        own.iter().skip(seed as usize % stride).step_by(stride).copied().chain(between).collect()
     }
 
     /// The dataset again; places on charts whose own place is not known are not kept.

@@ -4,10 +4,16 @@
 //! `X,Y,Z` world, or `board_x,board_y` on a chart whose pose is unknown, optionally `view` and `id`.
 //! Other columns are passed over. Commas, semicolons or tabs separate.
 
+mod collected;
+mod columns;
 mod layout;
+mod parquet;
 mod text;
 
-pub use text::write;
+pub use collected::Duplicates;
+pub use columns::{Column, Columns};
+pub use parquet::{ColumnsReader, ColumnsWriter, is_parquet};
+pub use text::{columns, write};
 
 use super::{Correspondence, Dataset};
 use crate::{
@@ -15,9 +21,9 @@ use crate::{
     geometry::{Pixel, Point3},
     storage,
 };
+use collected::Collected;
 use layout::Layout;
 use std::{
-    collections::BTreeMap,
     io::{BufRead, BufReader, Read},
     path::{Path, PathBuf},
 };
@@ -43,14 +49,6 @@ impl PointsReader {
     pub fn open(path: &Path) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Self::new(Path::new("standard input"), Box::new(std::io::stdin()));
-        }
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-            return Err(Error::Malformed {
-                path: path.into(),
-                line: None,
-                problem: "Parquet is not read yet".into(),
-                hint: "give the table as CSV".into(),
-            });
         }
         Self::new(path, Box::new(storage::open(path)?))
     }
@@ -78,7 +76,7 @@ impl PointsReader {
         let mut rows =
             csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(whole);
         let header = rows.headers().map_err(|e| malformed(name, &e))?.clone();
-        let layout = Layout::read(name, &header)?;
+        let layout = Layout::read(name, Some(1), &header)?;
         Ok(Self { path: name.into(), header, layout, delimiter, rows })
     }
 
@@ -107,6 +105,23 @@ impl PointsReader {
     /// [`Error::Malformed`] for a row with more or fewer cells than the header.
     pub fn next(&mut self, record: &mut csv::StringRecord) -> Result<bool> {
         self.rows.read_record(record).map_err(|e| malformed(&self.path, &e))
+    }
+
+    /// Whether a column holds numbers: pixels, and places in the world or on a board.
+    #[must_use]
+    pub fn is_number(&self, column: usize) -> bool {
+        let pixels = self.layout.pixels.iter().flatten();
+        let world = self.layout.world.iter().flatten();
+        pixels.chain(world).chain(self.layout.board.iter().flatten()).any(|own| *own == column)
+    }
+
+    /// A cell as a number; `None` for an empty one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for a cell that is not a number, naming line and column.
+    pub fn cell(&self, record: &csv::StringRecord, column: usize) -> Result<Option<f64>> {
+        if record[column].is_empty() { Ok(None) } else { self.number(record, column).map(Some) }
     }
 
     /// The pixels of a row.
@@ -209,25 +224,15 @@ fn malformed(path: &Path, error: &csv::Error) -> Error {
     Error::Malformed { path: path.into(), line, problem, hint: hint.into() }
 }
 
-/// What to do with rows that stand in a file twice, to the last digit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Duplicates {
-    /// Refuse the file, naming both lines: a copy in the training and the validation part would
-    /// make an error look small.
-    #[default]
-    Refuse,
-    /// Keep the first of each.
-    Drop,
-    /// Keep all: the table only passes through.
-    Keep,
-}
-
-/// Reads a whole points file.
+/// Reads a whole points file, as text or Parquet by its extension.
 ///
 /// # Errors
 ///
 /// [`Error::Io`], or [`Error::Malformed`] naming line, column and what was seen.
 pub fn read(path: &Path, unit: &str, duplicates: Duplicates) -> Result<Dataset> {
+    if is_parquet(path) {
+        return gather(ColumnsReader::open(path)?, unit, duplicates);
+    }
     read_from(PointsReader::open(path)?, unit, duplicates)
 }
 
@@ -237,60 +242,49 @@ pub fn read(path: &Path, unit: &str, duplicates: Duplicates) -> Result<Dataset> 
 ///
 /// As [`read`].
 pub fn read_from(mut reader: PointsReader, unit: &str, duplicates: Duplicates) -> Result<Dataset> {
-    let path = reader.path.clone();
-    let mut data = Dataset {
-        unit: unit.into(),
-        cameras: reader.cameras(),
-        views: Vec::new(),
-        correspondences: Vec::new(),
-    };
-    let mut view_index: BTreeMap<String, usize> = BTreeMap::new();
-    let mut lines: BTreeMap<Vec<u64>, u64> = BTreeMap::new();
+    let mut found = Collected::new(&reader.path, unit, reader.cameras(), duplicates);
     let mut record = csv::StringRecord::new();
     while reader.next(&mut record)? {
-        let mut row = reader.correspondence(&record)?;
-        if let Some(column) = reader.layout.view {
-            let name = &record[column];
-            row.view = *view_index.entry(name.to_owned()).or_insert_with(|| {
-                data.views.push(name.to_owned());
-                data.views.len() - 1
-            });
-        }
-        let line = record.position().map_or(0, csv::Position::line);
-        if let Some(first) = lines.insert(fingerprint(&row), line) {
-            if duplicates == Duplicates::Refuse {
-                return Err(Error::Malformed {
-                    path,
-                    line: Some(line),
-                    problem: format!("the same row stands in line {first}"),
-                    hint: "remove it, or pass `--drop-duplicates`".into(),
-                });
-            }
-            if duplicates == Duplicates::Drop {
-                continue;
-            }
-        }
-        data.correspondences.push(row);
+        let row = reader.correspondence(&record)?;
+        let view = reader.layout.view.map(|column| &record[column]);
+        found.push(row, view, record.position().map_or(0, csv::Position::line))?;
     }
-    if data.correspondences.is_empty() {
-        return Err(Error::Malformed {
-            path,
-            line: None,
-            problem: "there are no points, only a header".into(),
-            hint: "one line a point".into(),
-        });
-    }
-    Ok(data)
+    found.finish()
 }
 
-/// Equal for rows that are equal to the last bit.
-fn fingerprint(row: &Correspondence) -> Vec<u64> {
-    let pixel = |p: &Option<Pixel>| p.map_or([u64::MAX; 2], |p| [p.x.to_bits(), p.y.to_bits()]);
-    let mut bits: Vec<u64> = row.pixels.iter().flat_map(pixel).collect();
-    bits.extend(row.world.iter().flat_map(|w| w.iter().map(|v| v.to_bits()).collect::<Vec<_>>()));
-    bits.extend(row.board.iter().flatten().map(|v| v.to_bits()));
-    bits.push(row.view as u64);
-    bits
+/// Reads a whole points file that is held in memory as Parquet; `path` stands for it in messages. Rows
+/// that stand in it twice are kept.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_parquet(path: &Path, bytes: Vec<u8>, unit: &str) -> Result<Dataset> {
+    gather(ColumnsReader::of_bytes(path, bytes)?, unit, Duplicates::Keep)
+}
+
+/// A Parquet file with these correspondences.
+///
+/// # Errors
+///
+/// [`Error::Io`].
+pub fn write_parquet(data: &Dataset) -> Result<Vec<u8>> {
+    let rows = columns(data);
+    let mut writer = ColumnsWriter::new(Path::new("points"), Vec::new(), &rows)?;
+    writer.write(rows)?;
+    writer.finish()
+}
+
+fn gather(mut reader: ColumnsReader, unit: &str, duplicates: Duplicates) -> Result<Dataset> {
+    // Enough to read by column, little to hold.
+    const ROWS: usize = 1 << 14;
+    let mut found = Collected::new(reader.path(), unit, reader.cameras(), duplicates);
+    while let Some(rows) = reader.next(ROWS)? {
+        let first = reader.row() - rows.rows() as u64 + 1;
+        for (line, (row, view)) in (first..).zip(reader.points(&rows)?) {
+            found.push(row, view.as_deref(), line)?;
+        }
+    }
+    found.finish()
 }
 
 #[cfg(test)]

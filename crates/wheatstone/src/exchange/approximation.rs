@@ -71,7 +71,7 @@ fn named(model: &Calibration, optics: Vec<Optics>) -> Rig {
         let name = imported.and_then(|imported| imported.cameras.get(index).cloned());
         RigCamera {
             name: name.unwrap_or_else(|| format!("camera{}", index + 1)),
-            size: imported.and_then(|imported| imported.sizes.get(index).copied().flatten()),
+            size: model.picture_size(index),
             optics,
         }
     };

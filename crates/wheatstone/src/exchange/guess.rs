@@ -8,16 +8,18 @@ use std::{
 };
 
 /// What the names of files say, surest first.
-const BY_NAME: [(&str, &str); 9] = [
+const BY_NAME: [(&str, &str); 11] = [
     (".cameramodel", "mrcal"),
     ("cameras.txt", "colmap"),
     (".toml", "anipose"),
     (".ori", "openptv"),
     (".npy", "npy"),
+    (".parquet", "parquet"),
     (".ply", "ply"),
     (".pcd", "pcd"),
     (".vnl", "vnl"),
     ("_targets", "openptv-targets"),
+    ("markers_c0.txt", "proptv"),
 ];
 
 /// The format of files (or of the files in a folder) that are to be read; `None` for a model file.
@@ -43,10 +45,6 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
         if names.iter().any(|path| name_of(path).ends_with(end)) {
             return Format::named(format).map(Some);
         }
-    }
-    if names.iter().any(|path| name_of(path).ends_with(".parquet")) {
-        let hint = "give the table as CSV, or as a NumPy matrix (.npy)";
-        return Err(refuse(first, "Parquet is not read yet", hint));
     }
     if first.is_dir() {
         let yaml = names.iter().any(|path| name_of(path).ends_with(".yaml"));

@@ -72,6 +72,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         stage: Vec::new(),
         placed: None,
         findings: Vec::new(),
+        sizes: Vec::new(),
         data: (&data).into(),
         imported: Some(imported),
     })

@@ -19,6 +19,9 @@ mod myptv;
 mod npy;
 mod opencv;
 mod openptv;
+mod parquet;
+mod proptv;
+mod remap;
 mod rig;
 mod ros;
 mod samples;
@@ -35,7 +38,7 @@ pub use guess::guess;
 pub use import::{Imported, calibration};
 pub use rig::{Form, Optics, Rig, RigCamera, coefficients};
 
-use crate::{Error, Result, dataset::Dataset};
+use crate::{Error, Result, dataset::Dataset, rectification::Rectification};
 
 /// A format of files.
 pub struct Format {
@@ -72,6 +75,9 @@ pub type ReadPoints = fn(&[InputFile], &Given) -> Result<Dataset>;
 /// Files from a table of points.
 pub type WritePoints = fn(&Dataset, &Given) -> Result<Vec<OutputFile>>;
 
+/// Files from a rectified pair.
+pub type WritePair = fn(&Rectification) -> Result<Vec<OutputFile>>;
+
 /// What a format holds.
 pub enum Content {
     /// Cameras.
@@ -84,6 +90,11 @@ pub enum Content {
         forms: &'static [Form],
         /// The unit of its lengths, where it knows only one.
         unit: Option<&'static str>,
+    },
+    /// A rectified pair of cameras; not read.
+    Pair {
+        /// Writes it.
+        write: WritePair,
     },
     /// Matched pixels, points in the world, or both.
     Points {
@@ -136,13 +147,16 @@ pub const FORMATS: &[Format] = &[
     dlt::DLTDV8,
     mayacam::FORMAT,
     openptv::FORMAT,
+    remap::FORMAT,
     table::FORMAT,
     npy::FORMAT,
+    parquet::FORMAT,
     cloud::PLY,
     cloud::PCD,
     dltdv_points::FORMAT,
     targets::FORMAT,
     myptv::FORMAT,
+    proptv::FORMAT,
     vnl::FORMAT,
 ];
 
@@ -160,10 +174,16 @@ impl Format {
         })
     }
 
-    /// Whether it holds cameras.
+    /// Whether it holds cameras, be it as a rectified pair.
     #[must_use]
     pub fn is_calibration(&self) -> bool {
-        matches!(self.content, Content::Calibration { .. })
+        !matches!(self.content, Content::Points { .. })
+    }
+
+    /// Whether it holds a rectified pair.
+    #[must_use]
+    pub fn is_pair(&self) -> bool {
+        matches!(self.content, Content::Pair { .. })
     }
 
     /// Whether it is read.
@@ -171,6 +191,7 @@ impl Format {
     pub fn reads(&self) -> bool {
         match &self.content {
             Content::Calibration { read, .. } => read.is_some(),
+            Content::Pair { .. } => false,
             Content::Points { read, .. } => read.is_some(),
         }
     }
@@ -180,6 +201,7 @@ impl Format {
     pub fn writes(&self) -> bool {
         match &self.content {
             Content::Calibration { write, .. } => write.is_some(),
+            Content::Pair { .. } => true,
             Content::Points { write, .. } => write.is_some(),
         }
     }
@@ -189,7 +211,7 @@ impl Format {
     pub fn forms(&self) -> &'static [Form] {
         match &self.content {
             Content::Calibration { forms, .. } => forms,
-            Content::Points { .. } => &[],
+            Content::Pair { .. } | Content::Points { .. } => &[],
         }
     }
 
@@ -266,6 +288,18 @@ impl Format {
         match unit {
             Some(unit) => write(&rig.in_unit(unit, self.name)?),
             None => write(rig),
+        }
+    }
+
+    /// Files from a rectified pair.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] where the format is not one of rectified pairs.
+    pub fn write_pair(&self, made: &Rectification) -> Result<Vec<OutputFile>> {
+        match &self.content {
+            Content::Pair { write } => write(made),
+            _ => Err(self.cannot("a rectified pair")),
         }
     }
 

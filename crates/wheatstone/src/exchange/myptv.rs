@@ -21,7 +21,7 @@ pub(super) const FORMAT: Format = Format {
     content: Content::Points { read: Some(read), write: Some(write) },
 };
 
-fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
+pub(super) fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     if files.len() > 64 {
         let problem = format!("{} files, a camera each", files.len());
         return Err(files[0].error(0, problem, "name the files of one calibration"));
@@ -61,9 +61,19 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
 }
 
 fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
+    lists(data, FORMAT.name, |camera| format!("cam{}_cal_points", camera + 1), ("", "\t"))
+}
+
+/// A file a camera, with what stands first in it and between its numbers.
+pub(super) fn lists(
+    data: &Dataset,
+    format: &str,
+    name: impl Fn(usize) -> String,
+    (heading, between): (&str, &str),
+) -> Result<Vec<OutputFile>> {
     if data.known().count() < data.correspondences.len() {
         return Err(Format::unsupported(
-            FORMAT.name,
+            format,
             "points whose place in the world is not known".into(),
             "`csv`, `npy` and others hold them",
         ));
@@ -71,10 +81,10 @@ fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
     let file = |camera: usize| {
         let line = |(world, row): (Point3, &Correspondence)| {
             let pixel = row.pixels[camera]?;
-            Some(numbers([pixel.x, pixel.y, world.x, world.y, world.z], "\t") + "\n")
+            Some(numbers([pixel.x, pixel.y, world.x, world.y, world.z], between) + "\n")
         };
-        let text = data.known().filter_map(line).collect();
-        OutputFile::named(format!("cam{}_cal_points", camera + 1), text)
+        let points: String = data.known().filter_map(line).collect();
+        OutputFile::named(name(camera), format!("{heading}{points}"))
     };
     Ok((0..data.cameras).map(file).collect())
 }

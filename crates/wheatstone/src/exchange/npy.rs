@@ -166,14 +166,7 @@ fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
     let with_world = data.known().next().is_some();
     let columns = 2 * data.cameras + if with_world { 3 } else { 0 };
     let rows = data.correspondences.len();
-    let dictionary =
-        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
-    // The body begins at a multiple of 64 bytes.
-    let padded = (dictionary.len() + 1 + 10).next_multiple_of(64) - 10;
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend([1, 0]);
-    bytes.extend((padded as u16).to_le_bytes());
-    bytes.extend(format!("{dictionary:<width$}\n", width = padded - 1).bytes());
+    let mut bytes = heading("<f8", (rows, columns));
     for row in &data.correspondences {
         let pixels = row.pixels.iter().flat_map(|p| p.map_or([f64::NAN; 2], |p| [p.x, p.y]));
         let world = row.world.map_or([f64::NAN; 3], |p| [p.x, p.y, p.z]);
@@ -181,4 +174,24 @@ fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
         bytes.extend(pixels.chain(world).flat_map(f64::to_le_bytes));
     }
     Ok(vec![OutputFile { name: String::new(), bytes }])
+}
+
+/// What stands before the numbers of a matrix.
+fn heading(kind: &str, (rows, columns): (usize, usize)) -> Vec<u8> {
+    let dictionary =
+        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+    // The body begins at a multiple of 64 bytes.
+    let padded = (dictionary.len() + 1 + 10).next_multiple_of(64) - 10;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend([1, 0]);
+    bytes.extend((padded as u16).to_le_bytes());
+    bytes.extend(format!("{dictionary:<width$}\n", width = padded - 1).bytes());
+    bytes
+}
+
+/// A matrix of float32, row by row.
+pub(super) fn float32(shape: (usize, usize), values: &[f32]) -> Vec<u8> {
+    let mut bytes = heading("<f4", shape);
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
 }

@@ -227,7 +227,7 @@ fn no_extrinsics(file: &InputFile, end: &str) -> Error {
 }
 
 /// One matrix in OpenCV's form.
-fn matrix(text: &mut String, name: &str, (rows, cols): (usize, usize), values: &[f64]) {
+pub(super) fn matrix(text: &mut String, name: &str, (rows, cols): (usize, usize), values: &[f64]) {
     let values = numbers(values.iter().copied(), ", ");
     // Writing to a string cannot fail.
     let _ = writeln!(
@@ -237,6 +237,11 @@ fn matrix(text: &mut String, name: &str, (rows, cols): (usize, usize), values: &
 }
 
 fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
+    Ok(vec![OutputFile::only(text(rig)?)])
+}
+
+/// What is written of a rig.
+pub(super) fn text(rig: &Rig) -> Result<String> {
     let mut text = String::from("%YAML:1.0\n---\n");
     if let Some(unit) = &rig.unit {
         let _ = writeln!(text, "unit: \"{unit}\"");
@@ -273,7 +278,7 @@ fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
         }
     }
     extrinsics(&mut text, &placed);
-    Ok(vec![OutputFile::only(text)])
+    Ok(text)
 }
 
 fn extrinsics(text: &mut String, placed: &[Pose]) {

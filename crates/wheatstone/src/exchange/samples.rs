@@ -4,7 +4,7 @@ use super::{Optics, Rig};
 use crate::{
     Calibration,
     geometry::{Pixel, Point3, Vector3},
-    method::{AnyReconstructor, Reconstructor},
+    method::Reconstructor,
     numeric::random::Random,
 };
 
@@ -17,46 +17,12 @@ pub(super) struct Samples<'a> {
 /// Enough for the twenty numbers of a camera, few enough for a second's work.
 const POINTS: usize = 600;
 
-/// A model's map from world to pixel, if it has one.
-fn pixel_of(model: &AnyReconstructor, camera: usize, world: Point3) -> Option<Pixel> {
-    match model {
-        AnyReconstructor::Brown(fitted) => fitted.cameras.get(camera)?.project(world),
-        AnyReconstructor::KannalaBrandt(fitted) => fitted.cameras.get(camera)?.project(world),
-        AnyReconstructor::Tsai(fitted) => fitted.cameras.get(camera)?.project(world),
-        AnyReconstructor::Dlt(fitted) => fitted.project(camera, world),
-        AnyReconstructor::Soloff(fitted) => fitted.project(camera, world),
-        AnyReconstructor::NeuralCamera(fitted) => Some(fitted.project(camera, world)?.0),
-        AnyReconstructor::Network(_) | AnyReconstructor::Interpolation(_) => None,
-    }
-}
-
-/// The model's own points, and others on the way from one of them to another.
-fn volume(model: &Calibration, seed: u64) -> Vec<Point3> {
-    let own: Vec<Point3> = model.data.world.iter().flatten().map(|p| Point3::from(*p)).collect();
-    if own.is_empty() {
-        return own;
-    }
-    let mut random = Random::new(seed);
-    let mut any = || own[random.below(own.len())];
-    let ends: Vec<(Point3, Point3)> = (0..POINTS).map(|_| (any(), any())).collect();
-    let between = ends.into_iter().map(|(a, b)| a + (b - a) * random.uniform(0.0, 1.0));
-    let stride = own.len().div_ceil(POINTS);
-    let between: Vec<Point3> = between.collect();
-    own.iter().skip(seed as usize % stride).step_by(stride).copied().chain(between).collect()
-}
-
 /// Of a model, over the volume that it was fitted to.
 pub(super) fn of_model(model: &Calibration, seed: u64) -> Samples<'_> {
     let cameras = model.reconstructor.cameras();
-    let points = volume(model, seed);
+    let points = model.data.places(POINTS, seed);
     let data = model.data.restored();
-    let has_map = points.first().is_some_and(|_| {
-        !matches!(
-            model.reconstructor,
-            AnyReconstructor::Network(_) | AnyReconstructor::Interpolation(_)
-        )
-    });
-    if !has_map {
+    if points.is_empty() || !model.reconstructor.has_projection() {
         let mut pairs = vec![Vec::new(); cameras];
         for row in &data.correspondences {
             let Some(found) = model.reconstructor.locate(&row.pixels) else { continue };
@@ -74,7 +40,7 @@ pub(super) fn of_model(model: &Calibration, seed: u64) -> Samples<'_> {
         // What a camera was not shown it need not get right.
         let shown = |pixel: &Pixel| (0..2).all(|a| pixel[a] >= low[a] && pixel[a] <= high[a]);
         let pair = |point: &Point3| {
-            let pixel = pixel_of(&model.reconstructor, camera, *point).filter(shown)?;
+            let pixel = model.reconstructor.project(camera, *point).filter(shown)?;
             Some((*point, pixel))
         };
         points.iter().filter_map(pair).collect()

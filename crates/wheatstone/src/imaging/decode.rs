@@ -67,6 +67,31 @@ pub fn read_image(path: &Path, limits: Limits) -> Result<GrayImage> {
     Ok(to_gray(&picture))
 }
 
+/// Width and height of a picture as [`read_image`] gives it, without decoding it.
+///
+/// # Errors
+///
+/// [`Error::Io`] where the file cannot be read, [`Error::Image`] where it is no picture.
+pub fn read_size(path: &Path) -> Result<[u32; 2]> {
+    use image::metadata::Orientation as Turn;
+    let broken = |e: image::ImageError| Error::Image {
+        path: path.into(),
+        problem: format!("not a whole picture: {e}"),
+        hint: "PNG, JPEG, TIFF, BMP and PGM are read; is the file truncated?".into(),
+    };
+    let reader = ImageReader::new(BufReader::new(storage::open(path)?))
+        .with_guessed_format()
+        .map_err(|e| Error::reading(path, e))?;
+    let mut decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    Ok(match decoder.orientation().map_err(broken)? {
+        Turn::Rotate90 | Turn::Rotate270 | Turn::Rotate90FlipH | Turn::Rotate270FlipH => {
+            [height, width]
+        }
+        _ => [width, height],
+    })
+}
+
 fn to_gray(picture: &DynamicImage) -> GrayImage {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let deep = !matches!(

@@ -5,7 +5,7 @@ mod decode;
 pub mod filter;
 
 pub use annotate::{Annotated, Colour};
-pub use decode::{Limits, read_image};
+pub use decode::{Limits, read_image, read_size};
 
 use crate::{Result, geometry::Pixel, storage};
 use std::path::Path;

@@ -18,6 +18,7 @@ pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
 mod pixel_noise;
+mod projection;
 mod radial_alignment;
 mod sight;
 pub mod soloff;

@@ -15,6 +15,7 @@ mod paper;
 mod pipeline;
 mod real_charts;
 mod real_points;
+mod rectification;
 mod stage;
 mod report_page;
 mod formats;

@@ -14,10 +14,11 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn read(path: &Path, header: &csv::StringRecord) -> Result<Self> {
+    /// From the columns' names, which stand in `line` where the file has lines.
+    pub(super) fn read(path: &Path, line: Option<u64>, header: &csv::StringRecord) -> Result<Self> {
         let refuse = |problem: String, hint: &str| Error::Malformed {
             path: path.into(),
-            line: Some(1),
+            line,
             problem,
             hint: hint.into(),
         };

@@ -1,6 +1,43 @@
-//! Correspondences as the text of a points file.
+//! Correspondences as the text of a points file, and as columns of one.
 
-use crate::dataset::Dataset;
+use super::{Column, Columns};
+use crate::dataset::{Correspondence, Dataset};
+
+/// Correspondences by column, with the names that a points file gives them.
+#[must_use]
+pub fn columns(data: &Dataset) -> Columns {
+    let rows = &data.correspondences;
+    let mut columns = Vec::new();
+    let mut numbers = |name: String, of: &dyn Fn(&Correspondence) -> Option<f64>| {
+        columns.push((name, Column::Numbers(rows.iter().map(of).collect())));
+    };
+    for camera in 0..data.cameras {
+        for (axis, letter) in ["x", "y"].into_iter().enumerate() {
+            numbers(format!("{letter}{}", camera + 1), &|row| {
+                (*row.pixels.get(camera)?).map(|pixel| pixel[axis])
+            });
+        }
+    }
+    if rows.iter().any(|row| row.world.is_some()) {
+        for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
+            numbers(name.into(), &|row| row.world.map(|world| world[axis]));
+        }
+    }
+    if rows.iter().any(|row| row.board.is_some()) {
+        for (axis, name) in ["board_x", "board_y"].into_iter().enumerate() {
+            numbers(name.into(), &|row| row.board.map(|board| board[axis]));
+        }
+    }
+    if !data.views.is_empty() {
+        let view = |row: &Correspondence| data.views.get(row.view).cloned();
+        columns.push(("view".into(), Column::Texts(rows.iter().map(view).collect())));
+    }
+    if rows.iter().any(|row| row.id.is_some()) {
+        let ids = rows.iter().map(|row| row.id.clone()).collect();
+        columns.push(("id".into(), Column::Texts(ids)));
+    }
+    Columns { columns }
+}
 
 /// The text of a points file with these correspondences.
 #[must_use]

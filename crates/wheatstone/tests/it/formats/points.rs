@@ -45,6 +45,7 @@ fn tables_come_back() {
     for views in [false, true] {
         let data = table(views);
         assert_eq!(back("csv", &data), data);
+        assert_eq!(back("parquet", &data), data);
         let npy = back("npy", &data);
         let bare = |row: &Correspondence| (row.pixels.clone(), row.world);
         let bares = |data: &Dataset| data.correspondences.iter().map(bare).collect::<Vec<_>>();
@@ -64,14 +65,16 @@ fn tables_come_back() {
                 }
             }
         }
-        let mut myptv = bares(&back("myptv", &data));
         let key = |row: &(Vec<Option<Pixel>>, Option<wheatstone::geometry::Point3>)| {
             row.1.map(|p| [p.x.to_bits(), p.y.to_bits()])
         };
         let mut own = bares(&data);
-        myptv.sort_by_key(key);
         own.sort_by_key(key);
-        assert_eq!(myptv, own);
+        for name in ["myptv", "proptv"] {
+            let mut lists = bares(&back(name, &data));
+            lists.sort_by_key(key);
+            assert_eq!(lists, own, "{name}");
+        }
     }
 }
 
@@ -108,6 +111,30 @@ fn numpys_own_files_are_read() {
         let error = read(file(descr, "False", shape, &small)).unwrap_err();
         assert!(error.hint().is_some(), "{error}");
     }
+}
+
+#[test]
+fn parquet_of_other_programs_is_read() {
+    // Written by pyarrow 26 in two groups, with Zstandard: null and NaN, narrow numbers, times and lists.
+    let read = format("parquet").read_points(&[super::file("pyarrow.parquet")], &given(2)).unwrap();
+    assert_eq!((read.cameras, &read.views[..]), (2, &["a".to_owned(), "b".to_owned()][..]));
+    let rows = &read.correspondences;
+    assert_eq!(rows[0].pixels, [Some(Pixel::new(1.5, 2.0)), Some(Pixel::new(10.0, 0.5))]);
+    assert_eq!(rows[1].pixels, [None, Some(Pixel::new(20.0, 1.5))]);
+    assert_eq!(rows[2].pixels, [Some(Pixel::new(3.25, 4.0)), Some(Pixel::new(30.0, 2.5))]);
+    assert_eq!((rows[2].view, rows[2].world), (1, None));
+    let world = rows[1].world.unwrap();
+    assert_eq!([world.x, world.y, world.z], [2.0, 4.0, 6.0]);
+}
+
+#[test]
+fn markers_of_proptv_have_its_heading() {
+    let files = format("proptv").write_points(&table(false), &given(3)).unwrap();
+    assert_eq!(files[2].name, "markers_c2.txt");
+    let text = String::from_utf8(files[0].bytes.clone()).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("# x,y,X,Y,Z"));
+    assert_eq!(lines.next().unwrap().split(' ').count(), 5);
 }
 
 #[test]
