@@ -2,7 +2,7 @@
 
 use super::{
     Choice, Gathered,
-    bundle::{Adjusted, Bundle, POSE, Posed, Shot, State, lost},
+    bundle::{Adjusted, Bundle, POSE, Posed, Shot, State, lost, thinned},
     loss::Loss,
     planar::{self, LEAST, view_error},
 };
@@ -20,6 +20,11 @@ use rayon::prelude::*;
 const SCOUTING: (usize, f64) = (25, 1e-3);
 const JOINING: (usize, f64) = (40, 1e-4);
 const FINAL: (usize, f64) = (100, 1e-8);
+
+/// Views that tell where one camera's search begins, and points of each: more cost time, and the
+/// adjustment of everything follows.
+const SCOUTED_VIEWS: usize = 20;
+const SCOUTED: usize = 24;
 
 /// Which of a lens's numbers may change, from few to many; the focal lengths and the principal point,
 /// the first four, always may.
@@ -70,13 +75,13 @@ fn alone<L: Terms>(
     camera: usize,
     progress: &dyn Progress,
 ) -> Result<Option<Adjusted<L>>> {
-    let own: Vec<Shot> = shots.iter().map(|shot| vec![shot[camera].clone()]).collect();
-    let loose: Vec<bool> = own.iter().map(|shot| shot[0].len() >= LEAST).collect();
-    let kept: Vec<Shot> = own
-        .into_iter()
-        .zip(&loose)
-        .map(|(shot, loose)| if *loose { shot } else { vec![Vec::new()] })
-        .collect();
+    let seen: Vec<usize> =
+        (0..shots.len()).filter(|view| shots[*view][camera].len() >= LEAST).collect();
+    let few = seen.len().min(SCOUTED_VIEWS);
+    let scouted: Vec<usize> = (0..few).map(|index| seen[index * seen.len() / few]).collect();
+    let own: Vec<Shot> = scouted.iter().map(|view| vec![shots[*view][camera].clone()]).collect();
+    let kept = thinned(&own, SCOUTED);
+    let loose = vec![true; kept.len()];
     let mut best: Option<Adjusted<L>> = None;
     for start in planar::starts::<L>(&kept, 0) {
         let mut state = start;
@@ -99,7 +104,32 @@ fn alone<L: Terms>(
             best = Some(Adjusted { state, cost });
         }
     }
-    Ok(best)
+    Ok(best.map(|found| Adjusted {
+        state: with_all_views(found.state, shots, camera, &scouted),
+        ..found
+    }))
+}
+
+/// One camera's state with the charts of all views that it saw, where it was found from some.
+fn with_all_views<L: Lens>(
+    mut state: State<L>,
+    shots: &[Shot],
+    camera: usize,
+    scouted: &[usize],
+) -> State<L> {
+    let mut charts = vec![Pose::default(); shots.len()];
+    for (view, chart) in scouted.iter().zip(&state.charts) {
+        charts[*view] = *chart;
+    }
+    let lens = &state.cameras[0].lens;
+    let missing = charts.iter_mut().zip(thinned(shots, SCOUTED)).enumerate();
+    for (_, (chart, shot)) in missing.filter(|(view, _)| !scouted.contains(view)) {
+        if let Some(pose) = planar::place(lens, &shot[camera]) {
+            *chart = pose;
+        }
+    }
+    state.charts = charts;
+    state
 }
 
 /// All cameras in the first one's frame, each chart where the cameras placed so far see it.
@@ -204,19 +234,23 @@ pub(super) fn refine<L: Terms>(
         .collect();
     let last = L::RUNGS[L::RUNGS.len() - 1];
     let mut state = state;
-    for terms in [L::RUNGS[0], last, last] {
-        let loss = Loss::Cauchy(scale(&errors(&state, &usable)));
-        let bundle = Bundle { shots: &usable, loose: &loose, free: free(terms), loss };
+    // Few points bring cameras together as well as all do.
+    let few = thinned(&usable, SCOUTED);
+    for (shots, terms) in [(&few, L::RUNGS[0]), (&few, last), (&usable, last)] {
+        let loss = Loss::Cauchy(scale(&errors(&state, shots)));
+        let bundle = Bundle { shots, loose: &loose, free: free(terms), loss };
         state = bundle.adjust(state, JOINING, progress)?.state;
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
     let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
     let mut best: Option<(f64, Choice<L>)> = None;
+    let few = thinned(&clean, SCOUTED);
     for terms in rungs {
-        let bundle =
-            Bundle { shots: &clean, loose: &loose, free: free(terms), loss: Loss::Squares };
+        let of = |shots| Bundle { shots, loose: &loose, free: free(terms), loss: Loss::Squares };
         let start = without_others(&state, terms);
-        let found = bundle.adjust(start, FINAL, progress)?;
+        let near = of(&few).adjust(start, JOINING, progress)?;
+        let bundle = of(&clean);
+        let found = bundle.adjust(near.state, FINAL, progress)?;
         let points: usize = clean.iter().flatten().map(Vec::len).sum();
         let count = bundle.free.iter().map(Vec::len).sum::<usize>()
             + POSE * loose.iter().filter(|l| **l).count();
