@@ -74,11 +74,7 @@ fn named<'a>(evidence: &Evidence<'a>, view: &View) -> Named<'a> {
 }
 
 /// A view whose pixels another view has too.
-fn copied(
-    evidence: &Evidence,
-    (first, names): (usize, &Named),
-    second: usize,
-) -> Option<Proposal> {
+fn copied(evidence: &Evidence, (first, names): (usize, &Named), second: usize) -> Option<Proposal> {
     let data = evidence.data;
     let (a, b) = (&evidence.views[first].rows, &evidence.views[second].rows);
     let mut same_place = 0;

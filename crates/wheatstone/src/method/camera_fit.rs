@@ -9,6 +9,7 @@ use super::{
     AnyReconstructor, CameraUncertainty, Fit,
     camera_start::{Lens, starts},
     fitted_cameras::{FittedCamera, FittedCameras},
+    found_charts,
 };
 use crate::{
     Error, Result,
@@ -326,17 +327,26 @@ where
     let (mut squares, mut freedom) = (0.0, 0.0);
     let mut cameras = Vec::with_capacity(found.len());
     let mut uncertainty = Vec::with_capacity(found.len());
+    // Charts whose places were found have taken up as many equations as they have unknowns.
+    let beside = found_charts::unknowns(train) as f64 / train.cameras.max(1) as f64;
     for (index, Adjusted { camera, squares: own, adjusted }) in found.into_iter().enumerate() {
         let pairs = train.seen_by_camera(index);
         squares += own;
-        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64;
+        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside;
         let camera = FittedCamera::new(camera.model, camera.rotation, camera.translation);
-        let open = CameraUncertainty::new(&camera, &adjusted, &pairs);
+        let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
         uncertainty.push(open.ok_or_else(|| Error::Degenerate {
             problem: format!("what camera {} saw leaves it undetermined", index + 1),
             hint: "show it points at two or more distances that fill the picture".into(),
         })?);
         cameras.push(camera);
+    }
+    if let Some(all) = found_charts::covariance(&cameras, &uncertainty, train) {
+        let mut first = 0;
+        for open in &mut uncertainty {
+            open.take(&all, first);
+            first += open.numbers();
+        }
     }
     let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
     Ok(Fit::of(FittedCameras { cameras, uncertainty, pixel_sigma }))

@@ -279,9 +279,11 @@ impl Whole {
     fn step(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
         let (inverses, matrix, right) = self.reduced(bundle, damping)?;
         let cameras = if right.is_empty() { right } else { matrix.cholesky()?.solve(&right) };
-        let charts = self.views.iter().zip(&inverses).map(|(view, inverse)| {
-            -(inverse * (view.chart_gradient + view.carried(&cameras)))
-        });
+        let charts = self
+            .views
+            .iter()
+            .zip(&inverses)
+            .map(|(view, inverse)| -(inverse * (view.chart_gradient + view.carried(&cameras))));
         let charts: Vec<Vector6<f64>> = charts.collect();
         cameras.iter().all(|value| value.is_finite()).then_some(Step { cameras, charts })
     }

@@ -16,9 +16,10 @@ use crate::{
 use rayon::prelude::*;
 
 /// Steps, and the least gain (of the cost) that is worth another: while a start is tried, while all
-/// cameras are brought together, and at the end.
+/// cameras are brought together, while it is asked which terms predict best, and at the end.
 const SCOUTING: (usize, f64) = (25, 1e-3);
 const JOINING: (usize, f64) = (40, 1e-4);
+const JUDGING: (usize, f64) = (100, 1e-6);
 const FINAL: (usize, f64) = (100, 1e-8);
 
 /// Views that tell where one camera's search begins, and points of each: more cost time, and the
@@ -236,9 +237,9 @@ pub(super) fn refine<L: Terms>(
     let mut state = state;
     // Few points bring cameras together as well as all do.
     let few = thinned(&usable, SCOUTED);
-    for (shots, terms) in [(&few, L::RUNGS[0]), (&few, last), (&usable, last)] {
-        let loss = Loss::Cauchy(scale(&errors(&state, shots)));
-        let bundle = Bundle { shots, loose: &loose, free: free(terms), loss };
+    for terms in [L::RUNGS[0], last] {
+        let loss = Loss::Cauchy(scale(&errors(&state, &few)));
+        let bundle = Bundle { shots: &few, loose: &loose, free: free(terms), loss };
         state = bundle.adjust(state, JOINING, progress)?.state;
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
@@ -250,7 +251,7 @@ pub(super) fn refine<L: Terms>(
         let start = without_others(&state, terms);
         let near = of(&few).adjust(start, JOINING, progress)?;
         let bundle = of(&clean);
-        let found = bundle.adjust(near.state, FINAL, progress)?;
+        let found = bundle.adjust(near.state, JUDGING, progress)?;
         let points: usize = clean.iter().flatten().map(Vec::len).sum();
         let count = bundle.free.iter().map(Vec::len).sum::<usize>()
             + POSE * loose.iter().filter(|l| **l).count();
@@ -258,21 +259,26 @@ pub(super) fn refine<L: Terms>(
         let worth = information(2.0 * found.cost, points, count);
         if best.as_ref().is_none_or(|(least, _)| worth < *least) {
             let sigma = (2.0 * found.cost / freedom).sqrt();
-            let charts = bundle.chart_covariances(&found.state, sigma);
             let choice = Choice {
                 state: found.state,
                 terms,
-                clean: clean.clone(),
-                loose: loose.clone(),
+                clean: Vec::new(),
+                loose: Vec::new(),
                 cost: found.cost,
                 sigma,
                 points,
-                charts,
+                charts: None,
             };
             best = Some((worth, choice));
         }
     }
-    best.map(|(_, choice)| choice).ok_or_else(lost)
+    let (_, choice) = best.ok_or_else(lost)?;
+    let bundle =
+        Bundle { shots: &clean, loose: &loose, free: free(choice.terms), loss: Loss::Squares };
+    let found = bundle.adjust(choice.state, FINAL, progress)?;
+    let charts = bundle.chart_covariances(&found.state, choice.sigma);
+    let Adjusted { state, cost } = found;
+    Ok(Choice { state, cost, charts, clean, loose, ..choice })
 }
 
 fn without_others<L: Terms>(state: &State<L>, terms: &[usize]) -> State<L> {

@@ -130,9 +130,11 @@ impl ViewSums {
 /// Where a camera's free unknowns stand in the sums of a cell.
 fn places(free: &[usize]) -> impl Iterator<Item = usize> {
     let mut lens = POSE..WIDTH;
-    free.iter().filter_map(move |unknown| {
-        if *unknown < POSE { Some(*unknown) } else { lens.next() }
-    })
+    free.iter().filter_map(
+        move |unknown| {
+            if *unknown < POSE { Some(*unknown) } else { lens.next() }
+        },
+    )
 }
 
 /// Sums of the points of one view in one camera, by the chart's place in the camera (a turn about its
@@ -191,12 +193,7 @@ impl CellSums {
         }
     }
 
-    fn add(
-        &mut self,
-        [first, second]: &[[f64; WIDTH]; 2],
-        [x, y]: [f64; 2],
-        weight: f64,
-    ) {
+    fn add(&mut self, [first, second]: &[[f64; WIDTH]; 2], [x, y]: [f64; 2], weight: f64) {
         let used = self.used;
         for column in 0..used {
             let (a, b) = (first[column], second[column]);
