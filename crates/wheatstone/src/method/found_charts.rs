@@ -4,8 +4,9 @@
 //! (doi:10.1007/3-540-44480-7_21): the covariance of the cameras alone is the inverse of their normal
 //! matrix with every chart's six unknowns eliminated (Schur's complement). Charts link the cameras, so
 //! it is one matrix of all of them. Where no place at all is known the world's frame is nobody's: it is
-//! the one in which the charts' points as a whole neither move nor turn (inner constraints, Blaha 1971;
-//! Triggs et al., section 9.2), which says what is not known of shapes and distances, and no more.
+//! the one in which the charts' points, located by these cameras, as a whole neither move nor turn (inner
+//! constraints: Triggs et al., section 9.2). That says what is not known of shapes and distances, and no
+//! more.
 
 use super::{CameraUncertainty, FittedCamera, camera_fit::MOST_UNKNOWNS};
 use crate::{
@@ -14,7 +15,7 @@ use crate::{
     geometry::{Point3, Vector3},
     numeric::levenberg_marquardt::NormalEquations,
 };
-use nalgebra::{DMatrix, Matrix6, MatrixXx6, Vector6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, MatrixXx6, Vector2, Vector6};
 
 /// Unknowns of a chart: a turn about its middle, a move.
 const MOTION: usize = 6;
@@ -22,7 +23,6 @@ const MOTION: usize = 6;
 /// A chart whose place was found.
 struct Chart {
     middle: Point3,
-    points: Vec<Point3>,
 }
 
 /// How many unknowns charts have, whose places were found.
@@ -45,7 +45,7 @@ fn charts(train: &Dataset) -> Vec<Option<Chart>> {
     }
     let chart = |points: Vec<Point3>| {
         let middle = points.iter().map(|p| p.coords).sum::<Vector3>() / points.len() as f64;
-        (!points.is_empty()).then(|| Chart { middle: middle.into(), points })
+        (!points.is_empty()).then(|| Chart { middle: middle.into() })
     };
     points.into_iter().map(chart).collect()
 }
@@ -59,21 +59,6 @@ impl Chart {
             along[index % 3] = 1.0;
             if index < 3 { along.cross(&arm) } else { along }
         })
-    }
-
-    /// How much the points as a whole move and turn about `centre` with each unknown.
-    fn share(&self, centre: Point3) -> Matrix6<f64> {
-        let mut share = Matrix6::zeros();
-        for point in &self.points {
-            for (index, by) in self.motion(*point).iter().enumerate() {
-                let turned = (point - centre).cross(by);
-                for axis in 0..3 {
-                    share[(axis, index)] += by[axis];
-                    share[(3 + axis, index)] += turned[axis];
-                }
-            }
-        }
-        share
     }
 }
 
@@ -153,64 +138,59 @@ pub(super) fn covariance<L: AdjustableCamera>(
         })
         .collect();
     let count: usize = open.iter().map(CameraUncertainty::numbers).sum();
+    let carried = carried(&cells, (&first, count, charts.len()))?;
     let frame_is_known = train.known().any(|(_, row)| !is_found(row));
-    let size = count + if frame_is_known { 0 } else { MOTION };
-    let carried = carried(&charts, &cells, (&first, count, size))?;
-    let mut normal = DMatrix::zeros(size, size);
-    let mut errors = DMatrix::zeros(size, size);
+    let held = if frame_is_known { 0 } else { MOTION };
+    let mut normal = DMatrix::zeros(count + held, count + held);
+    let mut errors = DMatrix::zeros(count, count);
     for cell in &cells {
         let own = open[cell.camera].numbers();
         // From the camera's numbers and the chart's to all cameras', the chart's taken up.
-        let mut through = DMatrix::zeros(size, cell.plain.gradient().len());
+        let mut through = DMatrix::zeros(count, cell.plain.gradient().len());
         for number in 0..own {
             through[(first[cell.camera] + number, number)] = 1.0;
         }
-        if let Some((_, taken)) = cell.chart.and_then(|view| carried[view].as_ref()) {
-            through.columns_mut(own, MOTION).copy_from(&(-taken));
+        if let Some(view) = cell.chart {
+            through.columns_mut(own, MOTION).copy_from(&(-&carried[view]));
         }
-        normal += &through * cell.plain.matrix() * through.transpose();
+        let mut block = normal.view_mut((0, 0), (count, count));
+        block += &through * cell.plain.matrix() * through.transpose();
         errors += &through * cell.weighed.matrix() * through.transpose();
     }
-    if !frame_is_known {
-        hold_frame(&mut normal, &carried, count);
+    if held > 0 {
+        let conditions = frame(cameras, open, (train, &first, count))?;
+        normal.view_mut((count, 0), (held, count)).copy_from(&conditions);
+        normal.view_mut((0, count), (count, held)).copy_from(&conditions.transpose());
     }
-    let inverse = inverse(normal)?;
+    let inverse = inverse(normal)?.view((0, 0), (count, count)).into_owned();
     let covariance = &inverse * errors * inverse.transpose();
-    let own = covariance.view((0, 0), (count, count)).into_owned();
-    own.iter().all(|value| value.is_finite()).then_some(own)
+    covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 
-/// What of each chart's motion is taken up by the cameras' numbers and the frame's conditions, a chart:
-/// these conditions' slopes, and the product of all slopes with the inverse of the chart's matrix.
-type Carried = Vec<Option<(Matrix6<f64>, MatrixXx6<f64>)>>;
-
+/// What of each chart's motion the cameras' numbers take up: mixed products times the inverse of the
+/// chart's own, a view.
 fn carried(
-    charts: &[Option<Chart>],
     cells: &[Cell],
-    (first, count, size): (&[usize], usize, usize),
-) -> Option<Carried> {
-    let all = || charts.iter().flatten().flat_map(|chart| &chart.points);
-    let centre = all().map(|point| point.coords).sum::<Vector3>() / all().count().max(1) as f64;
-    let mut mixed: Vec<MatrixXx6<f64>> = vec![MatrixXx6::zeros(size); charts.len()];
-    let mut own: Vec<Matrix6<f64>> = vec![Matrix6::zeros(); charts.len()];
+    (first, count, views): (&[usize], usize, usize),
+) -> Option<Vec<MatrixXx6<f64>>> {
+    let mut mixed = vec![MatrixXx6::zeros(count); views];
+    let mut own = vec![None; views];
     for cell in cells {
         let Some(view) = cell.chart else { continue };
         let sums = cell.plain.matrix();
         let numbers = sums.nrows() - MOTION;
         let mut part = mixed[view].view_mut((first[cell.camera], 0), (numbers, MOTION));
         part += sums.view((0, numbers), (numbers, MOTION));
-        own[view] += sums.fixed_view::<MOTION, MOTION>(numbers, numbers);
+        *own[view].get_or_insert_with(Matrix6::zeros) +=
+            sums.fixed_view::<MOTION, MOTION>(numbers, numbers);
     }
-    let mut one = |(view, chart): (usize, &Option<Chart>)| {
-        let Some(chart) = chart else { return Some(None) };
-        let share = chart.share(centre.into());
-        if size > count {
-            mixed[view].view_mut((count, 0), (MOTION, MOTION)).copy_from(&share);
-        }
-        let inverse = scaled_inverse(&own[view])?;
-        Some(Some((share, &mixed[view] * inverse)))
-    };
-    charts.iter().enumerate().map(&mut one).collect()
+    let pairs = mixed.into_iter().zip(own);
+    pairs
+        .map(|(mixed, own)| match own {
+            Some(own) => Some(mixed * scaled_inverse(&own)?),
+            None => Some(mixed),
+        })
+        .collect()
 }
 
 fn scaled_inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
@@ -218,19 +198,55 @@ fn scaled_inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(scale * (scale * matrix * scale).cholesky()?.inverse() * scale)
 }
 
-/// Adds the conditions that hold the frame: their rows and columns were products of slopes so far.
-fn hold_frame(normal: &mut DMatrix<f64>, carried: &Carried, count: usize) {
-    let mut conditions = DMatrix::zeros(normal.nrows(), MOTION);
-    for (share, taken) in carried.iter().flatten() {
-        conditions -= taken * share.transpose();
+/// How far the charts' points, located by the cameras, move and turn as a whole with each number.
+fn frame<L: AdjustableCamera>(
+    cameras: &[FittedCamera<L>],
+    open: &[CameraUncertainty],
+    (train, first, count): (&Dataset, &[usize], usize),
+) -> Option<DMatrix<f64>> {
+    let all = || train.known().map(|(world, _)| world.coords);
+    let centre = all().sum::<Vector3>() / all().count().max(1) as f64;
+    let mut conditions = DMatrix::zeros(MOTION, count);
+    for (world, row) in train.known().filter(|(_, row)| row.seen_by() >= 2) {
+        let mut normal = Matrix3::zeros();
+        let mut sides = Vec::new();
+        for (index, (camera, open)) in cameras.iter().zip(open).enumerate() {
+            if !matches!(row.pixels.get(index), Some(Some(_))) {
+                continue;
+            }
+            let (_, by_world) = camera.project_with_jacobian(world)?;
+            normal += by_world.transpose() * by_world;
+            let slopes = open.slopes(camera, world)?;
+            sides.extend(slopes[..open.numbers()].iter().enumerate().map(|(number, slope)| {
+                (first[index] + number, by_world.transpose() * Vector2::from(*slope))
+            }));
+        }
+        let inverse = normal.try_inverse()?;
+        for (column, side) in sides {
+            let by = inverse * side;
+            let turned = (world.coords - centre).cross(&by);
+            for axis in 0..3 {
+                conditions[(axis, column)] += by[axis];
+                conditions[(3 + axis, column)] += turned[axis];
+            }
+        }
     }
-    normal.columns_mut(count, MOTION).copy_from(&conditions);
-    normal.rows_mut(count, MOTION).copy_from(&conditions.transpose());
+    // Each of size one: what matters is what is nothing.
+    for mut condition in conditions.row_iter_mut() {
+        let size = condition.norm();
+        condition /= size;
+    }
+    Some(conditions)
 }
 
 /// Of a symmetric matrix of numbers in many units.
 fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scales = matrix.diagonal().map(|d| if d == 0.0 { 1.0 } else { 1.0 / d.abs().sqrt() });
-    let scale = DMatrix::from_diagonal(&scales);
+    let scales = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
+    let mut scale = DMatrix::from_diagonal(&scales);
+    // Conditions have nothing on the diagonal: they get the size of the numbers that they hold.
+    let scaled = &scale * &matrix * &scale;
+    for row in (0..matrix.nrows()).filter(|row| matrix[(*row, *row)] <= 0.0) {
+        scale[(row, row)] = 1.0 / scaled.row(row).norm();
+    }
     Some(&scale * (&scale * matrix * &scale).try_inverse()? * &scale)
 }

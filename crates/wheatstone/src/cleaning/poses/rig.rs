@@ -212,10 +212,6 @@ pub(super) fn refine<L: Terms>(
     state: State<L>,
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
-    let free = |terms: &[usize]| -> Vec<Vec<usize>> {
-        let first_is_fixed = gathered.fixed.iter().all(|fixed| !fixed);
-        (0..gathered.cameras).map(|camera| unknowns(terms, camera > 0 || !first_is_fixed)).collect()
-    };
     let loose: Vec<bool> = (0..gathered.shots.len())
         .map(|view| {
             !gathered.fixed[view] && gathered.shots[view].iter().any(|seen| seen.len() >= LEAST)
@@ -239,16 +235,34 @@ pub(super) fn refine<L: Terms>(
     let few = thinned(&usable, SCOUTED);
     for terms in [L::RUNGS[0], last] {
         let loss = Loss::Cauchy(scale(&errors(&state, &few)));
-        let bundle = Bundle { shots: &few, loose: &loose, free: free(terms), loss };
+        let free = free(gathered, terms);
+        let bundle = Bundle { shots: &few, loose: &loose, free, loss };
         state = bundle.adjust(state, JOINING, progress)?.state;
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
+    chosen(gathered, &state, (clean, loose), progress)
+}
+
+/// Each camera's unknowns that may change; the first one's pose does not where no place is known.
+fn free(gathered: &Gathered, terms: &[usize]) -> Vec<Vec<usize>> {
+    let first_is_fixed = gathered.fixed.iter().all(|fixed| !fixed);
+    (0..gathered.cameras).map(|camera| unknowns(terms, camera > 0 || !first_is_fixed)).collect()
+}
+
+/// The best state of all points, with as many terms as predict best.
+fn chosen<L: Terms>(
+    gathered: &Gathered,
+    state: &State<L>,
+    (clean, loose): (Vec<Shot>, Vec<bool>),
+    progress: &dyn Progress,
+) -> Result<Choice<L>> {
     let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
     let mut best: Option<(f64, Choice<L>)> = None;
     let few = thinned(&clean, SCOUTED);
     for terms in rungs {
-        let of = |shots| Bundle { shots, loose: &loose, free: free(terms), loss: Loss::Squares };
-        let start = without_others(&state, terms);
+        let free = free(gathered, terms);
+        let of = |shots| Bundle { shots, loose: &loose, free: free.clone(), loss: Loss::Squares };
+        let start = without_others(state, terms);
         let near = of(&few).adjust(start, JOINING, progress)?;
         let bundle = of(&clean);
         let found = bundle.adjust(near.state, JUDGING, progress)?;
@@ -273,8 +287,8 @@ pub(super) fn refine<L: Terms>(
         }
     }
     let (_, choice) = best.ok_or_else(lost)?;
-    let bundle =
-        Bundle { shots: &clean, loose: &loose, free: free(choice.terms), loss: Loss::Squares };
+    let free = free(gathered, choice.terms);
+    let bundle = Bundle { shots: &clean, loose: &loose, free, loss: Loss::Squares };
     let found = bundle.adjust(choice.state, FINAL, progress)?;
     let charts = bundle.chart_covariances(&found.state, choice.sigma);
     let Adjusted { state, cost } = found;
