@@ -5,7 +5,7 @@ use crate::{
     Error, Result,
     cleaning::{
         outliers::{self, Outlier},
-        poses::{self, Lenses, Placing, SolvedPoses, ViewPose},
+        poses::{self, Gauge, Lenses, Placing, SolvedPoses, ViewPose},
         stage::{self, StagePrior, ViewOffset},
     },
     clinic::{self, Examination, Finding, Severity},
@@ -100,6 +100,9 @@ pub struct Placed {
     pub baselines: Vec<f64>,
     /// Whether charts and the model-free camera were adjusted together after that.
     pub freed: bool,
+    /// The frame of the world; none where some places were known, whose frame it is then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gauge: Option<Gauge>,
 }
 
 impl Prepared {
@@ -197,13 +200,13 @@ impl Preparation {
         let freed =
             if self.placing.lenses == Lenses::Either { freed(&solved, progress)? } else { None };
         let is_free = freed.is_some();
+        let known = data.known().next().is_some();
+        let gauge = (!known).then_some(self.placing.gauge);
         if let Some(freed) = freed {
             solved.adopt(freed, self.placing.gauge);
         }
-        let mut data = solved.data;
-        for row in &mut data.correspondences {
-            row.board = None;
-        }
+        // A point with a place on the chart and one in the world tells that the place was found.
+        let data = solved.data;
         let placed = Placed {
             views: solved.views,
             unplaced: solved.unplaced,
@@ -211,6 +214,7 @@ impl Preparation {
             rms: solved.rms,
             baselines: solved.baselines,
             freed: is_free,
+            gauge,
         };
         Ok((data, Some(placed)))
     }

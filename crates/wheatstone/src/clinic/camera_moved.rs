@@ -68,6 +68,21 @@ fn halves(start: &RobustCamera, views: &[Vec<Pair>], at: usize, thorough: bool) 
     Halves { error: mean(&errors), before, after }
 }
 
+/// Where views are best parted in two: the place with the least error. Of many places some are tried
+/// first, then those about the best of them: the error rises with the distance from where a camera moved.
+fn parting(views: usize, error: impl Fn(usize) -> f64) -> Option<usize> {
+    const TRIED: usize = 12;
+    // Both parts need two views, or anything could be a move.
+    let places = 2..views.saturating_sub(1);
+    let step = places.len().div_ceil(TRIED).max(1);
+    let best = |places: &mut dyn Iterator<Item = usize>| {
+        places.map(|at| (at, error(at))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
+    };
+    let coarse = best(&mut places.clone().step_by(step))?;
+    let near = places.filter(|at| at.abs_diff(coarse) < step);
+    if step == 1 { Some(coarse) } else { best(&mut { near }) }
+}
+
 fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let seen = evidence.seen[camera].as_ref()?;
     let views: Vec<usize> =
@@ -85,15 +100,11 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
     let one = seen.camera.without_field().refined(&all, 8);
     let whole = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());
-    // Both parts need two views, or anything could be a move.
-    let mut tried: Vec<(usize, f64)> = (2..views.len() - 1)
-        .map(|at| {
-            let both = [&seen.camera, &one].map(|start| halves(start, &pairs, at, false).error);
-            (at, both[0].min(both[1]))
-        })
-        .collect();
-    tried.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (at, _) = *tried.first()?;
+    let error = |at: usize| {
+        let both = [&seen.camera, &one].map(|start| halves(start, &pairs, at, false).error);
+        both[0].min(both[1])
+    };
+    let at = parting(views.len(), error)?;
     let found = [&seen.camera, &one]
         .map(|start| halves(start, &pairs, at, true))
         .into_iter()

@@ -4,17 +4,20 @@ use super::{
     Fault,
     evidence::{Evidence, LEAST},
     finding::{Change, Proposal, Severity},
+    views::View,
 };
 use crate::{dataset::Correspondence, geometry::Point3, numeric::statistics::median};
+use std::collections::BTreeMap;
 
 pub(super) struct Duplicates;
 
 impl Fault for Duplicates {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = identical_cameras(evidence);
+        let named: Vec<Named> = evidence.views.iter().map(|view| named(evidence, view)).collect();
         for second in 0..evidence.views.len() {
             for first in 0..second {
-                if let Some(copy) = copied(evidence, first, second) {
+                if let Some(copy) = copied(evidence, (first, &named[first]), second) {
                     found.push(copy);
                     break;
                 }
@@ -61,29 +64,35 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
     found
 }
 
+/// Rows of a view by their points' names; the first one where several have a name.
+type Named<'a> = BTreeMap<&'a str, usize>;
+
+fn named<'a>(evidence: &Evidence<'a>, view: &View) -> Named<'a> {
+    let data = evidence.data;
+    let name = |row: &usize| Some((data.correspondences[*row].id.as_deref()?, *row));
+    view.rows.iter().rev().filter_map(name).collect()
+}
+
 /// A view whose pixels another view has too.
-fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> {
+fn copied(evidence: &Evidence, (first, names): (usize, &Named), second: usize) -> Option<Proposal> {
     let data = evidence.data;
     let (a, b) = (&evidence.views[first].rows, &evidence.views[second].rows);
-    let same_id = |row: usize, other: usize| {
-        data.correspondences[row].id.is_some()
-            && data.correspondences[row].id == data.correspondences[other].id
-    };
     let mut same_place = 0;
     let mut gaps = vec![Vec::new(); data.cameras];
-    let mut steps: Vec<f64> = Vec::new();
+    let mut places: Vec<(Point3, Point3)> = Vec::new();
     for (rank, row) in b.iter().enumerate() {
-        let named = a.iter().find(|other| same_id(*row, **other));
+        let own = &data.correspondences[*row];
+        let named = own.id.as_deref().and_then(|id| names.get(id));
         let other = named.or_else(|| a.get(rank).filter(|_| a.len() == b.len()));
         let Some(other) = other else { continue };
-        let (own, twin) = (&data.correspondences[*row], &data.correspondences[*other]);
+        let twin = &data.correspondences[*other];
         for ((p, q), gaps) in own.pixels.iter().zip(&twin.pixels).zip(&mut gaps) {
             if let (Some(p), Some(q)) = (p, q) {
                 gaps.push((p - q).norm());
             }
         }
         if let (Some(p), Some(q)) = (own.world, twin.world) {
-            steps.extend(visible_step(evidence, p, q));
+            places.push((p, q));
             same_place += usize::from((p - q).norm() < 1e-6 * evidence.frame.size);
         }
     }
@@ -96,7 +105,11 @@ fn copied(evidence: &Evidence, first: usize, second: usize) -> Option<Proposal> 
     // A chart at rest, photographed again, is seen within its noise.
     let noise = evidence.seen.iter().flatten().map(|seen| seen.typical).fold(1.0, f64::min);
     // Rounded pixels of places that hardly differ are the same by right.
-    let exact = gap < 1e-6 && (placed_alike || median(&steps) > 3.0);
+    let step = || {
+        let steps = places.iter().filter_map(|(p, q)| visible_step(evidence, *p, *q));
+        median(&steps.collect::<Vec<f64>>())
+    };
+    let exact = gap < 1e-6 && (placed_alike || step() > 3.0);
     if !(exact || placed_alike && gap < 2.5 * noise + 0.02) {
         return None;
     }

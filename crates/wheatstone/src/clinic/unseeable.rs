@@ -18,11 +18,16 @@ pub struct Statement {
 pub struct Layout {
     /// The camera, counted from 0.
     pub camera: usize,
-    /// Distance of its centre from the first camera's, in the data's unit.
+    /// Distance of its centre from the first camera's, in the data's unit; infinite where one of the two
+    /// is as good as at infinity.
     pub baseline: f64,
     /// In words, as the first camera's picture has it.
     pub words: String,
 }
+
+/// A camera farther away than so many times the points' median distance from their middle sees them within
+/// a thousandth of parallel projection.
+const AFFINE: f64 = 1e3;
 
 /// The cameras after the first, by what was fitted.
 pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
@@ -33,6 +38,19 @@ pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
         let between = (seen.camera.centre() - first.camera.centre()) * evidence.frame.size;
         let own = first.camera.rotation * between;
         let baseline = between.norm();
+        let at_infinity: Vec<String> = [(0, &first.camera), (camera, &seen.camera)]
+            .iter()
+            .filter(|(_, camera)| camera.centre().coords.norm() > AFFINE)
+            .map(|(camera, _)| format!("camera {}", camera + 1))
+            .collect();
+        if !at_infinity.is_empty() {
+            let words = format!(
+                "{} is as good as at infinity: its picture hardly shows which points are nearer, so that its distance cannot be told",
+                at_infinity.join(", and so is ")
+            );
+            all.push(Layout { camera, baseline: f64::INFINITY, words });
+            continue;
+        }
         let directions = [
             ("left of", "right of", own.x),
             ("above", "below", own.y),
@@ -65,7 +83,7 @@ fn short(value: f64) -> String {
 /// What is to be said of every set of data.
 pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
     let layout = layout(evidence);
-    let first = layout.first();
+    let first = layout.first().filter(|layout| layout.baseline.is_finite());
     let baseline = first.map_or_else(
         || "the distance of two cameras".to_owned(),
         |l| format!("that the cameras are {} {} apart", short(l.baseline), evidence.data.unit),
@@ -93,7 +111,8 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
 /// 0.01 is one percent. A finding where they differ by more, or where the data do not tell.
 #[must_use]
 pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> Option<Finding> {
-    let own = found.layout.first().map(|layout| layout.baseline);
+    let own =
+        found.layout.first().map(|layout| layout.baseline).filter(|length| length.is_finite());
     let ratio = own.map(|own| own / expected);
     if ratio.is_some_and(|ratio| (ratio - 1.0).abs() <= tolerance) {
         return None;

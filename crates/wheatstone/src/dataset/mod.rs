@@ -24,7 +24,7 @@ pub struct Correspondence {
     pub pixels: Vec<Option<Pixel>>,
     /// Where it is in the world, where that is known.
     pub world: Option<Point3>,
-    /// Where it is on a chart whose own place is not known.
+    /// Where it is on a chart whose own place is not known, or was found from these pixels.
     pub board: Option<[f64; 2]>,
 }
 

@@ -9,13 +9,17 @@ use super::{
     AnyReconstructor, CameraUncertainty, Fit,
     camera_start::{Lens, starts},
     fitted_cameras::{FittedCamera, FittedCameras},
+    found_charts,
 };
 use crate::{
     Error, Result,
     camera::AdjustableCamera,
     dataset::Dataset,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
-    numeric::levenberg_marquardt::{NormalEquations, Patience, minimise},
+    numeric::{
+        levenberg_marquardt::{NormalEquations, Patience, minimise},
+        random::Random,
+    },
     progress::Progress,
 };
 use nalgebra::Matrix3;
@@ -126,17 +130,17 @@ impl<L: AdjustableCamera> Placed<L> {
                 squares += error.norm_squared();
                 let Some(normal) = normal.as_deref_mut() else { continue };
                 let by_turn = -(by_point * turned.cross_matrix() * left);
-                for axis in 0..2 {
-                    let mut row = [0.0; MOST_UNKNOWNS];
-                    for (value, index) in row.iter_mut().zip(free) {
-                        *value = match index {
-                            0..3 => by_turn[(axis, *index)],
-                            3..POSE => by_point[(axis, index - 3)],
-                            _ => slopes[index - POSE][axis],
-                        };
-                    }
-                    normal.add(&row[..free.len()], error[axis]);
+                let mut rows = [[0.0; MOST_UNKNOWNS]; 2];
+                for (place, index) in free.iter().enumerate() {
+                    let [x, y] = match index {
+                        0..3 => [by_turn[(0, *index)], by_turn[(1, *index)]],
+                        3..POSE => [by_point[(0, index - 3)], by_point[(1, index - 3)]],
+                        _ => slopes[index - POSE],
+                    };
+                    (rows[0][place], rows[1][place]) = (x, y);
                 }
+                let used = free.len();
+                normal.add_pixel([&rows[0][..used], &rows[1][..used]], error.into());
             }
             Some(0.5 * squares)
         };
@@ -158,6 +162,12 @@ pub(super) struct Ladder {
 
 /// Steps that show where a start leads.
 pub(super) const SCOUTING: Patience = Patience { steps: 12, least_gain: 1e-3 };
+
+/// A step that gains less tells no more of which terms predict best.
+const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
+
+/// Points that show where a start leads, chosen at random: more cost time only.
+const SCOUTED: usize = 400;
 
 /// A step that gains less moves no unknown by a thousandth of its standard deviation.
 pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
@@ -186,7 +196,8 @@ impl Ladder {
     ) -> Result<Vec<Adjusted<L>>> {
         let carried =
             |rung: usize| rung == 0 || 2 * pairs.len() > POSE + self.rungs[rung].len() + 2;
-        let starts = starts::<L>(pairs, linear);
+        let few = some_of(pairs, SCOUTED);
+        let starts = starts::<L>(&few, linear);
         let mut found: Vec<Adjusted<L>> = Vec::with_capacity(self.rungs.len());
         for rung in (0..self.rungs.len()).filter(|rung| carried(*rung)) {
             let unknowns = self.unknowns(rung);
@@ -194,7 +205,7 @@ impl Ladder {
             let mut best: Option<Adjusted<L>> = None;
             for start in starts.iter().chain(&below) {
                 let start = start.without_others(&self.rungs[rung]);
-                let scouted = possible(start.adjust(&unknowns, pairs, SCOUTING, progress))?;
+                let scouted = possible(start.adjust(&unknowns, &few, SCOUTING, progress))?;
                 let better =
                     |new: &Adjusted<L>| best.as_ref().is_none_or(|old| new.squares < old.squares);
                 if let Some(scouted) = scouted.filter(better) {
@@ -202,7 +213,7 @@ impl Ladder {
                 }
             }
             let Some(scouted) = best else { continue };
-            let adjusted = scouted.camera.adjust(&unknowns, pairs, FINAL, progress);
+            let adjusted = scouted.camera.adjust(&unknowns, pairs, JUDGING, progress);
             found.extend(possible(adjusted)?);
         }
         Ok(found)
@@ -216,9 +227,10 @@ impl Ladder {
         progress: &dyn Progress,
     ) -> Result<Adjusted<L>> {
         let pairs = pairs_of(self.method, camera, self.points_needed(), train)?;
-        let linear = linear_camera(camera, &pairs)?;
+        // Ten times as many as decide: what lies on a plane is not to be a matter of chance.
+        let linear = linear_camera(camera, &some_of(&pairs, 10 * SCOUTED))?;
         let found = self.climb(&pairs, &linear, progress)?;
-        found
+        let best = found
             .into_iter()
             // A search may end in a lens that folds the picture over; such a lens explains nothing.
             .filter(|adjusted| adjusted.camera.sees_all(&pairs))
@@ -227,7 +239,8 @@ impl Ladder {
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, adjusted)| adjusted)
-            .ok_or_else(|| unexplained(self.method, camera))
+            .ok_or_else(|| unexplained(self.method, camera))?;
+        best.camera.adjust(&best.adjusted, &pairs, FINAL, progress)
     }
 
     /// Fits every camera on its own.
@@ -242,6 +255,18 @@ impl Ladder {
             .collect();
         assemble(found?, train)
     }
+}
+
+/// At most so many of the pairs, at random, always the same ones.
+fn some_of(pairs: &[(Point3, Pixel)], most: usize) -> Vec<(Point3, Pixel)> {
+    if pairs.len() <= most {
+        return pairs.to_vec();
+    }
+    let mut order: Vec<usize> = (0..pairs.len()).collect();
+    Random::new(pairs.len() as u64).shuffle(&mut order);
+    order.truncate(most);
+    order.sort_unstable();
+    order.into_iter().map(|index| pairs[index]).collect()
 }
 
 /// Akaike's criterion corrected for small samples, of normal errors of unknown variance; the
@@ -302,17 +327,26 @@ where
     let (mut squares, mut freedom) = (0.0, 0.0);
     let mut cameras = Vec::with_capacity(found.len());
     let mut uncertainty = Vec::with_capacity(found.len());
+    // Charts whose places were found have taken up as many equations as they have unknowns.
+    let beside = found_charts::unknowns(train) as f64 / train.cameras.max(1) as f64;
     for (index, Adjusted { camera, squares: own, adjusted }) in found.into_iter().enumerate() {
         let pairs = train.seen_by_camera(index);
         squares += own;
-        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64;
+        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside;
         let camera = FittedCamera::new(camera.model, camera.rotation, camera.translation);
-        let open = CameraUncertainty::new(&camera, &adjusted, &pairs);
+        let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
         uncertainty.push(open.ok_or_else(|| Error::Degenerate {
             problem: format!("what camera {} saw leaves it undetermined", index + 1),
             hint: "show it points at two or more distances that fill the picture".into(),
         })?);
         cameras.push(camera);
+    }
+    if let Some(all) = found_charts::covariance(&cameras, &uncertainty, train) {
+        let mut first = 0;
+        for open in &mut uncertainty {
+            open.take(&all, first);
+            first += open.numbers();
+        }
     }
     let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
     Ok(Fit::of(FittedCameras { cameras, uncertainty, pixel_sigma }))

@@ -7,10 +7,10 @@ use super::{
 };
 use crate::{
     camera::AdjustableCamera,
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, Vector3},
     numeric::covariance::{Covariance, LeastSquaresSpread},
 };
-use nalgebra::Matrix2;
+use nalgebra::{DMatrix, Matrix2, Matrix3};
 use serde::{Deserialize, Serialize};
 
 /// How far pixels lie from where a camera expects them, and how sure its adjusted numbers are.
@@ -26,26 +26,32 @@ pub struct CameraUncertainty {
     about: Point3,
     /// Of the adjusted numbers.
     covariance: Covariance,
+    /// With the numbers of all cameras before it, row by row, where charts whose places were found link
+    /// them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    shared: Vec<f64>,
 }
 
 impl CameraUncertainty {
-    /// Of a camera adjusted to `pairs`, the best fit for its `adjusted` numbers.
+    /// Of a camera adjusted to `pairs`, the best fit for its `adjusted` numbers; `beside` them so many
+    /// others were fitted to its pixels.
     pub(super) fn new<L: AdjustableCamera>(
         camera: &FittedCamera<L>,
-        adjusted: &[usize],
+        (adjusted, beside): (&[usize], f64),
         pairs: &[(Point3, Pixel)],
     ) -> Option<Self> {
-        let middle = pairs.iter().map(|(world, _)| world.coords).sum::<crate::geometry::Vector3>();
+        let middle = pairs.iter().map(|(world, _)| world.coords).sum::<Vector3>();
         let seen = pairs.iter().filter_map(|(world, pixel)| {
             Some((*pixel, (camera.project(*world)? - pixel).norm_squared()))
         });
         let mut rising = adjusted.to_vec();
         rising.sort_unstable();
         let mut found = Self {
-            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64),
+            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64 + beside),
             adjusted: rising,
             about: Point3::from(middle / pairs.len() as f64),
             covariance: Covariance::default(),
+            shared: Vec::new(),
         };
         let mut spread = LeastSquaresSpread::new(adjusted.len());
         for (world, pixel) in pairs {
@@ -69,11 +75,44 @@ impl CameraUncertainty {
             adjusted: Vec::new(),
             about: Point3::origin(),
             covariance: Covariance::default(),
+            shared: Vec::new(),
         }
     }
 
+    /// How many numbers were adjusted.
+    pub(super) fn numbers(&self) -> usize {
+        self.adjusted.len()
+    }
+
+    /// Takes its part of the covariance of all cameras' numbers, which begins at `first`.
+    pub(super) fn take(&mut self, all: &DMatrix<f64>, first: usize) {
+        let count = self.numbers();
+        self.covariance = Covariance::of(&all.view((first, first), (count, count)).into_owned());
+        let row = |row: usize| (0..first).map(move |column| all[(row, column)]);
+        self.shared = (first..first + count).flat_map(row).collect();
+    }
+
+    /// What it has in common with cameras before it, for right sides of a point's equations: of each
+    /// camera the derivatives of the point's right side by its numbers.
+    pub(super) fn shared_with(&self, own: &[Vector3], earlier: &[Vector3]) -> Matrix3<f64> {
+        let mut sum = Matrix3::zeros();
+        if self.shared.is_empty() {
+            return sum;
+        }
+        for (own, row) in own.iter().zip(self.shared.chunks_exact(earlier.len().max(1))) {
+            let other: Vector3 = earlier.iter().zip(row).map(|(other, value)| other * *value).sum();
+            sum += own * other.transpose();
+        }
+        sum + sum.transpose()
+    }
+
+    /// Whether it is linked with other cameras.
+    pub(super) fn is_linked(&self) -> bool {
+        !self.shared.is_empty()
+    }
+
     /// Derivatives of a world point's pixel by the adjusted numbers.
-    fn slopes<L: AdjustableCamera>(
+    pub(super) fn slopes<L: AdjustableCamera>(
         &self,
         camera: &FittedCamera<L>,
         world: Point3,
@@ -107,18 +146,16 @@ impl CameraUncertainty {
         Some(noise + self.covariance.of_two(&slopes[..self.adjusted.len()]))
     }
 
-    /// How many numbers were adjusted.
-    pub(super) fn unknowns(&self) -> usize {
-        self.adjusted.len()
-    }
-
-    /// Whether it can be that of a camera whose model has so many numbers.
-    pub(super) fn is_consistent(&self, numbers: usize) -> bool {
+    /// Whether it can be that of a camera whose model has so many numbers, after cameras with so many
+    /// adjusted ones.
+    pub(super) fn is_consistent(&self, numbers: usize, earlier: usize) -> bool {
         self.noise.is_consistent()
             && self.adjusted.len() <= MOST_UNKNOWNS
             && self.adjusted.windows(2).all(|pair| pair[0] < pair[1])
             && self.adjusted.iter().all(|index| *index < POSE + numbers)
             && self.about.iter().all(|value| value.is_finite())
             && self.covariance.is_sound(self.adjusted.len())
+            && (self.shared.is_empty() || self.shared.len() == self.numbers() * earlier)
+            && self.shared.iter().all(|value| value.is_finite())
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     camera::{AdjustableCamera, CameraModel},
     geometry::{Pixel, Point3, Pose, Ray, triangulation},
 };
-use nalgebra::{Matrix2x3, Matrix3, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// A camera somewhere in the world.
@@ -98,6 +98,32 @@ fn nearest_to(rays: impl Iterator<Item = Ray>) -> Option<Point3> {
     Some(Point3::from(matrix.cholesky()?.solve(&vector)))
 }
 
+impl<L: AdjustableCamera> FittedCameras<L> {
+    /// What cameras linked by charts add to the covariance of a point's right side, seen by the cameras
+    /// `places`.
+    fn shared(&self, point: Point3, places: &[usize], sights: &[Sight]) -> Option<Matrix3<f64>> {
+        if !self.uncertainty.iter().any(CameraUncertainty::is_linked) {
+            return Some(Matrix3::zeros());
+        }
+        let (mut earlier, mut sum) = (Vec::new(), Matrix3::zeros());
+        for (index, (camera, open)) in self.cameras.iter().zip(&self.uncertainty).enumerate() {
+            let seen = places.iter().position(|place| *place == index);
+            let own: Vec<Vector3<f64>> = match seen.and_then(|place| sights.get(place)) {
+                Some(sight) => {
+                    let slopes = open.slopes(camera, point)?;
+                    let turned = sight.slopes.transpose();
+                    let by = |slope: &[f64; 2]| turned * Vector2::from(*slope);
+                    slopes[..open.numbers()].iter().map(by).collect()
+                }
+                None => vec![Vector3::zeros(); open.numbers()],
+            };
+            sum += open.shared_with(&own, &earlier);
+            earlier.extend(own);
+        }
+        Some(sum)
+    }
+}
+
 impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
     fn cameras(&self) -> usize {
         self.cameras.len()
@@ -107,12 +133,15 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         let mut cameras = Vec::with_capacity(self.cameras.len());
         let mut seen = Vec::with_capacity(self.cameras.len());
         let mut rays = Vec::with_capacity(self.cameras.len());
-        for ((camera, open), pixel) in self.cameras.iter().zip(&self.uncertainty).zip(pixels) {
+        let mut places = Vec::with_capacity(self.cameras.len());
+        let all = self.cameras.iter().zip(&self.uncertainty).enumerate();
+        for ((index, (camera, open)), pixel) in all.zip(pixels) {
             // A pixel that no light can reach says nothing.
             let Some((pixel, ray)) = pixel.and_then(|p| Some((p, camera.ray(p)?))) else {
                 continue;
             };
             cameras.push((camera, open));
+            places.push(index);
             seen.push(pixel);
             rays.push(ray);
         }
@@ -126,7 +155,9 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
             Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
         };
         let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
-        Located::by_least_squares(found.point, &sights?)
+        let sights = sights?;
+        let shared = self.shared(found.point, &places, &sights)?;
+        Located::by_linked_cameras(found.point, &sights, shared)
     }
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
@@ -134,14 +165,17 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
     }
 
     fn unknowns(&self) -> Option<f64> {
-        let adjusted: usize = self.uncertainty.iter().map(CameraUncertainty::unknowns).sum();
+        let adjusted: usize = self.uncertainty.iter().map(CameraUncertainty::numbers).sum();
         Some(adjusted as f64 / (2 * self.cameras.len()) as f64)
     }
 
     fn is_consistent(&self) -> bool {
         // Far above rounding, far below anything a file could mean.
         const CROOKED: f64 = 1e-6;
+        let mut earlier = 0;
         let camera_holds = |(camera, open): (&FittedCamera<L>, &CameraUncertainty)| {
+            let before = earlier;
+            earlier += open.numbers();
             let Pose { rotation, translation } = &camera.camera_from_world;
             let square = rotation * rotation.transpose() - Matrix3::identity();
             let mut model = camera.model.clone();
@@ -149,7 +183,7 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
                 && rotation.determinant() > 0.0
                 && translation.iter().all(|value| value.is_finite())
                 && model.parameters_mut().iter().all(|value| value.is_finite())
-                && open.is_consistent(model.parameters_mut().len())
+                && open.is_consistent(model.parameters_mut().len(), before)
         };
         self.cameras.len() >= 2
             && self.uncertainty.len() == self.cameras.len()

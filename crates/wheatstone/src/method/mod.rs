@@ -11,6 +11,7 @@ mod camera_uncertainty;
 mod checks;
 pub mod dlt;
 mod fitted_cameras;
+mod found_charts;
 pub mod interpolation;
 pub mod kannala_brandt;
 mod matrix_uncertainty;

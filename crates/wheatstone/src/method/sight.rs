@@ -24,7 +24,17 @@ impl Located {
     /// nothing is assumed of the weights, so that cameras known unequally well may count alike.
     /// `None` where the rays do not determine a point.
     pub(super) fn by_least_squares(point: Point3, sights: &[Sight]) -> Option<Self> {
-        let (mut normal, mut errors) = (Matrix3::zeros(), Matrix3::zeros());
+        Self::by_linked_cameras(point, sights, Matrix3::zeros())
+    }
+
+    /// [`Located::by_least_squares`] where cameras err in common: `shared` is what that adds to the
+    /// covariance of the equations' right side.
+    pub(super) fn by_linked_cameras(
+        point: Point3,
+        sights: &[Sight],
+        shared: Matrix3<f64>,
+    ) -> Option<Self> {
+        let (mut normal, mut errors) = (Matrix3::zeros(), shared);
         let (mut plain, mut crossed) = (Matrix3::zeros(), Matrix3::zeros());
         let (mut squares, mut expected) = (0.0, 0.0);
         for Sight { pixel, predicted, slopes, spread, weight } in sights {

@@ -45,6 +45,22 @@ impl NormalEquations {
         }
     }
 
+    /// Adds the two residuals of a pixel, whose derivatives by the unknowns are `rows`.
+    pub fn add_pixel(&mut self, rows: [&[f64]; 2], residuals: [f64; 2]) {
+        let [first, second] = rows;
+        let count = first.len().min(second.len());
+        let mut columns = self.matrix.as_mut_slice().chunks_exact_mut(count.max(1));
+        for (column, gradient) in self.gradient.iter_mut().enumerate().take(count) {
+            let (a, b) = (first[column], second[column]);
+            *gradient += a * residuals[0] + b * residuals[1];
+            let Some(below) = columns.next() else { return };
+            let others = first[column..count].iter().zip(&second[column..count]);
+            for (sum, (p, q)) in below[column..].iter_mut().zip(others) {
+                *sum += a * p + b * q;
+            }
+        }
+    }
+
     /// Adds a residual that depends on some unknowns only: `(unknown, derivative)`, each once.
     pub fn add_sparse(&mut self, row: &[(usize, f64)], residual: f64) {
         for (column, value) in row {
@@ -134,6 +150,8 @@ pub fn minimise(
             problem: "the search for the best fit cannot begin: its start explains no point".into(),
             hint: "check the points for gross errors, such as exchanged columns".into(),
         })?;
+    // Most steps are good ones: what the next one needs is worked out with the cost.
+    let mut next = normal.clone();
     let (mut damping, mut growth) = (1e-3, 2.0);
     let mut steps = 0;
     let mut tries = 0;
@@ -144,7 +162,8 @@ pub fn minimise(
         let step = normal.damped(damping).map(|factors| -factors.solve(&normal.gradient));
         let tried = step.and_then(|step| {
             let moved: Vec<f64> = parameters.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
-            let reached = evaluate(&moved, None).filter(|reached| *reached < cost)?;
+            next.clear();
+            let reached = evaluate(&moved, Some(&mut next)).filter(|reached| *reached < cost)?;
             let diagonal = normal.matrix.diagonal().component_mul(&step);
             let promised = 0.5 * (damping * step.dot(&diagonal) - step.dot(&normal.gradient));
             Some((moved, reached, promised))
@@ -164,8 +183,8 @@ pub fn minimise(
         damping = damping.max(1e-16);
         growth = 2.0;
         parameters = moved;
-        normal.clear();
-        cost = evaluate(&parameters, Some(&mut normal)).unwrap_or(reached);
+        std::mem::swap(&mut normal, &mut next);
+        cost = reached;
         steps += 1;
         if gain <= patience.least_gain * cost {
             break;

@@ -88,6 +88,7 @@ impl Report {
             point_views: data.views.clone(),
             outliers: model.outliers.iter().map(outlier).collect(),
             stage: model.stage.iter().map(stage).collect(),
+            placed: model.placed.clone(),
             findings: model.findings.iter().map(finding).collect(),
             ..Self::empty(&material.title, &model.unit)
         };

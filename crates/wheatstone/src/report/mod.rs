@@ -29,7 +29,7 @@ pub use sections::{
     PointFigures, StageFigures, Verdict, ViewFigures,
 };
 
-use crate::{Error, Result, storage};
+use crate::{Error, Result, preparation::Placed, storage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -87,6 +87,9 @@ pub struct Report {
     pub outliers: Vec<OutlierFigures>,
     /// How far charts stood from where they were said to stand.
     pub stage: Vec<StageFigures>,
+    /// Where charts of unknown place were found to have stood, where there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placed: Option<Placed>,
     /// Faults of the data.
     pub findings: Vec<FindingFigures>,
     /// Claims that were tested.
@@ -173,6 +176,7 @@ impl Report {
             budget: Vec::new(),
             outliers: Vec::new(),
             stage: Vec::new(),
+            placed: None,
             findings: Vec::new(),
             claims: Vec::new(),
             points: Vec::new(),

@@ -46,17 +46,21 @@ pub(super) fn nothing_stands_out(start: &Start) -> Option<f64> {
 fn neighbours(places: &[[f64; 3]], members: &[usize]) -> Vec<Vec<usize>> {
     let step = members.len().div_ceil(MOST_NEIGHBOURS).max(1);
     let members: Vec<usize> = members.iter().copied().step_by(step).collect();
+    let known: Vec<([f64; 3], usize)> =
+        members.into_iter().map(|index| (places[index], index)).collect();
     let of = |(index, place): (usize, &[f64; 3])| {
-        let distance = |other: usize| -> f64 {
-            (0..3).map(|axis| (place[axis] - places[other][axis]).powi(2)).sum()
-        };
-        let others = members.iter().copied().filter(|other| *other != index);
-        let mut near: Vec<(f64, usize)> = others.map(|other| (distance(other), other)).collect();
-        if near.len() > NEIGHBOURS {
-            near.select_nth_unstable_by(NEIGHBOURS, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            near.truncate(NEIGHBOURS);
+        // The nearest so far, in rising order: of thousands hardly any get in.
+        let mut near = [(f64::INFINITY, usize::MAX); NEIGHBOURS];
+        for (other, name) in &known {
+            let square: f64 =
+                place.iter().zip(other).map(|(own, other)| (own - other) * (own - other)).sum();
+            if square < near[NEIGHBOURS - 1].0 && *name != index {
+                let rank = near.partition_point(|(nearer, _)| *nearer <= square);
+                near[rank..].rotate_right(1);
+                near[rank] = (square, *name);
+            }
         }
-        near.into_iter().map(|(_, other)| other).collect()
+        near.iter().map(|(_, name)| *name).filter(|name| *name != usize::MAX).collect()
     };
     places.par_iter().enumerate().map(of).collect()
 }

@@ -6,7 +6,7 @@
 //! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
-use super::loss::Loss;
+use super::{loss::Loss, sums::ViewSums};
 use crate::{
     Error, Result,
     camera::AdjustableCamera,
@@ -21,6 +21,17 @@ pub(super) const POSE: usize = 6;
 
 /// What every camera saw of one view: the chart's points in its own frame, with pixels, a camera.
 pub(super) type Shot = Vec<Vec<(Point3, Pixel)>>;
+
+/// At most so many points of what each camera saw of a view, spread evenly over the list.
+pub(super) fn thinned(shots: &[Shot], most: usize) -> Vec<Shot> {
+    let few = |seen: &Vec<(Point3, Pixel)>| -> Vec<(Point3, Pixel)> {
+        if seen.len() <= most {
+            return seen.clone();
+        }
+        (0..most).map(|index| seen[index * seen.len() / most]).collect()
+    };
+    shots.iter().map(|shot| shot.iter().map(few).collect()).collect()
+}
 
 /// A camera at its place.
 #[derive(Clone, Debug)]
@@ -47,49 +58,6 @@ pub(super) struct Bundle<'a> {
     pub(super) loss: Loss,
 }
 
-/// Sums of one view.
-struct ViewSums {
-    cost: f64,
-    /// By cameras' unknowns: one block a camera.
-    own: Vec<(DMatrix<f64>, DVector<f64>)>,
-    /// Cameras' unknowns by the chart's.
-    mixed: DMatrix<f64>,
-    chart: Matrix6<f64>,
-    chart_gradient: Vector6<f64>,
-}
-
-impl ViewSums {
-    /// Adds an error of a camera (and the first of its unknowns), whose derivatives by the camera's
-    /// unknowns are `row`, and by the chart's, where that may move, `chart`.
-    fn add(
-        &mut self,
-        (camera, first): (usize, usize),
-        row: &[f64],
-        chart: Option<Vector6<f64>>,
-        (weight, error): (f64, f64),
-    ) {
-        let (own, gradient) = &mut self.own[camera];
-        for (a, value) in row.iter().enumerate() {
-            let weighted = weight * value;
-            gradient[a] += weighted * error;
-            for (b, other) in row.iter().enumerate().skip(a) {
-                own[(b, a)] += weighted * other;
-            }
-        }
-        let Some(chart) = chart else { return };
-        for (a, value) in row.iter().enumerate() {
-            for k in 0..POSE {
-                self.mixed[(first + a, k)] += weight * value * chart[k];
-            }
-        }
-        self.chart.ger(weight, &chart, &chart, 1.0);
-        self.chart_gradient += chart * (weight * error);
-    }
-}
-
-/// What a point that no camera can see costs, in pixels: as much as a gross error.
-const UNSEEN: f64 = 1e3;
-
 /// How an adjustment ended.
 #[derive(Clone, Debug)]
 pub(super) struct Adjusted<L> {
@@ -114,85 +82,23 @@ impl<'a> Bundle<'a> {
         self.free[..camera].iter().map(Vec::len).sum()
     }
 
-    fn cost<L: AdjustableCamera + Sync>(&self, state: &State<L>) -> f64 {
-        let views: Vec<f64> = (0..self.shots.len())
-            .into_par_iter()
-            .map(|view| {
-                let mut cost = 0.0;
-                for (camera, seen) in state.cameras.iter().zip(&self.shots[view]) {
-                    let pose = camera.camera_from_world.after(&state.charts[view]);
-                    let mut slopes = vec![[0.0; 2]; camera.lens.clone().parameters_mut().len()];
-                    for (place, pixel) in seen {
-                        let point = pose.transform(*place);
-                        let square = match camera.lens.project_with_slopes(point, &mut slopes) {
-                            Some((at, _)) => (at - pixel).norm_squared(),
-                            None => UNSEEN * UNSEEN,
-                        };
-                        cost += self.loss.of(square).0;
-                    }
-                }
-                cost
-            })
-            .collect();
-        views.iter().sum()
-    }
-
-    fn view_sums<L: AdjustableCamera>(&self, state: &State<L>, view: usize) -> ViewSums {
-        let mut sums = ViewSums {
-            cost: 0.0,
-            own: self
-                .free
-                .iter()
-                .map(|f| (DMatrix::zeros(f.len(), f.len()), DVector::zeros(f.len())))
-                .collect(),
-            mixed: DMatrix::zeros(self.unknowns(), POSE),
-            chart: Matrix6::zeros(),
-            chart_gradient: Vector6::zeros(),
-        };
-        let world_from_chart = &state.charts[view];
-        for (index, (camera, seen)) in state.cameras.iter().zip(&self.shots[view]).enumerate() {
-            let free = &self.free[index];
-            let first = self.first(index);
-            let mut slopes = vec![[0.0; 2]; camera.lens.clone().parameters_mut().len()];
-            let mut row = vec![0.0; free.len()];
-            let turn = camera.camera_from_world.rotation;
-            for (place, pixel) in seen {
-                let turned = world_from_chart.rotation * place.coords;
-                let world = turned + world_from_chart.translation;
-                let in_camera = turn * world;
-                let point = Point3::from(in_camera + camera.camera_from_world.translation);
-                let Some((at, by_point)) = camera.lens.project_with_slopes(point, &mut slopes)
-                else {
-                    sums.cost += self.loss.of(UNSEEN * UNSEEN).0;
-                    continue;
-                };
-                let error = at - pixel;
-                let (cost, weight) = self.loss.of(error.norm_squared());
-                sums.cost += cost;
-                let by_own_turn = -(by_point * in_camera.cross_matrix());
-                let by_place = by_point * turn;
-                let by_chart_turn = -(by_place * turned.cross_matrix());
-                for axis in 0..2 {
-                    for (value, unknown) in row.iter_mut().zip(free) {
-                        *value = match unknown {
-                            0..3 => by_own_turn[(axis, *unknown)],
-                            3..POSE => by_point[(axis, unknown - 3)],
-                            _ => slopes[unknown - POSE][axis],
-                        };
-                    }
-                    let [turn, place] = [by_chart_turn.row(axis), by_place.row(axis)];
-                    let chart = Vector6::from_iterator(turn.iter().chain(place.iter()).copied());
-                    let chart = self.loose[view].then_some(chart);
-                    sums.add((index, first), &row, chart, (weight, error[axis]));
-                }
-            }
-        }
-        sums
+    /// Half the weighted sum of squares at a state.
+    pub(super) fn cost<L: AdjustableCamera + Sync>(&self, state: &State<L>) -> f64 {
+        self.sums(state).cost
     }
 
     fn sums<L: AdjustableCamera + Sync>(&self, state: &State<L>) -> Whole {
-        let views: Vec<ViewSums> =
-            (0..self.shots.len()).into_par_iter().map(|view| self.view_sums(state, view)).collect();
+        // A view takes some microseconds: fewer are not worth another core.
+        const TOGETHER: usize = 4;
+        let first: Vec<usize> = (0..self.free.len()).map(|camera| self.first(camera)).collect();
+        let views: Vec<ViewSums> = (0..self.shots.len())
+            .into_par_iter()
+            .with_min_len(TOGETHER)
+            .map(|view| {
+                let chart = (&state.charts[view], self.loose[view]);
+                ViewSums::of((&self.shots[view], &state.cameras), chart, (&self.free, self.loss))
+            })
+            .collect();
         let count = self.unknowns();
         let mut whole = Whole {
             cost: 0.0,
@@ -202,12 +108,8 @@ impl<'a> Bundle<'a> {
         };
         for view in &views {
             whole.cost += view.cost;
-            for (camera, (own, gradient)) in view.own.iter().enumerate() {
-                let (first, size) = (self.first(camera), gradient.len());
-                let mut block = whole.cameras.view_mut((first, first), (size, size));
-                block += own;
-                let mut rows = whole.gradient.rows_mut(first, size);
-                rows += gradient;
+            for (own, first) in view.own.iter().zip(&first) {
+                own.add_to(&mut whole.cameras, &mut whole.gradient, *first);
             }
         }
         whole.cameras.fill_upper_triangle_with_lower_triangle();
@@ -236,16 +138,17 @@ impl<'a> Bundle<'a> {
                 continue;
             };
             let tried = self.moved(&state, &step);
-            let cost = self.cost(&tried);
-            if cost.is_finite() && cost < whole.cost {
-                let gain = whole.cost - cost;
+            // Most steps are good ones: what the next one needs is worked out with the cost.
+            let next = self.sums(&tried);
+            if next.cost.is_finite() && next.cost < whole.cost {
+                let gain = whole.cost - next.cost;
                 let expected = step.expected(&whole, damping);
                 let quality = if expected > 0.0 { (gain / expected).min(1.0) } else { 0.5 };
                 damping *= (1.0 - (2.0 * quality - 1.0).powi(3)).max(1.0 / 3.0);
                 raise = 2.0;
                 let done = gain < least_gain * whole.cost;
                 state = tried;
-                whole = self.sums(&state);
+                whole = next;
                 if done {
                     break;
                 }
@@ -307,7 +210,7 @@ impl<'a> Bundle<'a> {
                 if !loose {
                     return Matrix6::zeros();
                 }
-                let carried = inverse * view.mixed.transpose();
+                let carried = inverse * view.mixed_matrix().transpose();
                 let through: Matrix6<f64> =
                     (&carried * &open * carried.transpose()).fixed_view::<6, 6>(0, 0).into_owned();
                 (inverse + through) * (sigma * sigma)
@@ -366,20 +269,21 @@ impl Whole {
                 chart[(k, k)] *= 1.0 + damping;
             }
             let inverse = chart.cholesky()?.inverse();
-            let carried = &view.mixed * inverse;
-            matrix -= &carried * view.mixed.transpose();
-            right += &carried * view.chart_gradient;
+            view.eliminate(&inverse, &mut matrix, &mut right);
             inverses.push(inverse);
         }
+        matrix.fill_upper_triangle_with_lower_triangle();
         Some((inverses, matrix, right))
     }
 
     fn step(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
         let (inverses, matrix, right) = self.reduced(bundle, damping)?;
         let cameras = if right.is_empty() { right } else { matrix.cholesky()?.solve(&right) };
-        let charts = self.views.iter().zip(&inverses).map(|(view, inverse)| {
-            -(inverse * (view.chart_gradient + view.mixed.transpose() * &cameras))
-        });
+        let charts = self
+            .views
+            .iter()
+            .zip(&inverses)
+            .map(|(view, inverse)| -(inverse * (view.chart_gradient + view.carried(&cameras))));
         let charts: Vec<Vector6<f64>> = charts.collect();
         cameras.iter().all(|value| value.is_finite()).then_some(Step { cameras, charts })
     }

@@ -16,6 +16,7 @@ mod loss;
 mod planar;
 mod rig;
 mod scale;
+mod sums;
 
 use crate::{
     Error, Result,

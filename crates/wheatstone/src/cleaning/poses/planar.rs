@@ -7,11 +7,11 @@
 use super::bundle::{Posed, Shot, State};
 use crate::{
     camera::pinhole::Pinhole,
-    geometry::{Homography, Pixel, Point3, Pose, Vector3},
+    geometry::{Pixel, Point3, Pose, Vector3},
     method::Lens,
     numeric::statistics::{mean, median},
 };
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// A chart is placed by as many points or more.
 pub(super) const LEAST: usize = 6;
@@ -52,22 +52,62 @@ pub(super) fn place<L: Lens>(lens: &L, seen: &[(Point3, Pixel)]) -> Option<Pose>
     if flat.len() < LEAST {
         return None;
     }
-    let first = Homography::fit(&flat)?;
-    let error = |map: &Homography, pair: &(Pixel, Pixel)| {
-        map.map(pair.0).map_or(f64::INFINITY, |at| (at - pair.1).norm())
+    let first = plane_map(&flat)?;
+    let error = |map: &Matrix3<f64>, (from, to): &(Pixel, Pixel)| {
+        let at = map * from.to_homogeneous();
+        let off = Pixel::new(at.x / at.z, at.y / at.z) - to;
+        if off.x.is_finite() && off.y.is_finite() { off.norm() } else { f64::INFINITY }
     };
     // Gross errors bend the map; the worst go, and it is made anew.
     let errors: Vec<f64> = flat.iter().map(|pair| error(&first, pair)).collect();
     let most = 4.0 * median(&errors);
     let kept: Vec<(Pixel, Pixel)> =
         flat.iter().zip(&errors).filter(|(_, e)| **e <= most).map(|(pair, _)| *pair).collect();
-    let map = if kept.len() >= LEAST { Homography::fit(&kept).unwrap_or(first) } else { first };
-    pose_of(&map)
+    let spoilt = kept.len() < flat.len() && kept.len() >= LEAST;
+    pose_of(&if spoilt { plane_map(&kept).unwrap_or(first) } else { first })
+}
+
+/// The map between planes that takes each first place nearest to its second, by the normal equations
+/// of the direct linear transformation: less exact than [`crate::geometry::Homography::fit`], quick,
+/// and good enough to begin with.
+fn plane_map(pairs: &[(Pixel, Pixel)]) -> Option<Matrix3<f64>> {
+    let [from, to] = [
+        about_middle(pairs.iter().map(|pair| pair.0))?,
+        about_middle(pairs.iter().map(|pair| pair.1))?,
+    ];
+    let mut matrix = SMatrix::<f64, 8, 8>::zeros();
+    let mut right = SVector::<f64, 8>::zeros();
+    for (a, b) in pairs {
+        let (a, b) = (from.transform_point(a), to.transform_point(b));
+        let rows = [
+            ([a.x, a.y, 1.0, 0.0, 0.0, 0.0, -b.x * a.x, -b.x * a.y], b.x),
+            ([0.0, 0.0, 0.0, a.x, a.y, 1.0, -b.y * a.x, -b.y * a.y], b.y),
+        ];
+        for (row, value) in rows {
+            let row = SVector::<f64, 8>::from(row);
+            matrix.ger(1.0, &row, &row, 1.0);
+            right += row * value;
+        }
+    }
+    let h = matrix.cholesky()?.solve(&right);
+    // The middle of the points is never on the horizon: its weight is 1.
+    let map = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
+    Some(to.try_inverse()? * map * from)
+}
+
+/// Brings points to mean 0 and a root mean square distance of 1.
+fn about_middle(points: impl Iterator<Item = Pixel> + Clone) -> Option<Matrix3<f64>> {
+    let count = points.clone().count() as f64;
+    let middle = points.clone().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / count;
+    let square = points.map(|p| (p.coords - middle).norm_squared()).sum::<f64>() / count;
+    let scale = 1.0 / square.sqrt();
+    let shift = -middle * scale;
+    scale.is_finite().then(|| Matrix3::new(scale, 0.0, shift.x, 0.0, scale, shift.y, 0.0, 0.0, 1.0))
 }
 
 /// The pose whose plane z = 0 a map takes to the plane at distance one.
-fn pose_of(map: &Homography) -> Option<Pose> {
-    let [a, b, c] = [0, 1, 2].map(|column| map.0.column(column).into_owned());
+fn pose_of(map: &Matrix3<f64>) -> Option<Pose> {
+    let [a, b, c] = [0, 1, 2].map(|column| map.column(column).into_owned());
     let scale = 2.0 / (a.norm() + b.norm());
     let scale = if c.z < 0.0 { -scale } else { scale };
     let (a, b, translation): (Vector3, Vector3, Vector3) = (a * scale, b * scale, c * scale);

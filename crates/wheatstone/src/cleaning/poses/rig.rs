@@ -2,7 +2,7 @@
 
 use super::{
     Choice, Gathered,
-    bundle::{Adjusted, Bundle, POSE, Posed, Shot, State, lost},
+    bundle::{Adjusted, Bundle, POSE, Posed, Shot, State, lost, thinned},
     loss::Loss,
     planar::{self, LEAST, view_error},
 };
@@ -16,10 +16,16 @@ use crate::{
 use rayon::prelude::*;
 
 /// Steps, and the least gain (of the cost) that is worth another: while a start is tried, while all
-/// cameras are brought together, and at the end.
+/// cameras are brought together, while it is asked which terms predict best, and at the end.
 const SCOUTING: (usize, f64) = (25, 1e-3);
 const JOINING: (usize, f64) = (40, 1e-4);
+const JUDGING: (usize, f64) = (100, 1e-6);
 const FINAL: (usize, f64) = (100, 1e-8);
+
+/// Views that tell where one camera's search begins, and points of each: more cost time, and the
+/// adjustment of everything follows.
+const SCOUTED_VIEWS: usize = 20;
+const SCOUTED: usize = 24;
 
 /// Which of a lens's numbers may change, from few to many; the focal lengths and the principal point,
 /// the first four, always may.
@@ -70,13 +76,13 @@ fn alone<L: Terms>(
     camera: usize,
     progress: &dyn Progress,
 ) -> Result<Option<Adjusted<L>>> {
-    let own: Vec<Shot> = shots.iter().map(|shot| vec![shot[camera].clone()]).collect();
-    let loose: Vec<bool> = own.iter().map(|shot| shot[0].len() >= LEAST).collect();
-    let kept: Vec<Shot> = own
-        .into_iter()
-        .zip(&loose)
-        .map(|(shot, loose)| if *loose { shot } else { vec![Vec::new()] })
-        .collect();
+    let seen: Vec<usize> =
+        (0..shots.len()).filter(|view| shots[*view][camera].len() >= LEAST).collect();
+    let few = seen.len().min(SCOUTED_VIEWS);
+    let scouted: Vec<usize> = (0..few).map(|index| seen[index * seen.len() / few]).collect();
+    let own: Vec<Shot> = scouted.iter().map(|view| vec![shots[*view][camera].clone()]).collect();
+    let kept = thinned(&own, SCOUTED);
+    let loose = vec![true; kept.len()];
     let mut best: Option<Adjusted<L>> = None;
     for start in planar::starts::<L>(&kept, 0) {
         let mut state = start;
@@ -99,7 +105,32 @@ fn alone<L: Terms>(
             best = Some(Adjusted { state, cost });
         }
     }
-    Ok(best)
+    Ok(best.map(|found| Adjusted {
+        state: with_all_views(found.state, shots, camera, &scouted),
+        ..found
+    }))
+}
+
+/// One camera's state with the charts of all views that it saw, where it was found from some.
+fn with_all_views<L: Lens>(
+    mut state: State<L>,
+    shots: &[Shot],
+    camera: usize,
+    scouted: &[usize],
+) -> State<L> {
+    let mut charts = vec![Pose::default(); shots.len()];
+    for (view, chart) in scouted.iter().zip(&state.charts) {
+        charts[*view] = *chart;
+    }
+    let lens = &state.cameras[0].lens;
+    let missing = charts.iter_mut().zip(thinned(shots, SCOUTED)).enumerate();
+    for (_, (chart, shot)) in missing.filter(|(view, _)| !scouted.contains(view)) {
+        if let Some(pose) = planar::place(lens, &shot[camera]) {
+            *chart = pose;
+        }
+    }
+    state.charts = charts;
+    state
 }
 
 /// All cameras in the first one's frame, each chart where the cameras placed so far see it.
@@ -181,10 +212,6 @@ pub(super) fn refine<L: Terms>(
     state: State<L>,
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
-    let free = |terms: &[usize]| -> Vec<Vec<usize>> {
-        let first_is_fixed = gathered.fixed.iter().all(|fixed| !fixed);
-        (0..gathered.cameras).map(|camera| unknowns(terms, camera > 0 || !first_is_fixed)).collect()
-    };
     let loose: Vec<bool> = (0..gathered.shots.len())
         .map(|view| {
             !gathered.fixed[view] && gathered.shots[view].iter().any(|seen| seen.len() >= LEAST)
@@ -204,19 +231,41 @@ pub(super) fn refine<L: Terms>(
         .collect();
     let last = L::RUNGS[L::RUNGS.len() - 1];
     let mut state = state;
-    for terms in [L::RUNGS[0], last, last] {
-        let loss = Loss::Cauchy(scale(&errors(&state, &usable)));
-        let bundle = Bundle { shots: &usable, loose: &loose, free: free(terms), loss };
+    // Few points bring cameras together as well as all do.
+    let few = thinned(&usable, SCOUTED);
+    for terms in [L::RUNGS[0], last] {
+        let loss = Loss::Cauchy(scale(&errors(&state, &few)));
+        let free = free(gathered, terms);
+        let bundle = Bundle { shots: &few, loose: &loose, free, loss };
         state = bundle.adjust(state, JOINING, progress)?.state;
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
+    chosen(gathered, &state, (clean, loose), progress)
+}
+
+/// Each camera's unknowns that may change; the first one's pose does not where no place is known.
+fn free(gathered: &Gathered, terms: &[usize]) -> Vec<Vec<usize>> {
+    let first_is_fixed = gathered.fixed.iter().all(|fixed| !fixed);
+    (0..gathered.cameras).map(|camera| unknowns(terms, camera > 0 || !first_is_fixed)).collect()
+}
+
+/// The best state of all points, with as many terms as predict best.
+fn chosen<L: Terms>(
+    gathered: &Gathered,
+    state: &State<L>,
+    (clean, loose): (Vec<Shot>, Vec<bool>),
+    progress: &dyn Progress,
+) -> Result<Choice<L>> {
     let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
     let mut best: Option<(f64, Choice<L>)> = None;
+    let few = thinned(&clean, SCOUTED);
     for terms in rungs {
-        let bundle =
-            Bundle { shots: &clean, loose: &loose, free: free(terms), loss: Loss::Squares };
-        let start = without_others(&state, terms);
-        let found = bundle.adjust(start, FINAL, progress)?;
+        let free = free(gathered, terms);
+        let of = |shots| Bundle { shots, loose: &loose, free: free.clone(), loss: Loss::Squares };
+        let start = without_others(state, terms);
+        let near = of(&few).adjust(start, JOINING, progress)?;
+        let bundle = of(&clean);
+        let found = bundle.adjust(near.state, JUDGING, progress)?;
         let points: usize = clean.iter().flatten().map(Vec::len).sum();
         let count = bundle.free.iter().map(Vec::len).sum::<usize>()
             + POSE * loose.iter().filter(|l| **l).count();
@@ -224,21 +273,26 @@ pub(super) fn refine<L: Terms>(
         let worth = information(2.0 * found.cost, points, count);
         if best.as_ref().is_none_or(|(least, _)| worth < *least) {
             let sigma = (2.0 * found.cost / freedom).sqrt();
-            let charts = bundle.chart_covariances(&found.state, sigma);
             let choice = Choice {
                 state: found.state,
                 terms,
-                clean: clean.clone(),
-                loose: loose.clone(),
+                clean: Vec::new(),
+                loose: Vec::new(),
                 cost: found.cost,
                 sigma,
                 points,
-                charts,
+                charts: None,
             };
             best = Some((worth, choice));
         }
     }
-    best.map(|(_, choice)| choice).ok_or_else(lost)
+    let (_, choice) = best.ok_or_else(lost)?;
+    let free = free(gathered, choice.terms);
+    let bundle = Bundle { shots: &clean, loose: &loose, free, loss: Loss::Squares };
+    let found = bundle.adjust(choice.state, FINAL, progress)?;
+    let charts = bundle.chart_covariances(&found.state, choice.sigma);
+    let Adjusted { state, cost } = found;
+    Ok(Choice { state, cost, charts, clean, loose, ..choice })
 }
 
 fn without_others<L: Terms>(state: &State<L>, terms: &[usize]) -> State<L> {

@@ -4,7 +4,7 @@
 
 use super::{
     Choice,
-    bundle::Bundle,
+    bundle::{Bundle, Shot, thinned},
     gather::Gathered,
     loss::Loss,
     rig::{Terms, unknowns},
@@ -20,6 +20,9 @@ const FLAT: f64 = 1e-2;
 
 /// Five standard deviations.
 const CLEARLY: f64 = 25.0;
+
+/// Points of what each camera saw of a view that are asked first.
+const ASKED: usize = 16;
 
 /// Charts whose normals spread by less than this many degrees about their mean are held for parallel:
 /// what little such tilts tell, a bent board or a lens's terms could feign.
@@ -71,35 +74,51 @@ pub(super) fn check<L: Terms>(
             "the chart's normals spread by {spread:.2} degrees only, known to {sigma:.2}"
         )));
     }
-    let held: Vec<usize> = choice.terms.iter().copied().filter(|term| *term >= 2).collect();
-    let free = (0..gathered.cameras)
-        .map(|camera| unknowns(&held, camera > 0 || gathered.has_known()))
-        .collect();
-    let bundle = Bundle { shots: &choice.clean, loose: &choice.loose, free, loss: Loss::Squares };
     let variance = (choice.sigma * choice.sigma).max(1e-12);
+    // Few points that tell focal lengths apart are enough; only where they do not are all asked.
+    let few = thinned(&choice.clean, ASKED);
     for share in OTHERS {
-        let mut state = choice.state.clone();
-        for camera in &mut state.cameras {
-            for value in camera.lens.parameters_mut().into_iter().take(2) {
-                *value *= share;
-            }
+        let worse = |shots: &[Shot]| worse(gathered, choice, (shots, share), progress);
+        if worse(&few)? / variance >= CLEARLY {
+            continue;
         }
-        // Distances go along with focal lengths.
-        let first = choice.state.cameras[0].camera_from_world;
-        for (chart, _) in state.charts.iter_mut().zip(&choice.loose).filter(|(_, loose)| **loose) {
-            chart.translation += first.inverse().rotation
-                * Vector3::z()
-                * ((share - 1.0) * first.transform(chart.translation.into()).z);
-        }
-        let other = bundle.adjust(state, (60, 1e-5), progress)?;
-        let worse = 2.0 * (other.cost - choice.cost) / variance;
-        if worse < CLEARLY {
+        let all = worse(&choice.clean)? / variance;
+        if all < CLEARLY {
             return Err(parallel(format!(
-                "{share} times the focal lengths explain the pixels as well (chi-square {worse:.1} worse)"
+                "{share} times the focal lengths explain the pixels as well (chi-square {all:.1} worse)"
             )));
         }
     }
     Ok(())
+}
+
+/// By how much the least sum of squares grows for a share of the focal lengths that were found.
+fn worse<L: Terms>(
+    gathered: &Gathered,
+    choice: &Choice<L>,
+    (shots, share): (&[Shot], f64),
+    progress: &dyn Progress,
+) -> Result<f64> {
+    let held: Vec<usize> = choice.terms.iter().copied().filter(|term| *term >= 2).collect();
+    let free = (0..gathered.cameras)
+        .map(|camera| unknowns(&held, camera > 0 || gathered.has_known()))
+        .collect();
+    let bundle = Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares };
+    let mut state = choice.state.clone();
+    for camera in &mut state.cameras {
+        for value in camera.lens.parameters_mut().into_iter().take(2) {
+            *value *= share;
+        }
+    }
+    // Distances go along with focal lengths.
+    let first = choice.state.cameras[0].camera_from_world;
+    for (chart, _) in state.charts.iter_mut().zip(&choice.loose).filter(|(_, loose)| **loose) {
+        chart.translation += first.inverse().rotation
+            * Vector3::z()
+            * ((share - 1.0) * first.transform(chart.translation.into()).z);
+    }
+    let other = bundle.adjust(state, (60, 1e-5), progress)?;
+    Ok(2.0 * (other.cost - bundle.cost(&choice.state)))
 }
 
 fn parallel(evidence: String) -> Error {

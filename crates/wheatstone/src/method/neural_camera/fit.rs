@@ -9,7 +9,9 @@ use super::{
         DIFFERENCE, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS,
     },
     loose::LooseCharts,
+    motions::Motions,
 };
+
 use crate::{
     Error, Result,
     geometry::{Pixel, Point3, ProjectionMatrix},
@@ -210,8 +212,9 @@ impl State<'_> {
         let shifted = self.lens.shifted();
         let numbers = self.numbers();
         let mut field = DMatrix::zeros(points, functions);
-        let mut lens = [0, 1].map(|_| DMatrix::zeros(points, numbers.len()));
+        let mut lens = [0, 1].map(|_| DMatrix::zeros(points, PARAMETERS));
         let mut errors = [0, 1].map(|_| DVector::zeros(points));
+        let mut motions = Motions::default();
         for (row, (world, pixel)) in self.placed().enumerate() {
             let seen = self.lens.project(world)?;
             let values = self.field.values(seen.pixel, seen.nearness);
@@ -219,32 +222,38 @@ impl State<'_> {
             let slopes = Lens::slopes_by_parameters(&shifted, world)?;
             let sum = self.field.sum(&values, &self.weights);
             let slopes = displaced(&slopes, &sum);
+            for axis in 0..2 {
+                lens[axis].view_mut((row, 0), (1, PARAMETERS)).copy_from(&slopes.row(axis));
+                errors[axis][row] = pixel[axis] - seen.pixel[axis];
+            }
             let by_chart = self.charts.as_ref().and_then(|charts| {
                 let by_world = [0, 1].map(|axis: usize| {
                     seen.slopes.row(axis).transpose() + chained(&sum[axis], &seen)
                 });
                 charts.slopes(row, world, &by_world)
             });
-            for axis in 0..2 {
-                lens[axis].view_mut((row, 0), (1, PARAMETERS)).copy_from(&slopes.row(axis));
-                if let Some((first, by_chart)) = &by_chart {
-                    by_chart[axis].iter().enumerate().for_each(|(index, slope)| {
-                        lens[axis][(row, PARAMETERS + first + index)] = *slope;
-                    });
-                }
-                errors[axis][row] = pixel[axis] - seen.pixel[axis];
-            }
+            motions.rows.extend(by_chart.map(|(first, slopes)| (row, first, slopes)));
         }
-        Some(Sums {
+        let mut sums = Sums {
             field: field.tr_mul(&field),
-            mixed: [field.tr_mul(&lens[0]), field.tr_mul(&lens[1])],
+            mixed: [0, 1].map(|axis| {
+                let width = numbers.len() - PARAMETERS;
+                field.tr_mul(&lens[axis]).resize_horizontally(PARAMETERS + width, 0.0)
+            }),
             field_errors: [field.tr_mul(&errors[0]), field.tr_mul(&errors[1])],
-            lens: lens[0].tr_mul(&lens[0]) + lens[1].tr_mul(&lens[1]),
-            lens_errors: lens[0].tr_mul(&errors[0]) + lens[1].tr_mul(&errors[1]),
+            lens: (lens[0].tr_mul(&lens[0]) + lens[1].tr_mul(&lens[1])).resize(
+                numbers.len(),
+                numbers.len(),
+                0.0,
+            ),
+            lens_errors: (lens[0].tr_mul(&errors[0]) + lens[1].tr_mul(&errors[1]))
+                .resize_vertically(numbers.len(), 0.0),
             squares: errors[0].norm_squared() + errors[1].norm_squared(),
             points,
             numbers,
-        })
+        };
+        motions.add_to(&mut sums, &field.transpose(), (&lens, &errors));
+        Some(sums)
     }
 
     /// The points where the charts are now believed to stand, with their pixels.

@@ -15,6 +15,7 @@ mod evidence;
 mod field;
 mod fit;
 mod lens;
+mod motions;
 mod witness;
 pub(crate) mod loose;
 

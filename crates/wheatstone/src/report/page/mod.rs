@@ -1,6 +1,7 @@
 //! One HTML file of a report: what stands in it is escaped, and its policy lets no request out.
 
 mod parts;
+mod placed;
 mod scene;
 
 use super::{Report, digest, plot, text};

@@ -232,7 +232,7 @@ fn picture(report: &Report, (index, picture): (usize, &PictureFigures)) -> Strin
     )
 }
 
-fn table(name: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
+pub(super) fn table(name: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
     let head: String = heads.iter().map(|head| format!("<th>{}</th>", escape(head))).collect();
     let row = |cells: &Vec<String>| {
         let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
@@ -280,6 +280,7 @@ fn faults(report: &Report) -> Option<Part> {
             &rows,
         );
     }
+    inside += &super::placed::html(report);
     let html = section("faults", "Outliers and faults", &inside);
     (!inside.is_empty()).then_some(Part { name: "faults", short: "Faults", html })
 }
