@@ -16,12 +16,8 @@ impl Fault for Duplicates {
         let mut found = identical_cameras(evidence);
         let named: Vec<Named> = evidence.views.iter().map(|view| named(evidence, view)).collect();
         for second in 0..evidence.views.len() {
-            for first in 0..second {
-                if let Some(copy) = copied(evidence, (first, &named[first]), second) {
-                    found.push(copy);
-                    break;
-                }
-            }
+            let mut earlier = named.iter().take(second).enumerate();
+            found.extend(earlier.find_map(|first| copied(evidence, first, second)));
         }
         found.extend(lattices(evidence));
         found
