@@ -3,7 +3,7 @@
 //! Source: Hartley & Sturm 1997, "Triangulation" (doi:10.1006/cviu.1997.0547): a linear start, then
 //! the least sum of squared pixel errors, which is the most likely point for equal Gaussian noise.
 
-use super::{Pixel, Point3, ProjectionMatrix};
+use super::{Pixel, Point3, ProjectionMatrix, Ray};
 use crate::numeric::least_squares::solve;
 use nalgebra::{Matrix2x3, Matrix3, Vector3};
 
@@ -16,6 +16,26 @@ pub struct Triangulated {
     pub cofactor: Matrix3<f64>,
     /// Root mean square of the leftover pixel errors over all coordinates.
     pub residual: f64,
+}
+
+/// The point nearest to all rays, taken for whole lines, by least squares. `None` for fewer than two,
+/// and for those that are as good as parallel: the mean squared sine of their angles to their mean
+/// direction is not above `parallel` (0 lets all pass that rounding tells from parallel ones).
+#[must_use]
+pub fn nearest(rays: impl Iterator<Item = Ray>, parallel: f64) -> Option<Point3> {
+    let (mut matrix, mut vector, mut count) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+    for ray in rays {
+        let across = Matrix3::identity() - ray.direction * ray.direction.transpose();
+        matrix += across;
+        vector += across * ray.origin.coords;
+        count += 1.0;
+    }
+    // Eigenvalues cost more than all the rest.
+    let meet = || parallel <= 0.0 || matrix.symmetric_eigenvalues().min() > parallel * count;
+    if count < 2.0 || !meet() {
+        return None;
+    }
+    Some(Point3::from(matrix.cholesky()?.solve(&vector)))
 }
 
 /// The linear solution: the least-squares point of the cameras' equations `u w = P1 X`, each

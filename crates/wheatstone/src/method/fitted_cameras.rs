@@ -83,21 +83,6 @@ pub struct FittedCameras<L> {
     pub pixel_sigma: f64,
 }
 
-/// The point nearest to all rays, by least squares; `None` for fewer than two, or parallel ones.
-fn nearest_to(rays: impl Iterator<Item = Ray>) -> Option<Point3> {
-    let (mut matrix, mut vector, mut count) = (Matrix3::zeros(), Vector3::zeros(), 0);
-    for ray in rays {
-        let across = Matrix3::identity() - ray.direction * ray.direction.transpose();
-        matrix += across;
-        vector += across * ray.origin.coords;
-        count += 1;
-    }
-    if count < 2 {
-        return None;
-    }
-    Some(Point3::from(matrix.cholesky()?.solve(&vector)))
-}
-
 impl<L: AdjustableCamera> FittedCameras<L> {
     /// What cameras linked by charts add to the covariance of a point's right side, seen by the cameras
     /// `places`.
@@ -145,7 +130,7 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
             seen.push(pixel);
             rays.push(ray);
         }
-        let start = nearest_to(rays.into_iter())?;
+        let start = triangulation::nearest(rays.into_iter(), 0.0)?;
         let found = triangulation::refine(start, &seen, |index, point| {
             cameras[index].0.project_with_jacobian(point)
         })?;

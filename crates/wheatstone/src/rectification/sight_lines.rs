@@ -3,10 +3,10 @@
 use super::maps::Maps;
 use crate::{
     Error, Result,
-    geometry::{Pixel, Point3, Vector3},
+    geometry::{Pixel, Point3, Ray, Vector3, triangulation},
     numeric::statistics::percentile,
 };
-use nalgebra::{Matrix2, Matrix3};
+use nalgebra::Matrix2;
 
 /// What the lines say.
 pub(super) struct SightLines {
@@ -54,9 +54,11 @@ impl SightLines {
                 let along = both[side].as_ref()?.along;
                 let pixel = maps.project(side, *place)?;
                 let reach = |depth| reached(maps, side, (*place, along), pixel, (forward, depth));
-                Some((reach(ends[0])?, reach(ends[1])?))
+                let (origin, far) = (reach(ends[0])?, reach(ends[1])?);
+                Some(Ray { origin, direction: (far - origin).try_normalize(0.0)? })
             });
-            nearest(lines).ok_or_else(|| parallel(maps.cameras[side]))
+            // Lines within a minute of arc of each other have no centre.
+            triangulation::nearest(lines, 1e-7).ok_or_else(|| parallel(maps.cameras[side]))
         };
         Ok(Self {
             centres: [centre(0)?, centre(1)?],
@@ -126,23 +128,4 @@ fn reached(
     // What has not come near by then runs off beyond what the model knows.
     let off = (pixel - maps.project(side, place)?).norm();
     (off < 1e-3).then_some(place)
-}
-
-/// The place nearest to all lines through two points each.
-fn nearest(lines: impl Iterator<Item = (Point3, Point3)>) -> Option<Point3> {
-    let (mut matrix, mut vector, mut count) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
-    for (near, far) in lines {
-        let along = (far - near).try_normalize(0.0)?;
-        let across = Matrix3::identity() - along * along.transpose();
-        matrix += across;
-        vector += across * near.coords;
-        count += 1.0;
-    }
-    // Mean squared sine of the angle to the mean direction: lines within a minute of arc have no centre.
-    const PARALLEL: f64 = 1e-7;
-    let least = matrix.symmetric_eigenvalues().min();
-    if count < 2.0 || least.is_nan() || least < PARALLEL * count {
-        return None;
-    }
-    Some(Point3::from(matrix.cholesky()?.solve(&vector)))
 }

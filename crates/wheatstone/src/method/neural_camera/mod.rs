@@ -25,11 +25,11 @@ use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default, sight:
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3, ProjectionMatrix, Vector3, triangulation},
+    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
     progress::Progress,
 };
 use corrected::CorrectedCamera;
-use nalgebra::{Matrix2, Matrix2x3, Matrix3};
+use nalgebra::{Matrix2, Matrix2x3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -88,17 +88,6 @@ impl Method for NeuralCamera {
     }
 }
 
-/// The point nearest to all rays in the least-squares sense.
-fn nearest(rays: impl Iterator<Item = crate::geometry::Ray>) -> Option<Point3> {
-    let (mut matrix, mut vector) = (Matrix3::zeros(), Vector3::zeros());
-    for ray in rays {
-        let across = Matrix3::identity() - ray.direction * ray.direction.transpose();
-        matrix += across;
-        vector += across * ray.origin.coords;
-    }
-    Some(Point3::from(matrix.try_inverse()? * vector))
-}
-
 impl NeuralCameraReconstructor {
     /// Standard deviation, in pixels, of what each camera's fit could not explain.
     #[must_use]
@@ -151,7 +140,8 @@ impl Reconstructor for NeuralCameraReconstructor {
         for _ in 0..2 {
             let rays =
                 cameras.iter().zip(&seen).map(|(camera, pixel)| camera.optics.ray(*pixel, start));
-            start = Some(nearest(rays.collect::<Option<Vec<_>>>()?.into_iter())?);
+            start =
+                Some(triangulation::nearest(rays.collect::<Option<Vec<_>>>()?.into_iter(), 0.0)?);
         }
         let start = start?;
         // In units of each camera's noise.
