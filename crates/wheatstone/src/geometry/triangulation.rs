@@ -88,7 +88,8 @@ pub fn refine(
         let step = damped.cholesky()?.solve(&vector);
         let moved = point + step;
         match normal_equations(moved) {
-            Some((m, v, s)) if s <= squares => {
+            // Near the end rounding hides what a step gains; it is no reason to stop short.
+            Some((m, v, s)) if s <= squares * (1.0 + 1e-12) => {
                 (point, matrix, vector, squares) = (moved, m, v, s);
                 damping *= 0.1;
                 // Below this a step changes the pixels by less than rounding does.
