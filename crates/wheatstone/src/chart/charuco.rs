@@ -145,7 +145,7 @@ impl Charuco {
             })
             .collect();
         points.sort_unstable_by_key(|(id, _)| *id);
-        Some(Detection { points })
+        Some(Detection { points, ..Detection::default() })
     }
 }
 

@@ -1,9 +1,9 @@
 //! The grid of dots: points at the dots' centres. Symmetric grids, the asymmetric ones of OpenCV, and
 //! calibration plates.
 
-mod blobs;
-mod centre;
-mod growth;
+pub(super) mod blobs;
+pub(super) mod centre;
+pub(super) mod growth;
 mod layout;
 
 use super::{
@@ -275,7 +275,7 @@ impl Chart for DotGrid {
         }
         let mut best: Option<(usize, Sighting)> = None;
         for halvings in order(&sizes) {
-            let mut blobs = blobs::find(&sizes[halvings]);
+            let mut blobs = blobs::find(&sizes[halvings], blobs::Outline::Ellipse);
             for side in [&mut blobs.dark, &mut blobs.bright] {
                 let Some(labels) = self.labels(side, halvings) else { continue };
                 let (full, rank, sighting) = self.look(image, &labels);
@@ -308,7 +308,7 @@ impl Chart for DotGrid {
 }
 
 /// Share of a box of `size` that a disc of `radius` covers, the box's middle at `from` the disc's.
-fn covered([x, y]: [f64; 2], [width, height]: [f64; 2], radius: f64) -> f64 {
+pub(super) fn covered([x, y]: [f64; 2], [width, height]: [f64; 2], radius: f64) -> f64 {
     if width <= 0.0 || height <= 0.0 {
         return if x * x + y * y < radius * radius { 1.0 } else { 0.0 };
     }

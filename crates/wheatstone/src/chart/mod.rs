@@ -9,8 +9,11 @@ pub mod chessboard;
 pub mod dot_grid;
 pub mod lattice;
 pub mod line_grid;
+pub mod point_list;
+pub mod rigid;
 pub mod svg;
 mod trimming;
+pub mod two_level;
 
 use crate::{
     Result,
@@ -18,6 +21,7 @@ use crate::{
     imaging::GrayImage,
     registry::registry,
 };
+use std::path::Path;
 
 /// A point of a chart: its index in [`Chart::points`].
 pub type PointId = usize;
@@ -27,6 +31,10 @@ pub type PointId = usize;
 pub struct Detection {
     /// Each point at most once, by rising id.
     pub points: Vec<(PointId, Pixel)>,
+    /// Standard deviation of each point along each axis of the picture, in pixels: what the picture's
+    /// noise does to it, and what is known of the method's own faults. In the order of `points`; none
+    /// where it is not told.
+    pub sigmas: Vec<f64>,
 }
 
 /// What a search for a chart in one picture came to.
@@ -39,6 +47,15 @@ pub enum Sighting {
     Seen(Vec<Detection>),
     /// It was not, for this reason.
     Unseen(String),
+}
+
+/// Which picture is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureOf<'a> {
+    /// The camera's place in the capture, from 0.
+    pub camera: usize,
+    /// The view's name.
+    pub view: &'a str,
 }
 
 /// A rigid object with points at known places in its own frame.
@@ -61,6 +78,26 @@ pub trait Chart: Sync {
 
     /// Looks for the chart.
     fn detect(&self, image: &GrayImage) -> Sighting;
+
+    /// Looks for the chart in a picture of which more is known: charts that were told where some of their
+    /// points are seen make use of it.
+    fn detect_in(&self, image: &GrayImage, _of: PictureOf) -> Sighting {
+        self.detect(image)
+    }
+
+    /// What the user calls a point.
+    fn name(&self, id: PointId) -> String {
+        id.to_string()
+    }
+
+    /// Reads the files that the chart names; relative paths begin at `folder`.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Io`], [`crate::Error::Malformed`].
+    fn load(&mut self, _folder: &Path) -> Result<()> {
+        Ok(())
+    }
 
     /// The chart that a user who describes this one may have before the cameras, in case this one is
     /// nowhere to be found: squares are often counted where inner corners are meant.
@@ -92,5 +129,7 @@ registry! {
         "chessboard" => Chessboard(chessboard::Chessboard),
         "dot-grid" => DotGrid(dot_grid::DotGrid),
         "charuco" => Charuco(charuco::Charuco),
+        "point-list" => PointList(point_list::PointList),
+        "two-level" => TwoLevel(two_level::TwoLevel),
     }
 }
