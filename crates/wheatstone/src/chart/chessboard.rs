@@ -1,7 +1,7 @@
 //! The chessboard: points at the inner corners.
 
 pub(super) mod growth;
-mod saddle;
+pub(super) mod saddle;
 pub(super) mod seed;
 
 use super::{
@@ -87,6 +87,7 @@ impl Chessboard {
         let first_square = (dark_square.0 + beside, dark_square.1);
         let sighting =
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
+        let sighting = growth::sigmas(image, &labels).told(sighting);
         let placed = matches!(sighting, Sighting::Seen(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         // A whole board of other counts is whole at every size of the picture.

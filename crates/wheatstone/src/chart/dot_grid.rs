@@ -7,7 +7,7 @@ pub(super) mod growth;
 mod layout;
 
 use super::{
-    Chart, Shape, Sighting,
+    Chart, Shape, Sighting, Sigmas,
     lattice::{Labelled, Lattice, Origin},
     trimming::trim,
 };
@@ -152,6 +152,11 @@ impl DotGrid {
         if self.first_larger {
             sighting = turned_by(larger(&placed), sighting);
         }
+        let mut sigmas = Sigmas::default();
+        for (label, dot) in &placed {
+            sigmas.add(dot.centre, dots[label].sigma);
+        }
+        sighting = sigmas.told(sighting);
         let seen = matches!(sighting, Sighting::Seen(_));
         (seen && dots.len() == whole, dots.len() + if seen { whole } else { 0 }, sighting)
     }

@@ -4,6 +4,7 @@
 //! To add one: write `chart/<name>.rs` with a type that implements [`Chart`] and `Default`, then add
 //! its `mod` line and its row below. The contract tests pick it up from there.
 
+pub mod april_grid;
 pub mod charuco;
 pub mod chessboard;
 pub mod dot_grid;
@@ -47,6 +48,28 @@ pub enum Sighting {
     Seen(Vec<Detection>),
     /// It was not, for this reason.
     Unseen(String),
+}
+
+/// Sigmas of places in a picture, by the places' bits.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sigmas(std::collections::BTreeMap<[u64; 2], f64>);
+
+impl Sigmas {
+    fn add(&mut self, at: Pixel, sigma: f64) {
+        self.0.insert([at.x.to_bits(), at.y.to_bits()], sigma);
+    }
+
+    /// The same readings with the sigmas of their points, if all have one.
+    fn told(&self, mut sighting: Sighting) -> Sighting {
+        if let Sighting::Seen(readings) = &mut sighting {
+            for reading in readings {
+                let of = |at: &Pixel| self.0.get(&[at.x.to_bits(), at.y.to_bits()]).copied();
+                let all: Option<Vec<f64>> = reading.points.iter().map(|(_, at)| of(at)).collect();
+                reading.sigmas = all.unwrap_or_default();
+            }
+        }
+        sighting
+    }
 }
 
 /// Which picture is looked at.
@@ -129,6 +152,7 @@ registry! {
         "chessboard" => Chessboard(chessboard::Chessboard),
         "dot-grid" => DotGrid(dot_grid::DotGrid),
         "charuco" => Charuco(charuco::Charuco),
+        "april-grid" => AprilGrid(april_grid::AprilGrid),
         "point-list" => PointList(point_list::PointList),
         "two-level" => TwoLevel(two_level::TwoLevel),
     }

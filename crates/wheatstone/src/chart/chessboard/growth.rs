@@ -2,10 +2,10 @@
 //! missing ones looked for where their neighbours say that they are, so that no lens model is needed.
 
 use super::{
-    saddle::refine,
+    saddle::{refine, sigma},
     seed::{Labels, Seed},
 };
-use crate::{geometry::Pixel, imaging::GrayImage};
+use crate::{chart::Sigmas, geometry::Pixel, imaging::GrayImage};
 use nalgebra::Vector2;
 
 /// The window of the saddle as a share of the distance of neighbours, and its bounds in pixels.
@@ -90,6 +90,17 @@ fn sharpen(image: &GrayImage, labels: &mut Labels) {
         })
         .collect();
     labels.extend(moved);
+}
+
+/// The sigmas of a board's corners.
+pub(in crate::chart) fn sigmas(image: &GrayImage, labels: &Labels) -> Sigmas {
+    let mut all = Sigmas::default();
+    for (label, at) in labels {
+        if let Some((along, down)) = steps(labels, *label) {
+            all.add(*at, sigma(image, *at, window(along.norm().min(down.norm()))));
+        }
+    }
+    all
 }
 
 fn window(spacing: f64) -> f64 {

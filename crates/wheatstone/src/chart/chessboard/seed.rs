@@ -5,6 +5,7 @@ use crate::{
     imaging::{GrayImage, filter::halve},
 };
 use calib_targets::{
+    ChessCorner,
     chessboard::{ChessboardDetector, ChessboardParams},
     core::ImageRefiner,
     detect::{default_chess_config, detect_corners},
@@ -47,6 +48,12 @@ impl Scale {
         }
     }
 
+    /// The sizes for charts with markers. Squares with readable markers are wide enough to be seen in the
+    /// half of a large picture; looking for smaller ones costs seconds on a texture.
+    pub(in crate::chart) fn of_markers(pixels: usize) -> [Self; 2] {
+        if pixels < 4_000_000 { [Self::Full, Self::Half] } else { [Self::Half, Self::Quarter] }
+    }
+
     fn apply(self, image: &GrayImage) -> GrayImage {
         match self {
             Self::Quarter => halve(&halve(image)),
@@ -71,13 +78,14 @@ impl Scale {
     }
 }
 
-/// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
-pub(in crate::chart) fn find(
-    image: &GrayImage,
-    scale: Scale,
-    count: usize,
-    most: usize,
-) -> Vec<Seed> {
+/// The `most` strongest corners of a picture.
+pub(in crate::chart) fn corners(image: &GrayImage, scale: Scale, most: usize) -> Vec<Pixel> {
+    let found = strongest(image, scale, most).into_iter();
+    found.map(|corner| scale.restore(corner.position.cast::<f64>())).collect()
+}
+
+/// The `most` strongest corners, in the pixels of the picture at this size.
+fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
     let picture = scale.apply(image).to_8_bit();
     // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
     if picture.width().min(picture.height()) < LEAST_SIDE {
@@ -89,6 +97,17 @@ pub(in crate::chart) fn find(
     // into a lattice must have a bound.
     corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
     corners.truncate(most);
+    corners
+}
+
+/// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
+pub(in crate::chart) fn find(
+    image: &GrayImage,
+    scale: Scale,
+    count: usize,
+    most: usize,
+) -> Vec<Seed> {
+    let corners = strongest(image, scale, most);
     let mut parameters = ChessboardParams::default();
     parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
     let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
