@@ -121,7 +121,7 @@ impl Charuco {
     fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Option<Detection> {
         let count = self.columns * self.rows;
         // A marker has up to 36 corners of its own, and every second square has one.
-        let seeds = seed::find(image, scale, count, (20 * count).clamp(1_500, 10_000));
+        let seeds = seed::find(image, scale, count, (20 * count).clamp(4_000, 10_000));
         // A grating may have more corners than the board, but has no markers.
         seeds.iter().find_map(|seed| self.read(image, seed, words))
     }

@@ -378,7 +378,7 @@ fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Error {
         .map_or(("no picture", 0), |(why, count)| (*why, *count));
     let hint = match crate::chart::lattice::size_in_reason(why) {
         Some((width, height)) => format!(
-            "is it `columns = {width}`, `rows = {height}`? Inner corners or crossings are counted, not squares"
+            "is it `columns = {width}`, `rows = {height}`? Inner corners, crossings or dots are counted, but squares of a charuco board and tags of an april-grid"
         ),
         None => format!(
             "compare the pictures with [chart] in `{}`; `wheatstone detect --draw DIR` shows what was found",

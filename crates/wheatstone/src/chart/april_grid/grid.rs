@@ -34,7 +34,7 @@ pub(super) fn laid(chart: &AprilGrid, tags: &[Tag]) -> Option<Found> {
         }
     }
     // Two of one name: neither can be believed.
-    twice.iter().for_each(|place| drop(by_place.remove(place)));
+    by_place.retain(|place, _| !twice.contains(place));
     let votes = [0, 1, 2, 3].map(|turn| agreeing(chart, &by_place, turn));
     let turn = (0..4).max_by_key(|turn| (votes[*turn].len(), 4 - turn))?;
     let best = &votes[turn];

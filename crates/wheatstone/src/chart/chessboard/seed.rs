@@ -43,15 +43,15 @@ impl Scale {
     pub(in crate::chart) fn ladder(pixels: usize) -> &'static [Self] {
         match pixels {
             0..1_000_000 => &[Self::Full, Self::Double, Self::Half],
-            1_000_000..4_000_000 => &[Self::Full, Self::Half],
-            _ => &[Self::Half, Self::Full, Self::Quarter],
+            1_000_000..LARGE => &[Self::Full, Self::Half],
+            _ => &[Self::Half, Self::Quarter, Self::Full],
         }
     }
 
     /// The sizes for charts with markers. Squares with readable markers are wide enough to be seen in the
     /// half of a large picture; looking for smaller ones costs seconds on a texture.
     pub(in crate::chart) fn of_markers(pixels: usize) -> [Self; 2] {
-        if pixels < 4_000_000 { [Self::Full, Self::Half] } else { [Self::Half, Self::Quarter] }
+        if pixels < LARGE { [Self::Full, Self::Half] } else { [Self::Half, Self::Quarter] }
     }
 
     fn apply(self, image: &GrayImage) -> GrayImage {
@@ -122,6 +122,9 @@ pub(in crate::chart) fn find(
     });
     seeds.collect()
 }
+
+/// In pixels: pictures that are looked at in half their size first.
+pub(in crate::chart) const LARGE: usize = 4_000_000;
 
 /// In pixels: a ring of radius 5, and one pixel to find a maximum among.
 const LEAST_SIDE: u32 = 13;

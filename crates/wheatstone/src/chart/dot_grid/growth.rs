@@ -61,14 +61,19 @@ pub(in crate::chart) fn patches(
 ) -> Vec<BTreeMap<(i32, i32), usize>> {
     let Some(cloud) = Cloud::new(blobs) else { return Vec::new() };
     let mut taken = vec![0_usize; blobs.len()];
-    let mut found = Vec::new();
+    let (mut found, mut grown) = (Vec::new(), 0);
     for seed in 0..blobs.len() {
+        // Every patch a few times over is enough, however many lattices a texture has.
+        if grown > 8 * blobs.len() {
+            break;
+        }
         // Twice: with another cell the same dots make another lattice.
         if taken[seed] >= 2 {
             continue;
         }
         for cell in cloud.cells(seed).into_iter().take(3) {
             let labels = cloud.grow(cell);
+            grown += labels.len();
             if labels.len() >= least && cloud.in_order(&labels) {
                 labels.values().for_each(|index| taken[*index] += 1);
                 found.push(labels);

@@ -24,7 +24,7 @@ pub(super) struct Marks {
 const BOX: f64 = 16.0;
 
 /// Patches that a picture is searched with, at least, the clearest.
-const MOST_MARKS: usize = 4_000;
+const MOST_MARKS: usize = 2_000;
 /// Sigma of an outline's middle as a share of its width, measured on the stepped plate's marks that show no
 /// centroid (0.25 px of 5).
 const OUTLINE: f64 = 0.05;

@@ -18,6 +18,8 @@ pub(super) struct Matched {
     /// Root mean square distance of the marks from where their neighbours say, in steps from one point to
     /// the next.
     pub(super) disorder: f64,
+    /// Median distance of the marks from where one camera without a lens sees them all, in steps.
+    pub(super) bend: f64,
 }
 
 /// How far a mark may be from where it is looked for, as a share of the distance to the next point. Beyond
@@ -30,6 +32,9 @@ const MOST_ROUNDS: usize = 60;
 /// Disorder above which marks are a crowd and no body: those of a crowd lie evenly within
 /// [`MOST_DEVIATION`], which makes 0.2.
 const MOST_DISORDER: f64 = 0.06;
+/// Of [`Matched::bend`]: lenses and water bend by a third of a step where marks are dense; a body that is laid
+/// askew bends by its own depth.
+const MOST_BEND: f64 = 1.0;
 /// Matched neighbours that say where a point is.
 const SAYING: usize = 8;
 
@@ -100,8 +105,9 @@ impl Search<'_> {
         });
         let left: Vec<f64> = self.strays(&seen, &marks).into_values().collect();
         let disorder = root_mean_square(&left);
-        (marks.len() >= self.least && disorder < MOST_DISORDER)
-            .then_some(Matched { marks, disorder })
+        let bend = self.bend(&seen, &marks);
+        (marks.len() >= self.least && disorder < MOST_DISORDER && bend < MOST_BEND)
+            .then_some(Matched { marks, disorder, bend })
     }
 
     /// Keeps the largest part of the matches within which neighbours are off alike, and the parts of points
@@ -222,6 +228,14 @@ impl Search<'_> {
             claims.insert(*mark, (0.0, *id));
         }
         claims.into_iter().map(|(mark, (_, id))| (id, mark)).collect()
+    }
+
+    /// How far the marks are from where the camera alone sees them, in steps, in the median.
+    fn bend(&self, seen: &[Option<Pixel>], marks: &BTreeMap<usize, usize>) -> f64 {
+        let off = |(id, mark): (&usize, &usize)| {
+            Some((self.marks.at(*mark) - seen[*id]?).norm() / self.spacing(seen, *id)?)
+        };
+        median(&marks.iter().filter_map(off).collect::<Vec<_>>())
     }
 
     /// How far each mark is from where its neighbours say, in steps.

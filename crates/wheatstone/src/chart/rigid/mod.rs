@@ -6,6 +6,7 @@ mod marks;
 mod matching;
 mod search;
 mod view;
+mod ways;
 
 use super::{PointId, Sighting};
 use crate::{

@@ -10,10 +10,11 @@ use super::{
     marks::{self, Marks},
     matching::{Matched, Search},
     view::View,
+    ways::{Way, ways},
 };
 use crate::{
     chart::{Detection, PointId, Sighting, dot_grid::growth},
-    geometry::{Homography, Pixel, Vector3},
+    geometry::{Pixel, Vector3},
     imaging::GrayImage,
 };
 use rayon::prelude::*;
@@ -27,16 +28,10 @@ const LEAST_MATCHED: usize = 8;
 const LEAST_PATCH: usize = 8;
 /// Patches of marks that are looked at, the largest first.
 const MOST_PATCHES: usize = 6;
-/// Ways to lay a patch onto another that are looked at in all.
-const MOST_WAYS: usize = 1_000;
 /// Cameras that are followed to the end.
-const MOST_FOLLOWED: usize = 16;
+const MOST_FOLLOWED: usize = 10;
 /// Cameras that are compared by all of the body's points.
-const MOST_COMPARED: usize = 150;
-/// Share of labels that must agree.
-const LEAST_OVERLAP: f64 = 0.6;
-/// Points that are looked at to compare cameras.
-const LOOKED_AT: usize = 60;
+const MOST_COMPARED: usize = 80;
 /// Steps that a reading is moved to find the truth beside it: as far as a rough camera is off.
 const MOST_STEPS: usize = 6;
 /// Sets of marks, of one size and colour, that are searched.
@@ -46,13 +41,6 @@ const CLICKED: f64 = 12.0;
 
 /// A point that someone has named, and where it is seen, roughly.
 pub(super) type Click = (PointId, Pixel);
-
-/// A way to lay the body into the picture.
-struct Way {
-    score: (usize, f64),
-    view: View,
-    pairs: BTreeMap<usize, usize>,
-}
 
 pub(super) fn find(body: &Body, image: &GrayImage, clicks: &[Click]) -> Sighting {
     let sizes = marks::find(image, body.points.len());
@@ -270,6 +258,7 @@ fn rivals(mut found: Vec<Matched>, count: usize) -> Vec<Matched> {
     // Two standard deviations of a count.
     let most_missing = missing + 2.0 * (missing + 1.0).sqrt();
     let least = found.iter().map(|it| it.disorder).fold(f64::INFINITY, f64::min);
+    let straightest = found.iter().map(|it| it.bend).fold(f64::INFINITY, f64::min);
     let mut kept: Vec<Matched> = Vec::new();
     for matched in found {
         let same = |other: &Matched| {
@@ -279,7 +268,8 @@ fn rivals(mut found: Vec<Matched>, count: usize) -> Vec<Matched> {
         let counts = (count - matched.marks.len()) as f64 <= most_missing;
         // A camera that sees the body wrongly sees it twice as badly, or no worse at all.
         let orderly = matched.disorder < 2.0 * least + 0.002;
-        if counts && orderly && !kept.iter().any(same) {
+        let straight = matched.bend < 3.0 * straightest + 0.05;
+        if counts && orderly && straight && !kept.iter().any(same) {
             kept.push(matched);
         }
     }
@@ -327,98 +317,4 @@ fn uprightness(body: &Body, detection: &Detection) -> f64 {
         along / (own * seen).sqrt().max(f64::MIN_POSITIVE)
     };
     cosine(0) + 0.5 * cosine(1)
-}
-
-/// Every way to lay patches of marks onto patches of the body, of those in which most labels agree.
-fn ways(search: &Search, patches: &[Patch]) -> Vec<Way> {
-    let mut laid: Vec<(usize, usize, usize, usize, (i32, i32))> = Vec::new();
-    for (number, labels) in patches.iter().enumerate() {
-        for (face, patch) in search.body.patches.iter().enumerate() {
-            for turn in 0..8 {
-                let offsets = offsets(&turned(labels, turn), patch).into_iter();
-                laid.extend(offsets.map(|(both, offset)| (both, number, face, turn, offset)));
-            }
-        }
-    }
-    laid.sort_by_key(|(both, ..)| std::cmp::Reverse(*both));
-    laid.truncate(MOST_WAYS);
-    let ways = laid.par_iter().filter_map(|(_, number, face, turn, offset)| {
-        way(search, &turned(&patches[*number], *turn), &search.body.patches[*face], *offset)
-    });
-    ways.collect()
-}
-
-/// One of the eight ways in which labels can go.
-fn turned(labels: &Patch, turn: usize) -> Patch {
-    let new = |(x, y): (i32, i32)| {
-        let (x, y) = if turn & 1 == 1 { (y, x) } else { (x, y) };
-        (if turn & 2 == 2 { -x } else { x }, if turn & 4 == 4 { -y } else { y })
-    };
-    labels.iter().map(|(label, mark)| (new(*label), *mark)).collect()
-}
-
-/// Lowest and highest labels.
-fn bounds(patch: &Patch) -> ((i32, i32), (i32, i32)) {
-    let columns = || patch.keys().map(|label| label.0);
-    let rows = || patch.keys().map(|label| label.1);
-    (
-        (columns().min().unwrap_or(0), columns().max().unwrap_or(0)),
-        (rows().min().unwrap_or(0), rows().max().unwrap_or(0)),
-    )
-}
-
-/// What to add to the marks' labels so that most of them, or of the body's, agree.
-fn offsets(marks: &Patch, patch: &Patch) -> Vec<(usize, (i32, i32))> {
-    let ((left, right), (top, bottom)) = bounds(marks);
-    let ((first, last), (upper, lower)) = bounds(patch);
-    let needed = LEAST_OVERLAP * marks.len().min(patch.len()) as f64;
-    let mut kept: Vec<(usize, (i32, i32))> = Vec::new();
-    for x in first - right..=last - left {
-        for y in upper - bottom..=lower - top {
-            let across = (right + x).min(last) - (left + x).max(first) + 1;
-            let down = (bottom + y).min(lower) - (top + y).max(upper) + 1;
-            if f64::from(across * down) < needed {
-                continue;
-            }
-            let both = marks.keys().filter(|(c, r)| patch.contains_key(&(c + x, r + y))).count();
-            if both as f64 >= needed {
-                kept.push((both, (x, y)));
-            }
-        }
-    }
-    kept
-}
-
-/// The camera that lays these marks onto this patch, and how many of the body's points it finds marks for.
-fn way(search: &Search, marks: &Patch, patch: &Patch, (x, y): (i32, i32)) -> Option<Way> {
-    let pairs: BTreeMap<usize, usize> = marks
-        .iter()
-        .filter_map(|((c, r), mark)| Some((*patch.get(&(c + x, r + y))?, *mark)))
-        .collect();
-    // A quarter of a hundred tells as much as all.
-    let few: BTreeMap<usize, usize> =
-        pairs.iter().step_by((pairs.len() / 25).max(1)).map(|(id, mark)| (*id, *mark)).collect();
-    let few = search.pairs(&few);
-    if search.body.flat && is_mirrored(&few) {
-        return None;
-    }
-    let every = (search.body.points.len() / LOOKED_AT).max(1);
-    let mut views = View::of_plane(&few, search.frame.0, search.frame.1);
-    if few.len() >= 12 {
-        views.extend(View::fit(&few, search.frame.0, search.frame.1));
-    }
-    let scored = views.into_iter().filter(View::is_right_handed).map(|view| {
-        let score = search.score(&view, every);
-        Way { score, view, pairs: BTreeMap::new() }
-    });
-    let best =
-        scored.max_by(|a, b| a.score.0.cmp(&b.score.0).then(b.score.1.total_cmp(&a.score.1)))?;
-    Some(Way { pairs, ..best })
-}
-
-/// Whether a flat body is seen from behind.
-fn is_mirrored(pairs: &[(crate::geometry::Point3, Pixel)]) -> bool {
-    let flat: Vec<(Pixel, Pixel)> =
-        pairs.iter().map(|(point, pixel)| (point.xy(), *pixel)).collect();
-    Homography::fit(&flat).is_none_or(|map| map.0.determinant() * map.0[(2, 2)] < 0.0)
 }
