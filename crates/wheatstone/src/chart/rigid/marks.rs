@@ -92,6 +92,13 @@ impl Marks {
         best
     }
 
+    /// Whether two marks are of one kind, as those of a body are side by side.
+    pub(super) fn alike(&self, one: usize, other: usize) -> bool {
+        let (one, other) = (&self.blobs[one], &self.blobs[other]);
+        let near = |ratio: f64| (0.4..2.5).contains(&ratio);
+        near(one.area() / other.area()) && near(one.contrast / other.contrast)
+    }
+
     /// From a mark's edge to that of the nearest other, in pixels.
     pub(super) fn gap(&self, index: usize) -> f64 {
         let own = &self.blobs[index];

@@ -174,6 +174,18 @@ impl Search<'_> {
         id: usize,
     ) -> Option<Pixel> {
         let own = seen[id]?;
+        Some(own + self.offset(seen, marks, id, own)?)
+    }
+
+    /// How far the marks of the matched neighbours of `id` are from where the camera sees them, to first
+    /// order at the place `own` of the picture.
+    pub(super) fn offset(
+        &self,
+        seen: &[Option<Pixel>],
+        marks: &BTreeMap<usize, usize>,
+        id: usize,
+        own: Pixel,
+    ) -> Option<Vector2<f64>> {
         let around: Vec<(Vector2<f64>, Vector2<f64>)> = self.body.neighbours[id]
             .iter()
             .filter_map(|other| {
@@ -197,7 +209,7 @@ impl Search<'_> {
             normal[(axis, axis)] += 0.3;
         }
         let plane = normal.cholesky()?.solve(&right);
-        Some(own + plane.row(0).transpose())
+        Some(plane.row(0).transpose())
     }
 
     /// The marks of all points that have matched neighbours, or are matched.

@@ -2,6 +2,7 @@
 //! under any camera.
 
 mod body;
+mod evidence;
 mod marks;
 mod matching;
 mod search;

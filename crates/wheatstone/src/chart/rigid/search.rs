@@ -7,6 +7,7 @@
 
 use super::{
     body::{Body, Patch},
+    evidence::decided,
     marks::{self, Marks},
     matching::{Matched, Search},
     view::View,
@@ -37,7 +38,7 @@ const MOST_STEPS: usize = 6;
 /// Sets of marks, of one size and colour, that are searched.
 const MOST_SETS: usize = 3;
 /// In pixels: how near a named point must be to its mark.
-const CLICKED: f64 = 12.0;
+pub(super) const CLICKED: f64 = 12.0;
 
 /// A point that someone has named, and where it is seen, roughly.
 pub(super) type Click = (PointId, Pixel);
@@ -59,7 +60,8 @@ pub(super) fn find(body: &Body, image: &GrayImage, clicks: &[Click]) -> Sighting
         let matched = clicked(&at((*size, *side)), clicks);
         best.extend(matched.map(|matched| (matched, *size, *side)));
     }
-    if best.is_empty() {
+    let led = !best.is_empty();
+    if !led {
         best = recognised(&sets, at, clicks);
     }
     let Some((size, side)) = best
@@ -86,17 +88,18 @@ pub(super) fn find(body: &Body, image: &GrayImage, clicks: &[Click]) -> Sighting
         let view = View::fit(&search.pairs(&first), frame.0, frame.1)?;
         search.grow(&view, &first, &BTreeMap::new())
     });
-    told(&search, image, rivals(regrown.collect(), count), clicks)
+    let found = rivals(regrown.collect(), count);
+    told(&search, image, if led { found } else { decided(&search, image, found, clicks) }, clicks)
 }
 
 fn unseen(clicks: &[Click], count: usize) -> String {
     if clicks.is_empty() {
         format!(
-            "the {count} points of the list were not recognised: if they lie on no lattice, name four or more of them in a start file"
+            "the {count} points of the list were not recognised with certainty: name four or more of them in a start file"
         )
     } else {
         format!(
-            "the {count} points of the list were not found about the {} of the start file",
+            "the {count} points of the list were not found with certainty about the {} of the start file: name four or more that are not on one line",
             clicks.len()
         )
     }
