@@ -77,7 +77,12 @@ impl Chessboard {
             let all = labels.keys().map(pick);
             Some(all.clone().max()? - all.min()? + 1)
         };
-        let box_of_labels = bounds(|label| label.0)? * bounds(|label| label.1)?;
+        let (across, down) = (bounds(|label| label.0)?, bounds(|label| label.1)?);
+        // Corners in one row are anywhere on any board.
+        if across.min(down) < 2 {
+            return None;
+        }
+        let box_of_labels = across * down;
         let found: Vec<Labelled> = labels
             .iter()
             .map(|((column, row), pixel)| Labelled { column: *column, row: *row, pixel: *pixel })

@@ -8,7 +8,7 @@ use calib_targets::{
     ChessCorner,
     chessboard::{ChessboardDetector, ChessboardParams},
     core::ImageRefiner,
-    detect::{default_chess_config, detect_corners},
+    detect::{DetectorConfig, default_chess_config, detect_corners},
 };
 use std::collections::BTreeMap;
 
@@ -92,6 +92,9 @@ fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
         return Vec::new();
     }
     let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
+    if is_texture(&picture, &settings) {
+        return Vec::new();
+    }
     let mut corners = detect_corners(&picture, &settings);
     // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
     // into a lattice must have a bound.
@@ -99,6 +102,35 @@ fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
     corners.truncate(most);
     corners
 }
+
+/// Whether a large picture is full of strong corners, by samples of it: no board has as many, and to find
+/// them all would take seconds. Noise has a few strong ones among many weak.
+fn is_texture(picture: &image::GrayImage, settings: &DetectorConfig) -> bool {
+    let (width, height) = (picture.width(), picture.height());
+    if width.min(height) < SAMPLES * SAMPLE {
+        return false;
+    }
+    let mut strengths = Vec::new();
+    for row in 0..SAMPLES {
+        for column in 0..SAMPLES {
+            let middle = |at: u32, size: u32| (2 * at + 1) * size / (2 * SAMPLES) - SAMPLE / 2;
+            let (x, y) = (middle(column, width), middle(row, height));
+            let sample = image::imageops::crop_imm(picture, x, y, SAMPLE, SAMPLE).to_image();
+            strengths.extend(detect_corners(&sample, settings).iter().map(|it| it.strength));
+        }
+    }
+    let most = strengths.iter().copied().fold(0.0, f32::max);
+    let strong = strengths.iter().filter(|it| **it > 0.5 * most).count();
+    let sampled = (SAMPLES * SAMPLES * SAMPLE * SAMPLE) as usize;
+    strong * (width * height) as usize > MOST_STRONG * sampled
+}
+
+/// Samples across and down, and their side in pixels: a twentieth of 3 megapixels.
+const SAMPLES: u32 = 4;
+/// See [`SAMPLES`].
+const SAMPLE: u32 = 96;
+/// Strong corners of a picture that are a texture: ten times those that are looked at.
+const MOST_STRONG: usize = 40_000;
 
 /// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
 pub(in crate::chart) fn find(

@@ -35,6 +35,8 @@ const MOST_FOLLOWED: usize = 10;
 const MOST_COMPARED: usize = 80;
 /// Steps that a reading is moved to find the truth beside it: as far as a rough camera is off.
 const MOST_STEPS: usize = 6;
+/// Readings that are moved at a time.
+const MOST_RIVALS: usize = 4;
 /// Sets of marks, of one size and colour, that are searched.
 const MOST_SETS: usize = 3;
 /// In pixels: how near a named point must be to its mark.
@@ -133,10 +135,12 @@ fn recognised<'a>(
         ways.iter_mut().for_each(|way| way.score = search.score(&way.view, 1));
         sort(&mut ways);
         ways.truncate(MOST_FOLLOWED);
-        let grown: Vec<Matched> = ways
+        let mut grown: Vec<Matched> = ways
             .par_iter()
             .filter_map(|way| search.grow(&way.view, &way.pairs, &BTreeMap::new()))
             .collect();
+        // A step aside hides a row or two, not half of the body.
+        grown.retain(|matched| 2 * matched.marks.len() >= search.body.points.len());
         let readings = beside(&search, grown, clicks);
         let most = readings.first().map_or(0, |matched| matched.marks.len());
         found.extend(readings.into_iter().map(|matched| (matched, set.0, set.1)));
@@ -154,7 +158,9 @@ fn beside(search: &Search, grown: Vec<Matched>, clicks: &[Click]) -> Vec<Matched
     let best = |all: Vec<Matched>| {
         let (agreeing, others): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|matched| agrees(search, matched, clicks));
-        rivals(if agreeing.is_empty() { others } else { agreeing }, count)
+        let mut best = rivals(if agreeing.is_empty() { others } else { agreeing }, count);
+        best.truncate(MOST_RIVALS);
+        best
     };
     let mut readings = best(grown);
     for _ in 0..MOST_STEPS {
