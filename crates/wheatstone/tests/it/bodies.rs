@@ -127,7 +127,9 @@ fn what_is_told_without_four_named_points_is_right() {
 /// A plate of two levels as a camera sees it: dots on two planes.
 #[test]
 fn both_levels_of_a_plate_are_found_where_they_are() {
-    let chart = TwoLevel { second: [10.0, 10.0, 2.5], ..TwoLevel::default() };
+    let declared = r#"{"columns": 10, "rows": 7, "pitch": 20.0, "second": [10.0, 10.0, 2.5],
+        "second_columns": 9, "second_rows": 6}"#;
+    let chart: TwoLevel = serde_json::from_str(declared).unwrap();
     let camera = PosedCamera {
         camera_from_world: Pose::default(),
         model: Pinhole::default().into(),
@@ -140,11 +142,12 @@ fn both_levels_of_a_plate_are_found_where_they_are() {
     let seen: Vec<Pixel> =
         points.iter().map(|p| camera.project(pose.transform(*p)).unwrap()).collect();
     let mut random = Random::new(4);
+    let noise: Vec<f64> = (0..640 * 480).map(|_| 2.0 * random.normal()).collect();
     let image = GrayImage::from_fn(640, 480, |x, y| {
         let at = Pixel::new(x as f64, y as f64);
         let near = seen.iter().map(|it| (it - at).norm()).fold(f64::INFINITY, f64::min);
         let ink = (5.0 - near + 0.5).clamp(0.0, 1.0);
-        (200.0 - 160.0 * ink + 2.0 * random.normal()) as f32
+        (200.0 - 160.0 * ink + noise[640 * y + x]) as f32
     });
     let Sighting::Seen(readings) = chart.detect(&image) else {
         panic!("{:?}", chart.detect(&image))
