@@ -16,7 +16,8 @@ use wheatstone::{
     wheatstone chart chessboard --columns 9 --rows 6 --pitch 25 --unit mm -o chart.svg\n  \
     wheatstone chart line-grid --columns 9 --rows 7 --pitch 5 --unit cm -o chart.svg\n  \
     wheatstone chart dot-grid --columns 4 --rows 11 --pitch 20 --asymmetric -o chart.svg\n  \
-    wheatstone chart charuco --columns 8 --rows 6 --pitch 30 --marker 22 --dictionary DICT_5X5_100 -o chart.svg\n\n\
+    wheatstone chart charuco --columns 8 --rows 6 --pitch 30 --marker 22 --dictionary DICT_5X5_100 -o chart.svg\n  \
+    wheatstone chart april-grid --columns 6 --rows 6 --tag 30 --spacing 0.3 -o chart.svg\n\n\
     Print it at 100 %, and check the ruler along its lower edge.")]
 pub(crate) struct Chart {
     /// The kind of chart
@@ -35,10 +36,10 @@ pub(crate) struct Chart {
 /// What a chart looks like.
 #[derive(Args, Clone)]
 pub(crate) struct ChartOptions {
-    /// Inner corners, crossings or dots across; squares of a charuco board
+    /// Inner corners, crossings or dots across; squares of a charuco board, tags of an april-grid
     #[arg(long)]
     columns: Option<usize>,
-    /// Inner corners, crossings or dots down; squares of a charuco board
+    /// Inner corners, crossings or dots down; squares of a charuco board, tags of an april-grid
     #[arg(long)]
     rows: Option<usize>,
     /// Distance of neighbouring points
@@ -56,6 +57,12 @@ pub(crate) struct ChartOptions {
     /// The first dot is larger (dot-grid)
     #[arg(long)]
     first_larger: bool,
+    /// Side of a tag (april-grid)
+    #[arg(long)]
+    tag: Option<f64>,
+    /// Gap between tags as a share of their side (april-grid)
+    #[arg(long)]
+    spacing: Option<f64>,
     /// Side of a marker (charuco)
     #[arg(long)]
     marker: Option<f64>,
@@ -96,6 +103,8 @@ impl ChartOptions {
             ("first_larger", self.first_larger.then_some(json!(true))),
             ("marker", self.marker.map(|n| json!(n))),
             ("dictionary", self.dictionary.as_ref().map(|name| json!(name))),
+            ("tag", self.tag.map(|n| json!(n))),
+            ("spacing", self.spacing.map(|n| json!(n))),
             ("legacy", self.legacy.then_some(json!(true))),
         ];
         for (name, value) in given {

@@ -121,7 +121,7 @@ impl Charuco {
     fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Option<Detection> {
         let count = self.columns * self.rows;
         // A marker has up to 36 corners of its own, and every second square has one.
-        let seeds = seed::find(image, scale, count, (20 * count).clamp(1_500, 10_000));
+        let seeds = seed::find(image, scale, count, (20 * count).clamp(4_000, 10_000));
         // A grating may have more corners than the board, but has no markers.
         seeds.iter().find_map(|seed| self.read(image, seed, words))
     }
@@ -145,7 +145,11 @@ impl Charuco {
             })
             .collect();
         points.sort_unstable_by_key(|(id, _)| *id);
-        Some(Detection { points })
+        let seen = Sighting::Seen(vec![Detection { points, ..Detection::default() }]);
+        match growth::sigmas(image, &grown.labels).told(seen) {
+            Sighting::Seen(mut readings) => readings.pop(),
+            Sighting::Unseen(_) => None,
+        }
     }
 }
 
@@ -211,7 +215,7 @@ impl Chart for Charuco {
         };
         let whole = (self.columns - 1) * (self.rows - 1);
         let mut best = Detection::default();
-        for scale in scales(image) {
+        for scale in seed::Scale::of_markers(image.width() * image.height()) {
             let Some(found) = self.look(image, scale, &words) else { continue };
             if found.points.len() > best.points.len() {
                 best = found;
@@ -259,18 +263,8 @@ impl Chart for Charuco {
     }
 }
 
-/// The sizes at which a picture is looked at. Squares with readable markers are wide enough to be seen in
-/// the half of a large picture; looking for smaller ones costs seconds on a texture.
-fn scales(image: &GrayImage) -> [seed::Scale; 2] {
-    if image.width() * image.height() < 4_000_000 {
-        [seed::Scale::Full, seed::Scale::Half]
-    } else {
-        [seed::Scale::Half, seed::Scale::Quarter]
-    }
-}
-
 /// Share of a stretch of `size` at `at` that lies between `low` and `high`.
-fn share(at: f64, size: f64, low: f64, high: f64) -> f64 {
+pub(super) fn share(at: f64, size: f64, low: f64, high: f64) -> f64 {
     if size > 0.0 {
         ((at + size / 2.0).min(high) - (at - size / 2.0).max(low)).max(0.0) / size
     } else {

@@ -1,7 +1,7 @@
 //! The chessboard: points at the inner corners.
 
 pub(super) mod growth;
-mod saddle;
+pub(super) mod saddle;
 pub(super) mod seed;
 
 use super::{
@@ -77,7 +77,12 @@ impl Chessboard {
             let all = labels.keys().map(pick);
             Some(all.clone().max()? - all.min()? + 1)
         };
-        let box_of_labels = bounds(|label| label.0)? * bounds(|label| label.1)?;
+        let (across, down) = (bounds(|label| label.0)?, bounds(|label| label.1)?);
+        // Corners in one row are anywhere on any board.
+        if across.min(down) < 2 {
+            return None;
+        }
+        let box_of_labels = across * down;
         let found: Vec<Labelled> = labels
             .iter()
             .map(|((column, row), pixel)| Labelled { column: *column, row: *row, pixel: *pixel })
@@ -87,6 +92,7 @@ impl Chessboard {
         let first_square = (dark_square.0 + beside, dark_square.1);
         let sighting =
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
+        let sighting = growth::sigmas(image, &labels).told(sighting);
         let placed = matches!(sighting, Sighting::Seen(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         // A whole board of other counts is whole at every size of the picture.
@@ -146,7 +152,15 @@ impl Chart for Chessboard {
 
     fn detect(&self, image: &GrayImage) -> Sighting {
         let mut best: Option<(usize, Sighting)> = None;
-        for scale in seed::Scale::ladder(image.width() * image.height()) {
+        let pixels = image.width() * image.height();
+        for scale in seed::Scale::ladder(pixels) {
+            // Squares under ten pixels in a large picture show in its half, if not whole; a texture that shows
+            // nothing there would take seconds.
+            let promising =
+                best.as_ref().is_some_and(|(most, _)| 8 * most >= self.columns * self.rows);
+            if pixels >= seed::LARGE && *scale == seed::Scale::Full && !promising {
+                continue;
+            }
             let Some((full, count, sighting)) = self.look(image, *scale) else { continue };
             if full {
                 return sighting;

@@ -1,13 +1,13 @@
 //! The grid of dots: points at the dots' centres. Symmetric grids, the asymmetric ones of OpenCV, and
 //! calibration plates.
 
-mod blobs;
-mod centre;
-mod growth;
+pub(super) mod blobs;
+pub(super) mod centre;
+pub(super) mod growth;
 mod layout;
 
 use super::{
-    Chart, Shape, Sighting,
+    Chart, Shape, Sighting, Sigmas,
     lattice::{Labelled, Lattice, Origin},
     trimming::trim,
 };
@@ -61,6 +61,9 @@ impl Default for DotGrid {
 
 /// Dots below which a part of a grid is not told from clutter.
 const LEAST_FOUND: usize = 8;
+/// Share of the places between the outermost dots that must have one: grids have nearly all, chance
+/// alignments in noise and text of 12 megapixels had a quarter.
+const LEAST_FILLED: f64 = 0.5;
 /// Of a first dot that is larger, to the others: drawn so.
 const LARGER: f64 = 1.6;
 /// The square of the least such ratio that is taken for one: dots are equal to a tenth.
@@ -145,6 +148,10 @@ impl DotGrid {
         if dots.len() < LEAST_FOUND.min(whole) {
             return (false, 0, Sighting::Unseen("no grid of dots found".into()));
         }
+        let places = width * height / if self.asymmetric { 2 } else { 1 };
+        if dots.len() < (LEAST_FILLED * places as f64) as usize {
+            return (false, 0, Sighting::Unseen("no grid of dots found".into()));
+        }
         let placed = centre::placed(&dots);
         let centres: BTreeMap<_, _> =
             placed.iter().map(|(label, dot)| (*label, dot.centre)).collect();
@@ -152,6 +159,11 @@ impl DotGrid {
         if self.first_larger {
             sighting = turned_by(larger(&placed), sighting);
         }
+        let mut sigmas = Sigmas::default();
+        for (label, dot) in &placed {
+            sigmas.add(dot.centre, dots[label].sigma);
+        }
+        sighting = sigmas.told(sighting);
         let seen = matches!(sighting, Sighting::Seen(_));
         (seen && dots.len() == whole, dots.len() + if seen { whole } else { 0 }, sighting)
     }
@@ -275,7 +287,7 @@ impl Chart for DotGrid {
         }
         let mut best: Option<(usize, Sighting)> = None;
         for halvings in order(&sizes) {
-            let mut blobs = blobs::find(&sizes[halvings]);
+            let mut blobs = blobs::find(&sizes[halvings], blobs::Outline::Ellipse);
             for side in [&mut blobs.dark, &mut blobs.bright] {
                 let Some(labels) = self.labels(side, halvings) else { continue };
                 let (full, rank, sighting) = self.look(image, &labels);
@@ -308,7 +320,7 @@ impl Chart for DotGrid {
 }
 
 /// Share of a box of `size` that a disc of `radius` covers, the box's middle at `from` the disc's.
-fn covered([x, y]: [f64; 2], [width, height]: [f64; 2], radius: f64) -> f64 {
+pub(super) fn covered([x, y]: [f64; 2], [width, height]: [f64; 2], radius: f64) -> f64 {
     if width <= 0.0 || height <= 0.0 {
         return if x * x + y * y < radius * radius { 1.0 } else { 0.0 };
     }

@@ -151,7 +151,7 @@ impl Lattice {
         let mut points: Vec<_> =
             found.points.iter().map(|(label, pixel)| (id(label), *pixel)).collect();
         points.sort_unstable_by_key(|(id, _)| *id);
-        Detection { points }
+        Detection { points, ..Detection::default() }
     }
 
     fn why_not(&self, found: &Found) -> String {

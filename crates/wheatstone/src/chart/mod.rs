@@ -4,13 +4,17 @@
 //! To add one: write `chart/<name>.rs` with a type that implements [`Chart`] and `Default`, then add
 //! its `mod` line and its row below. The contract tests pick it up from there.
 
+pub mod april_grid;
 pub mod charuco;
 pub mod chessboard;
 pub mod dot_grid;
 pub mod lattice;
 pub mod line_grid;
+pub mod point_list;
+pub mod rigid;
 pub mod svg;
 mod trimming;
+pub mod two_level;
 
 use crate::{
     Result,
@@ -18,6 +22,7 @@ use crate::{
     imaging::GrayImage,
     registry::registry,
 };
+use std::path::Path;
 
 /// A point of a chart: its index in [`Chart::points`].
 pub type PointId = usize;
@@ -27,6 +32,10 @@ pub type PointId = usize;
 pub struct Detection {
     /// Each point at most once, by rising id.
     pub points: Vec<(PointId, Pixel)>,
+    /// Standard deviation of each point along each axis of the picture, in pixels: what the picture's
+    /// noise does to it, and what is known of the method's own faults. In the order of `points`; none
+    /// where it is not told.
+    pub sigmas: Vec<f64>,
 }
 
 /// What a search for a chart in one picture came to.
@@ -39,6 +48,37 @@ pub enum Sighting {
     Seen(Vec<Detection>),
     /// It was not, for this reason.
     Unseen(String),
+}
+
+/// Sigmas of places in a picture, by the places' bits.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sigmas(std::collections::BTreeMap<[u64; 2], f64>);
+
+impl Sigmas {
+    fn add(&mut self, at: Pixel, sigma: f64) {
+        self.0.insert([at.x.to_bits(), at.y.to_bits()], sigma);
+    }
+
+    /// The same readings with the sigmas of their points, if all have one.
+    fn told(&self, mut sighting: Sighting) -> Sighting {
+        if let Sighting::Seen(readings) = &mut sighting {
+            for reading in readings {
+                let of = |at: &Pixel| self.0.get(&[at.x.to_bits(), at.y.to_bits()]).copied();
+                let all: Option<Vec<f64>> = reading.points.iter().map(|(_, at)| of(at)).collect();
+                reading.sigmas = all.unwrap_or_default();
+            }
+        }
+        sighting
+    }
+}
+
+/// Which picture is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureOf<'a> {
+    /// The camera's place in the capture, from 0.
+    pub camera: usize,
+    /// The view's name.
+    pub view: &'a str,
 }
 
 /// A rigid object with points at known places in its own frame.
@@ -61,6 +101,26 @@ pub trait Chart: Sync {
 
     /// Looks for the chart.
     fn detect(&self, image: &GrayImage) -> Sighting;
+
+    /// Looks for the chart in a picture of which more is known: charts that were told where some of their
+    /// points are seen make use of it.
+    fn detect_in(&self, image: &GrayImage, _of: PictureOf) -> Sighting {
+        self.detect(image)
+    }
+
+    /// What the user calls a point.
+    fn name(&self, id: PointId) -> String {
+        id.to_string()
+    }
+
+    /// Reads the files that the chart names; relative paths begin at `folder`.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Io`], [`crate::Error::Malformed`].
+    fn load(&mut self, _folder: &Path) -> Result<()> {
+        Ok(())
+    }
 
     /// The chart that a user who describes this one may have before the cameras, in case this one is
     /// nowhere to be found: squares are often counted where inner corners are meant.
@@ -92,5 +152,8 @@ registry! {
         "chessboard" => Chessboard(chessboard::Chessboard),
         "dot-grid" => DotGrid(dot_grid::DotGrid),
         "charuco" => Charuco(charuco::Charuco),
+        "april-grid" => AprilGrid(april_grid::AprilGrid),
+        "point-list" => PointList(point_list::PointList),
+        "two-level" => TwoLevel(two_level::TwoLevel),
     }
 }

@@ -92,13 +92,14 @@ impl Capture {
     pub fn open(path: &Path) -> Result<Self> {
         let path = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
         let text = storage::read_text(&path, LARGEST_FILE)?;
-        let file: CaptureFile = toml::from_str(&text).map_err(|e| Error::Malformed {
+        let mut file: CaptureFile = toml::from_str(&text).map_err(|e| Error::Malformed {
             path: path.clone(),
             line: e.span().map(|span| line_of(&text, span.start)),
             problem: e.message().to_owned(),
             hint: "`wheatstone list charts` prints the charts; lengths are plain numbers in `unit`"
                 .into(),
         })?;
+        file.chart.load(path.parent().unwrap_or(Path::new("")))?;
         file.chart
             .validate()
             .map_err(|e| refuse(&path, e.to_string(), "correct it in the file"))?;
@@ -136,9 +137,28 @@ impl Capture {
                 "one line a camera, such as `left = \"left/*.png\"`",
             ));
         }
-        let views = pair_up(&path, &mut cameras, &file.views)?;
+        let mut views = pair_up(&path, &mut cameras, &file.views)?;
+        place_bodies(&path, &file.chart, &mut views)?;
         Ok(Self { path, unit: file.unit, chart: file.chart, cameras, views })
     }
+}
+
+/// A chart that is not flat and was shown once is the world itself; shown more often, its places must be
+/// known.
+fn place_bodies(path: &Path, chart: &AnyChart, views: &mut [CapturedView]) -> Result<()> {
+    let flat = chart.points().iter().all(|point| point.z == 0.0);
+    if flat || views.iter().all(|view| view.world_from_chart.is_some()) {
+        return Ok(());
+    }
+    if let [only] = views {
+        only.world_from_chart = Some(Pose::default());
+        return Ok(());
+    }
+    Err(refuse(
+        path,
+        format!("{} views of a chart that is not flat, at places that are not known", views.len()),
+        "give every view its `translation` (and `rotation`) under [[views]], or show the chart once: then its frame is the world",
+    ))
 }
 
 fn refuse(path: &Path, problem: String, hint: &str) -> Error {

@@ -8,11 +8,12 @@
 use super::{Correspondence, Dataset, capture::Capture};
 use crate::{
     Error, Result,
-    chart::{Detection, Sighting},
+    chart::{Detection, PictureOf, Sighting},
     geometry::{Pixel, Point3, ProjectionMatrix},
     imaging::{Limits, read_image},
     progress::Progress,
 };
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use std::{
     path::PathBuf,
@@ -106,7 +107,9 @@ fn search(
             progress.check()?;
             let path = &capture.cameras[index % cameras].pictures[index / cameras];
             let image = read_image(path, settings.limits)?;
-            let sighting = capture.chart.detect(&image);
+            let of =
+                PictureOf { camera: index % cameras, view: &capture.views[index / cameras].name };
+            let sighting = capture.chart.detect_in(&image, of);
             progress.report("detecting", done.fetch_add(1, Ordering::Relaxed) + 1, total as u64);
             Ok(((image.width(), image.height()), sighting))
         })
@@ -223,10 +226,6 @@ fn relative_miss(reading: &Detection, world: &[Point3], projection: &ProjectionM
 /// Where two cameras see the same chart and each leaves open how it is turned, they are taken to be
 /// turned alike, as the first reads it.
 fn settle_by_partner(view: &mut [Sighting]) {
-    let axis = |reading: &Detection| {
-        let (first, last) = (reading.points.first()?, reading.points.last()?);
-        Some(last.1 - first.1)
-    };
     let reference = view.iter().find_map(|sighting| match sighting {
         Sighting::Seen(readings) => Some(readings[0].clone()),
         Sighting::Unseen(_) => None,
@@ -234,21 +233,49 @@ fn settle_by_partner(view: &mut [Sighting]) {
     let Some(reference) = reference else { return };
     for sighting in view {
         let Sighting::Seen(readings) = sighting else { continue };
-        let same_points = |reading: &Detection| {
-            reading.points.first().map(|p| p.0) == reference.points.first().map(|p| p.0)
-                && reading.points.last().map(|p| p.0) == reference.points.last().map(|p| p.0)
-        };
-        if readings.len() == 1 || !readings.iter().all(same_points) {
+        if readings.len() == 1 || !readings.iter().all(|reading| covers(reading, &readings[0])) {
             continue;
         }
-        let Some(along) = axis(&reference) else { continue };
-        let agreement = |reading: &Detection| axis(reading).map_or(-1.0, |own| own.dot(&along));
+        let agreement = |reading: &Detection| likeness(reading, &reference).unwrap_or(-1.0);
         let best = (0..readings.len())
             .max_by(|a, b| agreement(&readings[*a]).total_cmp(&agreement(&readings[*b])));
         if let Some(best) = best {
             *readings = vec![readings.swap_remove(best)];
         }
     }
+}
+
+/// Whether two readings are of nearly the same points: they differ by how the chart is turned, not by
+/// which part of it is seen.
+fn covers(reading: &Detection, other: &Detection) -> bool {
+    let has = |id: &usize| other.points.binary_search_by_key(id, |(id, _)| *id).is_ok();
+    let both = reading.points.iter().filter(|(id, _)| has(id)).count();
+    20 * both >= 19 * reading.points.len().max(other.points.len())
+}
+
+/// How alike two pictures of the same points are, up to place and size: the cosine of their displacements
+/// from their middles.
+fn likeness(reading: &Detection, other: &Detection) -> Option<f64> {
+    let pairs: Vec<(Pixel, Pixel)> = reading
+        .points
+        .iter()
+        .filter_map(|(id, at)| {
+            let place = other.points.binary_search_by_key(id, |(id, _)| *id).ok()?;
+            Some((*at, other.points[place].1))
+        })
+        .collect();
+    let count = pairs.len() as f64;
+    let sum = pairs.iter().fold((Vector2::zeros(), Vector2::zeros()), |sum, (a, b)| {
+        (sum.0 + a.coords, sum.1 + b.coords)
+    });
+    let (mut own, mut its, mut both) = (0.0, 0.0, 0.0);
+    for (a, b) in &pairs {
+        let (a, b) = (a.coords - sum.0 / count, b.coords - sum.1 / count);
+        own += a.norm_squared();
+        its += b.norm_squared();
+        both += a.dot(&b);
+    }
+    (pairs.len() >= 2).then(|| both / (own * its).sqrt())
 }
 
 /// The one reading that is left, or why it is none.
@@ -261,10 +288,10 @@ fn settled(sighting: Sighting, whole_pixels: bool) -> Result<Detection, String> 
                     if whole_pixels { pixel.map(f64::round) } else { pixel }
                 };
                 let points = only.points.iter().map(|(id, pixel)| (*id, round(*pixel)));
-                Ok(Detection { points: points.collect() })
+                Ok(Detection { points: points.collect(), sigmas: only.sigmas.clone() })
             }
             many => Err(format!(
-                "{} points found, but the chart leaves the picture and {} places on it fit: show all of it, or give [[views]] with known places, two of which show all of it",
+                "{} points found, but {} places on the chart fit: show all of it, give [[views]] with known places, two of which show all of it, or name a point in a start file where the chart takes one",
                 many[0].points.len(),
                 many.len()
             )),
@@ -287,7 +314,7 @@ fn assemble(capture: &Capture, pictures: &[Vec<Picture>]) -> Dataset {
             if pixels.iter().any(Option::is_some) {
                 correspondences.push(Correspondence {
                     view,
-                    id: Some(id.to_string()),
+                    id: Some(capture.chart.name(id)),
                     pixels,
                     world: world.as_ref().map(|world| world[id]),
                     board: world.is_none().then_some([point.x, point.y]),
@@ -351,7 +378,7 @@ fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Error {
         .map_or(("no picture", 0), |(why, count)| (*why, *count));
     let hint = match crate::chart::lattice::size_in_reason(why) {
         Some((width, height)) => format!(
-            "is it `columns = {width}`, `rows = {height}`? Inner corners or crossings are counted, not squares"
+            "is it `columns = {width}`, `rows = {height}`? Inner corners, crossings or dots are counted, but squares of a charuco board and tags of an april-grid"
         ),
         None => format!(
             "compare the pictures with [chart] in `{}`; `wheatstone detect --draw DIR` shows what was found",

@@ -40,8 +40,11 @@ pub(super) fn place(
     }
     let (best, most) = votes.iter().max_by_key(|(_, count)| **count)?;
     let rivals = votes.iter().filter(|(place, count)| *place != best && *count == most).count();
-    // One marker may be anything that looks like one.
-    (rivals == 0 && *most >= 2).then_some(best.1)
+    // One marker may be anything that looks like one; on a board of other counts or another layout some few
+    // agree by chance.
+    let all: usize =
+        votes.iter().filter(|((layout, _), _)| *layout == best.0).map(|(_, count)| count).sum();
+    (rivals == 0 && *most >= 2 && 2 * most > all).then_some(best.1)
 }
 
 /// The board under labels of which y turns from x as in the picture, since it is seen from its face and
@@ -124,11 +127,17 @@ fn read(
     if (dark as f64) < LEAST_BORDER * border.len() as f64 {
         return None;
     }
-    let word = inner
+    let word = |threshold: f64| {
+        let bits = inner.iter().enumerate();
+        bits.fold(0_u64, |word, (bit, value)| word | (u64::from(*value < threshold) << bit))
+    };
+    // Blur makes the border lighter, and light cells alone in the dark darker than paper: then the middle
+    // of the word's own values tells them apart.
+    let (low, high) = inner
         .iter()
-        .enumerate()
-        .fold(0_u64, |word, (bit, value)| word | (u64::from(*value < threshold) << bit));
-    matcher.match_code(word)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(*it), high.max(*it)));
+    let best = [threshold, (low + high) / 2.0].map(|it| matcher.match_code(word(it)));
+    best.into_iter().flatten().min_by_key(|read| read.hamming)
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

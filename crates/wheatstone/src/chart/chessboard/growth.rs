@@ -2,10 +2,10 @@
 //! missing ones looked for where their neighbours say that they are, so that no lens model is needed.
 
 use super::{
-    saddle::refine,
+    saddle::{refine, sigma},
     seed::{Labels, Seed},
 };
-use crate::{geometry::Pixel, imaging::GrayImage};
+use crate::{chart::Sigmas, geometry::Pixel, imaging::GrayImage, numeric::statistics::median};
 use nalgebra::Vector2;
 
 /// The window of the saddle as a share of the distance of neighbours, and its bounds in pixels.
@@ -19,6 +19,9 @@ const MOST_DEVIATION: f64 = 0.35;
 /// The least contrast of a corner, as a share of the board's median: shadows and vignetting halve it,
 /// printing on the white margin and things behind the board have less.
 const LEAST_CONTRAST: f64 = 0.25;
+/// Sigmas above which a corner is dropped: in pixels, and as a multiple of the board's median. Corners that
+/// were 9 to 35 px wrong on rendered boards had 0.3 px and 8 times; light that halves twice makes 4 times.
+const MOST_UNCERTAIN: (f64, f64) = (0.2, 6.0);
 
 /// A board as far as the picture shows it.
 pub(in crate::chart) struct Grown {
@@ -43,10 +46,10 @@ pub(in crate::chart) fn grow(
         return None;
     }
     let middle = contrasts.len() / 2;
-    let median = *contrasts.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let typical = *contrasts.select_nth_unstable_by(middle, f64::total_cmp).1;
     let is_corner = |labels: &Labels, label: (i32, i32)| {
         contrast(image, labels, label, reach).is_some_and(|found| {
-            found * median > 0.0 && found.abs() > LEAST_CONTRAST * median.abs()
+            found * typical > 0.0 && found.abs() > LEAST_CONTRAST * typical.abs()
         })
     };
     let refused: Vec<_> =
@@ -76,7 +79,8 @@ pub(in crate::chart) fn grow(
         }
     }
     sharpen(image, &mut labels);
-    let dark_square = if median > 0.0 { (1, 0) } else { (0, 0) };
+    drop_uncertain(image, &mut labels);
+    let dark_square = if typical > 0.0 { (1, 0) } else { (0, 0) };
     (labels.len() >= 4).then_some(Grown { labels, dark_square })
 }
 
@@ -90,6 +94,38 @@ fn sharpen(image: &GrayImage, labels: &mut Labels) {
         })
         .collect();
     labels.extend(moved);
+}
+
+/// Drops corners that are far less certain than the others, at the picture's edge mostly, where a saddle
+/// wanders off.
+fn drop_uncertain(image: &GrayImage, labels: &mut Labels) {
+    let all: Vec<((i32, i32), f64)> = labels
+        .iter()
+        .filter_map(|(label, at)| {
+            let (along, down) = steps(labels, *label)?;
+            Some((*label, sigma(image, *at, window(along.norm().min(down.norm())))))
+        })
+        .collect();
+    if all.is_empty() {
+        return;
+    }
+    let typical = median(&all.iter().map(|(_, sigma)| *sigma).collect::<Vec<_>>());
+    for (label, sigma) in all {
+        if sigma > MOST_UNCERTAIN.0.max(MOST_UNCERTAIN.1 * typical) {
+            labels.remove(&label);
+        }
+    }
+}
+
+/// The sigmas of a board's corners.
+pub(in crate::chart) fn sigmas(image: &GrayImage, labels: &Labels) -> Sigmas {
+    let mut all = Sigmas::default();
+    for (label, at) in labels {
+        if let Some((along, down)) = steps(labels, *label) {
+            all.add(*at, sigma(image, *at, window(along.norm().min(down.norm()))));
+        }
+    }
+    all
 }
 
 fn window(spacing: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Where exactly a corner of a chessboard is: the saddle of the grey values around it.
 
-use crate::{geometry::Pixel, imaging::GrayImage};
-use nalgebra::{Matrix6, Vector2, Vector6};
+use crate::{geometry::Pixel, imaging::GrayImage, numeric::statistics::median};
+use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
 /// Steps after which a search that has not settled is given up: good ones need five.
 const MOST_STEPS: usize = 20;
@@ -15,7 +15,7 @@ const SETTLED: f64 = 1e-4;
 /// The grey values are fitted by a quadric as by Lucchese and Mitra (2002,
 /// doi:10.1109/APCCAS.2002.1115151). Four squares are symmetric about their corner, so a window that
 /// is symmetric about it too leaves no bias, however badly a quadric describes them.
-pub(super) fn refine(image: &GrayImage, start: Pixel, sigma: f64) -> Option<Pixel> {
+pub(in crate::chart) fn refine(image: &GrayImage, start: Pixel, sigma: f64) -> Option<Pixel> {
     let mut at = start;
     for _ in 0..MOST_STEPS {
         let step = saddle_from(image, at, sigma)?;
@@ -28,6 +28,65 @@ pub(super) fn refine(image: &GrayImage, start: Pixel, sigma: f64) -> Option<Pixe
         }
     }
     None
+}
+
+/// In pixels: what is left without noise, measured on rendered boards (see the decision on charts).
+const OWN_FAULT: f64 = 0.01;
+/// In grey levels: what rounding to whole ones leaves uncertain, the root of a twelfth.
+const ROUNDING: f64 = 0.29;
+
+/// Standard deviation of a saddle along each axis, in pixels: what the noise of the grey values around it
+/// does to the quadric, and the method's own fault.
+pub(in crate::chart) fn sigma(image: &GrayImage, at: Pixel, window: f64) -> f64 {
+    let noise = noise(image, at);
+    spread(image, at, window).map_or(window, |spread| {
+        let own = noise * spread * window;
+        (own * own + OWN_FAULT * OWN_FAULT).sqrt().min(window)
+    })
+}
+
+/// Standard deviation of the noise about a place, in grey levels, by Immerkær's mask (1996,
+/// doi:10.1006/cviu.1996.0060), which neither slopes nor edges along the axes excite; the median over a
+/// window does without those that do.
+fn noise(image: &GrayImage, at: Pixel) -> f64 {
+    let (x, y) = (at.x.round() as isize, at.y.round() as isize);
+    let value = |x: isize, y: isize| f64::from(image.at(x, y));
+    let mut all = Vec::with_capacity(169);
+    for row in y - 6..=y + 6 {
+        for column in x - 6..=x + 6 {
+            let second = |row: isize| {
+                value(column - 1, row) - 2.0 * value(column, row) + value(column + 1, row)
+            };
+            all.push((second(row - 1) - 2.0 * second(row) + second(row + 1)).abs());
+        }
+    }
+    // The mask's weights have the norm 6.
+    (median(&all) / 0.6745 / 6.0).max(ROUNDING)
+}
+
+/// Standard deviation of the saddle in windows, for noise of one grey level.
+fn spread(image: &GrayImage, at: Pixel, window: f64) -> Option<f64> {
+    let reach = (3.0 * window).ceil() as isize;
+    let (column, row) = (at.x.round() as isize, at.y.round() as isize);
+    let (mut normal, mut squared, mut right) =
+        (Matrix6::zeros(), Matrix6::zeros(), Vector6::zeros());
+    for py in row - reach..=row + reach {
+        for px in column - reach..=column + reach {
+            let (x, y) = ((px as f64 - at.x) / window, (py as f64 - at.y) / window);
+            let weight = libm::exp(-(x * x + y * y) / 2.0);
+            let terms = Vector6::new(x * x, x * y, y * y, x, y, 1.0);
+            normal.ger(weight, &terms, &terms, 1.0);
+            squared.ger(weight * weight, &terms, &terms, 1.0);
+            right += terms * (weight * f64::from(image.at(px, py)));
+        }
+    }
+    let inverse = normal.cholesky()?.inverse();
+    let quadric = inverse * right;
+    let covariance = inverse * squared * inverse;
+    let slope = covariance.fixed_view::<2, 2>(3, 3).into_owned();
+    let bend = Matrix2::new(2.0 * quadric[0], quadric[1], quadric[1], 2.0 * quadric[2]);
+    let back = bend.try_inverse()?;
+    Some(((back * slope * back).trace() / 2.0).sqrt())
 }
 
 /// Step from `at` to the saddle of the quadric around it, at most one `sigma`.

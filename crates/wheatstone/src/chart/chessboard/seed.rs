@@ -5,9 +5,10 @@ use crate::{
     imaging::{GrayImage, filter::halve},
 };
 use calib_targets::{
+    ChessCorner,
     chessboard::{ChessboardDetector, ChessboardParams},
     core::ImageRefiner,
-    detect::{default_chess_config, detect_corners},
+    detect::{DetectorConfig, default_chess_config, detect_corners},
 };
 use std::collections::BTreeMap;
 
@@ -42,9 +43,15 @@ impl Scale {
     pub(in crate::chart) fn ladder(pixels: usize) -> &'static [Self] {
         match pixels {
             0..1_000_000 => &[Self::Full, Self::Double, Self::Half],
-            1_000_000..4_000_000 => &[Self::Full, Self::Half],
-            _ => &[Self::Half, Self::Full, Self::Quarter],
+            1_000_000..LARGE => &[Self::Full, Self::Half],
+            _ => &[Self::Half, Self::Quarter, Self::Full],
         }
+    }
+
+    /// The sizes for charts with markers. Squares with readable markers are wide enough to be seen in the
+    /// half of a large picture; looking for smaller ones costs seconds on a texture.
+    pub(in crate::chart) fn of_markers(pixels: usize) -> [Self; 2] {
+        if pixels < LARGE { [Self::Full, Self::Half] } else { [Self::Half, Self::Quarter] }
     }
 
     fn apply(self, image: &GrayImage) -> GrayImage {
@@ -71,6 +78,60 @@ impl Scale {
     }
 }
 
+/// The `most` strongest corners of a picture.
+pub(in crate::chart) fn corners(image: &GrayImage, scale: Scale, most: usize) -> Vec<Pixel> {
+    let found = strongest(image, scale, most).into_iter();
+    found.map(|corner| scale.restore(corner.position.cast::<f64>())).collect()
+}
+
+/// The `most` strongest corners, in the pixels of the picture at this size.
+fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
+    let picture = scale.apply(image).to_8_bit();
+    // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
+    if picture.width().min(picture.height()) < LEAST_SIDE {
+        return Vec::new();
+    }
+    let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
+    if is_texture(&picture, &settings) {
+        return Vec::new();
+    }
+    let mut corners = detect_corners(&picture, &settings);
+    // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
+    // into a lattice must have a bound.
+    corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    corners.truncate(most);
+    corners
+}
+
+/// Whether a large picture is full of strong corners, by samples of it: no board has as many, and to find
+/// them all would take seconds. Noise has a few strong ones among many weak.
+fn is_texture(picture: &image::GrayImage, settings: &DetectorConfig) -> bool {
+    let (width, height) = (picture.width(), picture.height());
+    if width.min(height) < SAMPLES * SAMPLE {
+        return false;
+    }
+    let mut strengths = Vec::new();
+    for row in 0..SAMPLES {
+        for column in 0..SAMPLES {
+            let middle = |at: u32, size: u32| (2 * at + 1) * size / (2 * SAMPLES) - SAMPLE / 2;
+            let (x, y) = (middle(column, width), middle(row, height));
+            let sample = image::imageops::crop_imm(picture, x, y, SAMPLE, SAMPLE).to_image();
+            strengths.extend(detect_corners(&sample, settings).iter().map(|it| it.strength));
+        }
+    }
+    let most = strengths.iter().copied().fold(0.0, f32::max);
+    let strong = strengths.iter().filter(|it| **it > 0.5 * most).count();
+    let sampled = (SAMPLES * SAMPLES * SAMPLE * SAMPLE) as usize;
+    strong * (width * height) as usize > MOST_STRONG * sampled
+}
+
+/// Samples across and down, and their side in pixels: a twentieth of 3 megapixels.
+const SAMPLES: u32 = 4;
+/// See [`SAMPLES`].
+const SAMPLE: u32 = 96;
+/// Strong corners of a picture that are a texture: ten times those that are looked at.
+const MOST_STRONG: usize = 40_000;
+
 /// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
 pub(in crate::chart) fn find(
     image: &GrayImage,
@@ -78,17 +139,7 @@ pub(in crate::chart) fn find(
     count: usize,
     most: usize,
 ) -> Vec<Seed> {
-    let picture = scale.apply(image).to_8_bit();
-    // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
-    if picture.width().min(picture.height()) < LEAST_SIDE {
-        return Vec::new();
-    }
-    let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
-    let mut corners = detect_corners(&picture, &settings);
-    // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
-    // into a lattice must have a bound.
-    corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    corners.truncate(most);
+    let corners = strongest(image, scale, most);
     let mut parameters = ChessboardParams::default();
     parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
     let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
@@ -103,6 +154,9 @@ pub(in crate::chart) fn find(
     });
     seeds.collect()
 }
+
+/// In pixels: pictures that are looked at in half their size first.
+pub(in crate::chart) const LARGE: usize = 4_000_000;
 
 /// In pixels: a ring of radius 5, and one pixel to find a maximum among.
 const LEAST_SIDE: u32 = 13;

@@ -5,23 +5,23 @@ use nalgebra::Matrix2;
 
 /// A patch that can be a dot.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Blob {
+pub(in crate::chart) struct Blob {
     /// Mean of its pixels.
-    pub(super) centre: Pixel,
+    pub(in crate::chart) centre: Pixel,
     /// Their covariance. That of an ellipse's inside is a quarter of its squared half axes.
-    pub(super) covariance: Matrix2<f64>,
+    pub(in crate::chart) covariance: Matrix2<f64>,
     /// How far it differs from the mean around it, in grey levels.
-    pub(super) contrast: f64,
+    pub(in crate::chart) contrast: f64,
 }
 
 impl Blob {
     /// Of the ellipse with this covariance, in square pixels.
-    pub(super) fn area(&self) -> f64 {
+    pub(in crate::chart) fn area(&self) -> f64 {
         area(&self.covariance)
     }
 
     /// Where it is, and how large, in the picture of which this one is the `halvings`-th half.
-    pub(super) fn restored(&self, halvings: usize) -> Self {
+    pub(in crate::chart) fn restored(&self, halvings: usize) -> Self {
         let factor = (1_usize << halvings) as f64;
         Self {
             // Pixel centres are whole numbers, so pictures share their edges at -0.5.
@@ -33,15 +33,15 @@ impl Blob {
 }
 
 /// Area of the ellipse whose inside has this covariance.
-pub(super) fn area(covariance: &Matrix2<f64>) -> f64 {
+pub(in crate::chart) fn area(covariance: &Matrix2<f64>) -> f64 {
     4.0 * std::f64::consts::PI * covariance.determinant().max(0.0).sqrt()
 }
 
 /// Dark and bright patches.
 #[derive(Default)]
-pub(super) struct Blobs {
-    pub(super) dark: Vec<Blob>,
-    pub(super) bright: Vec<Blob>,
+pub(in crate::chart) struct Blobs {
+    pub(in crate::chart) dark: Vec<Blob>,
+    pub(in crate::chart) bright: Vec<Blob>,
 }
 
 /// Half a side of the window whose mean parts dark from bright: a window of 33 pixels holds dots of
@@ -59,12 +59,32 @@ const MOST_AREA: f64 = 650.0;
 /// Squared distance, in standard deviations, of the pixel that lies farthest out: 4 in an ellipse, 6 in a
 /// square or parallelogram, more where anything sticks out. Pixels of small patches are coarse.
 const MOST_REACH: [f64; 2] = [5.2, 6.5];
+/// The same for any compact convex outline: 6 in a parallelogram, and what blur and pixels add.
+const CONVEX_REACH: [f64; 2] = [6.9, 7.5];
 /// In pixels: patches below this are small in the sense of [`MOST_REACH`].
 const SMALL: f64 = 40.0;
 /// Area by count and area by covariance, ratio: 1 in an ellipse, 0.6 in a ring half as wide as its radius.
 const FILLED: (f64, f64) = (0.85, 1.12);
 /// Of the axes of an ellipse: a disc tilted by 80 degrees.
 const MOST_SLENDER: f64 = 6.0;
+
+/// What a patch's outline may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::chart) enum Outline {
+    /// That of a disc seen from anywhere.
+    Ellipse,
+    /// That of a square or a disc.
+    Convex,
+}
+
+impl Outline {
+    fn most_reach(self) -> [f64; 2] {
+        match self {
+            Self::Ellipse => MOST_REACH,
+            Self::Convex => CONVEX_REACH,
+        }
+    }
+}
 
 /// Pixels of one row, beside each other, on one side of the mean.
 struct Run {
@@ -76,15 +96,15 @@ struct Run {
     difference: f32,
 }
 
-/// All patches of a picture that are shaped like ellipses.
-pub(super) fn find(image: &GrayImage) -> Blobs {
+/// All patches of a picture that have such an outline.
+pub(in crate::chart) fn find(image: &GrayImage, outline: Outline) -> Blobs {
     let least = LEAST_CONTRAST * range(image);
     // Grey levels are not told apart beyond single precision.
     if least <= 1e-4 || image.width().min(image.height()) < 5 {
         return Blobs::default();
     }
     let [mut dark, mut bright] = runs(image, least);
-    Blobs { dark: patches(image, &mut dark), bright: patches(image, &mut bright) }
+    Blobs { dark: patches(image, &mut dark, outline), bright: patches(image, &mut bright, outline) }
 }
 
 /// Between the darkest and the brightest thousandth.
@@ -230,8 +250,8 @@ impl Sums {
     }
 }
 
-/// The patches that are shaped like ellipses.
-fn patches(image: &GrayImage, runs: &mut [Run]) -> Vec<Blob> {
+/// The patches that have such an outline.
+fn patches(image: &GrayImage, runs: &mut [Run], outline: Outline) -> Vec<Blob> {
     // Noise makes millions of runs; few of them belong to anything as large as a dot.
     let mut counts = vec![0_u32; runs.len()];
     for index in 0..runs.len() {
@@ -267,7 +287,7 @@ fn patches(image: &GrayImage, runs: &mut [Run]) -> Vec<Blob> {
                 .and_then(|blob| Some((blob, blob.covariance.try_inverse()?)));
         }
         let Some((blob, inverse)) = blobs[place] else { continue };
-        let most = MOST_REACH[usize::from(sums[place].count < SMALL)];
+        let most = outline.most_reach()[usize::from(sums[place].count < SMALL)];
         let run = &runs[index];
         let sticks_out = [run.first, run.last].into_iter().any(|x| {
             let from = Pixel::new(f64::from(x), f64::from(run.row)) - blob.centre;

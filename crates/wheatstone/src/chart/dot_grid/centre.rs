@@ -5,26 +5,31 @@ use super::blobs::{Blob, area};
 use crate::{
     geometry::{Homography, Pixel},
     imaging::GrayImage,
+    numeric::statistics::median,
 };
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::collections::BTreeMap;
 
 /// A dot as the picture shows it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Dot {
+pub(in crate::chart) struct Dot {
     /// Centroid of its picture.
-    pub(super) centroid: Pixel,
+    pub(in crate::chart) centroid: Pixel,
     /// Of its picture, in square pixels.
-    pub(super) area: f64,
+    pub(in crate::chart) area: f64,
+    /// Standard deviation of the centroid along each axis, from the picture's noise, in pixels.
+    pub(in crate::chart) sigma: f64,
+    /// How much darker it is than its ground, in grey levels; negative for bright ones.
+    pub(in crate::chart) depth: f64,
 }
 
 /// A dot as the chart has it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placed {
+pub(in crate::chart) struct Placed {
     /// Where its centre is seen.
-    pub(super) centre: Pixel,
+    pub(in crate::chart) centre: Pixel,
     /// Its radius squared, in steps of the labels.
-    pub(super) radius_squared: f64,
+    pub(in crate::chart) radius_squared: f64,
 }
 
 /// Rounds of centroid and window about it. Each shrinks a window's error tenfold.
@@ -36,11 +41,11 @@ const RING: f64 = 2.5;
 
 /// The dot of a patch, `gap` pixels from the edge of the next one; `None` where it leaves the picture
 /// or has no ground about it.
-pub(super) fn measure(image: &GrayImage, blob: &Blob, gap: f64) -> Option<Dot> {
+pub(in crate::chart) fn measure(image: &GrayImage, blob: &Blob, gap: f64) -> Option<Dot> {
     let margin = (0.4 * gap).clamp(0.8, MARGIN);
     let ring = (0.5 * gap).clamp(1.0, RING);
     let (mut centroid, mut covariance) = (blob.centre, blob.covariance);
-    let mut ink = 0.0;
+    let (mut ink, mut sigma, mut depth) = (0.0, 0.0, 0.0);
     for _ in 0..ROUNDS {
         let window = Window::new(image, centroid, covariance, margin + ring)?;
         let sums = window.sums(margin)?;
@@ -49,13 +54,20 @@ pub(super) fn measure(image: &GrayImage, blob: &Blob, gap: f64) -> Option<Dot> {
         let growth = area(&sums.covariance) / blob.area();
         let credible = (0.5..2.0).contains(&growth);
         covariance = if credible { sums.covariance } else { blob.covariance };
+        (sigma, depth) = (sums.sigma, sums.depth);
         ink = sums.area.unwrap_or_else(|| area(&covariance));
         if (centroid - blob.centre).norm_squared() > blob.area() / 4.0 {
             return None;
         }
     }
-    Some(Dot { centroid, area: ink })
+    let sigma = (sigma * sigma + OWN_FAULT * OWN_FAULT).sqrt();
+    Some(Dot { centroid, area: ink, sigma, depth })
 }
+
+/// In pixels: what is left without noise, measured on rendered dots (see the decision on charts).
+const OWN_FAULT: f64 = 0.01;
+/// In grey levels: what rounding to whole ones leaves uncertain, the root of a twelfth.
+const ROUNDING: f64 = 0.29;
 
 /// The pixels about a dot: steps from its centre, distance outside its edge, value.
 struct Window {
@@ -69,6 +81,10 @@ struct Sums {
     covariance: Matrix2<f64>,
     /// Where the dot is large enough to show its own grey level.
     area: Option<f64>,
+    /// Standard deviation of the centroid along each axis, from noise.
+    sigma: f64,
+    /// Ground less dot, in grey levels.
+    depth: f64,
 }
 
 /// A grey level that changes evenly: at the window's centre, and a pixel to the right and down.
@@ -141,8 +157,12 @@ impl Window {
             inner.as_ref().map_or(ground[0] - level, gap)
         };
         let (mut sum, mut first, mut second) = (0.0, Vector2::zeros(), Matrix2::zeros());
+        let (mut lever, mut tilt) = (0.0, 0.0);
         for (step, _, value) in self.pixels.iter().filter(|pixel| pixel.1 < margin) {
-            let ink = (on(&ground, *step) - value) / depth(*step);
+            let deep = depth(*step);
+            let ink = (on(&ground, *step) - value) / deep;
+            lever += step.norm_squared() / (2.0 * deep * deep);
+            tilt += step.norm_squared() / (2.0 * deep);
             sum += ink;
             first += ink * step;
             second += ink * step * step.transpose();
@@ -153,7 +173,30 @@ impl Window {
             step,
             covariance,
             area: inner.map(|_| sum),
+            sigma: self.noise(&ground, (margin, far)) * self.leverage(margin, lever, tilt) / sum,
+            depth: ground[0] - level,
         })
+    }
+
+    /// Standard deviation of the ground's pixels about their plane, in grey levels.
+    fn noise(&self, ground: &Plane, (margin, far): (f64, f64)) -> f64 {
+        let off: Vec<f64> = self
+            .pixels
+            .iter()
+            .filter(|pixel| pixel.1 >= margin)
+            .map(|(step, _, value)| (value - on(ground, *step)).abs())
+            .filter(|off| *off < far)
+            .collect();
+        // The median deviation of normal noise is 0.6745 standard deviations.
+        (median(&off) / 0.6745).max(ROUNDING)
+    }
+
+    /// How much a grey level's noise moves the light's first moment: that of the dot's own pixels, and that
+    /// of the ring, which tilts the ground.
+    fn leverage(&self, margin: f64, lever: f64, tilt: f64) -> f64 {
+        let ring = self.pixels.iter().filter(|pixel| pixel.1 >= margin);
+        let spread: f64 = ring.map(|pixel| pixel.0.norm_squared() / 2.0).sum();
+        (lever + tilt * tilt / spread.max(1.0)).sqrt()
     }
 
     /// The level of a dot that is all edge: its value nearest to the centre.
@@ -168,7 +211,7 @@ impl Window {
 /// The picture of a disc is an ellipse whose centre is not the picture of the disc's (Heikkilä 2000,
 /// doi:10.1109/34.879788). How far apart they are follows from the homography of the dots around, and
 /// the dot's own size; done twice, since the first homography has gone through displaced centres.
-pub(super) fn placed(dots: &BTreeMap<(i32, i32), Dot>) -> BTreeMap<(i32, i32), Placed> {
+pub(in crate::chart) fn placed(dots: &BTreeMap<(i32, i32), Dot>) -> BTreeMap<(i32, i32), Placed> {
     let mut centres: BTreeMap<(i32, i32), Placed> = dots
         .iter()
         .map(|(label, dot)| (*label, Placed { centre: dot.centroid, radius_squared: 0.0 }))

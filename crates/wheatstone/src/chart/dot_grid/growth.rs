@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use std::collections::BTreeMap;
 
 /// Dots by their labels; where labels begin and which way they go means nothing.
-pub(super) type Labels = BTreeMap<(i32, i32), Blob>;
+pub(in crate::chart) type Labels = BTreeMap<(i32, i32), Blob>;
 
 /// How far a dot may be from where its neighbours say, as a share of their distance. A lens bends and a
 /// tilt shortens steps by a tenth at most from one to the next; beyond a half it would be another dot.
@@ -50,6 +50,40 @@ pub(super) fn largest(blobs: &[Blob], least: usize) -> Option<Labels> {
     }
     (!best.is_empty())
         .then(|| best.into_iter().map(|(label, index)| (label, blobs[index])).collect())
+}
+
+/// The largest grids among the patches, at most `most` of them with `least` dots or more, by indices of
+/// the patches.
+pub(in crate::chart) fn patches(
+    blobs: &[Blob],
+    least: usize,
+    most: usize,
+) -> Vec<BTreeMap<(i32, i32), usize>> {
+    let Some(cloud) = Cloud::new(blobs) else { return Vec::new() };
+    let mut taken = vec![0_usize; blobs.len()];
+    let (mut found, mut grown) = (Vec::new(), 0);
+    for seed in 0..blobs.len() {
+        // Every patch a few times over is enough, however many lattices a texture has.
+        if grown > 8 * blobs.len() {
+            break;
+        }
+        // Twice: with another cell the same dots make another lattice.
+        if taken[seed] >= 2 {
+            continue;
+        }
+        for cell in cloud.cells(seed).into_iter().take(3) {
+            let labels = cloud.grow(cell);
+            grown += labels.len();
+            if labels.len() >= least && cloud.in_order(&labels) {
+                labels.values().for_each(|index| taken[*index] += 1);
+                found.push(labels);
+            }
+        }
+    }
+    found.sort_by_key(|labels: &BTreeMap<_, _>| std::cmp::Reverse(labels.len()));
+    found.dedup();
+    found.truncate(most);
+    found
 }
 
 /// Patches, sorted into boxes to find them by place.

@@ -85,7 +85,7 @@ pub(super) fn place(chart: &DotGrid, dots: &BTreeMap<(i32, i32), Pixel>) -> Sigh
         let id = |(x, y): &(i32, i32)| (y - top) as usize * chart.columns + (x - left) as usize / 2;
         let mut points: Vec<_> = turned.iter().map(|(label, pixel)| (id(label), *pixel)).collect();
         points.sort_unstable_by_key(|(id, _)| *id);
-        readings.push((along.x / along.norm(), Detection { points }));
+        readings.push((along.x / along.norm(), Detection { points, ..Detection::default() }));
     }
     if readings.is_empty() {
         let (width, height) = size(dots);

@@ -34,6 +34,11 @@ const DEPTHS: f64 = 0.5;
 const STRAIGHT: f64 = 0.06;
 /// Seeds that are tried in one level: a grid has many, and clutter is as even only by accident.
 const TRIES: usize = 150;
+/// Grids are followed to this many times the chart's crossings, enough to tell a mistaken count by; a texture
+/// of 12 megapixels would go on for seconds.
+const MOST_WHOLE: usize = 4;
+/// Crossings of the smallest chart that counts for that.
+const LEAST_WHOLE: usize = 250;
 
 /// Longest step of a level's grids, in pixels: lines of 5 px are the widest that candidates show,
 /// and 1/25 of the pitch the narrowest that charts have.
@@ -199,11 +204,11 @@ impl Expected {
 
 /// Adds every crossing that can be reached. Stops by itself: each new one lies on the picture, at
 /// least half a step from those it was reached from.
-pub(super) fn grow(grid: &mut Grid, view: View) {
+pub(super) fn grow(grid: &mut Grid, view: View, whole: usize) {
     // How much was known when a place was looked at in vain.
     let mut failed: BTreeMap<Label, usize> = BTreeMap::new();
     // Six pixels each way is less than any pitch that lines can be told at.
-    let most = view.area() / 36 + 4;
+    let most = (view.area() / 36 + 4).min(MOST_WHOLE * whole.max(LEAST_WHOLE));
     loop {
         let frontier: BTreeSet<Label> = grid
             .nodes
@@ -257,29 +262,50 @@ fn reach(grid: &Grid, view: View, label: Label) -> Option<Node> {
 /// The largest grid that grows from any of a level's seeds.
 pub(super) fn largest(candidates: &Candidates, view: View, enough: usize) -> Option<Grid> {
     let mut best: Option<Grid> = None;
-    let mut used: Vec<Pixel> = Vec::new();
-    let mut tries = 0;
+    let mut used: BTreeMap<(i32, i32), Vec<Pixel>> = BTreeMap::new();
+    let (mut tries, mut known) = (0, 0);
     for seed in &candidates.seeds {
         let place = candidates.places[seed.candidate].pixel;
-        // Two pixels are more than a candidate is off its crossing.
-        if tries == TRIES || used.iter().any(|other| (other - place).norm() < 2.5) {
+        if tries == TRIES {
+            break;
+        }
+        if is_near(&used, place) {
             continue;
         }
         tries += 1;
         let Some(mut grid) = cell(seed, candidates, view) else { continue };
-        grow(&mut grid, view);
-        used.extend(grid.nodes.values().map(|node| node.pixel));
+        grow(&mut grid, view, enough);
+        for node in grid.nodes.values() {
+            used.entry(in_boxes(node.pixel)).or_default().push(node.pixel);
+        }
+        known += grid.nodes.len();
         let count = grid.nodes.len();
         if best.as_ref().is_none_or(|best| count > best.nodes.len()) {
             best = Some(grid);
         }
         // What is left cannot beat it, or it is whole.
-        let left = candidates.seeds.len().saturating_sub(used.len());
+        let left = candidates.seeds.len().saturating_sub(known);
         if count >= enough || best.as_ref().is_some_and(|best| best.nodes.len() > left) {
             break;
         }
     }
     best
+}
+
+/// In pixels: more than a candidate is off its crossing.
+const OFF: f64 = 2.5;
+
+/// The box of side [`OFF`] that a place is in.
+fn in_boxes(place: Pixel) -> (i32, i32) {
+    ((place.x / OFF).floor() as i32, (place.y / OFF).floor() as i32)
+}
+
+/// Whether one of these places is within [`OFF`] of another.
+fn is_near(used: &BTreeMap<(i32, i32), Vec<Pixel>>, place: Pixel) -> bool {
+    let (column, row) = in_boxes(place);
+    let boxes = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (column + x, row + y)));
+    let mut near = boxes.filter_map(|it| used.get(&it)).flatten();
+    near.any(|other| (other - place).norm() < OFF)
 }
 
 /// Four crossings about a square that has the seed at a corner.

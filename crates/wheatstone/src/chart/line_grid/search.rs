@@ -39,7 +39,7 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
             if grid.nodes.len() <= least {
                 continue;
             }
-            let Some(grid) = finished(grid, level, &levels, polarity) else { continue };
+            let Some(grid) = finished(grid, level, &levels, (polarity, whole)) else { continue };
             let count = grid.nodes.len();
             if best.as_ref().is_none_or(|(_, best)| count > best.nodes.len()) {
                 best = Some((polarity, grid));
@@ -58,7 +58,12 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
 
 /// A grid that was found in one level, measured in the level that shows its lines best; in the
 /// whole picture's pixels. `None` where it does not stand closer scrutiny.
-fn finished(mut grid: Grid, found: &Level, levels: &[Level], polarity: Polarity) -> Option<Grid> {
+fn finished(
+    mut grid: Grid,
+    found: &Level,
+    levels: &[Level],
+    (polarity, whole): (Polarity, usize),
+) -> Option<Grid> {
     let pitch = typical_pitch(&grid)? * found.scale();
     let width = printed(grid.width * pitch / found.scale()) * found.scale();
     // The coarsest level whose lines are still wide.
@@ -71,7 +76,7 @@ fn finished(mut grid: Grid, found: &Level, levels: &[Level], polarity: Polarity)
     let view = fine.view(polarity);
     let segments = refine::segments(&grid, view);
     refine::refine(&mut grid, view, &segments);
-    grow(&mut grid, view);
+    grow(&mut grid, view, whole);
     for _ in 0..2 {
         let segments = refine::segments(&grid, view);
         refine::prune(&mut grid, &segments);
