@@ -3,6 +3,7 @@ use crate::{
     camera::PosedCamera,
     dataset::Correspondence,
     evaluate::{evaluate, floor},
+    geometry::Vector3,
     method::{AnyReconstructor, tests::charts},
     numeric::random::Random,
     progress::Silent,
