@@ -45,13 +45,13 @@ pub struct TwoLevel {
 }
 
 impl Default for TwoLevel {
-    /// Half a pitch aside and a thin sheet behind, with a column less, so that it looks the same upside down only.
+    /// Half a pitch aside, with a column and a row less; both levels at one depth, as a print of them is.
     fn default() -> Self {
         Self {
             columns: 10,
             rows: 7,
             pitch: 20.0,
-            second: [10.0, 10.0, 0.5],
+            second: [10.0, 10.0, 0.0],
             second_rows: Some(6),
             second_columns: Some(9),
             diameter: None,

@@ -20,6 +20,8 @@ const LEAST_PATCH: usize = 8;
 /// lattice.
 const MOST_PATCHES: usize = 12;
 
+/// Depth of a thin body as a share of its width: perspective then moves its points by less than a step.
+const THIN: f64 = 0.1;
 /// Share of points that a turn must take to others: a dot or two that is left out tells too little.
 const LEAST_SYMMETRIC: f64 = 0.95;
 
@@ -39,6 +41,26 @@ fn turns() -> Vec<nalgebra::Matrix3<f64>> {
     all.filter(|turn| turn.determinant() > 0.0).collect()
 }
 
+/// Of each point, the nearest others, nearest first.
+fn nearby(points: &[Point3]) -> Vec<Vec<usize>> {
+    let near = |at: &Point3| {
+        let mut all: Vec<(f64, usize)> = points
+            .iter()
+            .enumerate()
+            .map(|(index, other)| ((other - at).norm_squared(), index))
+            .filter(|(distance, _)| *distance > 0.0)
+            .collect();
+        let count = NEIGHBOURS.min(all.len());
+        if count < all.len() {
+            all.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            all.truncate(count);
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        all.into_iter().map(|(_, index)| index).collect::<Vec<_>>()
+    };
+    points.iter().map(near).collect()
+}
+
 /// The points and how they lie to each other.
 pub(super) struct Body {
     pub(super) points: Vec<Point3>,
@@ -53,29 +75,35 @@ pub(super) struct Body {
 
 impl Body {
     pub(super) fn new(points: Vec<Point3>) -> Self {
-        let near = |at: &Point3| {
-            let mut all: Vec<(f64, usize)> = points
-                .iter()
-                .enumerate()
-                .map(|(index, other)| ((other - at).norm_squared(), index))
-                .filter(|(distance, _)| *distance > 0.0)
-                .collect();
-            let count = NEIGHBOURS.min(all.len());
-            if count < all.len() {
-                all.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                all.truncate(count);
-            }
-            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            all.into_iter().map(|(_, index)| index).collect::<Vec<_>>()
-        };
-        let neighbours = points.iter().map(near).collect();
+        let neighbours = nearby(&points);
         let heights = || points.iter().map(|point| point.z);
         let flat = heights().fold(f64::MIN, f64::max) == heights().fold(f64::MAX, f64::min);
         let mut body =
             Self { points, neighbours, patches: Vec::new(), flat, symmetries: Vec::new() };
         body.patches = body.find_patches();
+        if let Some(flattened) = body.flattened() {
+            body.patches.extend(flattened.find_patches());
+            body.patches.sort_by_key(|patch| std::cmp::Reverse(patch.len()));
+            body.patches.truncate(MOST_PATCHES);
+        }
         body.symmetries = body.find_symmetries();
         body
+    }
+
+    /// A thin body without its depth: plates of two levels look like one lattice.
+    fn flattened(&self) -> Option<Self> {
+        let extent = |axis: usize| {
+            let all = self.points.iter().map(|point| point[axis]);
+            all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
+        };
+        if self.flat || extent(2) > THIN * extent(0).max(extent(1)) {
+            return None;
+        }
+        let points: Vec<Point3> =
+            self.points.iter().map(|point| Point3::new(point.x, point.y, 0.0)).collect();
+        let neighbours = nearby(&points);
+        let (patches, symmetries) = (Vec::new(), Vec::new());
+        Some(Self { points, neighbours, patches, flat: true, symmetries })
     }
 
     /// The turns by quarters and halves about the body's middle that leave it as it is.
@@ -90,6 +118,10 @@ impl Body {
         };
         let mut found = Vec::new();
         for turn in turns().into_iter().skip(1) {
+            // A flat body is seen from its face.
+            if self.flat && turn[(2, 2)] < 0.5 {
+                continue;
+            }
             let image = |id: usize| -> Option<usize> {
                 let place = middle + turn * (self.points[id].coords - middle);
                 let off = |other: &usize| (self.points[*other].coords - place).norm();
