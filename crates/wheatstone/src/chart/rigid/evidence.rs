@@ -21,7 +21,7 @@ const MOST_BEYOND: f64 = 0.5;
 /// another.
 const LEAST_WHOLE: f64 = 0.75;
 /// Named points that are believed against marks beyond the body: it is a part of a larger lattice. One is
-/// not: a photographed vee was laid askew through it in six of eight cases.
+/// not: one camera's picture of a vee was laid askew through it in six of eight cases.
 const LEAST_NAMED: usize = 3;
 
 /// The largest share of the places beyond a side of the body where there is a mark like its own: near 0
