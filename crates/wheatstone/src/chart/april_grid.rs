@@ -237,16 +237,8 @@ impl Chart for AprilGrid {
             return Sighting::Unseen(format!("no dictionary {}", self.dictionary));
         };
         let whole = 4 * self.columns * self.rows;
-        let mut best = Detection::default();
-        for scale in seed::Scale::of_markers(image.width() * image.height()) {
-            let found = self.look(image, scale, &words);
-            if found.points.len() > best.points.len() {
-                best = found;
-            }
-            if best.points.len() == whole {
-                break;
-            }
-        }
+        let best =
+            seed::Scale::most_of_markers(image, whole, |scale| self.look(image, scale, &words));
         if best.points.is_empty() {
             return Sighting::Unseen(
                 "no two neighbouring tags of the grid found: are dictionary, counts and first tag as printed?"

@@ -214,16 +214,9 @@ impl Chart for Charuco {
             return Sighting::Unseen(format!("no dictionary {}", self.dictionary));
         };
         let whole = (self.columns - 1) * (self.rows - 1);
-        let mut best = Detection::default();
-        for scale in seed::Scale::of_markers(image.width() * image.height()) {
-            let Some(found) = self.look(image, scale, &words) else { continue };
-            if found.points.len() > best.points.len() {
-                best = found;
-            }
-            if best.points.len() == whole {
-                break;
-            }
-        }
+        let best = seed::Scale::most_of_markers(image, whole, |scale| {
+            self.look(image, scale, &words).unwrap_or_default()
+        });
         if best.points.is_empty() {
             return Sighting::Unseen(
                 "no chessboard with these columns, rows and markers found".into(),

@@ -8,6 +8,7 @@ pub mod april_grid;
 pub mod charuco;
 pub mod chessboard;
 pub mod dot_grid;
+mod growing;
 pub mod lattice;
 pub mod line_grid;
 pub mod point_list;

@@ -5,7 +5,12 @@ use super::{
     saddle::{refine, sigma},
     seed::{Labels, Seed},
 };
-use crate::{chart::Sigmas, geometry::Pixel, imaging::GrayImage, numeric::statistics::median};
+use crate::{
+    chart::{Sigmas, growing},
+    geometry::Pixel,
+    imaging::GrayImage,
+    numeric::statistics::median,
+};
 use nalgebra::Vector2;
 
 /// The window of the saddle as a share of the distance of neighbours, and its bounds in pixels.
@@ -134,14 +139,7 @@ fn window(spacing: f64) -> f64 {
 
 /// Empty places beside corners.
 pub(in crate::chart) fn frontier(labels: &Labels) -> Vec<(i32, i32)> {
-    let mut places: Vec<_> = labels
-        .keys()
-        .flat_map(|(c, r)| [(c - 1, *r), (c + 1, *r), (*c, r - 1), (*c, r + 1)])
-        .filter(|place| !labels.contains_key(place))
-        .collect();
-    places.sort_unstable();
-    places.dedup();
-    places
+    growing::beside(labels.keys(), labels)
 }
 
 /// The corner that belongs to an empty place, and the distance to its neighbours.

@@ -1,6 +1,7 @@
 //! A first piece of the board, by a general detector on the picture at one of several sizes.
 
 use crate::{
+    chart::Detection,
     geometry::Pixel,
     imaging::{GrayImage, filter::halve},
 };
@@ -48,10 +49,26 @@ impl Scale {
         }
     }
 
-    /// The sizes for charts with markers. Squares with readable markers are wide enough to be seen in the
-    /// half of a large picture; looking for smaller ones costs seconds on a texture.
-    pub(in crate::chart) fn of_markers(pixels: usize) -> [Self; 2] {
-        if pixels < LARGE { [Self::Full, Self::Half] } else { [Self::Half, Self::Quarter] }
+    /// The most that a chart with markers is seen of at its sizes, until all `whole` points are; no
+    /// points where it is not seen. Squares with readable markers are wide enough to be seen in the half of
+    /// a large picture; looking for smaller ones costs seconds on a texture.
+    pub(in crate::chart) fn most_of_markers(
+        image: &GrayImage,
+        whole: usize,
+        look: impl Fn(Self) -> Detection,
+    ) -> Detection {
+        let large = image.width() * image.height() >= LARGE;
+        let mut best = Detection::default();
+        for scale in if large { [Self::Half, Self::Quarter] } else { [Self::Full, Self::Half] } {
+            let found = look(scale);
+            if found.points.len() > best.points.len() {
+                best = found;
+            }
+            if best.points.len() == whole {
+                break;
+            }
+        }
+        best
     }
 
     fn apply(self, image: &GrayImage) -> GrayImage {

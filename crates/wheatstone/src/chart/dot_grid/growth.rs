@@ -1,7 +1,7 @@
 //! From patches to a grid of them: a cell of four, then dot by dot where neighbours say that one is.
 
 use super::blobs::Blob;
-use crate::geometry::Pixel;
+use crate::{chart::growing, geometry::Pixel};
 use nalgebra::Vector2;
 use std::collections::BTreeMap;
 
@@ -184,33 +184,12 @@ impl<'a> Cloud<'a> {
     }
 
     fn grow(&self, [corner, first, second, last]: [usize; 4]) -> BTreeMap<(i32, i32), usize> {
-        let mut labels =
+        let seed =
             BTreeMap::from([((0, 0), corner), ((1, 0), first), ((0, 1), second), ((1, 1), last)]);
-        let mut taken: std::collections::BTreeSet<usize> = labels.values().copied().collect();
-        let mut fresh: Vec<(i32, i32)> = labels.keys().copied().collect();
-        while !fresh.is_empty() {
-            let mut places: Vec<(i32, i32)> = fresh
-                .iter()
-                .flat_map(|(c, r)| [(c - 1, *r), (c + 1, *r), (*c, r - 1), (*c, r + 1)])
-                .filter(|place| !labels.contains_key(place))
-                .collect();
-            places.sort_unstable();
-            places.dedup();
-            fresh.clear();
-            for place in places {
-                let Some((expected, spacing, model)) = self.predict(&labels, place) else {
-                    continue;
-                };
-                let Some(found) = self.like(model, expected, MOST_DEVIATION * spacing) else {
-                    continue;
-                };
-                if taken.insert(found) {
-                    labels.insert(place, found);
-                    fresh.push(place);
-                }
-            }
-        }
-        labels
+        growing::grown(seed, |labels, place| {
+            let (expected, spacing, model) = self.predict(labels, place)?;
+            self.like(model, expected, MOST_DEVIATION * spacing)
+        })
     }
 
     /// Where the dot of an empty place should be, the distance to its neighbours, and one of them: the

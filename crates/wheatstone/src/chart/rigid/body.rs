@@ -1,7 +1,10 @@
 //! What is known of a body before any picture: its points, their neighbours, and the patches of them
 //! that lie on a lattice, flat or bent.
 
-use crate::geometry::{Point3, Vector3};
+use crate::{
+    chart::growing,
+    geometry::{Point3, Vector3},
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Points by whole-numbered labels; where labels begin and which way they go means nothing.
@@ -205,32 +208,11 @@ impl Body {
     }
 
     fn grow(&self, seed: usize, first: usize, second: usize) -> Patch {
-        let mut labels = Patch::from([((0, 0), seed), ((1, 0), first), ((0, 1), second)]);
-        let mut taken: BTreeSet<usize> = labels.values().copied().collect();
-        let mut fresh: Vec<(i32, i32)> = labels.keys().copied().collect();
-        while !fresh.is_empty() {
-            let mut places: Vec<(i32, i32)> = fresh
-                .iter()
-                .flat_map(|(c, r)| [(c - 1, *r), (c + 1, *r), (*c, r - 1), (*c, r + 1)])
-                .filter(|place| !labels.contains_key(place))
-                .collect();
-            places.sort_unstable();
-            places.dedup();
-            fresh.clear();
-            for place in places {
-                let Some((expected, spacing, beside)) = self.predict(&labels, place) else {
-                    continue;
-                };
-                let Some(found) = self.nearest(beside, expected, MOST_DEVIATION * spacing) else {
-                    continue;
-                };
-                if taken.insert(found) {
-                    labels.insert(place, found);
-                    fresh.push(place);
-                }
-            }
-        }
-        labels
+        let start = Patch::from([((0, 0), seed), ((1, 0), first), ((0, 1), second)]);
+        growing::grown(start, |labels, place| {
+            let (expected, spacing, beside) = self.predict(labels, place)?;
+            self.nearest(beside, expected, MOST_DEVIATION * spacing)
+        })
     }
 
     /// Where the point of an empty place should be, the distance to its neighbours, and one of them.
