@@ -22,6 +22,7 @@ pub mod calibration;
 pub mod rectification;
 pub mod exchange;
 pub mod synthetic;
+pub mod robot;
 pub mod reproduction;
 pub mod report;
 
