@@ -8,6 +8,7 @@
 //! set out: origin on the floor midway between the wheels, x right, y down, z forward; so the floor is
 //! y = 0 and what stands on it has negative y. On the ground x and z alone count.
 
+pub mod scene;
 pub mod world;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};
