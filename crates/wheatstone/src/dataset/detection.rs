@@ -10,13 +10,13 @@ use crate::{
     Error, Result,
     chart::{Detection, PictureOf, Sighting},
     geometry::{Pixel, Point3, ProjectionMatrix},
-    imaging::{Limits, read_image},
+    imaging::{GrayImage, Limits, read_image},
     progress::Progress,
 };
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::atomic::{AtomicU64, Ordering},
 };
 
@@ -61,7 +61,22 @@ pub fn detect(
     settings: DetectionSettings,
     progress: &dyn Progress,
 ) -> Result<Found> {
-    let mut sightings = search(capture, settings, progress)?;
+    let read = |path: &Path| read_image(path, settings.limits);
+    detect_in(capture, settings, &read, progress)
+}
+
+/// [`detect`] in pictures that are not read from files: `read` gives that of each path.
+///
+/// # Errors
+///
+/// As [`detect`], and those of `read`.
+pub fn detect_in(
+    capture: &Capture,
+    settings: DetectionSettings,
+    read: &(dyn Fn(&Path) -> Result<GrayImage> + Sync),
+    progress: &dyn Progress,
+) -> Result<Found> {
+    let mut sightings = search(capture, read, progress)?;
     settle_by_projection(capture, &mut sightings);
     for view in &mut sightings {
         settle_by_partner(view);
@@ -95,7 +110,7 @@ pub fn detect(
 /// Reads and searches all pictures, in parallel.
 fn search(
     capture: &Capture,
-    settings: DetectionSettings,
+    read: &(dyn Fn(&Path) -> Result<GrayImage> + Sync),
     progress: &dyn Progress,
 ) -> Result<Vec<Sightings>> {
     let cameras = capture.cameras.len();
@@ -106,7 +121,7 @@ fn search(
         .map(|index| {
             progress.check()?;
             let path = &capture.cameras[index % cameras].pictures[index / cameras];
-            let image = read_image(path, settings.limits)?;
+            let image = read(path)?;
             let of =
                 PictureOf { camera: index % cameras, view: &capture.views[index / cameras].name };
             let sighting = capture.chart.detect_in(&image, of);

@@ -2,6 +2,7 @@
 //! for users who want to know what their rig could do.
 
 mod correspondences;
+mod exposure;
 pub mod fault_survey;
 pub mod faults;
 mod hand_held;
@@ -17,6 +18,7 @@ mod write;
 pub use correspondences::{
     Placement, chart_correspondences, misplaced_correspondences, random_correspondences,
 };
+pub use exposure::{Light, exposed};
 pub use hand_held::{HandHeld, hand_held_correspondences};
 pub use noise::Noise;
 pub use outliers::{GrossError, Region, with_gross_errors};

@@ -1,6 +1,7 @@
 //! Pictures of a chart, as a camera takes them: light, lens blur, vignetting, sensor noise, 8 bits,
 //! and things in the background that are no chart.
 
+use super::exposure::{Light, exposed};
 use crate::{
     camera::PosedCamera,
     chart::AnyChart,
@@ -85,16 +86,7 @@ pub fn render(
         .collect();
     let sharp = GrayImage::from_fn(width, height, |x, y| rows[y][x]);
     let blurred = collected(&gaussian_blur(&sharp, sensor.blur * PARTS as f64));
-    let noisy: Vec<f32> = blurred
-        .values()
-        .iter()
-        .map(|value| {
-            let value = f64::from(*value);
-            let variance = sensor.read_noise * sensor.read_noise + sensor.shot_noise * value;
-            (value + variance.sqrt() * random.normal()).round().clamp(0.0, 255.0) as f32
-        })
-        .collect();
-    GrayImage::from_values(camera.width, camera.height, noisy).unwrap_or(blurred)
+    exposed(blurred, sensor, random)
 }
 
 /// What each pixel collects: the mean of its parts.
@@ -160,33 +152,6 @@ fn board_and_beyond(
         sum += chart.reflectance([between(0), between(1)], size).unwrap_or_else(&beyond);
     }
     sum * share * share
-}
-
-/// Light over the picture, 1 on average.
-struct Light {
-    centre: [f64; 2],
-    slope: [f64; 2],
-    vignetting: f64,
-}
-
-impl Light {
-    fn new(width: usize, height: usize, sensor: Sensor, random: &mut Random) -> Self {
-        let centre = [width as f64 / 2.0, height as f64 / 2.0];
-        let angle = random.uniform(0.0, std::f64::consts::TAU);
-        let strength = sensor.uneven_light / 2.0;
-        Self {
-            centre,
-            slope: [strength * libm::cos(angle), strength * libm::sin(angle)],
-            vignetting: sensor.vignetting,
-        }
-    }
-
-    fn at(&self, x: f64, y: f64) -> f64 {
-        let u = (x - self.centre[0]) / self.centre[0];
-        let v = (y - self.centre[1]) / self.centre[1];
-        let room = 1.0 + self.slope[0] * u + self.slope[1] * v;
-        room * (1.0 - self.vignetting * (u * u + v * v) / 2.0)
-    }
 }
 
 /// Boxes, bars and a gradient: what stands about in a room.
