@@ -8,7 +8,10 @@
 //! set out: origin on the floor midway between the wheels, x right, y down, z forward; so the floor is
 //! y = 0 and what stands on it has negative y. On the ground x and z alone count.
 
+pub mod cameras;
+pub mod capture;
 pub mod scene;
+pub mod seeing;
 pub mod world;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};

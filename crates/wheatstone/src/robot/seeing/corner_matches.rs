@@ -1,0 +1,89 @@
+//! Corners of the first picture found again in the second one: off the curve too, which tells whether
+//! the calibration still holds.
+
+use super::{
+    atlas::{Atlas, Waypoint},
+    corners::{Corner, Look, aligned, likeness},
+    edge_matches::above_floor,
+    gradient::Gradient,
+};
+use crate::geometry::Pixel;
+use rayon::prelude::*;
+
+/// A corner seen by both cameras.
+#[derive(Clone, Copy, Debug)]
+pub struct CornerMatch {
+    /// In the first picture.
+    pub first: Pixel,
+    /// In the second.
+    pub second: Pixel,
+    /// Its window in the first picture.
+    pub look: Look,
+    /// How far aside of the curve it was found, in pixels; positive to the right of someone who goes
+    /// along it from near to far.
+    pub aside: f64,
+}
+
+/// How alike windows of the same corner are at least.
+const LEAST_LIKENESS: f32 = 0.85;
+
+/// How much less alike the next best must be.
+const CLEARLY_LESS: f32 = 0.06;
+
+/// Finds corners of one picture in the other, at most `aside` pixels from their curves.
+#[must_use]
+pub fn match_corners(
+    atlas: &Atlas,
+    first: &[Corner],
+    (second, gradient): (&[Corner], &Gradient),
+    aside: f64,
+) -> Vec<CornerMatch> {
+    let found = |corner: &Corner| {
+        let curve = atlas.curve(corner.at);
+        let mut scored: Vec<(f32, &Corner)> = second
+            .iter()
+            // Both pixels are those nearest to where the corners are.
+            .filter(|other| off_curve(&curve, other.at).is_some_and(|off| off.abs() < aside + 1.5))
+            .map(|other| (likeness(&corner.look, &other.look), other))
+            .collect();
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let ((rough, best), next) = (*scored.first()?, scored.get(1).map_or(-1.0, |next| next.0));
+        // Corners found a pixel aside look less alike than they will when they are aligned.
+        if rough < LEAST_LIKENESS - 0.3 {
+            return None;
+        }
+        let (at, alike) = aligned(&corner.look, gradient, best.at)?;
+        let rival = scored
+            .iter()
+            .skip(1)
+            .take_while(|(other, _)| *other > alike - 0.35)
+            .filter_map(|(_, other)| aligned(&corner.look, gradient, other.at))
+            .filter(|(place, _)| (place - at).norm() > 3.0)
+            .fold(next - 1.0, |worst, (_, alike)| worst.max(alike));
+        let off = off_curve(&curve, at)?;
+        (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside)
+            .then_some(CornerMatch { first: corner.at, second: at, look: corner.look, aside: off })
+    };
+    first.par_iter().filter_map(found).collect()
+}
+
+/// How far a pixel lies from the part of a curve that is above the floor; `None` beyond its ends.
+fn off_curve(curve: &[Waypoint], pixel: Pixel) -> Option<f64> {
+    let mut nearest: Option<f64> = None;
+    for pair in curve.windows(2) {
+        if !above_floor(pair[0].point) && !above_floor(pair[1].point) {
+            break;
+        }
+        let by = pair[1].other - pair[0].other;
+        let from = pixel - pair[0].other;
+        let length = by.norm();
+        let share = from.dot(&by) / (length * length);
+        if (-0.01..1.01).contains(&share) {
+            let off = (by.x * from.y - by.y * from.x) / length;
+            if nearest.is_none_or(|known| off.abs() < known.abs()) {
+                nearest = Some(off);
+            }
+        }
+    }
+    nearest
+}

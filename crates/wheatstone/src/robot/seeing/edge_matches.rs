@@ -1,0 +1,243 @@
+//! Edges of the first picture found again in the second one, along the curves of the calibration.
+
+use super::{
+    atlas::{Atlas, Waypoint},
+    edges::{Edge, Edges},
+};
+use crate::{
+    geometry::{Pixel, Point3},
+    robot::Ground,
+};
+use nalgebra::Vector2;
+use rayon::prelude::*;
+
+/// An edge of the first picture, and where it was found in the second.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeMatch {
+    /// In the first picture.
+    pub edge: Edge,
+    /// In the second; none where it was not found, or could be one of several.
+    pub other: Option<Pixel>,
+    /// Cosine of the angle between gradient and curve: how sharply the curve cuts the edge.
+    pub crossing: f64,
+    /// Whether the second picture has an edge like it where it would be if it were on the floor.
+    pub floor_alike: bool,
+}
+
+/// A place where the curve of an edge cuts one of the second picture that looks like it.
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// How far along the curve, in waypoints.
+    along: f64,
+    other: Pixel,
+    /// How unlike they are, 0 for alike.
+    unlike: f32,
+}
+
+/// Every so many pixels along an edge one is matched.
+const EVERY: isize = 3;
+
+/// Curves that run along an edge do not tell where they cut it: the least cosine between the edge's
+/// gradient and the curve.
+const LEAST_CROSSING: f64 = 0.3;
+
+/// How far below the floor a point may seem, in centimetres and as a share of its distance: nothing is
+/// there, but the paper's recipe errs by some percent.
+const BELOW: f64 = 2.5;
+const BELOW_SHARE: f64 = 0.03;
+
+/// Whether a point may be there at all.
+#[must_use]
+pub fn above_floor(point: Point3) -> bool {
+    point.y < BELOW + BELOW_SHARE * Ground::new(point.x, point.z).coords.norm()
+}
+
+/// Finds the edges of one picture in the other.
+#[must_use]
+pub fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatch> {
+    let sampled: Vec<Edge> = first.all.iter().filter(|edge| is_sampled(edge)).copied().collect();
+    let found: Vec<Found> = sampled.par_iter().map(|edge| find(atlas, edge, second)).collect();
+    let chains = by_chain(&sampled);
+    let settle = |index: usize| {
+        let edge = sampled[index];
+        let own = &found[index];
+        let beside: Vec<&Found> = chains[edge.chain as usize]
+            .iter()
+            .filter(|other| **other != index && near(&sampled[**other], &edge))
+            .map(|other| &found[*other])
+            .collect();
+        let floor_alike = on_floor(own, &beside).is_some();
+        let other = match own.crossing >= LEAST_CROSSING {
+            true => on_floor(own, &beside).or_else(|| settled(&own.candidates, &beside)),
+            false => None,
+        };
+        EdgeMatch { edge, other, crossing: own.crossing, floor_alike }
+    };
+    (0..sampled.len()).into_par_iter().map(settle).collect()
+}
+
+/// Whether an edge is one of those that stand for the others.
+fn is_sampled(edge: &Edge) -> bool {
+    let along_rows = edge.towards_light.y.abs() > edge.towards_light.x.abs();
+    let place = if along_rows { edge.at.x } else { edge.at.y };
+    (place.round() as isize).rem_euclid(EVERY) == 0
+}
+
+/// Neighbours along a chain see the same surface.
+fn near(one: &Edge, other: &Edge) -> bool {
+    const NEAR: f64 = 22.0;
+    (one.at - other.at).norm_squared() < NEAR * NEAR
+}
+
+fn by_chain(edges: &[Edge]) -> Vec<Vec<usize>> {
+    let count = edges.iter().map(|edge| edge.chain as usize + 1).max().unwrap_or(0);
+    let mut chains = vec![Vec::new(); count];
+    for (index, edge) in edges.iter().enumerate() {
+        chains[edge.chain as usize].push(index);
+    }
+    chains
+}
+
+/// What the second picture has along the curve of an edge.
+struct Found {
+    crossing: f64,
+    candidates: Vec<Candidate>,
+    /// An edge like it where it would be if it were on the floor.
+    floor: Option<Pixel>,
+}
+
+fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
+    let curve = atlas.curve(edge.at);
+    let mut found = Found { crossing: 0.0, candidates: Vec::new(), floor: None };
+    let (Some(near), Some(far)) = (curve.first(), curve.last()) else { return found };
+    let Some(overall) = (near.other - far.other).try_normalize(1e-9) else { return found };
+    found.crossing = edge.towards_light.dot(&overall).abs();
+    for (level, pair) in curve.windows(2).enumerate() {
+        if !above_floor(pair[0].point) {
+            break;
+        }
+        if pair[0].point.y < 0.0 && pair[1].point.y >= 0.0 {
+            let share = pair[0].point.y / (pair[0].point.y - pair[1].point.y);
+            let at = pair[0].other + (pair[1].other - pair[0].other) * share;
+            found.floor = like_at(edge, second, at);
+        }
+        if found.crossing >= LEAST_CROSSING {
+            along_piece(edge, second, (level, pair), &mut found.candidates);
+        }
+    }
+    found
+}
+
+/// The place nearest to `at` on an edge of the second picture that looks like `edge` and passes there.
+fn like_at(edge: &Edge, second: &Edges, at: Pixel) -> Option<Pixel> {
+    // The floor's edges are found this near to where they should be.
+    const NEAR: f64 = 1.5;
+    let (x, y) = (at.x.round() as isize, at.y.round() as isize);
+    let mut best: Option<(f64, Pixel)> = None;
+    for beside in 0..25 {
+        let Some(other) = second.at(x + beside % 5 - 2, y + beside / 5 - 2) else { continue };
+        let off = (other.at - at).dot(&other.towards_light);
+        let nearer = best.is_none_or(|(known, _)| off.abs() < known);
+        if off.abs() < NEAR && nearer && unlike(edge, other).is_some() {
+            best = Some((off.abs(), at + other.towards_light * off));
+        }
+    }
+    best.map(|(_, place)| place)
+}
+
+/// Where an edge is in the second picture if it is of the floor, as most of its neighbours along the chain
+/// can be too: of what stands up a line may pass for the floor's at places, not all along.
+fn on_floor(own: &Found, beside: &[&Found]) -> Option<Pixel> {
+    let alike = beside.iter().filter(|other| other.floor.is_some()).count();
+    own.floor.filter(|_| 4 * alike >= 3 * beside.len() && alike >= 2)
+}
+
+/// Goes from one waypoint to the next.
+fn along_piece(
+    edge: &Edge,
+    second: &Edges,
+    (level, pair): (usize, &[Waypoint]),
+    found: &mut Vec<Candidate>,
+) {
+    let (start, by) = (pair[0].other, pair[1].other - pair[0].other);
+    let length = by.norm();
+    let steps = length.ceil().max(1.0) as usize;
+    let mut last: Option<*const Edge> = None;
+    for step in 0..steps {
+        let at = start + by * (step as f64 / steps as f64);
+        let (x, y) = (at.x.round() as isize, at.y.round() as isize);
+        for beside in [(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)] {
+            let Some(other) = second.at(x + beside.0, y + beside.1) else { continue };
+            if last.is_some_and(|last| std::ptr::eq(last, other)) {
+                continue;
+            }
+            last = Some(other);
+            let Some(unlike) = unlike(edge, other) else { continue };
+            // Where the curve cuts the straight line that the edge is nearby.
+            let slope = by.dot(&other.towards_light);
+            if slope.abs() < 0.2 * length {
+                continue;
+            }
+            let share = (other.at - start).dot(&other.towards_light) / slope;
+            let cut = start + by * share;
+            if (cut - other.at).norm() > 1.5 {
+                continue;
+            }
+            let along = level as f64 + share;
+            match found.iter_mut().find(|known| (known.along - along).abs() < 0.3) {
+                Some(known) if known.unlike <= unlike => {}
+                Some(known) => *known = Candidate { along, other: cut, unlike },
+                None => found.push(Candidate { along, other: cut, unlike }),
+            }
+        }
+    }
+}
+
+/// How unlike two edges are; `None` where they cannot be the same.
+fn unlike(edge: &Edge, other: &Edge) -> Option<f32> {
+    // Cameras turned by some degrees to each other, see the same edge alike turned; of one aslant a
+    // camera sees a little more.
+    const TURNED: f64 = 0.9;
+    // Lights differ over the pictures, by a third at most; what lies behind an edge may differ too.
+    const CONTRAST: f32 = 0.35;
+    const GREY: f32 = 0.5;
+    let turned = edge.towards_light.dot(&other.towards_light);
+    let contrast = (edge.contrast - other.contrast).abs();
+    let grey = (edge.grey - other.grey).abs();
+    (turned > TURNED && contrast < CONTRAST && grey < GREY)
+        .then(|| contrast / CONTRAST + 0.3 * grey / GREY + 2.0 * (1.0 - turned as f32))
+}
+
+/// The candidate that the neighbours along the edge agree with; none where two are as good.
+fn settled(own: &[Candidate], beside: &[&Found]) -> Option<Pixel> {
+    // A third of a waypoint is a pixel or two, what slanted surfaces shift over the neighbourhood.
+    const AGREE: f64 = 0.5;
+    let score = |candidate: &Candidate| {
+        let support = beside
+            .iter()
+            .filter(|others| {
+                others.candidates.iter().any(|o| (o.along - candidate.along).abs() < AGREE)
+            })
+            .count();
+        (support, support as f64 / beside.len().max(1) as f64 - 0.5 * f64::from(candidate.unlike))
+    };
+    let mut scored: Vec<(usize, f64, &Candidate)> = own
+        .iter()
+        .map(|candidate| {
+            let (support, worth) = score(candidate);
+            (support, worth, candidate)
+        })
+        .collect();
+    scored.sort_by(|a, b| b.1.total_cmp(&a.1));
+    match scored[..] {
+        [(support, ..), (_, next, _), ..] if support < 2 || scored[0].1 - next < 0.12 => None,
+        [(support, _, best), ..] if 2 * support >= beside.len() && support >= 2 => Some(best.other),
+        _ => None,
+    }
+}
+
+/// Unit vector along an edge.
+#[must_use]
+pub fn along(edge: &Edge) -> Vector2<f64> {
+    Vector2::new(-edge.towards_light.y, edge.towards_light.x)
+}

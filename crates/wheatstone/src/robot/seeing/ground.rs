@@ -1,0 +1,173 @@
+//! From located edges to what they say of the ground: which stand out from the floor, and how far along
+//! each line of sight the floor is free.
+
+use super::{
+    atlas::Atlas,
+    edge_matches::{EdgeMatch, along},
+};
+use crate::{
+    geometry::{Pixel, Point3},
+    robot::{
+        Ground,
+        scene::{ScenePoint, Stretch},
+    },
+};
+use nalgebra::{Matrix2, Matrix3};
+
+/// A place on an edge that was located, in the robot's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct LocatedEdge {
+    /// What was matched.
+    pub matched: EdgeMatch,
+    /// Where it is; none where it was not found in the other picture.
+    pub at: Option<(Point3, Matrix3<f64>)>,
+}
+
+impl LocatedEdge {
+    /// How high above the floor it is, in centimetres.
+    #[must_use]
+    pub fn height(&self) -> Option<f64> {
+        self.at.map(|(point, _)| -point.y)
+    }
+}
+
+/// Below this height above the floor a point may be of the floor, in centimetres, and as a share of its
+/// distance; what stands on the floor is at least [`crate::robot::world::LOWEST_OBSTACLE`] high.
+const FLOOR: f64 = 3.0;
+const FLOOR_SHARE: f64 = 0.015;
+
+/// Whether a point is of the floor, as far as its height tells.
+#[must_use]
+pub fn is_floor(point: Point3) -> bool {
+    -point.y < FLOOR + FLOOR_SHARE * distance(point)
+}
+
+fn distance(point: Point3) -> f64 {
+    Ground::new(point.x, point.z).coords.norm()
+}
+
+/// Points farther than this are too uncertain to go by, in centimetres.
+const FARTHEST: f64 = 350.0;
+
+/// What stands out from the floor.
+#[must_use]
+pub fn obstacles(edges: &[LocatedEdge]) -> Vec<ScenePoint> {
+    let point = |edge: &LocatedEdge| {
+        let (point, covariance) = edge.at?;
+        let covariance = Matrix2::new(
+            covariance[(0, 0)],
+            covariance[(0, 2)],
+            covariance[(2, 0)],
+            covariance[(2, 2)],
+        );
+        let place = Ground::new(point.x, point.z);
+        let near = distance(point) < FARTHEST;
+        (near && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
+    };
+    edges.iter().filter_map(point).collect()
+}
+
+/// Columns of the picture that share one line of sight.
+const STRIP: f64 = 4.0;
+
+/// How far the floor is free, a stretch for each strip of columns in which any of it is seen.
+#[must_use]
+pub fn clear(atlas: &Atlas, edges: &[LocatedEdge], [width, height]: [usize; 2]) -> Vec<Stretch> {
+    let mut strips: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
+    for edge in edges {
+        // Sampled every three pixels, an edge that lies may miss a strip: it counts for both beside.
+        let strip = (edge.matched.edge.at.x / STRIP) as usize;
+        let lies = along(&edge.matched.edge).x.abs() > 0.5;
+        for number in [strip.saturating_sub(usize::from(lies)), strip, strip + usize::from(lies)] {
+            if number < strips.len() {
+                strips[number].push(edge);
+            }
+        }
+    }
+    let mut stretches = Vec::new();
+    for (number, strip) in strips.iter_mut().enumerate() {
+        strip.sort_by(|a, b| b.matched.edge.at.y.total_cmp(&a.matched.edge.at.y));
+        let bottom = Pixel::new((number as f64 + 0.5) * STRIP, height as f64 - 1.0);
+        let Some(from) = atlas.floor(bottom) else { continue };
+        stretches.extend(stretch(atlas, strip, (from, bottom.x)));
+    }
+    stretches
+}
+
+/// Goes up a strip of the picture from edge to edge, as long as they are the floor's.
+fn stretch(
+    atlas: &Atlas,
+    strip: &[&LocatedEdge],
+    (from, column): (Ground, f64),
+) -> Option<Stretch> {
+    let mut last: Option<(f64, f64)> = None;
+    let mut limit = f64::INFINITY;
+    let mut blocked = false;
+    for edge in strip {
+        let row = edge.matched.edge.at.y;
+        match edge.at {
+            Some((point, covariance)) if is_floor(point) => {
+                last = Some((row, covariance.trace().sqrt()));
+            }
+            Some((point, _)) => {
+                limit = distance(point);
+                blocked = true;
+                break;
+            }
+            // One that the curve runs along may be the floor's: it neither tells nor hides anything.
+            None if edge.matched.floor_alike => {}
+            // One that neighbours on its chain explain as the floor's would have been filled in.
+            None => {
+                blocked = true;
+                break;
+            }
+        }
+    }
+    let (row, sigma) = last?;
+    let to = atlas.floor(Pixel::new(column, row))?;
+    let start = from.coords.norm();
+    let reach = to.coords.norm().min(limit).min(FARTHEST);
+    if reach <= start {
+        return None;
+    }
+    let direction = (to - from).try_normalize(1e-6)?;
+    // From the bottom of the picture the line of sight leads straight over the floor.
+    let length = (to - from).norm() - (to.coords.norm() - reach);
+    (length > 0.0).then(|| Stretch { from, to: from + direction * length, sigma, blocked })
+}
+
+/// Gives edges that were not found, but lie on a chain between others that were found on the floor, a
+/// place on the floor.
+pub fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
+    // Tiles' edges are longer than this; feet of obstacles that the curve runs along are found at
+    // their corners.
+    const NEAR: f64 = 30.0;
+    let known: Vec<(u32, Pixel, bool, Matrix3<f64>)> = edges
+        .iter()
+        .filter_map(|edge| {
+            let (point, covariance) = edge.at?;
+            Some((edge.matched.edge.chain, edge.matched.edge.at, is_floor(point), covariance))
+        })
+        .collect();
+    let mut by_chain: std::collections::BTreeMap<u32, Vec<usize>> =
+        std::collections::BTreeMap::new();
+    for (index, entry) in known.iter().enumerate() {
+        by_chain.entry(entry.0).or_default().push(index);
+    }
+    for edge in edges.iter_mut().filter(|edge| edge.at.is_none()) {
+        let own = edge.matched.edge;
+        let Some(members) = by_chain.get(&own.chain) else { continue };
+        let near: Vec<usize> = members
+            .iter()
+            .copied()
+            .filter(|index| (known[*index].1 - own.at).norm() < NEAR)
+            .collect();
+        let floor = near.iter().filter(|index| known[**index].2).count();
+        if near.len() < 2 || 10 * floor < 9 * near.len() {
+            continue;
+        }
+        if let Some(ground) = atlas.floor(own.at) {
+            edge.at = Some((Point3::new(ground.x, 0.0, ground.y), known[near[0]].3));
+        }
+    }
+}

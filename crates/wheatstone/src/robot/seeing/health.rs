@@ -1,0 +1,251 @@
+//! Whether the pictures still agree with the calibration: a camera that was knocked or covered is
+//! noticed by what both see of the same corners, and by where the floor seems to be.
+
+use super::{Atlas, CornerMatch, LocatedEdge, SeenCorner};
+use crate::{
+    Calibration,
+    geometry::Pixel,
+    numeric::statistics::{median, percentile},
+    robot::{Ground, scene::Trust},
+};
+use std::fmt;
+
+/// What is wrong with a pair of pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Complaint {
+    /// A camera, counted from 1, shows nothing.
+    Blind {
+        /// Which.
+        camera: usize,
+    },
+    /// Corners are not where the calibration's curves lead.
+    Moved {
+        /// How far beside them, in pixels.
+        aside: f64,
+    },
+    /// The floor is not where it was.
+    Tilted {
+        /// How high it seems a metre off, in centimetres.
+        height: f64,
+    },
+    /// Next to nothing is seen by both cameras.
+    Unmatched {
+        /// Corners that are.
+        matched: usize,
+    },
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Blind { camera } => write!(f, "camera {camera} shows nothing"),
+            Self::Moved { aside } => {
+                write!(f, "corners lie {aside:.1} px beside where the calibration has them")
+            }
+            Self::Tilted { height } => {
+                write!(f, "the floor a metre off seems {height:.1} cm off its place")
+            }
+            Self::Unmatched { matched } => write!(f, "only {matched} corners are seen by both"),
+        }
+    }
+}
+
+/// What was seen in a pair of pictures.
+pub(super) struct Seen<'a> {
+    /// Corners in each picture.
+    pub(super) corners: [usize; 2],
+    /// Edges in each picture.
+    pub(super) edges: [usize; 2],
+    pub(super) matched: &'a [SeenCorner],
+    pub(super) located: &'a [LocatedEdge],
+}
+
+/// What is remembered of the pictures that agreed.
+pub struct Health {
+    /// Root mean square distance of the chart's points from their curves, in pixels.
+    own_error: f64,
+    /// Shares of corners that were found in the other picture.
+    shares: Vec<f64>,
+    /// Heights of the floor, by its slope ahead, aside and its level a metre off.
+    floors: Vec<[f64; 3]>,
+}
+
+/// Pictures that are remembered: those of a calibration that holds scatter about their median.
+const REMEMBERED: usize = 30;
+
+/// Pictures from which on they say what is usual.
+const ENOUGH: usize = 3;
+
+/// Edges without which a picture shows nothing: a bare floor of tiles has thousands.
+const LEAST_EDGES: usize = 60;
+
+impl Health {
+    /// What the chart's own points tell of a calibration.
+    #[must_use]
+    pub fn new(calibration: &Calibration, atlas: &Atlas) -> Self {
+        let mut squares = Vec::new();
+        for row in &calibration.data.restored().correspondences {
+            let [Some(first), Some(second)] = row.pixels[..] else { continue };
+            squares.extend(beside(atlas, first, second).map(|off| off * off));
+        }
+        let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
+        let own_error = if own_error.is_finite() { own_error } else { 0.0 };
+        Self { own_error, shares: Vec::new(), floors: Vec::new() }
+    }
+
+    /// How far from their curves the chart's points were, in pixels.
+    #[must_use]
+    pub fn own_error(&self) -> f64 {
+        self.own_error
+    }
+
+    /// Whether a pair of pictures can be trusted; `look_aside` matches corners so far beside their
+    /// curves.
+    pub(super) fn judge(
+        &mut self,
+        seen: &Seen,
+        look_aside: &dyn Fn(f64) -> Vec<CornerMatch>,
+    ) -> (Trust, Option<Complaint>) {
+        if let Some(camera) = (0..2).find(|camera| seen.edges[*camera] < LEAST_EDGES) {
+            // A plain wall close by empties both pictures; a covered lens empties one.
+            let other = seen.edges[1 - camera];
+            let trust = if other > 4 * LEAST_EDGES { Trust::Broken } else { Trust::Poor };
+            return (trust, Some(Complaint::Blind { camera: camera + 1 }));
+        }
+        if let Some(complaint) = self.aside(seen).or_else(|| self.tilt(seen)) {
+            return (Trust::Broken, Some(complaint));
+        }
+        let matched = seen.matched.len();
+        let share = matched as f64 / seen.corners[0].max(1) as f64;
+        let usual = if self.shares.len() < ENOUGH { 0.35 } else { median(&self.shares) };
+        if share < 0.55 * usual && seen.corners[0] > 12 {
+            if let Some(aside) = moved(&look_aside(WIDE), self.limit()) {
+                return (Trust::Broken, Some(Complaint::Moved { aside }));
+            }
+        }
+        if matched < LEAST_MATCHED {
+            return (Trust::Poor, Some(Complaint::Unmatched { matched }));
+        }
+        remember(&mut self.shares, share);
+        (Trust::Sound, None)
+    }
+
+    /// How far corners may lie from their curves, in pixels: what a knock of a tenth of a degree makes,
+    /// or three times what the chart's own points do.
+    fn limit(&self) -> f64 {
+        0.8 + 3.0 * self.own_error
+    }
+
+    /// Corners that were found, but all beside their curves.
+    fn aside(&self, seen: &Seen) -> Option<Complaint> {
+        if seen.matched.len() < LEAST_MATCHED {
+            return None;
+        }
+        let off: Vec<f64> = seen.matched.iter().map(|corner| corner.matched.aside.abs()).collect();
+        let aside = median(&off);
+        (aside > self.limit()).then_some(Complaint::Moved { aside })
+    }
+
+    /// A floor that is not where it was in the pictures before.
+    fn tilt(&mut self, seen: &Seen) -> Option<Complaint> {
+        let floor = floor(seen.located)?;
+        if self.floors.len() >= ENOUGH {
+            let usual = [0, 1, 2].map(|term| {
+                median(&self.floors.iter().map(|floor| floor[term]).collect::<Vec<f64>>())
+            });
+            let height = floor[2] - usual[2];
+            let slope = (floor[0] - usual[0]).abs().max((floor[1] - usual[1]).abs());
+            if height.abs() > HEIGHT || slope > SLOPE {
+                let at_a_metre = if height.abs() > HEIGHT { height } else { 100.0 * slope };
+                return Some(Complaint::Tilted { height: at_a_metre });
+            }
+        }
+        remember(&mut self.floors, floor);
+        None
+    }
+}
+
+/// Corners fewer than these say nothing.
+const LEAST_MATCHED: usize = 8;
+
+/// How far beside the curves corners are sought that were not found near them: a knock of two degrees.
+const WIDE: f64 = 25.0;
+
+/// The floor a metre off is known to some millimetres; a degree moves it by 1.7 cm and more.
+const HEIGHT: f64 = 1.2;
+
+/// And so is its slope.
+const SLOPE: f64 = 0.012;
+
+fn remember<T>(known: &mut Vec<T>, new: T) {
+    known.push(new);
+    if known.len() > REMEMBERED {
+        known.remove(0);
+    }
+}
+
+/// How far beside their curves most of the corners lie, where they agree on it and it is too far.
+fn moved(matches: &[CornerMatch], limit: f64) -> Option<f64> {
+    if matches.len() < LEAST_MATCHED {
+        return None;
+    }
+    let off: Vec<f64> = matches.iter().map(|corner| corner.aside.abs()).collect();
+    let aside = median(&off);
+    (aside > limit).then_some(aside)
+}
+
+fn beside(atlas: &Atlas, first: Pixel, second: Pixel) -> Option<f64> {
+    let curve = atlas.curve(first);
+    curve
+        .windows(2)
+        .filter_map(|pair| {
+            let by = pair[1].other - pair[0].other;
+            let from = second - pair[0].other;
+            let share = from.dot(&by) / by.norm_squared();
+            (-0.05..1.05).contains(&share).then(|| (by.x * from.y - by.y * from.x) / by.norm())
+        })
+        .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
+/// The floor's slopes aside and ahead and its height a metre ahead, by least squares in which what stands
+/// out counts little (Huber 1964, doi:10.1214/aoms/1177703732); `None` where little of it is seen.
+fn floor(edges: &[LocatedEdge]) -> Option<[f64; 3]> {
+    const REACH: f64 = 200.0;
+    const LEAST: usize = 60;
+    const ROUNDS: usize = 6;
+    // What is taken for the floor in the first place: all that is as low as the lowest obstacle's half.
+    const LOW: f64 = 7.0;
+    let points: Vec<[f64; 3]> = edges
+        .iter()
+        .filter(|edge| edge.matched.other.is_some())
+        .filter_map(|edge| edge.at)
+        .map(|(point, _)| [point.x, point.z - 100.0, -point.y])
+        .filter(|[x, z, height]| {
+            Ground::new(*x, z + 100.0).coords.norm() < REACH && height.abs() < LOW
+        })
+        .collect();
+    let mut plane = nalgebra::Vector3::new(0.0, 0.0, 0.0);
+    if points.len() < LEAST {
+        return None;
+    }
+    for _ in 0..ROUNDS {
+        let (mut normal, mut right) = (nalgebra::Matrix3::zeros(), nalgebra::Vector3::zeros());
+        let residual =
+            |[x, z, height]: &[f64; 3]| height - plane.dot(&nalgebra::Vector3::new(*x, *z, 1.0));
+        let sizes: Vec<f64> = points.iter().map(|point| residual(point).abs()).collect();
+        let scale = (1.5 * median(&sizes)).max(0.05);
+        for (point, size) in points.iter().zip(&sizes) {
+            let weight = (scale / size.max(scale)).powi(2);
+            let row = nalgebra::Vector3::new(point[0], point[1], 1.0);
+            normal += row * row.transpose() * weight;
+            right += row * (point[2] * weight);
+        }
+        plane = normal.try_inverse()? * right;
+    }
+    // Of a floor seen in one place the slopes are not known.
+    let spread = |axis: usize| {
+        let values: Vec<f64> = points.iter().map(|point| point[axis]).collect();
+        percentile(&values, 0.9) - percentile(&values, 0.1)
+    };
+    (spread(0) > 40.0 && spread(1) > 40.0).then_some(plane.into())
+}

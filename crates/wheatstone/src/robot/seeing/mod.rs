@@ -1,0 +1,159 @@
+//! From a pair of pictures to what stands about the robot: edges and corners, found in both pictures
+//! along the calibration's curves, located by its map, and told from the floor.
+
+mod atlas;
+mod corner_matches;
+mod corners;
+mod edge_matches;
+mod edges;
+mod gradient;
+mod ground;
+mod health;
+
+pub use atlas::{Atlas, Waypoint};
+pub use corner_matches::CornerMatch;
+pub use corners::{Look, likeness};
+pub use edge_matches::EdgeMatch;
+pub use ground::LocatedEdge;
+pub use health::{Complaint, Health};
+
+use super::scene::Scene;
+use crate::{
+    Calibration, Result,
+    geometry::{Pixel, Point3},
+    imaging::GrayImage,
+    progress::Progress,
+};
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+/// What makes sense of pairs of pictures.
+pub struct Observer {
+    calibration: Calibration,
+    atlas: Atlas,
+    size: [usize; 2],
+    health: Health,
+}
+
+/// A corner of something, located.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenCorner {
+    /// Where it was seen.
+    pub matched: CornerMatch,
+    /// Where it is, in the robot's frame, in centimetres.
+    pub point: Point3,
+    /// The covariance of that, in square centimetres.
+    pub covariance: Matrix3<f64>,
+}
+
+/// What a pair of pictures shows.
+#[derive(Clone, Debug, Default)]
+pub struct Observation {
+    /// Of the ground.
+    pub scene: Scene,
+    /// The corners that both cameras saw: what own motion is found from.
+    pub corners: Vec<SeenCorner>,
+    /// The edges.
+    pub edges: Vec<LocatedEdge>,
+    /// What is wrong with the pictures.
+    pub complaint: Option<Complaint>,
+}
+
+/// Standard deviation of a matched place across its edge, in pixels: half again what rendered corners
+/// and edges scatter by.
+const PLACED: f64 = 0.15;
+
+/// Beside its curve a corner is sought up to this many pixels, and as many of the calibration's own
+/// errors.
+const ASIDE: f64 = 1.0;
+const ASIDE_ERRORS: f64 = 4.0;
+
+impl Observer {
+    /// With a calibration, for pictures of this size.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Atlas::new`].
+    pub fn new(
+        calibration: Calibration,
+        size: [usize; 2],
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let atlas = Atlas::new(&calibration, size, progress)?;
+        let health = Health::new(&calibration, &atlas);
+        Ok(Self { calibration, atlas, size, health })
+    }
+
+    /// The calibration's curves.
+    #[must_use]
+    pub fn atlas(&self) -> &Atlas {
+        &self.atlas
+    }
+
+    /// What a pair of pictures shows.
+    #[must_use]
+    pub fn observe(&mut self, pictures: &[GrayImage; 2]) -> Observation {
+        let [first, second] = [0, 1].map(|camera| {
+            let gradient = gradient::Gradient::new(&pictures[camera]);
+            let (edges, corners) =
+                rayon::join(|| edges::Edges::new(&gradient), || corners::corners(&gradient));
+            (gradient, edges, corners)
+        });
+        let aside = ASIDE + ASIDE_ERRORS * self.health.own_error();
+        let matched =
+            corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside);
+        let edges = self.located_edges(edge_matches::match_edges(&self.atlas, &first.1, &second.1));
+        let corners = self.located_corners(&matched);
+        let seen = health::Seen {
+            corners: [first.2.len(), second.2.len()],
+            edges: [first.1.all.len(), second.1.all.len()],
+            matched: &corners,
+            located: &edges,
+        };
+        let look_aside = |aside: f64| {
+            corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside)
+        };
+        let (trust, complaint) = self.health.judge(&seen, &look_aside);
+        let scene = Scene {
+            obstacles: ground::obstacles(&edges),
+            clear: ground::clear(&self.atlas, &edges, self.size),
+            trust,
+        };
+        Observation { scene, corners, edges, complaint }
+    }
+
+    fn located_corners(&self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
+        let located = |matched: &CornerMatch| {
+            let (point, covariance) = self.locate(matched.first, matched.second, 1.0)?;
+            Some(SeenCorner { matched: *matched, point, covariance })
+        };
+        matched.par_iter().filter_map(located).collect()
+    }
+
+    fn located_edges(&self, matched: Vec<EdgeMatch>) -> Vec<LocatedEdge> {
+        let located = |matched: EdgeMatch| {
+            let at = matched
+                .other
+                .and_then(|other| self.locate(matched.edge.at, other, matched.crossing));
+            LocatedEdge { matched, at: at.filter(|(point, _)| edge_matches::above_floor(*point)) }
+        };
+        let mut edges: Vec<LocatedEdge> = matched.into_par_iter().map(located).collect();
+        ground::fill_in(&self.atlas, &mut edges);
+        edges
+    }
+
+    /// Where a pair of pixels points, and how sure that is if they were placed along the curve with
+    /// [`PLACED`] over the cosine `crossing`.
+    fn locate(&self, first: Pixel, second: Pixel, crossing: f64) -> Option<(Point3, Matrix3<f64>)> {
+        let map = &self.calibration.reconstructor;
+        let located = map.locate(&[Some(first), Some(second)])?;
+        // Behind the robot, or beyond all walls.
+        if !(1.0..2000.0).contains(&located.point.z) {
+            return None;
+        }
+        // Maps without a noise of pixels have bars of their own; edges are found no better than charts.
+        let sigma = map.pixel_sigma(0, first, located.point).unwrap_or(PLACED).max(0.01);
+        let worse = (PLACED / (sigma * crossing.max(0.1))).max(1.0);
+        Some((located.point, located.covariance * (worse * worse)))
+    }
+}
