@@ -1,0 +1,1 @@
+//! A way over the map to the goal.
