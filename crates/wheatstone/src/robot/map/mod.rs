@@ -24,8 +24,8 @@ const SUREST: [f32; 2] = [-2.4, 4.0];
 /// Above this something stands there: more than one lone point tells ([`evidence`]).
 const OCCUPIED: f32 = 1.0;
 
-/// Below this nothing does: less than one look tells.
-const FREE: f32 = -0.4;
+/// Below this nothing does: one look that missed an obstacle is not enough, two are.
+const FREE: f32 = -1.2;
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -111,19 +111,20 @@ impl Map {
         self.cell_at(place).map(|[column, row]| row * self.columns + column)
     }
 
-    /// Adds what a pair of pictures shows, taken where the robot believes itself to be. `weight` is how
-    /// much it counts beside a look that can be trusted, 0 to 1.
+    /// Adds what a pair of pictures shows, taken where the robot believes itself to be; and that nothing
+    /// stands where the robot does. `weight` is how much the look counts beside a look that can be trusted, 0 to 1.
     pub fn add(&mut self, scene: &Scene, believed: &Believed, weight: f64) {
         let mut look = std::mem::take(&mut self.look);
         look.read(self, scene, believed);
         look.tell(&mut self.odds, weight as f32);
         self.look = look;
+        self.free_disc(believed.pose.place(), ROBOT_RADIUS - CELL);
     }
 
-    /// Makes what is believed within a radius of a place less certain by a factor, so that the next
-    /// looks decide.
+    /// Makes obstacles within a radius of a place less certain by a factor, so that the next looks
+    /// decide.
     pub fn doubt(&mut self, centre: Ground, radius: f64, factor: f64) {
-        self.change_disc(centre, radius, |odds| odds * factor as f32);
+        self.change_disc(centre, radius, |odds| odds.min(odds * factor as f32));
     }
 
     /// Makes a disc known free.
@@ -132,8 +133,11 @@ impl Map {
     }
 
     fn change_disc(&mut self, centre: Ground, radius: f64, change: impl Fn(f32) -> f32) {
-        for row in 0..self.rows {
-            for column in 0..self.columns {
+        let first = |place: f64, corner: f64| ((place - radius - corner) / CELL).max(0.0) as usize;
+        let span = (2.0 * radius / CELL) as usize + 2;
+        let (left, near) = (first(centre.x, self.corner.x), first(centre.y, self.corner.y));
+        for row in near..(near + span).min(self.rows) {
+            for column in left..(left + span).min(self.columns) {
                 if (self.place(column, row) - centre).norm() <= radius {
                     let odds = &mut self.odds[row * self.columns + column];
                     *odds = change(*odds);

@@ -133,7 +133,9 @@ impl Navigator {
         self.steps += 1;
         let decision = self.decide(scene, motion);
         match decision {
-            Decision::Drive(velocity) => self.last = velocity,
+            // What the robot does when it is lost it does not undo.
+            Decision::Drive(velocity) if self.lost == 0 => self.last = velocity,
+            Decision::Drive(_) => {}
             Decision::Arrived => self.activity = Activity::Arrived,
             Decision::Stopped(_) => self.activity = Activity::Stopped,
         }
