@@ -25,6 +25,10 @@ const ASKEW: f64 = 0.45;
 /// A direction off by less than this is faced, in radians: two degrees.
 const FACED: f64 = 0.035;
 
+/// What was not seen within this distance of the next place is looked at, in centimetres: the robot's
+/// radius, and what slivers and the raster take.
+const UNSEEN: f64 = ROBOT_RADIUS + 4.0;
+
 /// Clearance beyond the rim below which the robot slows down, in centimetres.
 const NARROW: f64 = 4.0;
 
@@ -71,10 +75,16 @@ impl Navigator {
                 return Decision::Drive(velocity);
             }
         }
+        let reach = own.coords.norm().min(STEP + BRAKING);
+        let next = own.coords.normalize() * reach;
+        let next = believed.pose.transform(Ground::from(next));
+        if let Some(unseen) = terrain.unseen_about(&self.map, next, UNSEEN) {
+            return self.look_at(believed, terrain, unseen);
+        }
         if error.abs() > FACED {
             return self.turn(error, "turning to the way before driving on");
         }
-        self.look_ahead(believed, terrain)
+        self.recover(believed, terrain, "something stands on the way")
     }
 
     /// A place on the way, [`AHEAD`] along it.

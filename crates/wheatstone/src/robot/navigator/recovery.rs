@@ -1,19 +1,18 @@
 //! What to do where driving on is not possible: look about, back up, doubt the map, and in the end
 //! give up.
 
-use super::{
-    Activity, Decision, Navigator, Reason,
-    following::{STEP, TURN},
-};
-use crate::robot::{Believed, Ground, Velocity, plan::Terrain, world::ROBOT_RADIUS, wrapped};
+use super::{Activity, Decision, Navigator, Reason, following::TURN};
+use crate::robot::{Believed, Ground, Velocity, plan::Terrain, wrapped};
 
 /// Something that takes many steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Manoeuvre {
     /// Turning in place: radians left, signed, and the heading before.
     LookAbout { left: f64, heading: f64 },
-    /// Backing up: centimetres left, and the place before.
-    Back { left: f64, place: Ground },
+    /// Backing up from a place that was not seen, centimetres at most.
+    Back { left: f64, unseen: Ground },
+    /// Turning to a place that was not seen.
+    Face { unseen: Ground },
 }
 
 /// Looks in a row at unseen floor after which the robot tries something else.
@@ -26,8 +25,11 @@ const GIVING_UP: usize = 12;
 /// How often the robot tries to find a way again before it gives up.
 const RECOVERIES: usize = 8;
 
-/// How far it backs up, in centimetres: what lies nearer than this is not seen from where it stands.
-const BACK: f64 = 15.0;
+/// What lies nearer than this to its middle the robot does not see, in centimetres, whichever way it
+/// turns; it backs up until it does, but so far at most, and by so much a step.
+const IN_SIGHT: f64 = 32.0;
+const BACK: f64 = 24.0;
+const BACKING: f64 = 4.0;
 
 /// The map is doubted within this distance, in centimetres, and by this factor: the surest obstacle is
 /// no more than a guess then.
@@ -49,14 +51,25 @@ impl Navigator {
                 let turn = left.clamp(-TURN, TURN) / self.period;
                 (!done).then_some(Velocity { forward: 0.0, turn })
             }
-            Manoeuvre::Back { left, place } => {
-                let left = left - (believed.pose.place() - place).norm();
-                let back = Velocity { forward: -0.6 * STEP / self.period, turn: 0.0 };
-                let on = left > 0.0 && self.is_free(&believed.pose, back, terrain);
-                let place = believed.pose.place();
-                self.manoeuvre = on.then_some(Manoeuvre::Back { left, place });
+            Manoeuvre::Back { left, unseen } => {
+                let back = Velocity { forward: -BACKING / self.period, turn: 0.0 };
+                let far = (believed.pose.place() - unseen).norm() > IN_SIGHT;
+                if far || left <= 0.0 || !self.is_free(&believed.pose, back, terrain) {
+                    self.manoeuvre = Some(Manoeuvre::Face { unseen });
+                    return self.manoeuvre(believed, terrain);
+                }
+                self.manoeuvre = Some(Manoeuvre::Back { left: left - BACKING, unseen });
                 self.activity = Activity::Backing;
-                on.then_some(back)
+                Some(back)
+            }
+            Manoeuvre::Face { unseen } => {
+                let own = believed.pose.inverse_transform(unseen);
+                let error = libm::atan2(own.x, own.y);
+                let on = error.abs() > ASIDE;
+                self.manoeuvre = on.then_some(Manoeuvre::Face { unseen });
+                self.activity = Activity::Looking;
+                let turn = error.clamp(-TURN, TURN) / self.period;
+                on.then_some(Velocity { forward: 0.0, turn })
             }
         }
     }
@@ -66,18 +79,29 @@ impl Navigator {
         if self.recoveries % 2 == 0 { -1.0 } else { 1.0 }
     }
 
-    /// Looks at what is not seen of the next stretch of the way.
-    pub(super) fn look_ahead(&mut self, believed: &Believed, terrain: &Terrain) -> Decision {
+    /// Looks at a place on the next stretch of the way that was not seen.
+    pub(super) fn look_at(
+        &mut self,
+        believed: &Believed,
+        terrain: &Terrain,
+        unseen: Ground,
+    ) -> Decision {
+        let own = believed.pose.inverse_transform(unseen);
+        let error = libm::atan2(own.x, own.y);
+        let near = own.coords.norm() < IN_SIGHT;
+        if !near && error.abs() > ASIDE {
+            return self.turn(error, "the next stretch was not seen");
+        }
         self.stared += 1;
-        let next = believed.pose.transform(Ground::new(0.0, STEP));
-        let unseen = terrain.unseen_about(&self.map, next, ROBOT_RADIUS + 4.0);
-        let own = unseen.map(|place| believed.pose.inverse_transform(place));
-        let error = own.map_or(0.0, |own| libm::atan2(own.x, own.y));
         if self.stared <= STARED {
-            if error.abs() > ASIDE {
-                return self.turn(error, "the next stretch was not seen");
-            }
             return self.wait("the next stretch was not seen: looking again");
+        }
+        if near && self.stared == STARED + 1 {
+            self.manoeuvre = Some(Manoeuvre::Back { left: BACK, unseen });
+            if let Some(velocity) = self.manoeuvre(believed, terrain) {
+                self.why = "backing up to see the next stretch";
+                return Decision::Drive(velocity);
+            }
         }
         self.stared = 0;
         self.recover(believed, terrain, "the next stretch stays unseen")
@@ -98,11 +122,6 @@ impl Navigator {
         let pose = believed.pose;
         if self.recoveries % 2 == 0 {
             self.map.doubt(pose.place(), DOUBTED.0, DOUBTED.1);
-            self.manoeuvre = Some(Manoeuvre::Back { left: BACK, place: pose.place() });
-            if let Some(velocity) = self.manoeuvre(believed, terrain) {
-                self.why = why;
-                return Decision::Drive(velocity);
-            }
         }
         let left = self.sense() * std::f64::consts::TAU;
         self.manoeuvre = Some(Manoeuvre::LookAbout { left, heading: pose.heading });
