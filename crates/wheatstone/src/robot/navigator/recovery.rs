@@ -2,7 +2,7 @@
 //! give up.
 
 use super::{Activity, Decision, Navigator, Reason, following::TURN};
-use crate::robot::{Believed, Ground, Velocity, plan::Terrain, wrapped};
+use crate::robot::{Believed, Ground, Velocity, plan::{IN_SIGHT, Terrain}, wrapped};
 
 /// Something that takes many steps.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +25,8 @@ const GIVING_UP: usize = 12;
 /// How often the robot tries to find a way again before it gives up.
 const RECOVERIES: usize = 8;
 
-/// What lies nearer than this to its middle the robot does not see, in centimetres, whichever way it
-/// turns; it backs up until it does, but so far at most, and by so much a step.
-const IN_SIGHT: f64 = 32.0;
+/// The robot backs up until it sees what was too near, but so far at most, and by so much a step, in
+/// centimetres.
 const BACK: f64 = 24.0;
 const BACKING: f64 = 4.0;
 

@@ -17,6 +17,15 @@ use search::search;
 /// where it stands, in centimetres, ways may lead as near as that.
 const LEAVING: f64 = 16.0;
 
+/// What lies nearer to the robot's middle than this it does not see, in centimetres, whichever way it
+/// turns: the nearest floor that shows in the picture, with what [`crate::robot::map`] infers of floor
+/// yet nearer.
+pub const IN_SIGHT: f64 = 32.0;
+
+/// Floor that was not seen and is too near to be seen costs so much more: the way had better lead
+/// elsewhere, if only until it comes into sight.
+const TOO_NEAR: f32 = 4.0;
+
 /// A straight stretch may cost so much more than the way over the raster that it replaces, whose steps
 /// have eight directions only.
 const SHORTCUT: f64 = 1.01;
@@ -86,10 +95,14 @@ impl Terrain {
     /// What a centimetre costs on a cell for a robot that stands at `from`.
     fn cost_near(&self, map: &Map, from: Ground, cell: usize) -> f32 {
         let cost = self.costs[cell];
-        if cost.is_finite() || (self.place(map, cell) - from).norm() > LEAVING {
+        if cost.is_finite() && self.is_sure(cell) {
             return cost;
         }
-        self.cost_of_leaving(map, from, cell)
+        match (self.place(map, cell) - from).norm() {
+            away if cost.is_finite() && away < IN_SIGHT => cost * TOO_NEAR,
+            away if !cost.is_finite() && away < LEAVING => self.cost_of_leaving(map, from, cell),
+            _ => cost,
+        }
     }
 
     /// What a straight stretch costs for a robot that stands at `from`.

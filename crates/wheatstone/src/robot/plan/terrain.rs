@@ -80,6 +80,11 @@ impl Terrain {
         self.between(map, &self.sure, place)
     }
 
+    /// Whether everything below a robot on a cell was seen.
+    pub(super) fn is_sure(&self, cell: usize) -> bool {
+        self.sure[cell] >= ROBOT_RADIUS as f32
+    }
+
     /// The middle of what was not seen within a distance of a place, in centimetres.
     #[must_use]
     pub fn unseen_about(&self, map: &Map, place: Ground, distance: f64) -> Option<Ground> {
