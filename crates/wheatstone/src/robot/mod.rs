@@ -13,9 +13,12 @@ pub mod capture;
 pub mod scene;
 pub mod seeing;
 pub mod world;
+pub mod map;
+pub mod plan;
+pub mod navigator;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};
-use nalgebra::Point2;
+use nalgebra::{Matrix3, Point2};
 use serde::{Deserialize, Serialize};
 
 /// A place on the floor: x (right) and z (forward), in centimetres.
@@ -74,6 +77,15 @@ impl PlanarPose {
     pub fn place(&self) -> Ground {
         Ground::new(self.x, self.z)
     }
+}
+
+/// Where the robot believes itself to be in the start frame, and how surely.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Believed {
+    /// The pose itself.
+    pub pose: PlanarPose,
+    /// The covariance of x, z and heading, in centimetres and radians.
+    pub covariance: Matrix3<f64>,
 }
 
 /// An angle as one between minus and plus half a turn, in radians.
