@@ -10,12 +10,15 @@
 
 pub mod cameras;
 pub mod capture;
+pub mod map;
+pub mod motion;
+pub mod navigator;
+pub mod pilot;
+pub mod plan;
 pub mod scene;
 pub mod seeing;
+pub mod simulated;
 pub mod world;
-pub mod map;
-pub mod plan;
-pub mod navigator;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use nalgebra::{Matrix3, Point2};

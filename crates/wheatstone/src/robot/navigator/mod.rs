@@ -64,7 +64,7 @@ const CLOSE: f64 = 4.0;
 
 /// Looks in a row that contradict the calibration, after which the robot stops for good: one may be a
 /// picture torn in transmission.
-const BROKEN: usize = 2;
+const BROKEN: usize = 3;
 
 /// Looks after which the robot gives up: five times what the longest of two hundred ways took.
 const MOST_STEPS: usize = 1000;

@@ -66,8 +66,10 @@ pub struct Health {
     own_error: f64,
     /// Shares of corners that were found in the other picture.
     shares: Vec<f64>,
-    /// Heights of the floor, by its slope ahead, aside and its level a metre off.
+    /// Heights of the floor, by its slope aside, ahead and its level a metre off.
     floors: Vec<[f64; 3]>,
+    /// How far the map errs at its own points, in centimetres: so uneven the floor may seem.
+    uneven: f64,
 }
 
 /// Pictures that are remembered: those of a calibration that holds scatter about their median.
@@ -90,7 +92,8 @@ impl Health {
         }
         let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
         let own_error = if own_error.is_finite() { own_error } else { 0.0 };
-        Self { own_error, shares: Vec::new(), floors: Vec::new() }
+        let uneven = calibration.training.rms;
+        Self { own_error, shares: Vec::new(), floors: Vec::new(), uneven }
     }
 
     /// How far from their curves the chart's points were, in pixels.
@@ -119,11 +122,11 @@ impl Health {
         let share = matched as f64 / seen.corners[0].max(1) as f64;
         let usual = if self.shares.len() < ENOUGH { 0.35 } else { median(&self.shares) };
         if share < 0.55 * usual && seen.corners[0] > 12 {
-            if let Some(aside) = moved(&look_aside(WIDE), self.limit()) {
+            if let Some(aside) = moved(&look_aside(WIDE), (self.limit(), matched)) {
                 return (Trust::Broken, Some(Complaint::Moved { aside }));
             }
         }
-        if matched < LEAST_MATCHED {
+        if matched < LEAST_TO_GO_BY {
             return (Trust::Poor, Some(Complaint::Unmatched { matched }));
         }
         remember(&mut self.shares, share);
@@ -155,8 +158,9 @@ impl Health {
             });
             let height = floor[2] - usual[2];
             let slope = (floor[0] - usual[0]).abs().max((floor[1] - usual[1]).abs());
-            if height.abs() > HEIGHT || slope > SLOPE {
-                let at_a_metre = if height.abs() > HEIGHT { height } else { 100.0 * slope };
+            let most = HEIGHT + self.uneven;
+            if height.abs() > most || slope > SLOPE * most / HEIGHT {
+                let at_a_metre = if height.abs() > most { height } else { 100.0 * slope };
                 return Some(Complaint::Tilted { height: at_a_metre });
             }
         }
@@ -165,8 +169,11 @@ impl Health {
     }
 }
 
-/// Corners fewer than these say nothing.
+/// Corners fewer than these say nothing of the calibration.
 const LEAST_MATCHED: usize = 8;
+
+/// And fewer than these nothing of where the robot is.
+const LEAST_TO_GO_BY: usize = 4;
 
 /// How far beside the curves corners are sought that were not found near them: a knock of two degrees.
 const WIDE: f64 = 25.0;
@@ -184,14 +191,12 @@ fn remember<T>(known: &mut Vec<T>, new: T) {
     }
 }
 
-/// How far beside their curves most of the corners lie, where they agree on it and it is too far.
-fn moved(matches: &[CornerMatch], limit: f64) -> Option<f64> {
-    if matches.len() < LEAST_MATCHED {
-        return None;
-    }
-    let off: Vec<f64> = matches.iter().map(|corner| corner.aside.abs()).collect();
-    let aside = median(&off);
-    (aside > limit).then_some(aside)
+/// How far beside their curves corners lie, where many more are found too far from them than the
+/// `near` ones that are not.
+fn moved(matches: &[CornerMatch], (limit, near): (f64, usize)) -> Option<f64> {
+    let off: Vec<f64> =
+        matches.iter().map(|corner| corner.aside.abs()).filter(|off| *off > limit).collect();
+    (off.len() >= LEAST_MATCHED.max(2 * near)).then(|| median(&off))
 }
 
 fn beside(atlas: &Atlas, first: Pixel, second: Pixel) -> Option<f64> {

@@ -157,3 +157,11 @@ impl Observer {
         Some((located.point, located.covariance * (worse * worse)))
     }
 }
+impl Observer {
+    #[doc(hidden)]
+    pub fn debug_corners(&self, pictures: &[GrayImage; 2]) -> [Vec<Pixel>; 2] {
+        [0, 1].map(|c| {
+            corners::corners(&gradient::Gradient::new(&pictures[c])).iter().map(|k| k.at).collect()
+        })
+    }
+}

@@ -101,6 +101,16 @@ impl Eye {
     #[must_use]
     pub fn new(camera: PosedCamera, sensor: Sensor, random: &mut Random) -> Self {
         let light = Light::new(camera.width, camera.height, sensor, random);
+        Self::lit(camera, sensor, light)
+    }
+
+    /// The same eye with its camera elsewhere.
+    #[must_use]
+    pub fn moved(&self, camera: PosedCamera) -> Self {
+        Self::lit(camera, self.sensor, self.light.clone())
+    }
+
+    fn lit(camera: PosedCamera, sensor: Sensor, light: Light) -> Self {
         let width = camera.width + 1;
         let ray = |index: usize| {
             let corner = [index % width, index / width].map(|corner| corner as f64 - 0.5);

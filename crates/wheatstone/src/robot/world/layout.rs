@@ -34,7 +34,7 @@ fn attempt(seed: u64, random: &mut Random) -> World {
     ];
     let dark_and_light = [random.uniform(0.38, 0.44), random.uniform(0.54, 0.60)];
     let tiles = Tiles {
-        side: random.uniform(22.0, 34.0),
+        side: random.uniform(16.0, 25.0),
         turn: random.uniform(0.0, std::f64::consts::FRAC_PI_2),
         corner: [random.uniform(0.0, 30.0), random.uniform(0.0, 30.0)],
         shades: dark_and_light,

@@ -1,0 +1,327 @@
+//! Where the robot is, from nothing but the corners it sees: each is laid on the landmarks seen before,
+//! and the pose under which most of them meet is the robot's.
+
+use super::{
+    Believed, Ground, PlanarPose,
+    seeing::{Look, SeenCorner, likeness},
+    wrapped,
+};
+use crate::{geometry::Point3, numeric::random::Random};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+
+/// A corner of something that stands still, in the start frame.
+#[derive(Clone, Debug)]
+pub struct Landmark {
+    /// Where it is, in centimetres.
+    pub point: Point3,
+    /// The covariance of its place on the ground by what was measured, in square centimetres.
+    covariance: Matrix2<f64>,
+    /// How sure the robot was of its own pose when it first saw it.
+    founded: Matrix3<f64>,
+    /// What it looked like when it was last seen.
+    look: Look,
+    /// When it was last seen, in looks.
+    last: u64,
+    /// How often.
+    times: u32,
+}
+
+/// Keeps the landmarks, and the pose.
+#[derive(Clone, Debug)]
+pub struct OwnMotion {
+    landmarks: Vec<Landmark>,
+    believed: Believed,
+    /// What it was told to do since it last knew where it was.
+    told: PlanarPose,
+    looks: u64,
+    random: Random,
+}
+
+/// A corner and the landmark that it is laid on, both on the ground.
+struct Pair {
+    landmark: usize,
+    corner: usize,
+    own: Ground,
+    world: Ground,
+    own_covariance: Matrix2<f64>,
+    world_covariance: Matrix2<f64>,
+}
+
+/// What a command may do otherwise than told, as shares of it, and what may happen without one: slip and
+/// wheels that are not alike. In centimetres and radians.
+const AMISS: f64 = 0.35;
+const AMISS_AT_REST: [f64; 2] = [1.0, 0.02];
+
+/// Beyond this a point's place is too uncertain to lay others on it, in centimetres.
+const FARTHEST: f64 = 320.0;
+
+/// Landmarks whose windows are less alike are not the same.
+const LEAST_LIKENESS: f32 = 0.55;
+
+/// Pairs that must agree, at least, and as a share of all that could be laid; of fewer all must.
+const ENOUGH_PAIRS: usize = 5;
+const LEAST_SHARE: f64 = 0.4;
+const LEAST_PAIRS: usize = 3;
+
+/// A squared distance that pairs of the same point exceed once in a hundred: chi-square of two.
+const SAME: f64 = 9.2;
+
+/// What places err by beside what their covariances say: windows of corners that are no points, in
+/// square centimetres.
+const ROUGHNESS: f64 = 0.02;
+
+/// Landmarks that were seen once and not again for so many looks are forgotten.
+const PATIENCE: u64 = 12;
+
+impl OwnMotion {
+    /// At the start frame's origin.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self {
+            landmarks: Vec::new(),
+            believed: Believed::default(),
+            told: PlanarPose::default(),
+            looks: 0,
+            random: Random::stream(seed, 0x6d6f_7469),
+        }
+    }
+
+    /// The landmarks.
+    #[must_use]
+    pub fn landmarks(&self) -> &[Landmark] {
+        &self.landmarks
+    }
+
+    /// Where the robot is after a command that was to move it by `told`, as the corners say; `None` where
+    /// they do not.
+    pub fn update(&mut self, corners: &[SeenCorner], told: &PlanarPose) -> Option<Believed> {
+        self.looks += 1;
+        self.told = self.told.then(told);
+        let guess = self.believed.pose.then(&self.told);
+        let found = if self.looks == 1 {
+            Some((Believed::default(), Vec::new()))
+        } else {
+            let told = self.told;
+            self.found(corners, &guess, &told)
+        };
+        let (believed, pairs) = found?;
+        self.believed = believed;
+        self.told = PlanarPose::default();
+        self.learn(corners, &pairs);
+        Some(believed)
+    }
+
+    /// Pose and agreeing pairs: by one narrow search, or a wider one.
+    fn found(
+        &mut self,
+        corners: &[SeenCorner],
+        guess: &PlanarPose,
+        told: &PlanarPose,
+    ) -> Option<(Believed, Vec<Pair>)> {
+        for widening in [1.0, 3.0] {
+            let shift = (told.place().coords.norm() * AMISS + AMISS_AT_REST[0]) * widening;
+            let turn = (told.heading.abs() * AMISS + AMISS_AT_REST[1]) * widening;
+            let pairs = self.laid(corners, guess, (shift, turn));
+            if let Some(found) = self.agreed(pairs, guess, (shift, turn)) {
+                return Some(found);
+            }
+        }
+        // Where the command was not carried out at all.
+        let pairs = self.laid(corners, &self.believed.pose, (AMISS_AT_REST[0], AMISS_AT_REST[1]));
+        let stay = self.believed.pose;
+        self.agreed(pairs, &stay, (AMISS_AT_REST[0], AMISS_AT_REST[1]))
+    }
+
+    /// Corners on the landmarks that they may be.
+    fn laid(
+        &self,
+        corners: &[SeenCorner],
+        guess: &PlanarPose,
+        (shift, turn): (f64, f64),
+    ) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for (index, corner) in corners.iter().enumerate() {
+            let own = Ground::new(corner.point.x, corner.point.z);
+            if own.coords.norm() > FARTHEST {
+                continue;
+            }
+            let at = guess.transform(own);
+            let own_covariance = on_ground(&corner.covariance);
+            let reach = shift + turn * own.coords.norm();
+            let best = self
+                .landmarks
+                .iter()
+                .enumerate()
+                .filter(|(_, landmark)| {
+                    let sigma = (own_covariance + landmark.covariance).trace().sqrt();
+                    let off = Ground::new(landmark.point.x, landmark.point.z) - at;
+                    let height = (landmark.point.y - corner.point.y).abs();
+                    off.norm() < reach + 3.0 * sigma && height < 1.5 + 0.5 * sigma
+                })
+                .map(|(number, landmark)| (likeness(&landmark.look, &corner.matched.look), number))
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((alike, landmark)) = best else { continue };
+            if alike > LEAST_LIKENESS {
+                let known = &self.landmarks[landmark];
+                pairs.push(Pair {
+                    landmark,
+                    corner: index,
+                    own,
+                    world: Ground::new(known.point.x, known.point.z),
+                    own_covariance,
+                    world_covariance: known.covariance,
+                });
+            }
+        }
+        pairs
+    }
+
+    /// The pose under which most pairs meet (Fischler & Bolles 1981, doi:10.1145/358669.358692), refined
+    /// over these.
+    fn agreed(
+        &mut self,
+        pairs: Vec<Pair>,
+        guess: &PlanarPose,
+        (shift, turn): (f64, f64),
+    ) -> Option<(Believed, Vec<Pair>)> {
+        const DRAWS: usize = 80;
+        if pairs.len() < LEAST_PAIRS {
+            return None;
+        }
+        let possible = |pose: &PlanarPose| {
+            (pose.place() - guess.place()).norm() < 2.0 * shift + 1.0
+                && wrapped(pose.heading - guess.heading).abs() < 2.0 * turn
+        };
+        let mut best = (count(&pairs, guess), *guess);
+        for _ in 0..DRAWS {
+            let (a, b) = (self.random.below(pairs.len()), self.random.below(pairs.len()));
+            let Some(pose) = through(&pairs[a], &pairs[b]) else { continue };
+            let agreeing = if possible(&pose) { count(&pairs, &pose) } else { 0 };
+            if agreeing > best.0 {
+                best = (agreeing, pose);
+            }
+        }
+        let mut pose = best.1;
+        let mut covariance = Matrix3::zeros();
+        for _ in 0..5 {
+            (pose, covariance) = refined(&pairs, &pose)?;
+        }
+        let total = pairs.len();
+        let kept: Vec<Pair> =
+            pairs.into_iter().filter(|pair| distance2(pair, &pose) < SAME).collect();
+        let most = kept.len() as f64 >= LEAST_SHARE * total as f64;
+        let enough = if kept.len() >= ENOUGH_PAIRS { most } else { kept.len() == total };
+        if !enough || !possible(&pose) {
+            return None;
+        }
+        // What the landmarks share of the robot's own doubt when it first saw them.
+        let founded: Matrix3<f64> =
+            kept.iter().map(|pair| self.landmarks[pair.landmark].founded).sum();
+        let covariance = covariance + founded / kept.len() as f64;
+        Some((Believed { pose, covariance }, kept))
+    }
+
+    /// Moves landmarks to where all looks at them say, and founds new ones.
+    fn learn(&mut self, corners: &[SeenCorner], pairs: &[Pair]) {
+        let pose = self.believed.pose;
+        let mut used = vec![false; corners.len()];
+        for pair in pairs {
+            used[pair.corner] = true;
+            let (seen, corner) = (pose.transform(pair.own), &corners[pair.corner]);
+            let spread = turned(&pair.own_covariance, pose.heading);
+            let landmark = &mut self.landmarks[pair.landmark];
+            landmark.last = self.looks;
+            landmark.times += 1;
+            landmark.look = corner.matched.look;
+            let sum = spread + landmark.covariance;
+            let Some(inverse) = sum.try_inverse() else { continue };
+            let gain = landmark.covariance * inverse;
+            let by = gain * (seen - pair.world);
+            landmark.point.x += by.x;
+            landmark.point.z += by.y;
+            landmark.covariance -= gain * landmark.covariance;
+        }
+        for (corner, used) in corners.iter().zip(used) {
+            let own = Ground::new(corner.point.x, corner.point.z);
+            let point = pose.transform_point(corner.point);
+            let taken = self.landmarks.iter().any(|known| (known.point - point).norm() < 1.5);
+            if used || taken || own.coords.norm() > FARTHEST {
+                continue;
+            }
+            self.landmarks.push(Landmark {
+                point,
+                covariance: turned(&on_ground(&corner.covariance), pose.heading),
+                founded: self.believed.covariance,
+                look: corner.matched.look,
+                last: self.looks,
+                times: 1,
+            });
+        }
+        let now = self.looks;
+        self.landmarks.retain(|known| known.times > 1 || now - known.last < PATIENCE);
+    }
+}
+
+fn on_ground(covariance: &Matrix3<f64>) -> Matrix2<f64> {
+    Matrix2::new(covariance[(0, 0)], covariance[(0, 2)], covariance[(2, 0)], covariance[(2, 2)])
+        + Matrix2::identity() * ROUGHNESS
+}
+
+/// A covariance on the ground, in the frame in which its own frame has this heading.
+fn turned(covariance: &Matrix2<f64>, heading: f64) -> Matrix2<f64> {
+    let (sine, cosine) = (libm::sin(heading), libm::cos(heading));
+    let rotation = Matrix2::new(cosine, sine, -sine, cosine);
+    rotation * covariance * rotation.transpose()
+}
+
+/// The pose that brings two pairs together, as far as their lengths allow.
+fn through(first: &Pair, second: &Pair) -> Option<PlanarPose> {
+    let (own, world) = (second.own - first.own, second.world - first.world);
+    // Points close together tell no direction.
+    if own.norm() < 15.0 || (own.norm() - world.norm()).abs() > 0.1 * own.norm() {
+        return None;
+    }
+    let heading = libm::atan2(world.x, world.y) - libm::atan2(own.x, own.y);
+    let turned = PlanarPose { x: 0.0, z: 0.0, heading };
+    let middle = (first.own.coords + second.own.coords) / 2.0;
+    let at = turned.transform(middle.into());
+    let to = (first.world.coords + second.world.coords) / 2.0;
+    Some(PlanarPose { x: to.x - at.x, z: to.y - at.y, heading: wrapped(heading) })
+}
+
+/// The squared Mahalanobis distance of a pair under a pose.
+fn distance2(pair: &Pair, pose: &PlanarPose) -> f64 {
+    let off = pose.transform(pair.own) - pair.world;
+    let spread = turned(&pair.own_covariance, pose.heading) + pair.world_covariance;
+    spread.try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
+}
+
+fn count(pairs: &[Pair], pose: &PlanarPose) -> usize {
+    pairs.iter().filter(|pair| distance2(pair, pose) < SAME).count()
+}
+
+/// One step of weighted least squares over the pairs that agree; far ones count little (Huber).
+fn refined(pairs: &[Pair], pose: &PlanarPose) -> Option<(PlanarPose, Matrix3<f64>)> {
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for pair in pairs {
+        let distance2 = distance2(pair, pose);
+        if distance2 > 2.0 * SAME {
+            continue;
+        }
+        let spread = turned(&pair.own_covariance, pose.heading) + pair.world_covariance;
+        // One and a half standard deviations.
+        let weight = spread.try_inverse()? * (1.5 / distance2.sqrt().max(1.5));
+        let at = pose.transform(pair.own);
+        let off: Vector2<f64> = pair.world - at;
+        // A turn to the right moves what lies ahead to the right, and what lies right back.
+        let arm = at - pose.place();
+        let slopes = Matrix2x3::new(1.0, 0.0, arm.y, 0.0, 1.0, -arm.x);
+        normal += slopes.transpose() * weight * slopes;
+        right += slopes.transpose() * weight * off;
+    }
+    let covariance = normal.try_inverse()?;
+    let by = covariance * right;
+    let moved =
+        PlanarPose { x: pose.x + by.x, z: pose.z + by.y, heading: wrapped(pose.heading + by.z) };
+    Some((moved, covariance))
+}
