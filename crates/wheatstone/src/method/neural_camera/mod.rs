@@ -26,7 +26,7 @@ use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default, sight:
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
+    geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
     progress::Progress,
 };
 use corrected::{CorrectedCamera, Spread};
@@ -203,12 +203,20 @@ impl Reconstructor for NeuralCameraReconstructor {
         Some(self.cameras.get(camera)?.noise())
     }
 
+    fn sees(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.project(camera, world)
+    }
+
+    fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
+        self.cameras.get(camera)?.optics.ray(pixel, None)
+    }
+
     fn unknowns(&self) -> Option<f64> {
         Some(self.effective_parameters().iter().sum::<f64>() / (2 * self.cameras.len()) as f64)
     }
 
     fn is_consistent(&self) -> bool {
-        self.cameras.len() >= 2
+        !self.cameras.is_empty()
             && self.cameras.iter().all(CorrectedCamera::is_consistent)
             && self.cameras.windows(2).all(|pair| pair[0].modes() == pair[1].modes())
     }
