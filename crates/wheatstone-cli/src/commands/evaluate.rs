@@ -117,27 +117,32 @@ impl Evaluate {
                 ellipsoids,
             });
         }
-        let unit = &found.unit;
-        let [x, y, z] = found.rms_xyz.map(figure);
-        say!("{} of {} points located", found.located, found.n);
-        say!(
-            "Error {} {unit} rms, {} {unit} median, 95 % below {} {unit}; {} % of the distance on average",
-            figure(found.rms),
-            figure(found.median),
-            figure(found.p95),
-            figure(found.mean_percent)
-        );
-        say!("Along X {x}, Y {y}, Z {z} {unit} rms");
-        if let Some(Coverage { p68, p95 }) = held {
-            say!(
-                "Ellipsoids that should hold 68 % and 95 % of the points hold {:.1} % and {:.1} %",
-                100.0 * p68,
-                100.0 * p95
-            );
-        }
-        if let Some(budget) = &budget {
-            say!("{}", budget_as_text(budget, unit).trim_end());
-        }
+        tell(&found, held, budget.as_ref());
         Ok(())
+    }
+}
+
+/// The figures in words.
+fn tell(found: &Evaluation, held: Option<Coverage>, budget: Option<&Budget>) {
+    let unit = &found.unit;
+    let [x, y, z] = found.rms_xyz.map(figure);
+    say!("{} of {} points located", found.located, found.n);
+    say!(
+        "Error {} {unit} rms, {} {unit} median, 95 % below {} {unit}; {} % of the distance on average",
+        figure(found.rms),
+        figure(found.median),
+        figure(found.p95),
+        figure(found.mean_percent)
+    );
+    say!("Along X {x}, Y {y}, Z {z} {unit} rms");
+    if let Some(Coverage { p68, p95 }) = held {
+        say!(
+            "Ellipsoids that should hold 68 % and 95 % of the points hold {:.1} % and {:.1} %",
+            100.0 * p68,
+            100.0 * p95
+        );
+    }
+    if let Some(budget) = budget {
+        say!("{}", budget_as_text(budget, unit).trim_end());
     }
 }
