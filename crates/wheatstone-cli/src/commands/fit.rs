@@ -27,7 +27,6 @@ use wheatstone::{
     wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json")]
 pub(crate) struct Fit {
     /// A capture (its folder or capture.toml), or a points file with columns x1,y1,x2,y2,…,X,Y,Z
-    /// (board_x,board_y in place of X,Y,Z for a board held by hand; then one camera will do)
     input: PathBuf,
     /// The method; `wheatstone list methods` describes them
     #[arg(long, default_value = "auto", value_parser = PossibleValuesParser::new(AnyMethod::NAMES))]
