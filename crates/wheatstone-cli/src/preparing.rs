@@ -100,7 +100,7 @@ impl Preparing {
         }
         tell_outliers(&prepared.outliers, points);
         // Measured, or said to be unknown: no summary is silent about it.
-        if self.expect_baseline.is_none() {
+        if self.expect_baseline.is_none() && prepared.data.cameras > 1 {
             let words: Vec<&str> =
                 prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
             remark!(
@@ -171,14 +171,15 @@ fn tell_placed(placed: &Placed, unit: &str) {
             format!("cameras 1 and {}: {} {unit}", index + 2, figure(*distance))
         })
         .collect();
+    let apart = distances.join(", ");
+    let apart = if apart.is_empty() { apart } else { format!("; apart: {apart}") };
     let freed = if placed.freed { "; then charts and model-free cameras together" } else { "" };
     remark!(
         "note",
-        "found where the chart stood in {} views with `{}` lenses, {} px rms{freed}; apart: {}",
+        "found where the chart stood in {} views with `{}` lenses, {} px rms{freed}{apart}",
         placed.views.len(),
         placed.lens,
-        figure(placed.rms),
-        distances.join(", ")
+        figure(placed.rms)
     );
     if !placed.unplaced.is_empty() {
         remark!("warning", "too few points to place the chart in: {}", placed.unplaced.join(", "));

@@ -51,7 +51,7 @@ pub struct Calibration {
     pub viewpoint: Option<Point3>,
     /// The space and the parts of the pictures that the fit was shown.
     pub volume: Volume,
-    /// How it does on the points that it was fitted to.
+    /// How it does on the points that it was fitted to: in pixels where it is one camera alone.
     pub training: Evaluation,
     /// How the same settings do on views that they were not fitted to.
     pub validation: Option<CrossValidation>,
@@ -122,11 +122,16 @@ impl Calibration {
         let data = &prepared.data;
         let fit = method.fit_checked(data, seed, progress)?;
         let viewpoint = evaluate::viewpoint(data);
-        let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
-        let held_out =
-            if validate { evaluate::hold_out(method, data, seed, progress)? } else { None };
-        let (validation, held_out) = held_out.unzip();
-        let held_out = held_out.unwrap_or_default();
+        let (training, validation, held_out) = if data.cameras == 1 {
+            let training = evaluate::on_its_own_points(&*fit.reconstructor, data)?;
+            let judge = || evaluate::hold_out_one_camera(method, data, seed, progress);
+            (training, if validate { judge()? } else { None }, Vec::new())
+        } else {
+            let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
+            let judge = || evaluate::hold_out(method, data, seed, progress);
+            let (validation, held_out) = if validate { judge()? } else { None }.unzip();
+            (training, validation, held_out.unwrap_or_default())
+        };
         let ellipsoids = Ellipsoids::estimate(&*fit.reconstructor, data, &held_out);
         Ok(Self {
             format: FORMAT.into(),
@@ -164,7 +169,8 @@ impl Calibration {
             Some(validation) => (&validation.all, "on views left out"),
             None => (&self.training, "on its own points"),
         };
-        let spread = self.data.spread();
+        // One camera errs in pixels.
+        let spread = if self.reconstructor.cameras() == 1 { f64::MAX } else { self.data.spread() };
         if judged.rms.is_nan() || judged.rms > MOST * spread {
             return Some(format!(
                 "the error {on} is {:.3e} {} rms, where the points themselves spread over {spread:.3e} {}",

@@ -13,7 +13,10 @@ use std::path::PathBuf;
 use wheatstone::{
     Calibration,
     cleaning::poses,
-    evaluate::{Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate},
+    dataset::Dataset,
+    evaluate::{
+        Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate, evaluate_one_camera,
+    },
 };
 
 /// Judge a model on points whose places are known
@@ -53,12 +56,32 @@ struct Judged<'a> {
 const FALSE_ALARM: f64 = 0.001;
 
 impl Evaluate {
+    /// In pixels: one camera locates no point.
+    fn one_camera(&self, model: &Calibration, data: &Dataset) -> Outcome {
+        let found = evaluate_one_camera(&*model.reconstructor, data)?;
+        if self.json {
+            return print_json(&found);
+        }
+        say!("{} of {} pixels judged", found.located, found.n);
+        say!(
+            "Error {} px rms, {} px median, 95 % below {} px",
+            figure(found.rms),
+            figure(found.median),
+            figure(found.p95)
+        );
+        Ok(())
+    }
+
     pub(crate) fn run(mut self) -> Outcome {
         let bar = Bar::new();
         let model = Calibration::load(&self.model)?;
         // A points file's numbers are in the model's unit unless it says otherwise.
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
         let mut data = load(&self.input, &self.reading, &bar)?.data;
+        if model.reconstructor.cameras() == 1 {
+            drop(bar);
+            return self.one_camera(&model, &data);
+        }
         if data.known().next().is_none() && poses::needed(&data) {
             drop(bar);
             return Err(Failure::usage(
@@ -94,27 +117,32 @@ impl Evaluate {
                 ellipsoids,
             });
         }
-        let unit = &found.unit;
-        let [x, y, z] = found.rms_xyz.map(figure);
-        say!("{} of {} points located", found.located, found.n);
-        say!(
-            "Error {} {unit} rms, {} {unit} median, 95 % below {} {unit}; {} % of the distance on average",
-            figure(found.rms),
-            figure(found.median),
-            figure(found.p95),
-            figure(found.mean_percent)
-        );
-        say!("Along X {x}, Y {y}, Z {z} {unit} rms");
-        if let Some(Coverage { p68, p95 }) = held {
-            say!(
-                "Ellipsoids that should hold 68 % and 95 % of the points hold {:.1} % and {:.1} %",
-                100.0 * p68,
-                100.0 * p95
-            );
-        }
-        if let Some(budget) = &budget {
-            say!("{}", budget_as_text(budget, unit).trim_end());
-        }
+        tell(&found, held, budget.as_ref());
         Ok(())
+    }
+}
+
+/// The figures in words.
+fn tell(found: &Evaluation, held: Option<Coverage>, budget: Option<&Budget>) {
+    let unit = &found.unit;
+    let [x, y, z] = found.rms_xyz.map(figure);
+    say!("{} of {} points located", found.located, found.n);
+    say!(
+        "Error {} {unit} rms, {} {unit} median, 95 % below {} {unit}; {} % of the distance on average",
+        figure(found.rms),
+        figure(found.median),
+        figure(found.p95),
+        figure(found.mean_percent)
+    );
+    say!("Along X {x}, Y {y}, Z {z} {unit} rms");
+    if let Some(Coverage { p68, p95 }) = held {
+        say!(
+            "Ellipsoids that should hold 68 % and 95 % of the points hold {:.1} % and {:.1} %",
+            100.0 * p68,
+            100.0 * p95
+        );
+    }
+    if let Some(budget) = budget {
+        say!("{}", budget_as_text(budget, unit).trim_end());
     }
 }

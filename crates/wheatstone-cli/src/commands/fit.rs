@@ -67,6 +67,7 @@ impl Fit {
             set_epochs(&mut method, epochs)?;
         }
         let loaded = load(&self.input, &self.reading, &bar)?;
+        method.takes(loaded.data.cameras)?;
         let prepared = self.preparing.run(&loaded, Some(&method), self.seed, &bar)?;
         let mut model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
         model.sizes = self.told.sizes(loaded.sizes(), prepared.data.cameras);
@@ -95,19 +96,27 @@ impl Fit {
     }
 
     fn tell(&self, model: &Calibration, prepared: &Prepared) {
-        let unit = &model.unit;
         let training = &model.training;
+        let unit = &training.unit;
         say!(
-            "Fitted {} to {} points of {} cameras; on these points {} {unit} rms",
+            "Fitted {} to {} points of {}; on these points {} {unit} rms",
             self.method,
             training.located,
-            prepared.data.cameras,
+            match prepared.data.cameras {
+                1 => "one camera".into(),
+                cameras => format!("{cameras} cameras"),
+            },
             figure(training.rms)
         );
         if let Some(choice) = &model.choice {
             say!("Chose {}: {}", choice.chosen, choice.reason);
         }
         match &model.validation {
+            Some(validation) if prepared.data.cameras == 1 => say!(
+                "Held-out views: {} {unit} rms, {} {unit} median; half of a view's points tell where its chart stood, the other half is judged",
+                figure(validation.all.rms),
+                figure(validation.all.median)
+            ),
             Some(validation) => say!(
                 "Held-out views: {} {unit} rms, {} {unit} median, {} % of the distance on average",
                 figure(validation.all.rms),

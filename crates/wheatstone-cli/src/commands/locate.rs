@@ -61,6 +61,7 @@ const COVARIANCE: [&str; 6] = ["cXX", "cXY", "cXZ", "cYY", "cYZ", "cZZ"];
 impl Locate {
     pub(crate) fn run(self) -> Outcome {
         let model = Calibration::load(&self.model)?;
+        needs_two_cameras(&model, "locate")?;
         let mut rows = Rows::open(&self.points)?;
         if rows.cameras() != model.reconstructor.cameras() {
             return Err(Error::Mismatch {
@@ -123,6 +124,20 @@ impl Locate {
         };
         columns.map(free).chain(appended().map(|name| (*name).into())).collect()
     }
+}
+
+/// Refuses what one camera alone cannot do.
+pub(crate) fn needs_two_cameras(model: &Calibration, what: &str) -> Outcome {
+    if model.reconstructor.cameras() > 1 {
+        return Ok(());
+    }
+    Err(Error::Degenerate {
+        problem: format!(
+            "`{what}` needs two cameras or more, and this model has one: it tells a direction, not a distance"
+        ),
+        hint: "calibrate it together with a second camera, from views that both see; `export` hands this one to other programs".into(),
+    }
+    .into())
 }
 
 /// Refuses pixels whose columns stand for other cameras than those of the model; warns where most do

@@ -1,6 +1,6 @@
 //! `wheatstone rectify`.
 
-use super::print_json;
+use super::{locate::needs_two_cameras, print_json};
 use crate::{
     exchanging::{Told, shown, size, write_pair},
     failure::{Failure, Outcome},
@@ -73,6 +73,7 @@ impl Rectify {
     pub(crate) fn run(self) -> Outcome {
         let bar = Bar::new();
         let model = Calibration::load(&self.model)?;
+        needs_two_cameras(&model, "rectify")?;
         let pictures = self.pictures()?;
         let cameras = self.cameras.map(|camera| camera - 1);
         let mut sizes = self.told.sizes(model.sizes.clone(), model.volume.cameras());

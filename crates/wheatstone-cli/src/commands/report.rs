@@ -1,6 +1,6 @@
 //! `wheatstone report`.
 
-use super::methods_named;
+use super::{locate::needs_two_cameras, methods_named};
 use crate::{
     browser::Showing,
     failure::{Failure, Outcome},
@@ -87,6 +87,7 @@ impl Report {
 
     fn of_model(&self, bar: &Bar) -> Outcome<report::Report> {
         let model = Calibration::load(&self.input)?;
+        needs_two_cameras(&model, "report")?;
         let pictures = match &self.pictures {
             Some(capture) => Some(load(capture, &self.reading, bar)?),
             None => None,

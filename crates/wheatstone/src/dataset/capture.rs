@@ -130,10 +130,10 @@ impl Capture {
                 pictures: matching_files(&path, &folder, name, pattern)?,
             });
         }
-        if cameras.len() < 2 {
+        if cameras.is_empty() {
             return Err(refuse(
                 &path,
-                format!("{} camera(s) under [cameras]; depth needs two or more", cameras.len()),
+                "no camera under [cameras]: depth needs two or more".into(),
                 "one line a camera, such as `left = \"left/*.png\"`",
             ));
         }

@@ -6,7 +6,7 @@ use super::{
     point_errors, summarise, viewpoint,
 };
 use crate::{
-    Result,
+    Error, Result,
     camera::PosedCamera,
     dataset::{
         Dataset,
@@ -216,6 +216,15 @@ pub fn compare(
     progress: &dyn Progress,
 ) -> Result<Comparison> {
     depth_is_observable(data)?;
+    if data.cameras == 1 {
+        return Err(Error::Degenerate {
+            problem:
+                "methods are compared by how well they locate points, which one camera alone cannot"
+                    .into(),
+            hint: "`wheatstone fit` calibrates one camera and tells its held-out error in pixels"
+                .into(),
+        });
+    }
     let folds = folds(data);
     let floor = truth.and_then(|cameras| floor(cameras, data).ok());
     let outcomes = run_all(methods, data, &folds, seed, progress)?;

@@ -5,6 +5,7 @@ mod budget;
 mod compare;
 mod coverage;
 mod floor;
+mod one_camera;
 
 pub use budget::{Budget, HeldOut, Part, Reference};
 pub use compare::{
@@ -12,6 +13,8 @@ pub use compare::{
 };
 pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};
 pub use floor::floor;
+pub use one_camera::evaluate_one_camera;
+pub(crate) use one_camera::{hold_out_one_camera, on_its_own_points};
 
 use crate::{
     Error, Result,
@@ -38,7 +41,8 @@ pub fn aligned(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<Data
     Some(moved)
 }
 
-/// Errors of located points against known ones, in the unit of the world.
+/// Errors of located points against known ones, in the unit of the world; of one camera alone, those of
+/// its pixels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evaluation {

@@ -23,7 +23,7 @@ pub fn depth_is_observable(train: &Dataset) -> Result<()> {
         return Err(Error::Degenerate { problem, hint: hint.into() });
     }
     let matched = train.known().filter(|(_, c)| c.seen_by() >= 2).count();
-    if matched < 4 {
+    if train.cameras >= 2 && matched < 4 {
         return Err(Error::TooFew {
             method: "any method".into(),
             what: "points with a known place that two cameras saw".into(),

@@ -149,6 +149,14 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 
+    fn sees(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.cameras.get(camera)?.project_with_jacobian(world)
+    }
+
+    fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
+        self.cameras.get(camera)?.ray(pixel)
+    }
+
     fn unknowns(&self) -> Option<f64> {
         let adjusted: usize = self.uncertainty.iter().map(CameraUncertainty::numbers).sum();
         Some(adjusted as f64 / (2 * self.cameras.len()) as f64)
@@ -170,7 +178,7 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
                 && model.parameters_mut().iter().all(|value| value.is_finite())
                 && open.is_consistent(model.parameters_mut().len(), before)
         };
-        self.cameras.len() >= 2
+        !self.cameras.is_empty()
             && self.uncertainty.len() == self.cameras.len()
             && self.pixel_sigma >= 0.0
             && self.pixel_sigma.is_finite()

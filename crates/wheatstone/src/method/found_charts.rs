@@ -31,8 +31,13 @@ pub(super) fn unknowns(train: &Dataset) -> usize {
 }
 
 /// Whether the place of this point's chart was found from the pixels.
-fn is_found(row: &Correspondence) -> bool {
+pub(super) fn is_found(row: &Correspondence) -> bool {
     row.world.is_some() && row.board.is_some()
+}
+
+/// Middles of the charts whose places were found, by view.
+pub(super) fn middles(train: &Dataset) -> Vec<Option<Point3>> {
+    charts(train).into_iter().map(|chart| Some(chart?.middle)).collect()
 }
 
 /// By view.

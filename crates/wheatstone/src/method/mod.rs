@@ -35,12 +35,12 @@ pub use pixel_noise::PixelNoise;
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, Ray},
     numeric::backpropagation::CurvePoint,
     progress::Progress,
     registry::registry,
 };
-use nalgebra::Matrix3;
+use nalgebra::{Matrix2x3, Matrix3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -141,6 +141,18 @@ pub trait Reconstructor: Sync + Send {
     /// `None` for no such camera, and for methods that assume nothing of pixels.
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
 
+    /// Where a camera (counted from 0) sees a world point, with derivatives by its coordinates; `None`
+    /// where it cannot, and for maps that are no cameras.
+    fn sees(&self, _camera: usize, _world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        None
+    }
+
+    /// Where a camera's pixel looks, about the middle of the depths that the fit was shown; `None`
+    /// likewise.
+    fn looks(&self, _camera: usize, _pixel: Pixel) -> Option<Ray> {
+        None
+    }
+
     /// How many numbers the fit adjusted to its points, effectively, for each coordinate that a point
     /// gives it (two a camera that sees it, or three of its place): over the number of points, the
     /// share of the noise that the errors at the fit's own points lack. `None` for a map that passes
@@ -219,6 +231,28 @@ impl AnyMethod {
         place.map_or("", |place| Self::NAMES[place])
     }
 
+    /// Whether it can be fitted to so many cameras: one alone locates no point, but can be calibrated.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Degenerate`] for one camera and a method that is not made of cameras.
+    pub fn takes(&self, cameras: usize) -> Result<()> {
+        let is_camera = matches!(
+            self,
+            Self::Brown(_) | Self::KannalaBrandt(_) | Self::Tsai(_) | Self::NeuralCamera(_)
+        );
+        if cameras > 1 || is_camera {
+            return Ok(());
+        }
+        Err(Error::Degenerate {
+            problem: format!(
+                "these points are of one camera, which locates no point: `{}` has nothing to learn",
+                self.name()
+            ),
+            hint: "one camera can be calibrated: `--method neural-camera`, `brown` or `kannala-brandt`".into(),
+        })
+    }
+
     /// Checks what every method needs of its data, then fits.
     ///
     /// # Errors
@@ -226,6 +260,7 @@ impl AnyMethod {
     /// Those of [`Method::fit`], and [`Error::Degenerate`] where no method could.
     pub fn fit_checked(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
         depth_is_observable(train)?;
+        self.takes(train.cameras)?;
         self.fit(train, seed, progress)
     }
 }

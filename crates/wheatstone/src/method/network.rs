@@ -14,6 +14,7 @@
 mod evidence;
 mod noise;
 mod paper;
+mod places;
 mod targets;
 
 use super::{
@@ -135,6 +136,9 @@ pub struct NetworkReconstructor {
     weight_covariance: Vec<f64>,
     /// Who says whether pixels belong together: the map has no rays.
     witness: Option<Witness>,
+    /// How it follows charts whose places were found; nothing where they were known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    modes: Vec<places::Mode>,
     /// How many of the weights the data determine.
     effective_parameters: Option<f64>,
 }
@@ -203,7 +207,7 @@ impl Network {
                 let witness = Witness::fit(train, progress).ok();
                 let lesson = evidence::Lesson { inputs, points, views, base, witness };
                 let frame = Targets::from_cameras(train, &lesson.points);
-                evidence::fit(self, training, lesson, frame, (seed, progress))
+                evidence::fit(self, training, lesson, (frame, train), (seed, progress))
             }
         }
     }
@@ -301,6 +305,7 @@ impl Reconstructor for NetworkReconstructor {
     fn is_consistent(&self) -> bool {
         let sizes = self.perceptron.sizes();
         let count = self.perceptron.weights().len();
+        let base = self.base.as_ref().map_or(0, Reconstructor::cameras);
         self.perceptron.is_consistent()
             && sizes.first() == Some(&self.inputs.len())
             && sizes.last() == Some(&3)
@@ -316,6 +321,7 @@ impl Reconstructor for NetworkReconstructor {
             && self.witness.as_ref().is_none_or(|witness| {
                 witness.is_consistent() && witness.cameras() == self.cameras()
             })
+            && self.modes.iter().all(|mode| mode.is_consistent(count, base))
             && [0, count * (count + 1) / 2].contains(&self.weight_covariance.len())
             && self.weight_covariance.iter().all(|value| value.is_finite())
     }

@@ -3,7 +3,7 @@
 
 use super::Located;
 use crate::geometry::{Pixel, Point3};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// What one camera says of a located point.
 pub(super) struct Sight {
@@ -62,13 +62,37 @@ impl Located {
             residual_sigma: (expected.max(0.0) / freedom as f64).sqrt(),
         })
     }
+
+    /// The same where cameras are besides displaced by independent causes that they have in common:
+    /// `displaced` has, a sight each, by how much each cause displaces the point's pixel. They leave
+    /// the residual as it is: cameras that follow the same charts go on to agree with each other.
+    pub(super) fn with_displaced_cameras(
+        mut self,
+        sights: &[Sight],
+        displaced: &[Vec<Vector2<f64>>],
+    ) -> Option<Self> {
+        let causes = displaced.first().map_or(0, Vec::len);
+        if causes == 0 {
+            return Some(self);
+        }
+        let weighed = |sight: &Sight| sight.slopes.transpose() * sight.weight;
+        let normal: Matrix3<f64> = sights.iter().map(|sight| weighed(sight) * sight.slopes).sum();
+        let inverse = normal.try_inverse()?;
+        for cause in 0..causes {
+            let pixels = sights.iter().zip(displaced);
+            let right: Vector3<f64> =
+                pixels.filter_map(|(sight, by)| Some(weighed(sight) * by.get(cause)?)).sum();
+            let by = inverse * right;
+            self.covariance += by * by.transpose();
+        }
+        self.covariance.iter().all(|value| value.is_finite()).then_some(self)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::numeric::random::Random;
-    use nalgebra::{Vector2, Vector3};
 
     #[test]
     fn covariance_and_residual_are_those_of_repeated_measurement() {

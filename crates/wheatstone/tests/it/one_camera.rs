@@ -9,6 +9,7 @@ use wheatstone::{
         poses::{self, Gauge, Lenses, Placing},
     },
     dataset::{Correspondence, Dataset},
+    evaluate::evaluate_one_camera,
     geometry::{Pixel, Point3, Pose, Vector3},
     method::{
         AnyReconstructor, Method,
@@ -108,4 +109,9 @@ fn a_fisheye_predicts_better_than_the_rational_model() {
     }
     let rms = f64::sqrt(squares / count);
     assert!(count > 1800.0 && rms < 0.97 * RATIONAL, "{rms:.3} px on {count} corners");
+    // What the library itself says, which judges both halves and searches for the places from nothing.
+    let exam = data.subset(|_, row| held_out(row.view));
+    let judged = evaluate_one_camera(&model, &exam).unwrap();
+    assert_eq!((judged.unit.as_str(), judged.located), ("px", exam.correspondences.len()));
+    assert!((judged.rms / rms - 1.0).abs() < 0.05, "{:.3} px for {rms:.3}", judged.rms);
 }

@@ -29,6 +29,7 @@ use crate::{
 use bundle::{Shot, State};
 use gather::Gathered;
 use nalgebra::Matrix6;
+pub(crate) use planar::placed;
 use rig::Terms;
 use serde::{Deserialize, Serialize};
 

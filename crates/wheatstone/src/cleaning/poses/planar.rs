@@ -49,10 +49,15 @@ pub(super) fn place<L: Lens>(lens: &L, seen: &[(Point3, Pixel)]) -> Option<Pose>
                 .then(|| (Pixel::new(place.x, place.y), Pixel::new(ray.x / ray.z, ray.y / ray.z)))
         })
         .collect();
+    placed(&flat)
+}
+
+/// Where a chart stands whose points fall on the plane at distance one as these pairs say.
+pub(crate) fn placed(flat: &[(Pixel, Pixel)]) -> Option<Pose> {
     if flat.len() < LEAST {
         return None;
     }
-    let first = plane_map(&flat)?;
+    let first = plane_map(flat)?;
     let error = |map: &Matrix3<f64>, (from, to): &(Pixel, Pixel)| {
         let at = map * from.to_homogeneous();
         let off = Pixel::new(at.x / at.z, at.y / at.z) - to;

@@ -3,8 +3,9 @@
 use super::{Fit, Network, NetworkReconstructor, Noise, Scale, Targets, Witness, scaled, scales};
 use crate::{
     Error, Result,
+    dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::{PixelNoise, dlt::DltReconstructor},
+    method::{PixelNoise, dlt::DltReconstructor, neural_camera::Motions},
     numeric::{
         backpropagation::CurvePoint,
         evidence::{Course, Evidence, Trained},
@@ -65,8 +66,8 @@ pub(super) struct Lesson {
     /// The view of each point.
     pub(super) views: Vec<usize>,
     pub(super) base: Option<DltReconstructor>,
-    /// Who says whether pixels belong together.
-    pub(super) witness: Option<Witness>,
+    /// Who says whether pixels belong together, and how charts may have stood otherwise.
+    pub(super) witness: Option<(Witness, Option<Motions>)>,
 }
 
 impl Lesson {
@@ -156,10 +157,11 @@ pub(super) fn fit(
     settings: &Network,
     training: &Evidence,
     mut lesson: Lesson,
-    frame: Targets,
+    (frame, dataset): (Targets, &Dataset),
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Fit> {
     let base = lesson.base_targets(&frame);
+    let (witness, motions) = lesson.witness.take().unzip();
     let Lesson { inputs, points, .. } = &lesson;
     let from_base = |(point, base): (&Point3, &[f64; 3])| {
         let of = frame.of(*point);
@@ -192,10 +194,14 @@ pub(super) fn fit(
         base: lesson.base,
         noise: Noise::Pixels { noise: PixelNoise::even(0.0) },
         weight_covariance: triangle,
-        witness: lesson.witness,
+        witness,
+        modes: Vec::new(),
         effective_parameters: Some(trained.effective_parameters),
     };
     reconstructor.learn_noise(&lesson.inputs, &lesson.points, trained.effective_parameters);
+    if let Some(motions) = motions.flatten() {
+        reconstructor.follow(dataset, &motions, &trained);
+    }
     let curve = curve
         .map(|(step, square)| CurvePoint { epoch: step as u64, mean_square_error: square / count });
     Ok(Fit { curve: curve.collect(), ..Fit::of(reconstructor) })

@@ -50,9 +50,7 @@ impl NetworkReconstructor {
             slopes.column_mut(column).unscale_mut(scale.high - scale.low);
         }
         if let Some(base) = &self.base {
-            let (point, by_pixel) = base.point_with_slopes(pixels)?;
-            let (_, by_target) = self.targets.point(self.targets.of(point))?;
-            slopes += by_target.try_inverse()? * by_pixel;
+            slopes += self.base_slopes(base, pixels)?.1;
         }
         Some(slopes)
     }
@@ -104,7 +102,8 @@ impl NetworkReconstructor {
                 carried(&self.slopes(pixels, unit)?) * noise.variance(direction(targets))
             }
         };
-        Some(noise + self.covariance_of_weights(unit))
+        let places = self.covariance_of_places(pixels, unit)?;
+        Some(noise + self.covariance_of_weights(unit) + places)
     }
 
     /// Takes for the pixels' noise what explains the errors at known points best, in the sense of

@@ -60,6 +60,7 @@ pub(super) fn fit(
         noise: Noise::Targets { variance: [0.0; 3] },
         weight_covariance: Vec::new(),
         witness: None,
+        modes: Vec::new(),
         effective_parameters: None,
     };
     let mut curve = Vec::new();

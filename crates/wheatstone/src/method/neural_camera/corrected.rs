@@ -7,7 +7,7 @@ use super::{
     lens::{Lens, PARAMETERS},
 };
 use crate::geometry::{Pixel, Point3, Ray};
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, SVector, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Lens and correction.
@@ -51,6 +51,33 @@ impl Optics {
     }
 }
 
+/// What a camera does with one of the independent motions of charts whose places were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Mode {
+    /// By how much the lens's numbers change.
+    pub(super) lens: Vec<f64>,
+    /// And the weights along x and y.
+    pub(super) weights: [Vec<f64>; 2],
+}
+
+impl Mode {
+    fn is_consistent(&self, functions: usize) -> bool {
+        self.lens.len() == PARAMETERS
+            && self.weights.iter().all(|weights| weights.len() == functions)
+            && self.lens.iter().chain(self.weights.iter().flatten()).all(|v| v.is_finite())
+    }
+}
+
+/// How far a camera's pixels of one point may be off.
+pub(super) struct Spread {
+    /// Covariance by the detector and by the fit to charts as they were believed to stand.
+    pub(super) covariance: Matrix2<f64>,
+    /// By how much it is displaced in each of the charts' independent motions: those of all cameras
+    /// together.
+    pub(super) displaced: Vec<Vector2<f64>>,
+}
+
 /// Lens and correction, with the covariance of their numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,6 +92,9 @@ pub(super) struct CorrectedCamera {
     follow: [Vec<f64>; 2],
     /// Of the lens's numbers, row by row.
     lens_covariance: Vec<f64>,
+    /// What it does with the motions of charts whose places were found; none where they were known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    modes: Vec<Mode>,
 }
 
 impl CorrectedCamera {
@@ -86,6 +116,7 @@ impl CorrectedCamera {
             follow: [0, 1]
                 .map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
             lens_covariance: posterior.lens_covariance.as_slice().to_vec(),
+            modes: Vec::new(),
         };
         camera.is_consistent().then_some(camera)
     }
@@ -105,9 +136,25 @@ impl CorrectedCamera {
         self.optics.project(world)
     }
 
+    /// Takes over what it does with the motions of charts.
+    pub(super) fn follow(&mut self, modes: Vec<Mode>) {
+        self.modes = modes;
+    }
+
+    /// How many motions of charts it follows.
+    pub(super) fn modes(&self) -> usize {
+        self.modes.len()
+    }
+
     /// Covariance of a pixel of this point about its prediction: that of the detector and that of
     /// the fit.
     pub(super) fn pixel_covariance(&self, world: Point3) -> Option<Matrix2<f64>> {
+        let Spread { covariance, displaced } = self.spread(world)?;
+        Some(displaced.iter().fold(covariance, |sum, by| sum + by * by.transpose()))
+    }
+
+    /// How far a pixel of this point may be from its prediction.
+    pub(super) fn spread(&self, world: Point3) -> Option<Spread> {
         let Optics { lens, field, weights } = &self.optics;
         let seen = lens.project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
@@ -135,7 +182,16 @@ impl CorrectedCamera {
             [0, 1].map(|axis| DVector::from_iterator(PARAMETERS, free.row(axis).iter().copied()));
         let along = |a: usize, b: usize| rows[a].dot(&(&lens * &rows[b]));
         let level = self.noise().powi(2) + own;
-        Some(Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1)))
+        let covariance =
+            Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1));
+        let by = |mode: &Mode| {
+            let by_lens = slopes * SVector::<f64, PARAMETERS>::from_column_slice(&mode.lens);
+            let by_field = mode.weights.each_ref().map(|weights| {
+                values.iter().zip(weights).map(|(value, weight)| value[0] * weight).sum::<f64>()
+            });
+            by_lens + Vector2::from(by_field)
+        };
+        Some(Spread { covariance, displaced: self.modes.iter().map(by).collect() })
     }
 
     pub(super) fn is_consistent(&self) -> bool {
@@ -150,5 +206,6 @@ impl CorrectedCamera {
                 .chain(self.follow.iter().flatten())
                 .all(|value| value.is_finite())
             && self.effective.is_finite()
+            && self.modes.iter().all(|mode| mode.is_consistent(functions))
     }
 }

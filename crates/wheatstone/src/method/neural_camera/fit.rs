@@ -2,7 +2,6 @@
 //! about them.
 
 use super::{
-    corrected::CorrectedCamera,
     evidence::{LENGTH, NOISE, OF_FIELD, PARALLAX, Posterior, SETTINGS, Settings, Sums, WAVES},
     field::{Field, chained},
     lens::{
@@ -35,16 +34,6 @@ pub(super) struct State<'a> {
     pub(super) weights: Vec<[f64; 2]>,
     /// Where the charts stand, if that is not certain.
     pub(super) charts: Option<LooseCharts>,
-}
-
-/// Fits one camera to the points that it saw, from its projection matrix.
-pub(super) fn fit_camera(
-    pairs: &[(Point3, Pixel)],
-    start: &ProjectionMatrix,
-    progress: &dyn Progress,
-) -> Result<CorrectedCamera> {
-    let (state, posterior) = fit_state(pairs, start, None, progress)?;
-    CorrectedCamera::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
 }
 
 pub(super) fn undetermined() -> Error {

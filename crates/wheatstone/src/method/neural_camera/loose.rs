@@ -106,7 +106,7 @@ pub(crate) struct Information {
 }
 
 impl Information {
-    fn of(posterior: &Posterior, motions: &[f64]) -> Option<Self> {
+    pub(super) fn of(posterior: &Posterior, motions: &[f64]) -> Option<Self> {
         let count = motions.len();
         let covariance = posterior.lens_covariance.view((PARAMETERS, PARAMETERS), (count, count));
         let precision = covariance.into_owned().cholesky()?.inverse();

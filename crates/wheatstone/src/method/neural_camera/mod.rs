@@ -16,20 +16,22 @@ mod field;
 mod fit;
 mod lens;
 mod motions;
+mod places;
 mod witness;
 pub(crate) mod loose;
 
-pub(super) use witness::Witness;
+pub(super) use {places::Motions, witness::Witness};
 
 use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default, sight::Sight};
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
+    geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
     progress::Progress,
 };
-use corrected::CorrectedCamera;
+use corrected::{CorrectedCamera, Spread};
 use nalgebra::{Matrix2, Matrix2x3};
+use places::{Following, FoundCharts};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -49,34 +51,67 @@ pub struct NeuralCameraReconstructor {
 const POINTS_NEEDED: usize = 8;
 
 impl NeuralCamera {
-    /// Each camera fitted to what it saw.
-    fn cameras(&self, train: &Dataset, progress: &dyn Progress) -> Result<Vec<CorrectedCamera>> {
-        let fit = |camera: usize| {
-            progress.check()?;
-            let pairs = train.seen_by_camera(camera);
-            if pairs.len() < POINTS_NEEDED {
-                return Err(Error::TooFew {
-                    method: "neural-camera".into(),
-                    what: format!("points seen by camera {}", camera + 1),
-                    need: POINTS_NEEDED,
-                    got: pairs.len(),
-                });
+    /// Each camera fitted to what it saw; beside them how charts may have stood otherwise, where their
+    /// places were found from the same pixels.
+    fn cameras(
+        &self,
+        train: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<CorrectedCamera>, Option<Motions>)> {
+        let charts = found_charts(train);
+        let fit = |camera: usize| fit_one(camera, (train, charts.as_ref()), progress);
+        let fitted: Vec<Result<_>> = (0..train.cameras).into_par_iter().map(fit).collect();
+        let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
+        let (mut cameras, following): (Vec<_>, Vec<_>) = fitted.into_iter().unzip();
+        let following: Option<Vec<Following>> = following.into_iter().collect();
+        let motions = charts
+            .zip(following.as_ref())
+            .and_then(|(charts, following)| Motions::of(charts, following, train));
+        if let (Some(motions), Some(following)) = (&motions, &following) {
+            for (camera, following) in cameras.iter_mut().zip(following) {
+                camera.follow(following.modes(motions.modes()));
             }
-            let start = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
-                problem: format!("the points that camera {} saw lie on one plane", camera + 1),
-                hint: "show it points at two or more distances".into(),
-            })?;
-            fit::fit_camera(&pairs, &start, progress)
-        };
-        let cameras: Vec<Result<CorrectedCamera>> =
-            (0..train.cameras).into_par_iter().map(fit).collect();
-        cameras.into_iter().collect()
+        }
+        Ok((cameras, motions))
     }
+}
+
+/// The charts whose places were found from the same pixels.
+fn found_charts(train: &Dataset) -> Option<FoundCharts> {
+    let centre = ProjectionMatrix::fit(&train.seen_by_camera(0))?.centre()?;
+    FoundCharts::of(train, centre)
+}
+
+/// One camera fitted to what it saw, and how it follows charts that were found.
+fn fit_one(
+    camera: usize,
+    (train, charts): (&Dataset, Option<&FoundCharts>),
+    progress: &dyn Progress,
+) -> Result<(CorrectedCamera, Option<Following>)> {
+    progress.check()?;
+    let pairs = train.seen_by_camera(camera);
+    if pairs.len() < POINTS_NEEDED {
+        return Err(Error::TooFew {
+            method: "neural-camera".into(),
+            what: format!("points seen by camera {}", camera + 1),
+            need: POINTS_NEEDED,
+            got: pairs.len(),
+        });
+    }
+    let start = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
+        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+        hint: "show it points at two or more distances".into(),
+    })?;
+    let (state, posterior) = fit::fit_state(&pairs, &start, None, progress)?;
+    let fitted = CorrectedCamera::new(state.lens.clone(), &state.field, &posterior);
+    let following =
+        charts.and_then(|charts| Following::of(state, &posterior, charts.loosened(camera, train)));
+    Ok((fitted.ok_or_else(fit::undetermined)?, following))
 }
 
 impl Method for NeuralCamera {
     fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, progress)? }))
+        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, progress)?.0 }))
     }
 
     fn summary(&self) -> &'static str {
@@ -152,17 +187,28 @@ impl Reconstructor for NeuralCameraReconstructor {
             let (pixel, slopes) = camera.project(point)?;
             Some((pixel / camera.noise(), slopes / camera.noise()))
         })?;
+        let mut displaced = Vec::new();
         let sight = |(camera, pixel): (&&CorrectedCamera, Pixel)| {
             let (predicted, slopes) = camera.project(found.point)?;
-            let spread = camera.pixel_covariance(found.point)?;
+            let Spread { covariance: spread, displaced: by } = camera.spread(found.point)?;
+            displaced.push(by);
             Some(Sight { pixel, predicted, slopes, spread, weight: camera.noise().powi(-2) })
         };
         let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
-        Located::by_least_squares(found.point, &sights?)
+        let sights = sights?;
+        Located::by_least_squares(found.point, &sights)?.with_displaced_cameras(&sights, &displaced)
     }
 
     fn pixel_sigma(&self, camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.cameras.get(camera)?.noise())
+    }
+
+    fn sees(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.project(camera, world)
+    }
+
+    fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
+        self.cameras.get(camera)?.optics.ray(pixel, None)
     }
 
     fn unknowns(&self) -> Option<f64> {
@@ -170,7 +216,9 @@ impl Reconstructor for NeuralCameraReconstructor {
     }
 
     fn is_consistent(&self) -> bool {
-        self.cameras.len() >= 2 && self.cameras.iter().all(CorrectedCamera::is_consistent)
+        !self.cameras.is_empty()
+            && self.cameras.iter().all(CorrectedCamera::is_consistent)
+            && self.cameras.windows(2).all(|pair| pair[0].modes() == pair[1].modes())
     }
 }
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Cameras that can only say whether pixels belong together: for maps that have no rays of their own.
 
-use super::{NeuralCamera, corrected::Optics};
+use super::{NeuralCamera, corrected::Optics, places::Motions};
 use crate::{
     Result,
     dataset::Dataset,
@@ -29,16 +29,20 @@ pub(in crate::method) struct Witness {
 }
 
 impl Witness {
-    /// Fitted to what each camera saw.
-    pub(in crate::method) fn fit(train: &Dataset, progress: &dyn Progress) -> Result<Self> {
-        let fitted = NeuralCamera {}.cameras(train, progress)?;
+    /// Fitted to what each camera saw; with the motions of charts whose places were found.
+    pub(in crate::method) fn fit(
+        train: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<(Self, Option<Motions>)> {
+        let (fitted, motions) = NeuralCamera {}.cameras(train, progress)?;
         let onlooker = |(index, camera): (usize, super::CorrectedCamera)| {
             let equations = (2 * train.seen_by_camera(index).len()) as f64;
             // The trace of the hat matrix is the effective number of parameters.
             let variance = camera.noise().powi(2) * (1.0 + camera.effective() / equations);
             Onlooker { optics: camera.optics, variance }
         };
-        Ok(Self { cameras: fitted.into_iter().enumerate().map(onlooker).collect() })
+        let cameras = fitted.into_iter().enumerate().map(onlooker).collect();
+        Ok((Self { cameras }, motions))
     }
 
     /// How badly the rays of these pixels miss each other near `point`, and what to expect of it, as
