@@ -316,6 +316,7 @@ fn cell(seed: &Seed, candidates: &Candidates, view: View) -> Option<Grid> {
     let row = |offset: f64| places.partition_point(|other| other.pixel.y < own.pixel.y + offset);
     let near: Vec<&Candidate> = places[row(-LONGEST)..row(LONGEST)]
         .iter()
+        .filter(|other| (other.pixel.x - own.pixel.x).abs() < 2.0 * LONGEST)
         .filter(|other| other.curvature > 0.25 * own.curvature)
         .collect();
     let steps: Vec<Option<Vector2<f64>>> =
