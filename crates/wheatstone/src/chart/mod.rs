@@ -9,6 +9,7 @@ pub mod charuco;
 pub mod chessboard;
 pub mod dot_grid;
 mod growing;
+pub mod kalibr_target;
 pub mod lattice;
 pub mod line_grid;
 pub mod point_list;

@@ -1,4 +1,5 @@
-//! Boards that meet at an edge, as two walls of a corner do, and grow into one lattice: cut where it is bent.
+//! Boards that meet at an edge, as two walls of a corner do, and grow into one lattice: cut where it is bent. Boards
+//! are cut between squares, so that the lattice goes on over the edge only where that is a line of it.
 
 use super::seed::Labels;
 use crate::numeric::statistics::median;
@@ -13,7 +14,7 @@ const MOST_SMOOTH: f64 = 4.0;
 /// Places of a line that must tell of a fold.
 const LEAST_TELLING: usize = 3;
 /// Lines of a part: fewer are what grew over a board's edge.
-const LEAST_LINES: usize = 2;
+const LEAST_LINES: i32 = 2;
 
 /// The flat parts of a lattice, the largest first. Corners on a fold belong to none: their squares lie on two
 /// planes, and no saddle is where these meet.
@@ -37,31 +38,19 @@ fn cut(labels: &Labels, columns: bool) -> Option<[Labels; 2]> {
     let jumps: Vec<(i32, f64)> =
         (first..=last).filter_map(|line| Some((line, jump(labels, columns, line)?))).collect();
     let (fold, most) = *jumps.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // On a line, it shows half as much in those beside it; between two, alike in four.
-    let strong = || {
-        let near = jumps.iter().filter(|(line, jump)| (line - fold).abs() < 4 && *jump > 0.75 * most);
-        near.map(|(line, _)| *line)
-    };
-    let (low, high) = (strong().min()?, strong().max()?);
-    let (end, begin) = if low == high {
-        (fold - 1, fold + 1)
-    } else {
-        let end = (low + high).div_euclid(2);
-        (end, end + 1)
-    };
-    let beside = |line: i32| line >= low - 1 && line <= high + 1;
+    // It shows half as much in the lines beside it.
     let elsewhere: Vec<f64> =
-        jumps.iter().filter(|(line, _)| !beside(*line)).map(|(_, jump)| *jump).collect();
+        jumps.iter().filter(|(line, _)| (line - fold).abs() > 1).map(|(_, jump)| *jump).collect();
     if most < LEAST_JUMP || elsewhere.len() < 2 || most < MOST_SMOOTH * median(&elsewhere) {
         return None;
     }
-    if end - first + 1 < LEAST_LINES as i32 || last - begin + 1 < LEAST_LINES as i32 {
+    if fold - first < LEAST_LINES || last - fold < LEAST_LINES {
         return None;
     }
     let side = |keep: &dyn Fn(i32) -> bool| -> Labels {
         labels.iter().filter(|(label, _)| keep(number(label))).map(|(l, at)| (*l, *at)).collect()
     };
-    Some([side(&|line| line <= end), side(&|line| line >= begin)])
+    Some([side(&|line| line < fold), side(&|line| line > fold)])
 }
 
 /// By how much the second difference across a line is not what those beside it make expect, in steps; the
@@ -103,7 +92,7 @@ mod tests {
                 let (along, down) = (f64::from(column) - fold, f64::from(row) - 2.2);
                 let (x, z) = (along * libm::cos(0.7), 12.0 - along.abs() * libm::sin(0.7));
                 let (x, y) = (x / z, down / z);
-                let bend = 400.0 * (1.0 - 0.3 * (x * x + y * y));
+                let bend = 400.0 / (1.0 + 0.3 * (x * x + y * y));
                 labels.insert((column, row), Pixel::new(500.0 + bend * x, 400.0 + bend * y));
             }
         }
@@ -119,7 +108,7 @@ mod tests {
         // Corners on the edge belong to neither.
         let cut = |walls: Labels| parts(walls).iter().map(columns).collect::<Vec<_>>();
         assert_eq!(cut(walls(8.0)), [(0, 7), (9, 13)]);
-        assert_eq!(cut(walls(6.5)), [(7, 13), (0, 6)]);
+        assert_eq!(cut(walls(5.0)), [(6, 13), (0, 4)]);
         // Straight on, there is a tilted board.
         let board = walls(20.0);
         assert_eq!(parts(board.clone()), [board]);

@@ -173,7 +173,7 @@ impl Expected {
             _ => return None,
         };
         let pixel = meeting + self.step * offset;
-        view.contains(pixel, 1.0).then_some(Node { pixel, depth })
+        view.contains(pixel, 1.0).then_some(Node { pixel, depth, sigma: 0.0 })
     }
 
     /// One half of the line that crosses at `meeting`, on the side to which `sign` says.
@@ -377,7 +377,7 @@ fn first_cell(view: View, first: Pixel, [a, b, fourth]: [Vector2<f64>; 3]) -> Op
     }
     let corners = [((0, 0), Vector2::zeros()), ((1, 0), a), ((0, 1), b), ((1, 1), fourth)];
     let nodes = corners
-        .map(|(label, step)| (label, Node { pixel: first + step, depth }))
+        .map(|(label, step)| (label, Node { pixel: first + step, depth, sigma: 0.0 }))
         .into_iter()
         .collect();
     Some(Grid { nodes, width })
