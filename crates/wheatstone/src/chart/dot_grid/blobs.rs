@@ -1,5 +1,6 @@
 //! Patches that are darker or brighter than what lies around them and have an ellipse's shape.
 
+use super::ground::Window;
 use crate::{geometry::Pixel, imaging::GrayImage};
 use nalgebra::Matrix2;
 
@@ -44,12 +45,6 @@ pub(in crate::chart) struct Blobs {
     pub(in crate::chart) bright: Vec<Blob>,
 }
 
-/// Half a side of the window whose mean parts dark from bright: a window of 33 pixels holds dots of
-/// 26 with ground around them; larger dots are found in smaller pictures.
-const HALF_WINDOW: usize = 16;
-/// Share of the window's standard deviation by which a patch differs from its mean. A third keeps dots
-/// apart at the ground's side where they fill half of it, and pale ones in where they fill a twentieth.
-const DEVIATION: f64 = 0.35;
 /// Share of the picture's range below which differences are those of noise and paper.
 const LEAST_CONTRAST: f64 = 0.02;
 /// In pixels: smaller patches have no shape.
@@ -116,7 +111,7 @@ fn found(image: &GrayImage, least: f64, outline: Outline) -> Blobs {
 /// all would take a second. Smaller pictures of it are searched all the same.
 fn is_texture(image: &GrayImage, range: f64, outline: Outline) -> bool {
     let (width, height) = (image.width(), image.height());
-    if width * height < LARGE {
+    if width * height < LARGE || width.min(height) < SAMPLES * SAMPLE {
         return false;
     }
     let middle = |at: usize, size: usize| (2 * at + 1) * size / (2 * SAMPLES) - SAMPLE / 2;
@@ -172,90 +167,6 @@ fn runs(image: &GrayImage, least: f64) -> [Vec<Run>; 2] {
         above = begin;
     }
     found
-}
-
-/// Sums over the rows about one row, from which those over a window follow.
-struct Window<'a> {
-    image: &'a GrayImage,
-    /// Of each column's values, and of their squares.
-    columns: [Vec<f64>; 2],
-    /// The same of all columns to the left.
-    sums: [Vec<f64>; 2],
-    rows: usize,
-}
-
-impl<'a> Window<'a> {
-    fn new(image: &'a GrayImage) -> Self {
-        let columns = [vec![0.0; image.width()], vec![0.0; image.width()]];
-        let sums = [vec![0.0; image.width() + 1], vec![0.0; image.width() + 1]];
-        let mut own = Self { image, columns, sums, rows: 0 };
-        (0..HALF_WINDOW.min(image.height())).for_each(|row| own.add(row, 1.0));
-        own
-    }
-
-    fn add(&mut self, row: usize, sign: f64) {
-        let [values, squares] = &mut self.columns;
-        for ((sum, square), value) in values.iter_mut().zip(squares).zip(self.image.row(row)) {
-            let value = f64::from(*value);
-            *sum += sign * value;
-            *square += sign * value * value;
-        }
-    }
-
-    /// From the row before to this one.
-    fn move_to(&mut self, row: usize) {
-        let last = self.image.height() - 1;
-        if row + HALF_WINDOW <= last {
-            self.add(row + HALF_WINDOW, 1.0);
-        }
-        if row > HALF_WINDOW {
-            self.add(row - HALF_WINDOW - 1, -1.0);
-        }
-        for (sums, columns) in self.sums.iter_mut().zip(&self.columns) {
-            let mut sum = 0.0;
-            for (left, column) in sums[1..].iter_mut().zip(columns) {
-                sum += column;
-                *left = sum;
-            }
-        }
-        self.rows = (row + HALF_WINDOW).min(last) - row.saturating_sub(HALF_WINDOW) + 1;
-    }
-
-    /// How far each pixel of the row is from the mean about it, and 0 where that is no more than its
-    /// ground varies.
-    fn differences(&self, row: usize, least: f64, out: &mut [f32]) {
-        let width = out.len();
-        let values = self.image.row(row);
-        let [sums, squares] = &self.sums;
-        let difference = |value: f32, sum: f64, square: f64, share: f64| {
-            let mean = sum * share;
-            let variance = square * share - mean * mean;
-            let difference = f64::from(value) - mean;
-            let most = (least * least).max(DEVIATION * DEVIATION * variance);
-            if difference * difference > most { difference as f32 } else { 0.0 }
-        };
-        let at_side = |x: usize| {
-            let (left, right) = (x.saturating_sub(HALF_WINDOW), (x + HALF_WINDOW + 1).min(width));
-            let share = 1.0 / ((right - left) * self.rows) as f64;
-            difference(values[x], sums[right] - sums[left], squares[right] - squares[left], share)
-        };
-        let inside = HALF_WINDOW..width.saturating_sub(HALF_WINDOW).max(HALF_WINDOW);
-        for x in (0..inside.start.min(width)).chain(inside.end.min(width)..width) {
-            out[x] = at_side(x);
-        }
-        // The same in the middle, where windows have one width, without a branch: twelve million pixels.
-        let across = 2 * HALF_WINDOW + 1;
-        let share = 1.0 / (across * self.rows) as f64;
-        if width > 2 * HALF_WINDOW {
-            let ends = sums.iter().zip(squares).zip(sums[across..].iter().zip(&squares[across..]));
-            let middle = values[inside.clone()].iter().zip(ends);
-            for (out, (value, ((low, low_square), (high, high_square)))) in
-                out[inside].iter_mut().zip(middle)
-            {
-                *out = difference(*value, high - low, high_square - low_square, share);
-            }
-        }
-    }
 }
 
 /// Adds a row's runs: pixels side by side that differ in one sense.
@@ -378,24 +289,22 @@ fn patches(image: &GrayImage, runs: &mut [Run], outline: Outline) -> Vec<Blob> {
         (places[patch] != u32::MAX).then(|| (places[patch] as usize, origin(&runs[patch])))
     };
     let (right, bottom) = (image.width() as u32 - 1, image.height() as u32 - 1);
-    for index in 0..runs.len() {
+    for (index, run) in runs.iter().enumerate() {
         let Some((place, origin)) = sums_of(index) else { continue };
-        let run = &runs[index];
         let across = run.first == 0 || run.last == right;
         sums[place].add(run, origin, across || run.row == 0 || run.row == bottom);
     }
     let mut blobs: Vec<Option<(Blob, Matrix2<f64>)>> = vec![None; sums.len()];
-    for index in 0..runs.len() {
+    for (index, run) in runs.iter().enumerate() {
         let Some((place, origin)) = sums_of(index) else { continue };
         // A patch's first run is its root.
-        if runs[index].parent as usize == index {
+        if run.parent as usize == index {
             blobs[place] = sums[place]
                 .blob(origin)
                 .and_then(|blob| Some((blob, blob.covariance.try_inverse()?)));
         }
         let Some((blob, inverse)) = blobs[place] else { continue };
         let most = outline.most_reach()[usize::from(sums[place].count < SMALL)];
-        let run = &runs[index];
         let sticks_out = [run.first, run.last].into_iter().any(|x| {
             let from = Pixel::new(f64::from(x), f64::from(run.row)) - blob.centre;
             (from.transpose() * inverse * from)[0] > most
