@@ -1,5 +1,6 @@
 //! The chessboard: points at the inner corners.
 
+pub(super) mod fold;
 pub(super) mod growth;
 pub(super) mod saddle;
 pub(super) mod seed;
@@ -70,8 +71,21 @@ impl Chessboard {
         let count = self.columns * self.rows;
         let seeds = seed::find(image, scale, count, MOST_CORNERS.max(4 * count));
         let seed = seeds.into_iter().next()?;
-        let growth::Grown { mut labels, dark_square } =
+        let growth::Grown { labels, dark_square } =
             growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
+        let parts = fold::parts(labels).into_iter();
+        let looks = parts.filter_map(|part| self.look_at(image, part, dark_square));
+        // The larger of two that are alike.
+        looks.reduce(|best, other| if other.1 > best.1 { other } else { best })
+    }
+
+    /// What the corners of one board come to; see [`Self::look`].
+    fn look_at(
+        &self,
+        image: &GrayImage,
+        mut labels: seed::Labels,
+        dark_square: (i32, i32),
+    ) -> Option<(bool, usize, Sighting)> {
         trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);

@@ -3,6 +3,7 @@
 
 pub(super) mod blobs;
 pub(super) mod centre;
+mod ground;
 pub(super) mod growth;
 mod layout;
 

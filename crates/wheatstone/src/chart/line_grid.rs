@@ -124,12 +124,12 @@ impl Chart for LineGrid {
 
     fn detect(&self, image: &GrayImage) -> Sighting {
         let whole = self.columns * self.rows;
-        let found = search::crossings(image, whole);
+        let (found, sigmas) = search::crossings(image, whole);
         // Fewer than a grid's worth of cells is any window frame.
         if found.len() < whole.min(LEAST_FOUND) {
             return Sighting::Unseen("no crossing lines found".into());
         }
-        self.lattice().place(&found, image, None)
+        sigmas.told(self.lattice().place(&found, image, None))
     }
 
     fn miscounted(&self) -> Option<AnyChart> {

@@ -9,6 +9,7 @@ pub mod charuco;
 pub mod chessboard;
 pub mod dot_grid;
 mod growing;
+pub mod kalibr_target;
 pub mod lattice;
 pub mod line_grid;
 pub mod point_list;
@@ -60,12 +61,16 @@ impl Sigmas {
         self.0.insert([at.x.to_bits(), at.y.to_bits()], sigma);
     }
 
+    fn of(&self, at: Pixel) -> Option<f64> {
+        self.0.get(&[at.x.to_bits(), at.y.to_bits()]).copied()
+    }
+
     /// The same readings with the sigmas of their points, if all have one.
     fn told(&self, mut sighting: Sighting) -> Sighting {
         if let Sighting::Seen(readings) = &mut sighting {
             for reading in readings {
-                let of = |at: &Pixel| self.0.get(&[at.x.to_bits(), at.y.to_bits()]).copied();
-                let all: Option<Vec<f64>> = reading.points.iter().map(|(_, at)| of(at)).collect();
+                let all: Option<Vec<f64>> =
+                    reading.points.iter().map(|(_, at)| self.of(*at)).collect();
                 reading.sigmas = all.unwrap_or_default();
             }
         }

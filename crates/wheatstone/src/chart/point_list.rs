@@ -2,7 +2,10 @@
 
 mod file;
 
-use super::{Chart, PictureOf, PointId, Shape, Sighting, rigid};
+use super::{
+    Chart, PictureOf, PointId, Shape, Sighting,
+    rigid::{self, MarkKind},
+};
 use crate::{
     Error, Result,
     geometry::{Pixel, Point3},
@@ -27,6 +30,9 @@ pub struct PointList {
     /// search, one tells apart what looks alike.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<PathBuf>,
+    /// What the marks are: `patches` (dots, squares), or `corners` of chessboards, which may meet at edges.
+    #[serde(default, skip_serializing_if = "is_patches")]
+    pub marks: MarkKind,
     /// Of a mark, in the user's unit; 0.4 of the least distance where it is left out. Used for drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
@@ -36,6 +42,10 @@ pub struct PointList {
     /// What the start file says.
     #[serde(skip)]
     named: Vec<file::Named>,
+}
+
+fn is_patches(kind: &MarkKind) -> bool {
+    *kind == MarkKind::Patches
 }
 
 impl Default for PointList {
@@ -58,6 +68,7 @@ impl PointList {
             file: None,
             points,
             start: None,
+            marks: MarkKind::Patches,
             diameter: None,
             names: Vec::new(),
             named: Vec::new(),
@@ -144,7 +155,7 @@ impl Chart for PointList {
     }
 
     fn detect(&self, image: &GrayImage) -> Sighting {
-        rigid::find(&self.points(), image, &[])
+        rigid::find(&self.points(), self.marks, image, &[])
     }
 
     fn detect_in(&self, image: &GrayImage, of: PictureOf) -> Sighting {
@@ -153,7 +164,7 @@ impl Chart for PointList {
         };
         let named: Vec<(PointId, Pixel)> =
             self.named.iter().filter(here).map(|named| (named.id, named.pixel)).collect();
-        rigid::find(&self.points(), image, &named)
+        rigid::find(&self.points(), self.marks, image, &named)
     }
 
     fn validate(&self) -> Result<()> {

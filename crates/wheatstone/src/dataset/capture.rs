@@ -2,7 +2,7 @@
 
 use crate::{
     Error, Result,
-    chart::AnyChart,
+    chart::{AnyChart, kalibr_target},
     geometry::{Pose, Vector3},
     imaging::read_size,
     storage,
@@ -92,14 +92,21 @@ impl Capture {
     pub fn open(path: &Path) -> Result<Self> {
         let path = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
         let text = storage::read_text(&path, LARGEST_FILE)?;
-        let mut file: CaptureFile = toml::from_str(&text).map_err(|e| Error::Malformed {
+        let malformed = |e: toml::de::Error| Error::Malformed {
             path: path.clone(),
             line: e.span().map(|span| line_of(&text, span.start)),
             problem: e.message().to_owned(),
             hint: "`wheatstone list charts` prints the charts; lengths are plain numbers in `unit`"
                 .into(),
-        })?;
-        file.chart.load(path.parent().unwrap_or(Path::new("")))?;
+        };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut table: toml::Table = toml::from_str(&text).map_err(malformed)?;
+        let mut file: CaptureFile = if kalibr_target::declare(&mut table, folder)? {
+            table.try_into().map_err(malformed)?
+        } else {
+            toml::from_str(&text).map_err(malformed)?
+        };
+        file.chart.load(folder)?;
         file.chart
             .validate()
             .map_err(|e| refuse(&path, e.to_string(), "correct it in the file"))?;
@@ -308,6 +315,7 @@ fn odd_ones_out(cameras: &[CameraPictures]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chart::chessboard::Chessboard;
 
     const HEAD: &str = "unit = \"cm\"\n[chart]\ntype = \"line-grid\"\ncolumns = 17\nrows = 13\npitch = 5.0\n[cameras]\nleft = \"left/*.png\"\nright = \"right/*.png\"\n";
 
@@ -333,6 +341,19 @@ mod tests {
         assert!(capture.cameras[0].pictures[0].ends_with("a.png"));
         assert_eq!(capture.views[1].name, "b");
         assert_eq!(capture.views[0].world_from_chart, None);
+    }
+
+    #[test]
+    fn a_target_of_kalibr_declares_the_chart_in_the_unit_of_the_capture() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("board.yaml");
+        let text = "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.06\n";
+        std::fs::write(&target, text).unwrap();
+        let rest = &HEAD[HEAD.find("[cameras]").unwrap()..];
+        let text = format!("unit = \"cm\"\n[chart]\nfile = {target:?}\n{rest}");
+        let (_dir, capture) = capture(&text, &["left/a.png", "right/a.png"]);
+        let chart = Chessboard { columns: 6, rows: 7, pitch: 6.0, ..Chessboard::default() };
+        assert_eq!(capture.unwrap().chart, chart.into());
     }
 
     #[test]

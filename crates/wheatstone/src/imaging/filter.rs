@@ -58,6 +58,15 @@ pub fn separable(image: &GrayImage, across: &[f32], down: &[f32]) -> GrayImage {
 #[must_use]
 pub fn halve(image: &GrayImage) -> GrayImage {
     let (width, height) = ((image.width() / 2).max(1), (image.height() / 2).max(1));
+    if image.width() > 1 && image.height() > 1 {
+        let mut values = Vec::with_capacity(width * height);
+        for y in 0..height {
+            let (upper, lower) = (image.row(2 * y), image.row(2 * y + 1));
+            let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
+            values.extend(pairs.map(|(a, b)| (a[0] + a[1] + b[0] + b[1]) / 4.0));
+        }
+        return GrayImage { width, height, values };
+    }
     GrayImage::from_fn(width, height, |x, y| {
         let (x, y) = (2 * x as isize, 2 * y as isize);
         (image.at(x, y) + image.at(x + 1, y) + image.at(x, y + 1) + image.at(x + 1, y + 1)) / 4.0

@@ -70,11 +70,13 @@ impl GrayImage {
     pub fn sample(&self, at: Pixel) -> f32 {
         let x = at.x.clamp(0.0, self.width as f64 - 1.0);
         let y = at.y.clamp(0.0, self.height as f64 - 1.0);
-        let (left, top) = (x.floor() as isize, y.floor() as isize);
-        let (right_share, low_share) = ((x - x.floor()) as f32, (y - y.floor()) as f32);
-        let upper = self.at(left, top) * (1.0 - right_share) + self.at(left + 1, top) * right_share;
-        let lower =
-            self.at(left, top + 1) * (1.0 - right_share) + self.at(left + 1, top + 1) * right_share;
+        // Not below 0, so that cutting is rounding down.
+        let (left, top) = (x as usize, y as usize);
+        let (right_share, low_share) = ((x - left as f64) as f32, (y - top as f64) as f32);
+        let right = (left + 1).min(self.width - 1);
+        let (first, second) = (self.row(top), self.row((top + 1).min(self.height - 1)));
+        let upper = first[left] * (1.0 - right_share) + first[right] * right_share;
+        let lower = second[left] * (1.0 - right_share) + second[right] * right_share;
         upper * (1.0 - low_share) + lower * low_share
     }
 

@@ -135,3 +135,17 @@ fn boards_of_266_points_are_found_whole_in_8_megapixels() {
         }
     }
 }
+
+#[test]
+fn two_walls_of_a_corner_are_two_boards() {
+    let Some(folder) = folder("bailus-corner") else { return };
+    // Not one board of 18 x 14 or 18 x 13.
+    for (columns, rows, least) in [(9, 14, 110), (8, 14, 100)] {
+        for picture in ["left", "right"] {
+            let found =
+                readings(&board(columns, rows), &folder.join(format!("images/{picture}.jpg")));
+            let count = found[0].points.len();
+            assert!(count >= least, "{picture}, {columns} x {rows}: {count}");
+        }
+    }
+}

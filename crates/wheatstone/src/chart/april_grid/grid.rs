@@ -172,6 +172,7 @@ fn refined(
     let step = |x: f64, y: f64| Some((map.map(own + nalgebra::Vector2::new(x, y))? - here).norm());
     let gap = step(chart.gap(), 0.0)?.min(step(0.0, chart.gap())?);
     let window = (WINDOW.0 * gap).clamp(WINDOW.1, WINDOW.2);
+    let window = saddle::fitting(image, start, window)?;
     let found = saddle::refine(image, start, window)?;
     Some((found, saddle::sigma(image, found, window), gap))
 }
@@ -186,15 +187,18 @@ fn contrast(
     let own = Pixel::from(chart.place(column, row));
     // Into the tag: to the right of left corners, up from lower ones. Half the square, or a border's cell.
     let reach = (0.4 * chart.gap()).min(0.06 * chart.tag);
-    let inwards = [
+    let sides = [
         if column.is_multiple_of(2) { reach } else { -reach },
         if row.is_multiple_of(2) { -reach } else { reach },
     ];
     let look = |x: f64, y: f64| {
-        let at = map.map(own + nalgebra::Vector2::new(x * inwards[0], y * inwards[1]))?;
+        let at = map.map(own + nalgebra::Vector2::new(x * sides[0], y * sides[1]))?;
         image.contains(at, 0.0).then(|| f64::from(image.sample(at)))
     };
-    let dark = look(1.0, 1.0)?.max(look(-1.0, -1.0)?);
-    let light = look(1.0, -1.0)?.min(look(-1.0, 1.0)?);
-    Some(light - dark)
+    // Nearer to the corner where the picture ends beside it.
+    [1.0, 0.5, 0.3].into_iter().find_map(|share| {
+        let dark = look(share, share)?.max(look(-share, -share)?);
+        let light = look(share, -share)?.min(look(-share, share)?);
+        Some(light - dark)
+    })
 }

@@ -30,6 +30,18 @@ pub(in crate::chart) fn refine(image: &GrayImage, start: Pixel, sigma: f64) -> O
     None
 }
 
+/// In pixels: five pixels across hold nine values more than a quadric.
+const LEAST_REACH: f64 = 2.0;
+
+/// The sigma of the widest window up to `sigma` that a place leaves room for beside the picture's border;
+/// `None` where that is too near.
+pub(in crate::chart) fn fitting(image: &GrayImage, at: Pixel, sigma: f64) -> Option<f64> {
+    let (right, bottom) = (image.width() as f64 - 1.0 - at.x, image.height() as f64 - 1.0 - at.y);
+    let room = at.x.min(at.y).min(right).min(bottom).floor();
+    // A little less, so that the window's reach is not rounded up.
+    (room >= LEAST_REACH).then(|| sigma.min(room / 3.0 - 1e-9))
+}
+
 /// In pixels: what is left without noise, measured on rendered boards (see the decision on charts).
 const OWN_FAULT: f64 = 0.01;
 /// In grey levels: what rounding to whole ones leaves uncertain, the root of a twelfth.
@@ -93,7 +105,7 @@ fn spread(image: &GrayImage, at: Pixel, window: f64) -> Option<f64> {
 fn saddle_from(image: &GrayImage, at: Pixel, sigma: f64) -> Option<Vector2<f64>> {
     // A hundredth of the weight is left there.
     let reach = (3.0 * sigma).ceil();
-    if !image.contains(at, reach + 0.5) {
+    if !image.contains(at, reach) {
         return None;
     }
     // In units of sigma from `at`, with the Gaussian's weight there.

@@ -1,5 +1,6 @@
 //! Patches that are darker or brighter than what lies around them and have an ellipse's shape.
 
+use super::ground::Window;
 use crate::{geometry::Pixel, imaging::GrayImage};
 use nalgebra::Matrix2;
 
@@ -44,12 +45,6 @@ pub(in crate::chart) struct Blobs {
     pub(in crate::chart) bright: Vec<Blob>,
 }
 
-/// Half a side of the window whose mean parts dark from bright: a window of 33 pixels holds dots of
-/// 26 with ground around them; larger dots are found in smaller pictures.
-const HALF_WINDOW: usize = 16;
-/// Share of the window's standard deviation by which a patch differs from its mean. A third keeps dots
-/// apart at the ground's side where they fill half of it, and pale ones in where they fill a twentieth.
-const DEVIATION: f64 = 0.35;
 /// Share of the picture's range below which differences are those of noise and paper.
 const LEAST_CONTRAST: f64 = 0.02;
 /// In pixels: smaller patches have no shape.
@@ -98,14 +93,52 @@ struct Run {
 
 /// All patches of a picture that have such an outline.
 pub(in crate::chart) fn find(image: &GrayImage, outline: Outline) -> Blobs {
-    let least = LEAST_CONTRAST * range(image);
+    let range = range(image);
+    let least = LEAST_CONTRAST * range;
     // Grey levels are not told apart beyond single precision.
-    if least <= 1e-4 || image.width().min(image.height()) < 5 {
+    if least <= 1e-4 || image.width().min(image.height()) < 5 || is_texture(image, range, outline) {
         return Blobs::default();
     }
+    found(image, least, outline)
+}
+
+fn found(image: &GrayImage, least: f64, outline: Outline) -> Blobs {
     let [mut dark, mut bright] = runs(image, least);
     Blobs { dark: patches(image, &mut dark, outline), bright: patches(image, &mut bright, outline) }
 }
+
+/// Whether a large picture is full of clear patches, by samples of it: no chart has as many, and to find them
+/// all would take a second. Smaller pictures of it are searched all the same.
+fn is_texture(image: &GrayImage, range: f64, outline: Outline) -> bool {
+    let (width, height) = (image.width(), image.height());
+    if width * height < LARGE || width.min(height) < SAMPLES * SAMPLE {
+        return false;
+    }
+    let middle = |at: usize, size: usize| (2 * at + 1) * size / (2 * SAMPLES) - SAMPLE / 2;
+    let places = (0..SAMPLES * SAMPLES).map(|at| (at % SAMPLES, at / SAMPLES));
+    let clear = places.map(|(column, row)| {
+        let (left, top) = (middle(column, width), middle(row, height));
+        let sample = GrayImage::from_fn(SAMPLE, SAMPLE, |x, y| image.row(top + y)[left + x]);
+        let blobs = found(&sample, LEAST_CONTRAST * range, outline);
+        let all = blobs.dark.iter().chain(&blobs.bright);
+        all.filter(|blob| blob.contrast > CLEAR * range).count()
+    });
+    let sampled = SAMPLES * SAMPLES * SAMPLE * SAMPLE;
+    clear.sum::<usize>() * width * height > MOST_CLEAR * sampled
+}
+
+/// In pixels: pictures below this take less than half a second, whatever they show.
+const LARGE: usize = 4_000_000;
+/// Samples across and down, and their side in pixels: a fiftieth of 12 megapixels.
+const SAMPLES: usize = 5;
+/// See [`SAMPLES`].
+const SAMPLE: usize = 96;
+/// Contrast of a clear patch as a share of the picture's range. Noise of a picture that shows something else
+/// has a twentieth, noise alone a sixth.
+const CLEAR: f64 = 0.08;
+/// Clear patches of a picture that are a texture. Noise of 12 megapixels has 32 000, photographs of charts up to
+/// 400, and dots of a grid of 10 000 are wide enough for the half of a picture.
+const MOST_CLEAR: usize = 10_000;
 
 /// Between the darkest and the brightest thousandth.
 fn range(image: &GrayImage) -> f64 {
@@ -119,43 +152,15 @@ fn range(image: &GrayImage) -> f64 {
 
 /// Runs of dark and of bright pixels, joined to those of the row above that they touch.
 fn runs(image: &GrayImage, least: f64) -> [Vec<Run>; 2] {
-    let (width, height) = (image.width(), image.height());
-    let mut columns = vec![(0.0_f64, 0.0_f64); width];
-    let add = |columns: &mut Vec<(f64, f64)>, row: usize, sign: f64| {
-        for (sum, value) in columns.iter_mut().zip(image.row(row)) {
-            let value = f64::from(*value);
-            sum.0 += sign * value;
-            sum.1 += sign * value * value;
-        }
-    };
-    (0..HALF_WINDOW.min(height)).for_each(|row| add(&mut columns, row, 1.0));
     let mut found = [Vec::new(), Vec::new()];
     let mut above = [0, 0];
-    let mut sums = vec![(0.0, 0.0); width + 1];
-    for row in 0..height {
-        if row + HALF_WINDOW < height {
-            add(&mut columns, row + HALF_WINDOW, 1.0);
-        }
-        if row > HALF_WINDOW {
-            add(&mut columns, row - HALF_WINDOW - 1, -1.0);
-        }
-        for (x, column) in columns.iter().enumerate() {
-            sums[x + 1] = (sums[x].0 + column.0, sums[x].1 + column.1);
-        }
-        let rows = (row + HALF_WINDOW).min(height - 1) - row.saturating_sub(HALF_WINDOW) + 1;
+    let mut window = Window::new(image);
+    let mut differences = vec![0.0_f32; image.width()];
+    for row in 0..image.height() {
+        window.move_to(row);
+        window.differences(row, least, &mut differences);
         let begin = [found[0].len(), found[1].len()];
-        for (x, value) in image.row(row).iter().enumerate() {
-            let (left, right) = (x.saturating_sub(HALF_WINDOW), (x + HALF_WINDOW + 1).min(width));
-            let count = ((right - left) * rows) as f64;
-            let mean = (sums[right].0 - sums[left].0) / count;
-            let variance = (sums[right].1 - sums[left].1) / count - mean * mean;
-            let difference = f64::from(*value) - mean;
-            if difference.abs() > least.max(DEVIATION * variance.max(0.0).sqrt()) {
-                let side = usize::from(difference > 0.0);
-                let difference = difference.abs() as f32;
-                lengthen(&mut found[side], begin[side], (row as u32, x as u32), difference);
-            }
-        }
+        lengthen(&mut found, row as u32, &differences);
         for side in [0, 1] {
             join(&mut found[side], above[side], begin[side]);
         }
@@ -164,15 +169,25 @@ fn runs(image: &GrayImage, least: f64) -> [Vec<Run>; 2] {
     found
 }
 
-/// Adds a pixel to the row's last run, or begins another.
-fn lengthen(runs: &mut Vec<Run>, begin: usize, (row, x): (u32, u32), difference: f32) {
-    let parent = runs.len() as u32;
-    match runs[begin..].last_mut() {
-        Some(run) if run.last + 1 == x => {
-            run.last = x;
-            run.difference += difference;
+/// Adds a row's runs: pixels side by side that differ in one sense.
+fn lengthen(found: &mut [Vec<Run>; 2], row: u32, differences: &[f32]) {
+    let mut x = 0;
+    while x < differences.len() {
+        let first = differences[x];
+        let begin = x;
+        if first == 0.0 {
+            x += 1;
+            continue;
         }
-        _ => runs.push(Run { row, first: x, last: x, parent, difference }),
+        let bright = first > 0.0;
+        let mut sum = 0.0;
+        while x < differences.len() && differences[x] != 0.0 && (differences[x] > 0.0) == bright {
+            sum += differences[x].abs();
+            x += 1;
+        }
+        let runs = &mut found[usize::from(bright)];
+        let (parent, first, last) = (runs.len() as u32, begin as u32, x as u32 - 1);
+        runs.push(Run { row, first, last, parent, difference: sum });
     }
 }
 
@@ -252,10 +267,13 @@ impl Sums {
 
 /// The patches that have such an outline.
 fn patches(image: &GrayImage, runs: &mut [Run], outline: Outline) -> Vec<Blob> {
-    // Noise makes millions of runs; few of them belong to anything as large as a dot.
+    // Noise makes millions of runs; few of them belong to anything as large as a dot. A run's parent comes
+    // before it, so that in order every run finds its patch's first one in a step.
     let mut counts = vec![0_u32; runs.len()];
     for index in 0..runs.len() {
-        counts[root(runs, index)] += runs[index].last - runs[index].first + 1;
+        let first = runs[runs[index].parent as usize].parent;
+        runs[index].parent = first;
+        counts[first as usize] += runs[index].last - runs[index].first + 1;
     }
     let mut sums: Vec<Sums> = Vec::new();
     let mut places = vec![u32::MAX; runs.len()];
@@ -266,29 +284,27 @@ fn patches(image: &GrayImage, runs: &mut [Run], outline: Outline) -> Vec<Blob> {
         }
     }
     let origin = |run: &Run| (f64::from(run.first), f64::from(run.row));
-    let sums_of = |runs: &mut [Run], index: usize| {
-        let patch = root(runs, index);
+    let sums_of = |index: usize| {
+        let patch = runs[index].parent as usize;
         (places[patch] != u32::MAX).then(|| (places[patch] as usize, origin(&runs[patch])))
     };
     let (right, bottom) = (image.width() as u32 - 1, image.height() as u32 - 1);
-    for index in 0..runs.len() {
-        let Some((place, origin)) = sums_of(runs, index) else { continue };
-        let run = &runs[index];
+    for (index, run) in runs.iter().enumerate() {
+        let Some((place, origin)) = sums_of(index) else { continue };
         let across = run.first == 0 || run.last == right;
         sums[place].add(run, origin, across || run.row == 0 || run.row == bottom);
     }
     let mut blobs: Vec<Option<(Blob, Matrix2<f64>)>> = vec![None; sums.len()];
-    for index in 0..runs.len() {
-        let Some((place, origin)) = sums_of(runs, index) else { continue };
+    for (index, run) in runs.iter().enumerate() {
+        let Some((place, origin)) = sums_of(index) else { continue };
         // A patch's first run is its root.
-        if root(runs, index) == index {
+        if run.parent as usize == index {
             blobs[place] = sums[place]
                 .blob(origin)
                 .and_then(|blob| Some((blob, blob.covariance.try_inverse()?)));
         }
         let Some((blob, inverse)) = blobs[place] else { continue };
         let most = outline.most_reach()[usize::from(sums[place].count < SMALL)];
-        let run = &runs[index];
         let sticks_out = [run.first, run.last].into_iter().any(|x| {
             let from = Pixel::new(f64::from(x), f64::from(run.row)) - blob.centre;
             (from.transpose() * inverse * from)[0] > most

@@ -34,6 +34,8 @@ pub(in crate::chart) struct Placed {
 
 /// Rounds of centroid and window about it. Each shrinks a window's error tenfold.
 const ROUNDS: usize = 4;
+/// In pixels: a hundredth of [`OWN_FAULT`].
+const SETTLED: f64 = 1e-4;
 /// In pixels, at most: the width of a blurred edge on either side, for blurs up to 1.2 px.
 const MARGIN: f64 = 2.5;
 /// In pixels: the width of the ring about a dot that shows its ground.
@@ -58,6 +60,9 @@ pub(in crate::chart) fn measure(image: &GrayImage, blob: &Blob, gap: f64) -> Opt
         ink = sums.area.unwrap_or_else(|| area(&covariance));
         if (centroid - blob.centre).norm_squared() > blob.area() / 4.0 {
             return None;
+        }
+        if sums.step.norm() < SETTLED {
+            break;
         }
     }
     let sigma = (sigma * sigma + OWN_FAULT * OWN_FAULT).sqrt();

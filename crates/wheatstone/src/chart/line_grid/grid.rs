@@ -28,6 +28,9 @@ pub(super) struct Node {
     pub(super) pixel: Pixel,
     /// How much darker than the ground the lines around it are, in grey levels.
     pub(super) depth: f64,
+    /// Standard deviation along each axis, in the same pixels, by how its lines scatter; 0 before they are
+    /// measured.
+    pub(super) sigma: f64,
 }
 
 /// Crossings by label.

@@ -173,7 +173,7 @@ impl Expected {
             _ => return None,
         };
         let pixel = meeting + self.step * offset;
-        view.contains(pixel, 1.0).then_some(Node { pixel, depth })
+        view.contains(pixel, 1.0).then_some(Node { pixel, depth, sigma: 0.0 })
     }
 
     /// One half of the line that crosses at `meeting`, on the side to which `sign` says.
@@ -316,6 +316,7 @@ fn cell(seed: &Seed, candidates: &Candidates, view: View) -> Option<Grid> {
     let row = |offset: f64| places.partition_point(|other| other.pixel.y < own.pixel.y + offset);
     let near: Vec<&Candidate> = places[row(-LONGEST)..row(LONGEST)]
         .iter()
+        .filter(|other| (other.pixel.x - own.pixel.x).abs() < 2.0 * LONGEST)
         .filter(|other| other.curvature > 0.25 * own.curvature)
         .collect();
     let steps: Vec<Option<Vector2<f64>>> =
@@ -376,7 +377,7 @@ fn first_cell(view: View, first: Pixel, [a, b, fourth]: [Vector2<f64>; 3]) -> Op
     }
     let corners = [((0, 0), Vector2::zeros()), ((1, 0), a), ((0, 1), b), ((1, 1), fourth)];
     let nodes = corners
-        .map(|(label, step)| (label, Node { pixel: first + step, depth }))
+        .map(|(label, step)| (label, Node { pixel: first + step, depth, sigma: 0.0 }))
         .into_iter()
         .collect();
     Some(Grid { nodes, width })

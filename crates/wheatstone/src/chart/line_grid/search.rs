@@ -7,7 +7,10 @@ use super::{
     level::{Level, Polarity},
     refine,
 };
-use crate::{chart::lattice::Labelled, imaging::GrayImage};
+use crate::{
+    chart::{Sigmas, lattice::Labelled},
+    imaging::GrayImage,
+};
 
 /// Shortest side of a picture in which anything is looked for, in pixels: two pitches of the
 /// smallest kind.
@@ -19,11 +22,11 @@ const FINE: f64 = 8.0;
 /// and a lens's of 0.7 px.
 const BLURRED: f64 = 0.8 * 0.8 + 0.7 * 0.7;
 
-/// The crossings of the largest grid in a picture, none if there is none. A grid of `whole`
+/// The crossings of the largest grid in a picture with their sigmas, none if there is none. A grid of `whole`
 /// crossings ends the search.
-pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
+pub(super) fn crossings(image: &GrayImage, whole: usize) -> (Vec<Labelled>, Sigmas) {
     if image.width().min(image.height()) < LEAST_SIDE {
-        return Vec::new();
+        return Default::default();
     }
     let levels = Level::pyramid(image, LEAST_SIDE);
     let mut best: Option<(Polarity, Grid)> = None;
@@ -49,11 +52,14 @@ pub(super) fn crossings(image: &GrayImage, whole: usize) -> Vec<Labelled> {
             break;
         }
     }
-    let Some((_, grid)) = best else { return Vec::new() };
-    let places = refine::unbiased(&grid);
-    let labelled =
-        |(label, pixel): ((i32, i32), _)| Labelled { column: label.0, row: label.1, pixel };
-    places.into_iter().map(labelled).collect()
+    let Some((_, grid)) = best else { return Default::default() };
+    let mut sigmas = Sigmas::default();
+    let mut labelled = Vec::new();
+    for ((column, row), pixel, sigma) in refine::unbiased(&grid) {
+        sigmas.add(pixel, sigma);
+        labelled.push(Labelled { column, row, pixel });
+    }
+    (labelled, sigmas)
 }
 
 /// A grid that was found in one level, measured in the level that shows its lines best; in the
@@ -86,6 +92,7 @@ fn finished(
     grid.width *= printed(seen) / seen;
     for node in grid.nodes.values_mut() {
         node.pixel = fine.to_picture(node.pixel);
+        node.sigma *= fine.scale();
     }
     Some(grid)
 }

@@ -353,3 +353,40 @@ fn pictures_without_a_grid_are_not_one() {
         }
     }
 }
+
+/// Errors over the sigmas that are told, root mean square over some views.
+fn pull(noise: f64) -> (f64, f64) {
+    let (mut sum, mut count, mut told) = (0.0, 0.0, 0.0);
+    for (seed, (tilt, pitch)) in
+        [(0.05, 40.0), (0.5, 30.0), (0.8, 45.0), (0.3, 22.0)].into_iter().enumerate()
+    {
+        let scene = Scene {
+            tilt: (tilt, 0.5 + seed as f64),
+            pitch,
+            noise,
+            clutter: false,
+            seed: seed as u64,
+            ..Scene::default()
+        };
+        let truth = scene.truth();
+        let Sighting::Seen(readings) = scene.chart.detect(&scene.render()) else {
+            panic!("{noise}, {tilt}")
+        };
+        assert_eq!(readings[0].sigmas.len(), readings[0].points.len());
+        for ((id, at), sigma) in readings[0].points.iter().zip(&readings[0].sigmas) {
+            sum += (at - truth[*id]).norm_squared() / (sigma * sigma);
+            told += sigma;
+            count += 2.0;
+        }
+    }
+    ((sum / count).sqrt(), 2.0 * told / count)
+}
+
+#[test]
+fn crossings_say_how_well_they_are_known() {
+    for noise in [0.5, 3.0, 8.0] {
+        let (pull, told) = pull(noise);
+        eprintln!("noise {noise}: errors are {pull:.2} of their sigmas, {told:.4} px");
+        assert!((0.6..1.4).contains(&pull), "noise {noise}: errors are {pull} of their sigmas");
+    }
+}

@@ -20,6 +20,8 @@ const MOST_BEYOND: f64 = 0.5;
 /// Share of the body's points that must be there where nobody has named four: less may be one face laid onto
 /// another.
 const LEAST_WHOLE: f64 = 0.75;
+/// The same for corners: walls are cut by the picture, and look the same a row aside.
+const LEAST_WHOLE_OF_CORNERS: f64 = 0.95;
 /// Named points that are believed against marks beyond the body: it is a part of a larger lattice. One is
 /// not: one camera's picture of a vee was laid askew through it in six of eight cases.
 const LEAST_NAMED: usize = 3;
@@ -113,10 +115,16 @@ pub(super) fn decided(
     clicks: &[Click],
 ) -> Vec<Matched> {
     let count = search.body.points.len();
-    readings.retain(|reading| reading.marks.len() as f64 >= LEAST_WHOLE * count as f64);
+    let confirmed = |reading: &Matched| -> Vec<bool> {
+        clicks.iter().filter_map(|click| confirms(search, reading, click)).collect()
+    };
     readings.retain(|reading| {
-        let says: Vec<bool> =
-            clicks.iter().filter_map(|click| confirms(search, reading, click)).collect();
+        let corners = search.marks.are_corners() && confirmed(reading).len() < LEAST_NAMED;
+        let least = if corners { LEAST_WHOLE_OF_CORNERS } else { LEAST_WHOLE };
+        reading.marks.len() as f64 >= least * count as f64
+    });
+    readings.retain(|reading| {
+        let says = confirmed(reading);
         says.iter().all(|it| *it)
             && (says.len() >= LEAST_NAMED || goes_on(search, image, reading) < MOST_BEYOND)
     });

@@ -1,9 +1,10 @@
 //! What can be a mark of a body in a picture, sorted by place.
 
+use super::body::Patch;
 use crate::{
     chart::dot_grid::{
         blobs::{self, Blob, Outline},
-        centre,
+        centre, growth,
     },
     geometry::Pixel,
     imaging::{GrayImage, filter::halve},
@@ -11,13 +12,25 @@ use crate::{
 };
 
 /// Marks of one kind, dark or bright.
+#[derive(Clone)]
 pub(super) struct Marks {
     pub(super) blobs: Vec<Blob>,
+    /// Of marks that are corners, which are measured when they are found.
+    corners: Option<Corners>,
     /// Boxes a row and a column.
     size: (usize, usize),
     /// Where each box's marks begin in `sorted`, and where the last one's end.
     begins: Vec<u32>,
     sorted: Vec<u32>,
+}
+
+/// What is known of corners beside their places.
+#[derive(Clone)]
+struct Corners {
+    /// Standard deviation of each along each axis, in pixels.
+    sigmas: Vec<f64>,
+    /// Boards of them, the largest first.
+    boards: Vec<Patch>,
 }
 
 /// In pixels, a side of a box: what is looked for lies within a box or two.
@@ -53,7 +66,35 @@ impl Marks {
         (1..begins.len()).for_each(|index| begins[index] += begins[index - 1]);
         let mut sorted: Vec<u32> = (0..blobs.len() as u32).collect();
         sorted.sort_by_key(|index| own(&blobs[*index as usize]));
-        Self { blobs, size, begins, sorted }
+        Self { blobs, corners: None, size, begins, sorted }
+    }
+
+    /// Corners with their sigmas, and the boards that they make.
+    pub(super) fn of_corners(corners: &[(Pixel, f64)], boards: Vec<Patch>) -> Self {
+        // All are alike, which keeps their order.
+        let one = |at: &(Pixel, f64)| Blob {
+            centre: at.0,
+            covariance: nalgebra::Matrix2::identity(),
+            contrast: 1.0,
+        };
+        let mut own = Self::new(corners.iter().map(one).collect(), usize::MAX);
+        let sigmas = corners.iter().map(|corner| corner.1).collect();
+        own.corners = Some(Corners { sigmas, boards });
+        own
+    }
+
+    pub(super) fn are_corners(&self) -> bool {
+        self.corners.is_some()
+    }
+
+    /// The largest patches of marks that lie on a lattice, at most `most` of them with `least` marks or more.
+    pub(super) fn patches(&self, least: usize, most: usize) -> Vec<Patch> {
+        match &self.corners {
+            Some(Corners { boards, .. }) => {
+                boards.iter().filter(|board| board.len() >= least).take(most).cloned().collect()
+            }
+            None => growth::patches(&self.blobs, least, most),
+        }
     }
 
     /// Marks in the boxes that a square about a place meets.
@@ -119,6 +160,9 @@ impl Marks {
     /// The centroid of a mark's light, and its standard deviation along each axis.
     pub(super) fn measure(&self, image: &GrayImage, index: usize) -> (Pixel, f64) {
         let blob = &self.blobs[index];
+        if let Some(Corners { sigmas, .. }) = &self.corners {
+            return (blob.centre, sigmas[index]);
+        }
         centre::measure(image, blob, self.gap(index).max(2.0)).map_or_else(
             // Half hidden by a glint, or too pale: the outline's own middle.
             || (blob.centre, OUTLINE * blob.area().sqrt()),
@@ -134,6 +178,10 @@ impl Marks {
         at: Pixel,
         gap: f64,
     ) -> Option<(Pixel, f64)> {
+        // Boards were followed to their ends.
+        if self.corners.is_some() {
+            return None;
+        }
         let middle = |value: &dyn Fn(&Blob) -> f64| {
             median(&like.iter().map(|index| value(&self.blobs[*index])).collect::<Vec<_>>())
         };

@@ -14,7 +14,7 @@ use super::{
     ways::{Way, ways},
 };
 use crate::{
-    chart::{Detection, PointId, Sighting, dot_grid::growth},
+    chart::{Detection, PointId, Sighting},
     geometry::{Pixel, Vector3},
     imaging::GrayImage,
 };
@@ -45,8 +45,13 @@ pub(super) const CLICKED: f64 = 12.0;
 /// A point that someone has named, and where it is seen, roughly.
 pub(super) type Click = (PointId, Pixel);
 
-pub(super) fn find(body: &Body, image: &GrayImage, clicks: &[Click]) -> Sighting {
-    let sizes = marks::find(image, body.points.len());
+/// Looks for a body among the dark and the bright marks that were seen at each size of the picture.
+pub(super) fn find(
+    body: &Body,
+    sizes: &[[Marks; 2]],
+    image: &GrayImage,
+    clicks: &[Click],
+) -> Sighting {
     let frame = (
         Pixel::new((image.width() as f64 - 1.0) / 2.0, (image.height() as f64 - 1.0) / 2.0),
         image.width().max(image.height()) as f64,
@@ -75,7 +80,7 @@ pub(super) fn find(body: &Body, image: &GrayImage, clicks: &[Click]) -> Sighting
     };
     best.retain(|(_, other, polarity)| (*other, *polarity) == (size, side));
     // Marks of other sizes may be seen better a size away.
-    let mut all = Marks::new(sizes[size][side].blobs.clone(), usize::MAX);
+    let mut all = sizes[size][side].clone();
     for beside in [size.checked_sub(1), Some(size + 1)].into_iter().flatten() {
         if let Some(other) = sizes.get(beside) {
             all = marks::united(&all, &other[side]);
@@ -116,7 +121,7 @@ fn recognised<'a>(
     let mut promising: Vec<_> = sets
         .iter()
         .map(|set| {
-            let patches = growth::patches(&at(*set).marks.blobs, LEAST_PATCH, MOST_PATCHES);
+            let patches = at(*set).marks.patches(LEAST_PATCH, MOST_PATCHES);
             (patches.first().map_or(0, Patch::len), *set, patches)
         })
         .filter(|(size, ..)| *size > 0)

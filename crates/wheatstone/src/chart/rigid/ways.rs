@@ -90,6 +90,19 @@ fn offsets(marks: &Patch, patch: &Patch) -> Vec<(usize, (i32, i32))> {
     let ((left, right), (top, bottom)) = bounds(marks);
     let ((first, last), (upper, lower)) = bounds(patch);
     let needed = LEAST_OVERLAP * marks.len().min(patch.len()) as f64;
+    // A map would be asked millions of times.
+    let (wide, high) = (last - first + 1, lower - upper + 1);
+    let mut filled = vec![false; (wide * high) as usize];
+    for (column, row) in patch.keys() {
+        filled[((row - upper) * wide + column - first) as usize] = true;
+    }
+    let has = |column: i32, row: i32| {
+        let (column, row) = (column - first, row - upper);
+        (0..wide).contains(&column)
+            && (0..high).contains(&row)
+            && filled[(row * wide + column) as usize]
+    };
+    let marks: Vec<(i32, i32)> = marks.keys().copied().collect();
     let mut kept: Vec<(usize, (i32, i32))> = Vec::new();
     for x in first - right..=last - left {
         for y in upper - bottom..=lower - top {
@@ -98,7 +111,7 @@ fn offsets(marks: &Patch, patch: &Patch) -> Vec<(usize, (i32, i32))> {
             if f64::from(across * down) < needed {
                 continue;
             }
-            let both = marks.keys().filter(|(c, r)| patch.contains_key(&(c + x, r + y))).count();
+            let both = marks.iter().filter(|(c, r)| has(c + x, r + y)).count();
             if both as f64 >= needed {
                 kept.push((both, (x, y)));
             }
