@@ -58,6 +58,9 @@ const FARTHEST: f64 = 320.0;
 /// Landmarks whose windows are less alike are not the same.
 const LEAST_LIKENESS: f32 = 0.55;
 
+/// Tiles' corners look alike: a corner may be any of the nearest few.
+const RIVALS: usize = 4;
+
 /// Pairs that must agree, at least, and as a share of all that could be laid; of fewer all must.
 const ENOUGH_PAIRS: usize = 5;
 const LEAST_SHARE: f64 = 0.4;
@@ -148,30 +151,32 @@ impl OwnMotion {
             let at = guess.transform(own);
             let own_covariance = on_ground(&corner.covariance);
             let reach = shift + turn * own.coords.norm();
-            let best = self
+            let mut near: Vec<(f64, usize)> = self
                 .landmarks
                 .iter()
                 .enumerate()
-                .filter(|(_, landmark)| {
+                .filter_map(|(number, landmark)| {
                     let sigma = (own_covariance + landmark.covariance).trace().sqrt();
-                    let off = Ground::new(landmark.point.x, landmark.point.z) - at;
+                    let off = (Ground::new(landmark.point.x, landmark.point.z) - at).norm();
                     let height = (landmark.point.y - corner.point.y).abs();
-                    off.norm() < reach + 3.0 * sigma && height < 1.5 + 0.5 * sigma
+                    let possible = off < reach + 3.0 * sigma
+                        && height < 1.5 + 0.5 * sigma
+                        && likeness(&landmark.look, &corner.matched.look) > LEAST_LIKENESS;
+                    possible.then_some((off, number))
                 })
-                .map(|(number, landmark)| (likeness(&landmark.look, &corner.matched.look), number))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((alike, landmark)) = best else { continue };
-            if alike > LEAST_LIKENESS {
+                .collect();
+            near.sort_by(|a, b| a.0.total_cmp(&b.0));
+            pairs.extend(near.into_iter().take(RIVALS).map(|(_, landmark)| {
                 let known = &self.landmarks[landmark];
-                pairs.push(Pair {
+                Pair {
                     landmark,
                     corner: index,
                     own,
                     world: Ground::new(known.point.x, known.point.z),
                     own_covariance,
                     world_covariance: known.covariance,
-                });
-            }
+                }
+            }));
         }
         pairs
     }
@@ -184,8 +189,9 @@ impl OwnMotion {
         guess: &PlanarPose,
         (shift, turn): (f64, f64),
     ) -> Option<(Believed, Vec<Pair>)> {
-        const DRAWS: usize = 80;
-        if pairs.len() < LEAST_PAIRS {
+        const DRAWS: usize = 150;
+        let total = distinct(&pairs);
+        if total < LEAST_PAIRS {
             return None;
         }
         let possible = |pose: &PlanarPose| {
@@ -206,9 +212,7 @@ impl OwnMotion {
         for _ in 0..5 {
             (pose, covariance) = refined(&pairs, &pose)?;
         }
-        let total = pairs.len();
-        let kept: Vec<Pair> =
-            pairs.into_iter().filter(|pair| distance2(pair, &pose) < SAME).collect();
+        let kept = nearest(pairs, &pose);
         let most = kept.len() as f64 >= LEAST_SHARE * total as f64;
         let enough = if kept.len() >= ENOUGH_PAIRS { most } else { kept.len() == total };
         if !enough || !possible(&pose) {
@@ -296,8 +300,37 @@ fn distance2(pair: &Pair, pose: &PlanarPose) -> f64 {
     spread.try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
 }
 
+/// How many corners meet a landmark under a pose. Pairs stand in the order of corners.
 fn count(pairs: &[Pair], pose: &PlanarPose) -> usize {
-    pairs.iter().filter(|pair| distance2(pair, pose) < SAME).count()
+    pairs
+        .chunk_by(|a, b| a.corner == b.corner)
+        .filter(|rivals| rivals.iter().any(|pair| distance2(pair, pose) < SAME))
+        .count()
+}
+
+/// Corners that have any pair.
+fn distinct(pairs: &[Pair]) -> usize {
+    pairs.chunk_by(|a, b| a.corner == b.corner).count()
+}
+
+/// Of each corner the pair that meets best under a pose, if it meets.
+fn nearest(pairs: Vec<Pair>, pose: &PlanarPose) -> Vec<Pair> {
+    let mut kept: Vec<Pair> = Vec::new();
+    for pair in pairs {
+        let distance = distance2(&pair, pose);
+        if distance >= SAME {
+            continue;
+        }
+        match kept.last_mut() {
+            Some(last) if last.corner == pair.corner => {
+                if distance < distance2(last, pose) {
+                    *last = pair;
+                }
+            }
+            _ => kept.push(pair),
+        }
+    }
+    kept
 }
 
 /// One step of weighted least squares over the pairs that agree; far ones count little (Huber).
