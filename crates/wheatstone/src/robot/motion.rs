@@ -34,6 +34,8 @@ pub struct OwnMotion {
     /// What it was told to do since it last knew where it was.
     told: PlanarPose,
     looks: u64,
+    /// Looks in a row with too few corners.
+    blind: u32,
     random: Random,
 }
 
@@ -52,6 +54,13 @@ struct Pair {
 const AMISS: f64 = 0.35;
 const AMISS_AT_REST: [f64; 2] = [1.0, 0.02];
 
+/// Standard deviation of what wheels do otherwise than told, likewise.
+const USUALLY_AMISS: f64 = 0.15;
+const USUALLY_AMISS_AT_REST: [f64; 2] = [0.1, 0.004];
+
+/// Looks in a row that may go by what the wheels were told, with fewer corners than tell a pose.
+const BLIND: u32 = 6;
+
 /// Beyond this a point's place is too uncertain to lay others on it, in centimetres.
 const FARTHEST: f64 = 320.0;
 
@@ -64,7 +73,7 @@ const RIVALS: usize = 4;
 /// Pairs that must agree, at least, and as a share of all that could be laid; of fewer all must.
 const ENOUGH_PAIRS: usize = 5;
 const LEAST_SHARE: f64 = 0.4;
-const LEAST_PAIRS: usize = 3;
+const LEAST_PAIRS: usize = 2;
 
 /// A squared distance that pairs of the same point exceed once in a hundred: chi-square of two.
 const SAME: f64 = 9.2;
@@ -85,6 +94,7 @@ impl OwnMotion {
             believed: Believed::default(),
             told: PlanarPose::default(),
             looks: 0,
+            blind: 0,
             random: Random::stream(seed, 0x6d6f_7469),
         }
     }
@@ -107,11 +117,16 @@ impl OwnMotion {
             let told = self.told;
             self.found(corners, &guess, &told)
         };
-        let (believed, pairs) = found?;
-        self.believed = believed;
-        self.told = PlanarPose::default();
-        self.learn(corners, &pairs);
-        Some(believed)
+        if let Some((believed, pairs)) = found {
+            self.believed = believed;
+            (self.told, self.blind) = (PlanarPose::default(), 0);
+            self.learn(corners, &pairs);
+            return Some(believed);
+        }
+        // Without corners to go by the wheels are believed for a while: they cannot do much otherwise.
+        self.blind += 1;
+        let covariance = self.believed.covariance + amiss(&self.told, guess.heading);
+        (self.blind <= BLIND).then_some(Believed { pose: guess, covariance })
     }
 
     /// Pose and agreeing pairs: by one narrow search, or a wider one.
@@ -209,8 +224,9 @@ impl OwnMotion {
         }
         let mut pose = best.1;
         let mut covariance = Matrix3::zeros();
+        let prior = (*guess, amiss(&self.told, guess.heading).try_inverse()?);
         for _ in 0..5 {
-            (pose, covariance) = refined(&pairs, &pose)?;
+            (pose, covariance) = refined(&pairs, &pose, &prior)?;
         }
         let kept = nearest(pairs, &pose);
         let most = kept.len() as f64 >= LEAST_SHARE * total as f64;
@@ -264,6 +280,20 @@ impl OwnMotion {
         let now = self.looks;
         self.landmarks.retain(|known| known.times > 1 || now - known.last < PATIENCE);
     }
+}
+
+/// The covariance of where a command leads, on the ground and in heading.
+fn amiss(told: &PlanarPose, heading: f64) -> Matrix3<f64> {
+    let distance = USUALLY_AMISS * told.place().coords.norm() + USUALLY_AMISS_AT_REST[0];
+    let turn = USUALLY_AMISS * told.heading.abs() + USUALLY_AMISS_AT_REST[1];
+    // Aside it goes only as far as its heading errs over the way.
+    let aside = turn * told.place().coords.norm() + USUALLY_AMISS_AT_REST[0];
+    let own = Matrix2::new(aside * aside, 0.0, 0.0, distance * distance);
+    let place = turned(&own, heading);
+    let mut covariance = Matrix3::zeros();
+    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&place);
+    covariance[(2, 2)] = turn * turn;
+    covariance
 }
 
 fn on_ground(covariance: &Matrix3<f64>) -> Matrix2<f64> {
@@ -334,8 +364,16 @@ fn nearest(pairs: Vec<Pair>, pose: &PlanarPose) -> Vec<Pair> {
 }
 
 /// One step of weighted least squares over the pairs that agree; far ones count little (Huber).
-fn refined(pairs: &[Pair], pose: &PlanarPose) -> Option<(PlanarPose, Matrix3<f64>)> {
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+fn refined(
+    pairs: &[Pair],
+    pose: &PlanarPose,
+    (guess, information): &(PlanarPose, Matrix3<f64>),
+) -> Option<(PlanarPose, Matrix3<f64>)> {
+    // Wheels that slip do far otherwise: what they were told counts little then.
+    let heading = wrapped(guess.heading - pose.heading);
+    let off = Vector3::new(guess.x - pose.x, guess.z - pose.z, heading);
+    let share = 1.5 / off.dot(&(information * off)).max(0.0).sqrt().max(1.5);
+    let (mut normal, mut right) = (information * share, information * off * share);
     for pair in pairs {
         let distance2 = distance2(pair, pose);
         if distance2 > 2.0 * SAME {

@@ -8,6 +8,7 @@ use super::{
     gradient::Gradient,
 };
 use crate::geometry::Pixel;
+use nalgebra::Vector2;
 use rayon::prelude::*;
 
 /// A corner seen by both cameras.
@@ -22,6 +23,17 @@ pub struct CornerMatch {
     /// How far aside of the curve it was found, in pixels; positive to the right of someone who goes
     /// along it from near to far.
     pub aside: f64,
+    /// Unit vector from near to far along the curve.
+    direction: Vector2<f64>,
+}
+
+impl CornerMatch {
+    /// How far along its curve's direction a corner lies in the second picture, in pixels: what a turn of
+    /// that picture moves it aside by, for each radian.
+    #[must_use]
+    pub fn lever(&self) -> f64 {
+        self.second.coords.dot(&self.direction)
+    }
 }
 
 /// How alike windows of the same corner are at least.
@@ -61,8 +73,9 @@ pub fn match_corners(
             .filter(|(place, _)| (place - at).norm() > 3.0)
             .fold(next - 1.0, |worst, (_, alike)| worst.max(alike));
         let off = off_curve(&curve, at)?;
+        let direction = (curve.last()?.other - curve.first()?.other).try_normalize(1e-9)?;
         (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside)
-            .then_some(CornerMatch { first: corner.at, second: at, look: corner.look, aside: off })
+            .then_some(CornerMatch { first: corner.at, second: at, look: corner.look, aside: off, direction })
     };
     first.par_iter().filter_map(found).collect()
 }

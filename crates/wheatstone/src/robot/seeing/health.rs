@@ -56,6 +56,8 @@ pub(super) struct Seen<'a> {
     pub(super) corners: [usize; 2],
     /// Edges in each picture.
     pub(super) edges: [usize; 2],
+    /// Mean grey of each picture.
+    pub(super) greys: [f64; 2],
     pub(super) matched: &'a [SeenCorner],
     pub(super) located: &'a [LocatedEdge],
 }
@@ -70,6 +72,8 @@ pub struct Health {
     floors: Vec<[f64; 3]>,
     /// How far the map errs at its own points, in centimetres: so uneven the floor may seem.
     uneven: f64,
+    /// Mean greys of the two pictures.
+    greys: Vec<[f64; 2]>,
 }
 
 /// Pictures that are remembered: those of a calibration that holds scatter about their median.
@@ -93,7 +97,7 @@ impl Health {
         let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
         let own_error = if own_error.is_finite() { own_error } else { 0.0 };
         let uneven = calibration.training.rms;
-        Self { own_error, shares: Vec::new(), floors: Vec::new(), uneven }
+        Self { own_error, shares: Vec::new(), floors: Vec::new(), uneven, greys: Vec::new() }
     }
 
     /// How far from their curves the chart's points were, in pixels.
@@ -110,11 +114,13 @@ impl Health {
         look_aside: &dyn Fn(f64) -> Vec<CornerMatch>,
     ) -> (Trust, Option<Complaint>) {
         if let Some(camera) = (0..2).find(|camera| seen.edges[*camera] < LEAST_EDGES) {
-            // A plain wall close by empties both pictures; a covered lens empties one.
-            let other = seen.edges[1 - camera];
-            let trust = if other > 4 * LEAST_EDGES { Trust::Broken } else { Trust::Poor };
+            // A plain wall close by empties a picture; a covered lens darkens it too.
+            let usual = median(&self.greys.iter().map(|grey| grey[camera]).collect::<Vec<f64>>());
+            let dark = seen.greys[camera] < if self.greys.is_empty() { DARK } else { usual / 3.0 };
+            let trust = if dark { Trust::Broken } else { Trust::Poor };
             return (trust, Some(Complaint::Blind { camera: camera + 1 }));
         }
+        remember(&mut self.greys, seen.greys);
         if let Some(complaint) = self.aside(seen).or_else(|| self.tilt(seen)) {
             return (Trust::Broken, Some(complaint));
         }
@@ -169,11 +175,18 @@ impl Health {
     }
 }
 
+/// A picture in which nothing is lit, in grey levels of 255.
+const DARK: f64 = 12.0;
+
 /// Corners fewer than these say nothing of the calibration.
 const LEAST_MATCHED: usize = 8;
 
 /// And fewer than these nothing of where the robot is.
 const LEAST_TO_GO_BY: usize = 4;
+
+/// How much farther aside corners lie for every pixel along the picture, at most: a turn of three degrees
+/// about the optical axis.
+const STEEPEST: f64 = 0.05;
 
 /// How far beside the curves corners are sought that were not found near them: a knock of two degrees.
 const WIDE: f64 = 25.0;
@@ -192,11 +205,34 @@ fn remember<T>(known: &mut Vec<T>, new: T) {
 }
 
 /// How far beside their curves corners lie, where many more are found too far from them than the
-/// `near` ones that are not.
+/// `near` ones that are not, and agree on how a camera would have been turned: to first order that shifts
+/// corners aside by an amount that grows straight along the curve's normal as the picture turns.
 fn moved(matches: &[CornerMatch], (limit, near): (f64, usize)) -> Option<f64> {
-    let off: Vec<f64> =
-        matches.iter().map(|corner| corner.aside.abs()).filter(|off| *off > limit).collect();
-    (off.len() >= LEAST_MATCHED.max(2 * near)).then(|| median(&off))
+    const AGREE: f64 = 1.2;
+    let all: Vec<[f64; 2]> =
+        matches.iter().map(|corner| [corner.lever(), corner.aside]).collect();
+    let mut best: Vec<f64> = Vec::new();
+    for (index, first) in all.iter().enumerate() {
+        for second in &all[index + 1..] {
+            let slope = (second[1] - first[1]) / (second[0] - first[0]);
+            // A camera that was knocked turned by few degrees.
+            if slope.abs() > STEEPEST {
+                continue;
+            }
+            let line = |lever: f64| first[1] + slope * (lever - first[0]);
+            let agreeing: Vec<f64> = all
+                .iter()
+                .filter(|[lever, aside]| (aside - line(*lever)).abs() < AGREE)
+                .map(|[_, aside]| aside.abs())
+                .collect();
+            if agreeing.len() > best.len() {
+                best = agreeing;
+            }
+        }
+    }
+    let off = best.iter().filter(|aside| **aside > limit).count();
+    let enough = off >= LEAST_MATCHED.max(2 * near) && 2 * best.len() >= all.len();
+    enough.then(|| median(&best))
 }
 
 fn beside(atlas: &Atlas, first: Pixel, second: Pixel) -> Option<f64> {

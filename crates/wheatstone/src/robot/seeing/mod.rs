@@ -107,6 +107,7 @@ impl Observer {
         let seen = health::Seen {
             corners: [first.2.len(), second.2.len()],
             edges: [first.1.all.len(), second.1.all.len()],
+            greys: [0, 1].map(|camera| mean_grey(&pictures[camera])),
             matched: &corners,
             located: &edges,
         };
@@ -157,6 +158,12 @@ impl Observer {
         Some((located.point, located.covariance * (worse * worse)))
     }
 }
+/// Mean grey level of a picture.
+fn mean_grey(picture: &GrayImage) -> f64 {
+    let values = picture.values();
+    values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len().max(1) as f64
+}
+
 impl Observer {
     #[doc(hidden)]
     pub fn debug_corners(&self, pictures: &[GrayImage; 2]) -> [Vec<Pixel>; 2] {
