@@ -118,7 +118,7 @@ impl Map {
         look.read(self, scene, believed);
         look.tell(&mut self.odds, weight as f32);
         self.look = look;
-        self.free_disc(believed.pose.place(), ROBOT_RADIUS - CELL);
+        self.free_disc(believed.pose.place(), ROBOT_RADIUS - 0.5 * CELL);
     }
 
     /// Makes obstacles within a radius of a place less certain by a factor, so that the next looks
