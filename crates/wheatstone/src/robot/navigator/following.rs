@@ -39,6 +39,9 @@ const LEAST: f64 = 1.2;
 /// It stops within this distance beyond a step, in centimetres, which must be free as well.
 const BRAKING: f64 = 3.0;
 
+/// Distances over the raster are met to this, in centimetres: a quarter of a cell.
+const GRAIN: f64 = 0.5;
+
 /// Beyond these standard deviations the robot goes slowly: centimetres and radians. At that, an
 /// obstacle seen some steps ago may stand beside the robot instead.
 const DOUBT: [f64; 2] = [12.0, 0.12];
@@ -112,7 +115,7 @@ impl Navigator {
         // known to be free, so that it meets nothing by that.
         let here = fields(pose.place());
         let near = here[0].min(ROBOT_RADIUS + LEAST) - 1e-6;
-        let sure = here[1].min(ROBOT_RADIUS) - 1e-6;
+        let sure = here[1].min(ROBOT_RADIUS) - GRAIN;
         let length = velocity.forward.abs() * self.period;
         let seconds = self.period * (length + BRAKING) / length.max(1e-9);
         const PARTS: usize = 4;

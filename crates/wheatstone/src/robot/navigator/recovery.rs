@@ -2,7 +2,11 @@
 //! give up.
 
 use super::{Activity, Decision, Navigator, Reason, following::TURN};
-use crate::robot::{Believed, Ground, Velocity, plan::{IN_SIGHT, Terrain}, wrapped};
+use crate::robot::{
+    Believed, Ground, Velocity,
+    plan::{IN_SIGHT, Terrain},
+    wrapped,
+};
 
 /// Something that takes many steps.
 #[derive(Clone, Copy, Debug)]

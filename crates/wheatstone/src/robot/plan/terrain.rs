@@ -25,7 +25,7 @@ const UNSEEN: f32 = 1.8;
 
 /// Floor that was not seen counts where a disc of this radius fits into it, in centimetres: thinner
 /// slivers between what was seen hide nothing that stands on the floor.
-const SLIVER: f32 = 3.0;
+const SLIVER: f32 = 4.0;
 
 /// Distances and costs over the map, as it is at one moment.
 #[derive(Clone, Debug)]
