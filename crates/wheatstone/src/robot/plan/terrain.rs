@@ -27,6 +27,11 @@ const UNSEEN: f32 = 1.8;
 /// slivers between what was seen hide nothing that stands on the floor.
 const SLIVER: f32 = 4.0;
 
+/// Distances are measured so far and no farther, in cells: to where nearness costs nothing any more,
+/// and as far as slivers are thick.
+const REACH: usize = 16;
+const NEAR: usize = 4;
+
 /// Distances and costs over the map, as it is at one moment.
 #[derive(Clone, Debug)]
 pub struct Terrain {
@@ -49,10 +54,10 @@ impl Terrain {
         let cells = || (0..map.rows()).flat_map(|z| (0..columns).map(move |x| map.cell(x, z)));
         let occupied: Vec<bool> = cells().map(|cell| cell == Cell::Occupied).collect();
         let known: Vec<bool> = cells().map(|cell| cell != Cell::Unknown).collect();
-        let clearance = distances(columns, &occupied);
+        let clearance = distances(columns, &occupied, REACH);
         let hidden: Vec<bool> =
-            distances(columns, &known).into_iter().map(|unseen| unseen > SLIVER).collect();
-        let sure: Vec<f32> = distances(columns, &hidden)
+            distances(columns, &known, NEAR).into_iter().map(|unseen| unseen > SLIVER).collect();
+        let sure: Vec<f32> = distances(columns, &hidden, REACH)
             .iter()
             .zip(&clearance)
             .map(|(hidden, clearance)| clearance.min(hidden - SLIVER))
