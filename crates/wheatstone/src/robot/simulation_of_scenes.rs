@@ -35,6 +35,10 @@ pub struct Faults {
     pub missed_feet: f64,
     /// How often stretches run on to its upper edge.
     pub overrun_feet: f64,
+    /// Share of columns in which a foot or an upper edge shows a point.
+    pub edge_points: f64,
+    /// Floor nearer than this ahead of the eye is not seen, nor farther than that, in centimetres.
+    pub floor: [f64; 2],
     /// Share of looks whose motion is not found.
     pub lost: f64,
     /// Standard deviations that a step adds to where the robot believes itself: centimetres, radians.
@@ -49,6 +53,8 @@ impl Default for Faults {
             missed_columns: 0.05,
             missed_feet: 0.15,
             overrun_feet: 0.015,
+            edge_points: 0.1,
+            floor: [EYE[0] / STEEPEST, 320.0],
             lost: 0.005,
             drift: [0.1, 0.1_f64.to_radians()],
         }
@@ -186,7 +192,7 @@ impl Simulated {
         let mut stretches = Vec::new();
         for (column, hits) in rays.iter().enumerate() {
             let slant = direction_slant(column);
-            let near = EYE[0] / STEEPEST * slant;
+            let near = self.faults.floor[0] * slant;
             let hidden = hits.iter().any(|hit| {
                 hit.enter < near
                     && (hit.exit.min(near) == near
@@ -211,8 +217,8 @@ impl Simulated {
             if self.chance(self.faults.wrong_stretches) {
                 (end, blocked) = (self.random.uniform(near, 300.0), self.chance(0.5));
             }
-            if end > 320.0 {
-                (end, blocked) = (320.0, false);
+            if end > self.faults.floor[1] {
+                (end, blocked) = (self.faults.floor[1], false);
             }
             if end > near + 1.0 {
                 let at = |distance: f64| Ground::new(0.0, EYE[1]) + direction(column) * distance;
@@ -239,7 +245,7 @@ impl Simulated {
                 }
             }
             for height in [0.0, hit.height] {
-                if self.chance(0.1) {
+                if self.chance(self.faults.edge_points) {
                     self.point(&mut points, column, hit.enter, height);
                 }
             }

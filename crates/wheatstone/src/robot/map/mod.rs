@@ -127,6 +127,16 @@ impl Map {
         self.change_disc(centre, radius, |odds| odds.min(odds * factor as f32));
     }
 
+    /// Takes what was not seen within a radius of a place half for an obstacle: it was looked at, and
+    /// shows nothing. Twice is enough to bar the way until it is seen to be free.
+    pub fn suspect(&mut self, centre: Ground, radius: f64) {
+        let unknown = FREE..=OCCUPIED;
+        let more = 0.6 * OCCUPIED;
+        self.change_disc(centre, radius, |odds| {
+            if unknown.contains(&odds) { odds.max(0.0) + more } else { odds }
+        });
+    }
+
     /// Makes a disc known free.
     fn free_disc(&mut self, centre: Ground, radius: f64) {
         self.change_disc(centre, radius, |_| SUREST[0]);

@@ -83,7 +83,7 @@ impl Navigator {
         if error.abs() > FACED {
             return self.turn(error, "turning to the way before driving on");
         }
-        self.recover(believed, terrain, "something stands on the way")
+        self.recover(believed, "something stands on the way")
     }
 
     /// A place on the way, [`AHEAD`] along it.

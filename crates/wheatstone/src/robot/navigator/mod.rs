@@ -7,7 +7,7 @@ mod recovery;
 use super::{
     Believed, Ground, Velocity,
     map::Map,
-    plan::{MARGIN, Terrain, Way},
+    plan::{MARGIN, TIGHT, Terrain, Way},
     scene::{Scene, Trust},
 };
 use recovery::Manoeuvre;
@@ -171,10 +171,13 @@ impl Navigator {
             return Decision::Drive(velocity);
         }
         if self.plan(believed, &terrain) {
-            self.follow(believed, &terrain, scene.trust)
-        } else {
-            self.recover(believed, &terrain, "no way is known")
+            return self.follow(believed, &terrain, scene.trust);
         }
+        let tight = Terrain::new(&self.map, TIGHT);
+        if self.plan(believed, &tight) {
+            return self.follow(believed, &tight, scene.trust);
+        }
+        self.recover(believed, "no way is known")
     }
 
     /// Whether the robot is as near to the goal as it will come.

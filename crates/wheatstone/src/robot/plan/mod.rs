@@ -5,7 +5,7 @@ mod distance;
 mod search;
 mod terrain;
 
-pub use terrain::{MARGIN, Terrain};
+pub use terrain::{MARGIN, TIGHT, Terrain};
 
 use super::{
     Ground,

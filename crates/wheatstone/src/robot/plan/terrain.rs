@@ -10,7 +10,10 @@ use nalgebra::Vector2;
 
 /// Ways keep this far from what stands on the floor, beyond the robot's rim, in centimetres: the
 /// narrowest gap leaves 7.2 beside the robot, and smeared edges and the raster take 3 of them.
-pub const MARGIN: f64 = 2.5;
+pub const MARGIN: f64 = 3.5;
+
+/// Where no way keeps that, they keep this: what the robot strays from its way, and the raster.
+pub const TIGHT: f64 = 2.0;
 
 /// Nearer than this beyond its rim the robot rather keeps away, in centimetres: what is left beside it
 /// then covers how far it strays from its way ten times over.
