@@ -2,11 +2,7 @@
 //! give up.
 
 use super::{Activity, Decision, Navigator, Reason, following::TURN};
-use crate::robot::{
-    Believed, Ground, Velocity,
-    plan::{IN_SIGHT, Terrain},
-    wrapped,
-};
+use crate::robot::{Believed, Ground, Velocity, plan::Terrain, wrapped};
 
 /// Something that takes many steps.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +60,7 @@ impl Navigator {
             }
             Manoeuvre::Back { left, unseen } => {
                 let back = Velocity { forward: -BACKING / self.period, turn: 0.0 };
-                let far = (believed.pose.place() - unseen).norm() > IN_SIGHT;
+                let far = (believed.pose.place() - unseen).norm() > self.map.sight();
                 if far || left <= 0.0 || !self.is_free(&believed.pose, back, terrain) {
                     self.manoeuvre = Some(Manoeuvre::Face { unseen });
                     return self.manoeuvre(believed, terrain);
@@ -94,7 +90,7 @@ impl Navigator {
     ) -> Decision {
         let own = believed.pose.inverse_transform(unseen);
         let error = libm::atan2(own.x, own.y);
-        let near = own.coords.norm() < IN_SIGHT;
+        let near = own.coords.norm() < self.map.sight();
         if !near && error.abs() > ASIDE {
             return self.turn(error, "the next stretch was not seen");
         }
