@@ -13,6 +13,8 @@ pub mod world;
 pub mod map;
 pub mod plan;
 pub mod navigator;
+#[cfg(test)]
+mod simulation_of_scenes;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use nalgebra::{Matrix3, Point2};

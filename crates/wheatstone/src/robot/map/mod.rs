@@ -4,6 +4,8 @@
 //! doi:10.1109/ROBOT.1985.1087316). Evidence is bounded, so that the map can change its mind.
 
 mod evidence;
+#[cfg(test)]
+mod tests;
 
 use super::{Believed, Ground, scene::Scene, world::ROBOT_RADIUS};
 use evidence::Look;

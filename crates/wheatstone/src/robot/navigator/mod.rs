@@ -3,6 +3,8 @@
 
 mod following;
 mod recovery;
+#[cfg(test)]
+mod tests;
 
 use super::{
     Believed, Ground, Velocity,

@@ -4,6 +4,8 @@
 mod distance;
 mod search;
 mod terrain;
+#[cfg(test)]
+mod tests;
 
 pub use terrain::{MARGIN, TIGHT, Terrain};
 

@@ -21,7 +21,7 @@ const COMFORT: f32 = 14.0;
 
 /// A centimetre on the margin costs so much more than one in the open. Ways through the narrowest gaps
 /// must stay cheaper than a detour of a few gaps' lengths.
-const NEARNESS: f32 = 3.0;
+const NEARNESS: f32 = 6.0;
 
 /// A centimetre over floor that was not seen costs so much: it may prove barred.
 const UNSEEN: f32 = 1.8;
