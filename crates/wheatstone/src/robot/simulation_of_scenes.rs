@@ -24,21 +24,25 @@ const FLATTEST: f64 = 0.026;
 
 /// How wrong the pictures are.
 #[derive(Clone, Copy, Debug)]
-pub struct Faults {
+pub(crate) struct Faults {
     /// Share of points that are somewhere along their ray.
-    pub wrong_points: f64,
+    pub(crate) wrong_points: f64,
     /// Share of columns whose stretch ends anywhere.
-    pub wrong_stretches: f64,
+    pub(crate) wrong_stretches: f64,
     /// Share of columns of which nothing is known.
-    pub missed_columns: f64,
+    pub(crate) missed_columns: f64,
     /// How often an obstacle's foot is not seen, so that stretches end before it.
-    pub missed_feet: f64,
+    pub(crate) missed_feet: f64,
     /// How often stretches run on to its upper edge.
-    pub overrun_feet: f64,
+    pub(crate) overrun_feet: f64,
+    /// Share of columns in which a foot or an upper edge shows a point.
+    pub(crate) edge_points: f64,
+    /// Floor nearer than this ahead of the eye is not seen, nor farther than that, in centimetres.
+    pub(crate) floor: [f64; 2],
     /// Share of looks whose motion is not found.
-    pub lost: f64,
+    pub(crate) lost: f64,
     /// Standard deviations that a step adds to where the robot believes itself: centimetres, radians.
-    pub drift: [f64; 2],
+    pub(crate) drift: [f64; 2],
 }
 
 impl Default for Faults {
@@ -49,6 +53,8 @@ impl Default for Faults {
             missed_columns: 0.05,
             missed_feet: 0.15,
             overrun_feet: 0.015,
+            edge_points: 0.1,
+            floor: [EYE[0] / STEEPEST, 320.0],
             lost: 0.005,
             drift: [0.1, 0.1_f64.to_radians()],
         }
@@ -57,13 +63,13 @@ impl Default for Faults {
 
 /// A simulated robot.
 #[derive(Clone, Debug)]
-pub struct Simulated {
-    pub world: World,
-    pub truth: PlanarPose,
-    pub believed: Believed,
-    pub faults: Faults,
+pub(crate) struct Simulated {
+    pub(crate) world: World,
+    pub(crate) truth: PlanarPose,
+    pub(crate) believed: Believed,
+    pub(crate) faults: Faults,
     /// The least clearance that it ever had, in centimetres.
-    pub least: f64,
+    pub(crate) least: f64,
     random: Random,
     /// The wheels' lasting error, as shares of forward and turn.
     bias: [f64; 2],
@@ -80,11 +86,11 @@ struct Hit {
 }
 
 impl Simulated {
-    pub fn new(seed: u64, faults: Faults) -> Self {
-        let mut random = Random::stream(seed, 0x5ce_0e5);
+    pub(crate) fn new(world: World, faults: Faults) -> Self {
+        let mut random = Random::stream(world.seed, 0x5ce_0e5);
         let bias = [0.05 * random.normal(), 0.05 * random.normal()];
         Self {
-            world: World::new(seed),
+            world,
             truth: PlanarPose::default(),
             believed: Believed::default(),
             faults,
@@ -95,7 +101,7 @@ impl Simulated {
     }
 
     /// Drives, and moves the belief along with its drift.
-    pub fn drive(&mut self, velocity: Velocity, period: f64) {
+    pub(crate) fn drive(&mut self, velocity: Velocity, period: f64) {
         for bias in &mut self.bias {
             *bias = (*bias + 0.005 * self.random.normal()).clamp(-0.08, 0.08);
         }
@@ -133,7 +139,7 @@ impl Simulated {
     }
 
     /// What is seen, and where the robot believes itself to be.
-    pub fn look(&mut self) -> (Scene, Option<Believed>) {
+    pub(crate) fn look(&mut self) -> (Scene, Option<Believed>) {
         let lost = self.random.uniform(0.0, 1.0) < self.faults.lost;
         let rays: Vec<Vec<Hit>> = (0..COLUMNS).map(|column| self.hits(column)).collect();
         let clear = self.stretches(&rays);
@@ -186,11 +192,10 @@ impl Simulated {
         let mut stretches = Vec::new();
         for (column, hits) in rays.iter().enumerate() {
             let slant = direction_slant(column);
-            let near = EYE[0] / STEEPEST * slant;
+            let near = self.faults.floor[0] * slant;
             let hidden = hits.iter().any(|hit| {
                 hit.enter < near
-                    && (hit.exit.min(near) == near
-                        || hit.height > EYE[0] * (1.0 - hit.exit / near))
+                    && (hit.exit.min(near) == near || hit.height > EYE[0] * (1.0 - hit.exit / near))
             });
             if hidden || self.chance(self.faults.missed_columns) {
                 continue;
@@ -211,12 +216,17 @@ impl Simulated {
             if self.chance(self.faults.wrong_stretches) {
                 (end, blocked) = (self.random.uniform(near, 300.0), self.chance(0.5));
             }
-            if end > 320.0 {
-                (end, blocked) = (320.0, false);
+            if end > self.faults.floor[1] {
+                (end, blocked) = (self.faults.floor[1], false);
             }
             if end > near + 1.0 {
                 let at = |distance: f64| Ground::new(0.0, EYE[1]) + direction(column) * distance;
-                stretches.push(Stretch { from: at(near), to: at(end), sigma: sigma + 0.2, blocked });
+                stretches.push(Stretch {
+                    from: at(near),
+                    to: at(end),
+                    sigma: sigma + 0.2,
+                    blocked,
+                });
             }
         }
         stretches
@@ -239,7 +249,7 @@ impl Simulated {
                 }
             }
             for height in [0.0, hit.height] {
-                if self.chance(0.1) {
+                if self.chance(self.faults.edge_points) {
                     self.point(&mut points, column, hit.enter, height);
                 }
             }
@@ -292,14 +302,19 @@ fn direction_slant(column: usize) -> f64 {
 }
 
 /// Where a ray enters and leaves an obstacle, and by which face.
-fn crossing(obstacle: &Obstacle, eye: Ground, direction: Vector2<f64>) -> Option<(f64, f64, usize)> {
+fn crossing(
+    obstacle: &Obstacle,
+    eye: Ground,
+    direction: Vector2<f64>,
+) -> Option<(f64, f64, usize)> {
     let origin = obstacle.own(eye);
     let along = obstacle.own(eye + direction) - origin;
     match obstacle.footprint {
         Footprint::Cylinder(radius) => {
             let half = along.dot(&origin.coords);
             let root = half * half - origin.coords.norm_squared() + radius * radius;
-            (root > 0.0 && -half > root.sqrt()).then(|| (-half - root.sqrt(), -half + root.sqrt(), 0))
+            (root > 0.0 && -half > root.sqrt())
+                .then(|| (-half - root.sqrt(), -half + root.sqrt(), 0))
         }
         Footprint::Box(half) => {
             let slab = |from: f64, step: f64, half: f64| {

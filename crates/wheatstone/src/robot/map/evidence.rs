@@ -32,9 +32,9 @@ const SAMPLES: [(f64, f32); 5] =
 /// counts is where things stand from the robot, and most of its error it shares with its map.
 const MOST_SMEAR: f64 = 1.5;
 
-/// A stretch that leads through what the map takes for an obstacle weakens that, so deep, in
-/// centimetres, and tells nothing of what lies behind: the map is right more often than a look that
-/// missed a foot. Else what is behind would count as seen, though the face were restored.
+/// A stretch that leads through what the map or the same look takes for an obstacle weakens what the
+/// map holds, so deep, in centimetres, and tells nothing of what lies behind: a foot is missed more often
+/// than an obstacle is invented. Else what is behind would count as seen, though the face were restored.
 const THROUGH: f64 = 6.0;
 
 /// Stretches whose directions differ by less than this have no unseen floor between, in radians: three
@@ -45,6 +45,9 @@ const NEIGHBOURS: f64 = 0.02;
 /// floor seen: an obstacle's least height over the eye's is a half; the rest covers that the way is
 /// counted from the middle between the wheels instead of from the eye.
 const SEEN_OVER: f64 = 0.6;
+
+/// A scene of fewer stretches does not tell where sight begins: the nearest may be hidden.
+const ENOUGH: usize = 20;
 
 /// The evidence of one look.
 #[derive(Clone, Debug, Default)]
@@ -64,11 +67,6 @@ impl Look {
 
     /// Takes up everything that a scene says.
     pub(super) fn read(&mut self, map: &Map, scene: &Scene, believed: &Believed) {
-        let stretches: Vec<Stretch> = scene.clear.iter().filter_map(within_sigma).collect();
-        for (at, stretch) in stretches.iter().enumerate() {
-            let next = stretches.get(at + 1).filter(|next| gap(stretch, next) < NEIGHBOURS);
-            self.sweep(map, believed, stretch, next.unwrap_or(stretch));
-        }
         for point in &scene.obstacles {
             self.point(map, believed, point, POINT);
         }
@@ -79,6 +77,11 @@ impl Look {
             let covariance = along * along.transpose() * stretch.sigma.powi(2);
             let foot = ScenePoint { place: stretch.to, covariance, height: 0.0 };
             self.point(map, believed, &foot, FOOT);
+        }
+        let stretches: Vec<Stretch> = scene.clear.iter().filter_map(within_sigma).collect();
+        for (at, stretch) in stretches.iter().enumerate() {
+            let next = stretches.get(at + 1).filter(|next| gap(stretch, next) < NEIGHBOURS);
+            self.sweep(map, believed, stretch, next.unwrap_or(stretch));
         }
     }
 
@@ -117,7 +120,7 @@ impl Look {
             for part in 0..parts {
                 let place = here + across * (part as f64 / parts as f64);
                 if let Some(index) = map.index_at(believed.pose.transform(place)) {
-                    let stands = map.odds[index] > OCCUPIED;
+                    let stands = map.odds[index] > OCCUPIED || self.stands[index] >= TRACE;
                     wall = if stands { wall.min(at) } else { wall };
                     if stands || at < wall {
                         self.touched.push(index);
@@ -145,6 +148,15 @@ impl Look {
             }
         }
     }
+}
+
+/// From where on a scene shows floor, in centimetres from the robot's middle, as far as it shows enough
+/// of it: what all but the nearest tenth of its stretches begin beyond, with what that tells of floor
+/// yet nearer, and two cells for the raster.
+pub(super) fn sight(scene: &Scene) -> Option<f64> {
+    let mut begins: Vec<f64> = scene.clear.iter().map(|s| s.from.coords.norm()).collect();
+    begins.sort_by(f64::total_cmp);
+    (begins.len() >= ENOUGH).then(|| SEEN_OVER * begins[begins.len() / 10] + 2.0 * CELL)
 }
 
 /// A stretch as far as it is sure to reach, if that is any way at all.

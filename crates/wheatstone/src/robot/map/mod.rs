@@ -4,6 +4,8 @@
 //! doi:10.1109/ROBOT.1985.1087316). Evidence is bounded, so that the map can change its mind.
 
 mod evidence;
+#[cfg(test)]
+mod tests;
 
 use super::{Believed, Ground, scene::Scene, world::ROBOT_RADIUS};
 use evidence::Look;
@@ -17,6 +19,9 @@ const MARGIN: f64 = 200.0;
 /// The floor's owner sets the robot down where this much beyond its rim is free, in centimetres.
 const FREE_AT_START: f64 = 28.0;
 
+/// The robot takes itself to see no floor nearer than this until it has seen any, in centimetres.
+const SIGHT: f64 = 60.0;
+
 /// Log odds stay between these. Floor that was seen free becomes an obstacle by two looks that agree,
 /// and the surest obstacle becomes free floor by six.
 const SUREST: [f32; 2] = [-2.4, 4.0];
@@ -24,8 +29,8 @@ const SUREST: [f32; 2] = [-2.4, 4.0];
 /// Above this something stands there: more than one lone point tells ([`evidence`]).
 const OCCUPIED: f32 = 1.0;
 
-/// Below this nothing does: one look that missed an obstacle is not enough, two are.
-const FREE: f32 = -1.2;
+/// Below this nothing does: two looks that missed an obstacle are not enough, three are.
+const FREE: f32 = -2.0;
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,6 +53,8 @@ pub struct Map {
     rows: usize,
     /// Log odds that something stands there, row by row.
     odds: Vec<f32>,
+    /// See [`Map::sight`].
+    sight: f64,
     /// What one look says, kept for its memory.
     look: Look,
 }
@@ -61,7 +68,8 @@ impl Map {
         let cells = |length: f64| ((length.abs() + 2.0 * MARGIN) / CELL).ceil() as usize;
         let (columns, rows) = (cells(goal.x), cells(goal.y));
         let look = Look::new(columns * rows);
-        let mut map = Self { corner, columns, rows, odds: vec![0.0; columns * rows], look };
+        let mut map =
+            Self { corner, columns, rows, odds: vec![0.0; columns * rows], sight: SIGHT, look };
         map.free_disc(Ground::origin(), ROBOT_RADIUS + FREE_AT_START);
         map
     }
@@ -117,14 +125,32 @@ impl Map {
         let mut look = std::mem::take(&mut self.look);
         look.read(self, scene, believed);
         look.tell(&mut self.odds, weight as f32);
+        self.sight = evidence::sight(scene).map_or(self.sight, |sight| sight.min(self.sight));
         self.look = look;
-        self.free_disc(believed.pose.place(), ROBOT_RADIUS - CELL);
+        self.free_disc(believed.pose.place(), ROBOT_RADIUS - 0.5 * CELL);
+    }
+
+    /// What lies nearer to the robot's middle than this it does not see, in centimetres, whichever way
+    /// it turns: learnt from where the stretches that it saw begin.
+    #[must_use]
+    pub fn sight(&self) -> f64 {
+        self.sight
     }
 
     /// Makes obstacles within a radius of a place less certain by a factor, so that the next looks
     /// decide.
     pub fn doubt(&mut self, centre: Ground, radius: f64, factor: f64) {
         self.change_disc(centre, radius, |odds| odds.min(odds * factor as f32));
+    }
+
+    /// Takes what was not seen within a radius of a place half for an obstacle: it was looked at, and
+    /// shows nothing. Twice is enough to bar the way until it is seen to be free.
+    pub fn suspect(&mut self, centre: Ground, radius: f64) {
+        let unknown = FREE..=OCCUPIED;
+        let more = 0.6 * OCCUPIED;
+        self.change_disc(centre, radius, |odds| {
+            if unknown.contains(&odds) { odds.max(0.0) + more } else { odds }
+        });
     }
 
     /// Makes a disc known free.

@@ -39,9 +39,8 @@ const LEAST: f64 = 1.2;
 /// It stops within this distance beyond a step, in centimetres, which must be free as well.
 const BRAKING: f64 = 3.0;
 
-/// Where what was not seen reaches under the robot's rim, a step must lead away from it by this, in
-/// centimetres.
-const LEAVING: f64 = 0.5;
+/// Distances over the raster are met to this, in centimetres: a quarter of a cell.
+const GRAIN: f64 = 0.5;
 
 /// Beyond these standard deviations the robot goes slowly: centimetres and radians. At that, an
 /// obstacle seen some steps ago may stand beside the robot instead.
@@ -84,7 +83,7 @@ impl Navigator {
         if error.abs() > FACED {
             return self.turn(error, "turning to the way before driving on");
         }
-        self.recover(believed, terrain, "something stands on the way")
+        self.recover(believed, "something stands on the way")
     }
 
     /// A place on the way, [`AHEAD`] along it.
@@ -112,16 +111,18 @@ impl Navigator {
     /// Whether a step leads over floor that is known to be free, braking included.
     pub(super) fn is_free(&self, pose: &PlanarPose, velocity: Velocity, terrain: &Terrain) -> bool {
         let fields = |place| [terrain.clearance(&self.map, place), terrain.sure(&self.map, place)];
-        // Where the robot already stands too near, it may leave.
+        // Where the robot already stands too near, it may go on as near as that. What is below it is
+        // known to be free, so that it meets nothing by that.
         let here = fields(pose.place());
         let near = here[0].min(ROBOT_RADIUS + LEAST) - 1e-6;
+        let sure = here[1].min(ROBOT_RADIUS) - GRAIN;
         let length = velocity.forward.abs() * self.period;
         let seconds = self.period * (length + BRAKING) / length.max(1e-9);
         const PARTS: usize = 4;
         (1..=PARTS).all(|part| {
             let along = velocity.motion(seconds * part as f64 / PARTS as f64);
             let there = fields(pose.then(&along).place());
-            there[0] >= near && (there[1] >= ROBOT_RADIUS || there[1] > here[1].max(0.0) + LEAVING)
+            there[0] >= near && there[1] >= sure
         })
     }
 

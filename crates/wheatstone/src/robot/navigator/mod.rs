@@ -3,11 +3,13 @@
 
 mod following;
 mod recovery;
+#[cfg(test)]
+mod tests;
 
 use super::{
     Believed, Ground, Velocity,
     map::Map,
-    plan::{MARGIN, Terrain, Way},
+    plan::{MARGIN, TIGHT, Terrain, Way},
     scene::{Scene, Trust},
 };
 use recovery::Manoeuvre;
@@ -66,7 +68,7 @@ const CLOSE: f64 = 4.0;
 /// picture torn in transmission.
 const BROKEN: usize = 3;
 
-/// Looks after which the robot gives up: five times what the longest of two hundred ways took.
+/// Looks after which the robot gives up: three times what the longest of two hundred ways took.
 const MOST_STEPS: usize = 1000;
 
 /// A look that says little counts half.
@@ -171,10 +173,13 @@ impl Navigator {
             return Decision::Drive(velocity);
         }
         if self.plan(believed, &terrain) {
-            self.follow(believed, &terrain, scene.trust)
-        } else {
-            self.recover(believed, &terrain, "no way is known")
+            return self.follow(believed, &terrain, scene.trust);
         }
+        let tight = Terrain::new(&self.map, TIGHT);
+        if self.plan(believed, &tight) {
+            return self.follow(believed, &tight, scene.trust);
+        }
+        self.recover(believed, "no way is known")
     }
 
     /// Whether the robot is as near to the goal as it will come.

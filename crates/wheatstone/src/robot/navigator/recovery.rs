@@ -2,11 +2,7 @@
 //! give up.
 
 use super::{Activity, Decision, Navigator, Reason, following::TURN};
-use crate::robot::{
-    Believed, Ground, Velocity,
-    plan::{IN_SIGHT, Terrain},
-    wrapped,
-};
+use crate::robot::{Believed, Ground, Velocity, plan::Terrain, wrapped};
 
 /// Something that takes many steps.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +16,11 @@ pub(super) enum Manoeuvre {
 }
 
 /// Looks in a row at unseen floor after which the robot tries something else.
-const STARED: usize = 2;
+const STARED: usize = 1;
+
+/// What stays unseen within this distance of what was looked at is suspected, in centimetres: half a
+/// body.
+const SUSPECTED: f64 = 6.0;
 
 /// Looks without motion during which the robot stands, and after which it gives up.
 const STANDING: usize = 2;
@@ -33,6 +33,10 @@ const RECOVERIES: usize = 8;
 /// centimetres.
 const BACK: f64 = 24.0;
 const BACKING: f64 = 4.0;
+
+/// Every third time it doubts its map: what it takes for an obstacle may be a mistake that it does not
+/// see again from where it stands.
+const DOUBTING: usize = 3;
 
 /// The map is doubted within this distance, in centimetres, and by this factor: the surest obstacle is
 /// no more than a guess then.
@@ -47,7 +51,7 @@ impl Navigator {
         match self.manoeuvre? {
             Manoeuvre::LookAbout { left, heading } => {
                 let left = left - wrapped(believed.pose.heading - heading);
-                let done = left.abs() < 0.5 * TURN || left * self.sense() < 0.0;
+                let done = left.abs() < 0.5 * TURN;
                 self.manoeuvre = (!done)
                     .then_some(Manoeuvre::LookAbout { left, heading: believed.pose.heading });
                 self.activity = Activity::Looking;
@@ -56,7 +60,7 @@ impl Navigator {
             }
             Manoeuvre::Back { left, unseen } => {
                 let back = Velocity { forward: -BACKING / self.period, turn: 0.0 };
-                let far = (believed.pose.place() - unseen).norm() > IN_SIGHT;
+                let far = (believed.pose.place() - unseen).norm() > self.map.sight();
                 if far || left <= 0.0 || !self.is_free(&believed.pose, back, terrain) {
                     self.manoeuvre = Some(Manoeuvre::Face { unseen });
                     return self.manoeuvre(believed, terrain);
@@ -77,11 +81,6 @@ impl Navigator {
         }
     }
 
-    /// Which way the look about turns.
-    fn sense(&self) -> f64 {
-        if self.recoveries % 2 == 0 { -1.0 } else { 1.0 }
-    }
-
     /// Looks at a place on the next stretch of the way that was not seen.
     pub(super) fn look_at(
         &mut self,
@@ -91,7 +90,7 @@ impl Navigator {
     ) -> Decision {
         let own = believed.pose.inverse_transform(unseen);
         let error = libm::atan2(own.x, own.y);
-        let near = own.coords.norm() < IN_SIGHT;
+        let near = own.coords.norm() < self.map.sight();
         if !near && error.abs() > ASIDE {
             return self.turn(error, "the next stretch was not seen");
         }
@@ -99,6 +98,7 @@ impl Navigator {
         if self.stared <= STARED {
             return self.wait("the next stretch was not seen: looking again");
         }
+        self.map.suspect(unseen, SUSPECTED);
         if near && self.stared == STARED + 1 {
             self.manoeuvre = Some(Manoeuvre::Back { left: BACK, unseen });
             if let Some(velocity) = self.manoeuvre(believed, terrain) {
@@ -107,30 +107,26 @@ impl Navigator {
             }
         }
         self.stared = 0;
-        self.recover(believed, terrain, "the next stretch stays unseen")
+        self.recover(believed, "the next stretch stays unseen")
     }
 
-    /// Tries to find a way again, each time by a stronger means.
-    pub(super) fn recover(
-        &mut self,
-        believed: &Believed,
-        terrain: &Terrain,
-        why: &'static str,
-    ) -> Decision {
+    /// Tries to find a way again by looking about, after which the map is believed less and less.
+    pub(super) fn recover(&mut self, believed: &Believed, why: &'static str) -> Decision {
         self.recoveries += 1;
         if self.recoveries > RECOVERIES {
             return self
                 .stop(Reason::NoWay, "no way was found after looking about again and again");
         }
         let pose = believed.pose;
-        if self.recoveries % 2 == 0 {
+        if self.recoveries.is_multiple_of(DOUBTING) {
             self.map.doubt(pose.place(), DOUBTED.0, DOUBTED.1);
         }
-        let left = self.sense() * std::f64::consts::TAU;
+        let sense = if self.recoveries.is_multiple_of(2) { -1.0 } else { 1.0 };
+        let left = sense * std::f64::consts::TAU;
         self.manoeuvre = Some(Manoeuvre::LookAbout { left, heading: pose.heading });
+        self.activity = Activity::Looking;
         self.why = why;
-        let velocity = self.manoeuvre(believed, terrain).unwrap_or(Velocity::STOP);
-        Decision::Drive(velocity)
+        Decision::Drive(Velocity { forward: 0.0, turn: sense * TURN / self.period })
     }
 
     /// Stands, then turns back to where it last knew its motion.

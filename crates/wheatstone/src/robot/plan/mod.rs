@@ -4,8 +4,10 @@
 mod distance;
 mod search;
 mod terrain;
+#[cfg(test)]
+mod tests;
 
-pub use terrain::{MARGIN, Terrain};
+pub use terrain::{MARGIN, TIGHT, Terrain};
 
 use super::{
     Ground,
@@ -16,11 +18,6 @@ use search::search;
 /// A robot that stands nearer to something than ways lead may still leave: within this distance of
 /// where it stands, in centimetres, ways may lead as near as that.
 const LEAVING: f64 = 16.0;
-
-/// What lies nearer to the robot's middle than this it does not see, in centimetres, whichever way it
-/// turns: the nearest floor that shows in the picture, with what [`crate::robot::map`] infers of floor
-/// yet nearer.
-pub const IN_SIGHT: f64 = 32.0;
 
 /// Floor that was not seen and is too near to be seen costs so much more: the way had better lead
 /// elsewhere, if only until it comes into sight.
@@ -99,7 +96,7 @@ impl Terrain {
             return cost;
         }
         match (self.place(map, cell) - from).norm() {
-            away if cost.is_finite() && away < IN_SIGHT => cost * TOO_NEAR,
+            away if cost.is_finite() && away < map.sight() => cost * TOO_NEAR,
             away if !cost.is_finite() && away < LEAVING => self.cost_of_leaving(map, from, cell),
             _ => cost,
         }

@@ -10,7 +10,10 @@ use nalgebra::Vector2;
 
 /// Ways keep this far from what stands on the floor, beyond the robot's rim, in centimetres: the
 /// narrowest gap leaves 7.2 beside the robot, and smeared edges and the raster take 3 of them.
-pub const MARGIN: f64 = 2.5;
+pub const MARGIN: f64 = 3.5;
+
+/// Where no way keeps that, they keep this: what the robot strays from its way, and the raster.
+pub const TIGHT: f64 = 2.0;
 
 /// Nearer than this beyond its rim the robot rather keeps away, in centimetres: what is left beside it
 /// then covers how far it strays from its way ten times over.
@@ -18,14 +21,19 @@ const COMFORT: f32 = 14.0;
 
 /// A centimetre on the margin costs so much more than one in the open. Ways through the narrowest gaps
 /// must stay cheaper than a detour of a few gaps' lengths.
-const NEARNESS: f32 = 3.0;
+const NEARNESS: f32 = 6.0;
 
 /// A centimetre over floor that was not seen costs so much: it may prove barred.
 const UNSEEN: f32 = 1.8;
 
 /// Floor that was not seen counts where a disc of this radius fits into it, in centimetres: thinner
 /// slivers between what was seen hide nothing that stands on the floor.
-const SLIVER: f32 = 3.0;
+const SLIVER: f32 = 4.0;
+
+/// Distances are measured so far and no farther, in cells: to where nearness costs nothing any more,
+/// and as far as slivers are thick.
+const REACH: usize = 16;
+const NEAR: usize = 4;
 
 /// Distances and costs over the map, as it is at one moment.
 #[derive(Clone, Debug)]
@@ -49,10 +57,10 @@ impl Terrain {
         let cells = || (0..map.rows()).flat_map(|z| (0..columns).map(move |x| map.cell(x, z)));
         let occupied: Vec<bool> = cells().map(|cell| cell == Cell::Occupied).collect();
         let known: Vec<bool> = cells().map(|cell| cell != Cell::Unknown).collect();
-        let clearance = distances(columns, &occupied);
+        let clearance = distances(columns, &occupied, REACH);
         let hidden: Vec<bool> =
-            distances(columns, &known).into_iter().map(|unseen| unseen > SLIVER).collect();
-        let sure: Vec<f32> = distances(columns, &hidden)
+            distances(columns, &known, NEAR).into_iter().map(|unseen| unseen > SLIVER).collect();
+        let sure: Vec<f32> = distances(columns, &hidden, REACH)
             .iter()
             .zip(&clearance)
             .map(|(hidden, clearance)| clearance.min(hidden - SLIVER))
