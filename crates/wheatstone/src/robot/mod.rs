@@ -13,17 +13,12 @@ pub mod capture;
 pub mod map;
 pub mod motion;
 pub mod navigator;
-<<<<<<< HEAD
 pub mod pilot;
 pub mod plan;
 pub mod scene;
 pub mod seeing;
 pub mod simulated;
 pub mod world;
-=======
-#[cfg(test)]
-mod simulation_of_scenes;
->>>>>>> plan
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};
 use nalgebra::{Matrix3, Point2};

@@ -58,22 +58,71 @@ pub fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatc
     let sampled: Vec<Edge> = first.all.iter().filter(|edge| is_sampled(edge)).copied().collect();
     let found: Vec<Found> = sampled.par_iter().map(|edge| find(atlas, edge, second)).collect();
     let chains = by_chain(&sampled);
-    let settle = |index: usize| {
+    let beside = |index: usize| -> Vec<usize> {
         let edge = sampled[index];
-        let own = &found[index];
-        let beside: Vec<&Found> = chains[edge.chain as usize]
-            .iter()
-            .filter(|other| **other != index && near(&sampled[**other], &edge))
-            .map(|other| &found[*other])
-            .collect();
-        let floor_alike = on_floor(own, &beside).is_some();
+        let near = |other: &usize| *other != index && near(&sampled[*other], &edge);
+        chains[edge.chain as usize].iter().copied().filter(near).collect()
+    };
+    let neighbours: Vec<Vec<usize>> = (0..sampled.len()).into_par_iter().map(beside).collect();
+    let among = |index: usize| -> Vec<&Found> {
+        neighbours[index].iter().map(|other| &found[*other]).collect()
+    };
+    let floor: Vec<Option<Pixel>> = (0..sampled.len())
+        .into_par_iter()
+        .map(|index| on_floor(&found[index], &among(index)))
+        .collect();
+    // What the second picture shows of the floor is no obstacle's: a floor's edge that is hidden from it
+    // would else be taken for its neighbour's.
+    let taken = Taken::by(&floor, second);
+    let free: Vec<Found> = found
+        .iter()
+        .map(|own| {
+            let free = own.candidates.iter().filter(|candidate| !taken.at(candidate.other));
+            Found { candidates: free.copied().collect(), ..*own }
+        })
+        .collect();
+    let settle = |index: usize| {
+        let own = &free[index];
+        let beside: Vec<&Found> = neighbours[index].iter().map(|other| &free[*other]).collect();
         let other = match own.crossing >= LEAST_CROSSING {
-            true => on_floor(own, &beside).or_else(|| settled(&own.candidates, &beside)),
+            true => floor[index].or_else(|| settled(&own.candidates, &beside)),
             false => None,
         };
-        EdgeMatch { edge, other, crossing: own.crossing, floor_alike }
+        let floor_alike = floor[index].is_some();
+        EdgeMatch { edge: sampled[index], other, crossing: own.crossing, floor_alike }
     };
     (0..sampled.len()).into_par_iter().map(settle).collect()
+}
+
+/// Pixels of the second picture where edges of the floor were found.
+struct Taken {
+    pixels: Vec<bool>,
+    width: usize,
+}
+
+impl Taken {
+    fn by(floor: &[Option<Pixel>], second: &Edges) -> Self {
+        // Edges are sampled every few pixels; those between belong to the same.
+        const REACH: isize = 2;
+        let [width, height] = second.size();
+        let mut pixels = vec![false; width * height];
+        for at in floor.iter().flatten() {
+            let (x, y) = (at.x.round() as isize, at.y.round() as isize);
+            for near in 0..(2 * REACH + 1).pow(2) {
+                let side = 2 * REACH + 1;
+                let (x, y) = (x + near % side - REACH, y + near / side - REACH);
+                if x >= 0 && y >= 0 && (x as usize) < width && (y as usize) < height {
+                    pixels[y as usize * width + x as usize] = true;
+                }
+            }
+        }
+        Self { pixels, width }
+    }
+
+    fn at(&self, pixel: Pixel) -> bool {
+        let (x, y) = (pixel.x.round().max(0.0) as usize, pixel.y.round().max(0.0) as usize);
+        x < self.width && self.pixels.get(y * self.width + x).copied().unwrap_or(false)
+    }
 }
 
 /// Whether an edge is one of those that stand for the others.

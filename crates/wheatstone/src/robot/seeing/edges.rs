@@ -71,6 +71,12 @@ impl Edges {
         self.all.get(number as usize)
     }
 
+    /// Columns and rows of the picture.
+    #[must_use]
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     /// Numbers the smooth pieces.
     fn link(&mut self) {
         // Neighbours on a straight edge differ by noise, those at a corner by much more.
