@@ -70,7 +70,7 @@ const LEAST_LIKENESS: f32 = 0.55;
 /// Tiles' corners look alike: a corner may be any of the nearest few.
 const RIVALS: usize = 4;
 
-/// Pairs that must agree, at least, and as a share of all that could be laid; of fewer all must.
+/// Pairs that must agree, at least, and as a share of all that could be laid; of fewer two thirds must.
 const ENOUGH_PAIRS: usize = 5;
 const LEAST_SHARE: f64 = 0.4;
 const LEAST_PAIRS: usize = 2;
@@ -123,10 +123,17 @@ impl OwnMotion {
             self.learn(corners, &pairs);
             return Some(believed);
         }
-        // Without corners to go by the wheels are believed for a while: they cannot do much otherwise.
+        // Without landmarks to go by the wheels are believed for a while: they cannot do much otherwise.
+        // What is seen then is laid down where they say, so that the next look finds it again.
         self.blind += 1;
+        if self.blind > BLIND {
+            return None;
+        }
         let covariance = self.believed.covariance + amiss(&self.told, guess.heading);
-        (self.blind <= BLIND).then_some(Believed { pose: guess, covariance })
+        self.believed = Believed { pose: guess, covariance };
+        self.told = PlanarPose::default();
+        self.learn(corners, &[]);
+        Some(self.believed)
     }
 
     /// Pose and agreeing pairs: by one narrow search, or a wider one.
@@ -230,7 +237,7 @@ impl OwnMotion {
         }
         let kept = nearest(pairs, &pose);
         let most = kept.len() as f64 >= LEAST_SHARE * total as f64;
-        let enough = if kept.len() >= ENOUGH_PAIRS { most } else { kept.len() == total };
+        let enough = if kept.len() >= ENOUGH_PAIRS { most } else { 3 * kept.len() >= 2 * total };
         if !enough || !possible(&pose) {
             return None;
         }
