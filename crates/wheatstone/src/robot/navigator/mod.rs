@@ -68,7 +68,7 @@ const CLOSE: f64 = 4.0;
 /// picture torn in transmission.
 const BROKEN: usize = 3;
 
-/// Looks after which the robot gives up: three times what the longest of two hundred ways took.
+/// Looks after which the robot gives up: three times what the longest of three hundred ways took.
 const MOST_STEPS: usize = 1000;
 
 /// A look that says little counts half.
