@@ -34,8 +34,8 @@ pub struct OwnMotion {
     /// What it was told to do since it last knew where it was.
     told: PlanarPose,
     looks: u64,
-    /// Looks in a row with too few corners.
-    blind: u32,
+    /// What the wheels may have done otherwise since landmarks last told where it was.
+    since: Matrix3<f64>,
     random: Random,
 }
 
@@ -58,8 +58,9 @@ const AMISS_AT_REST: [f64; 2] = [1.0, 0.02];
 const USUALLY_AMISS: f64 = 0.15;
 const USUALLY_AMISS_AT_REST: [f64; 2] = [0.1, 0.004];
 
-/// Looks in a row that may go by what the wheels were told, with fewer corners than tell a pose.
-const BLIND: u32 = 6;
+/// How unsure of its place (in centimetres) and its heading (in radians) a robot may be that goes by what
+/// its wheels were told: a few steps, or half a turn on the spot before a bare wall.
+const BLIND: [f64; 2] = [2.5, 0.3];
 
 /// Beyond this a point's place is too uncertain to lay others on it, in centimetres.
 const FARTHEST: f64 = 320.0;
@@ -68,7 +69,7 @@ const FARTHEST: f64 = 320.0;
 const LEAST_LIKENESS: f32 = 0.55;
 
 /// Tiles' corners look alike: a corner may be any of the nearest few.
-const RIVALS: usize = 4;
+const RIVALS: usize = 6;
 
 /// Pairs that must agree, at least, and as a share of all that could be laid; of fewer two thirds must.
 const ENOUGH_PAIRS: usize = 5;
@@ -94,7 +95,7 @@ impl OwnMotion {
             believed: Believed::default(),
             told: PlanarPose::default(),
             looks: 0,
-            blind: 0,
+            since: Matrix3::zeros(),
             random: Random::stream(seed, 0x6d6f_7469),
         }
     }
@@ -119,18 +120,19 @@ impl OwnMotion {
         };
         if let Some((believed, pairs)) = found {
             self.believed = believed;
-            (self.told, self.blind) = (PlanarPose::default(), 0);
+            (self.told, self.since) = (PlanarPose::default(), Matrix3::zeros());
             self.learn(corners, &pairs);
             return Some(believed);
         }
         // Without landmarks to go by the wheels are believed for a while: they cannot do much otherwise.
         // What is seen then is laid down where they say, so that the next look finds it again.
-        self.blind += 1;
-        if self.blind > BLIND {
+        let more = amiss(&self.told, guess.heading);
+        let [place, heading] = unsure(&(self.since + more));
+        if place > BLIND[0] || heading > BLIND[1] {
             return None;
         }
-        let covariance = self.believed.covariance + amiss(&self.told, guess.heading);
-        self.believed = Believed { pose: guess, covariance };
+        self.since += more;
+        self.believed = Believed { pose: guess, covariance: self.believed.covariance + more };
         self.told = PlanarPose::default();
         self.learn(corners, &[]);
         Some(self.believed)
@@ -143,18 +145,20 @@ impl OwnMotion {
         guess: &PlanarPose,
         told: &PlanarPose,
     ) -> Option<(Believed, Vec<Pair>)> {
-        for widening in [1.0, 3.0] {
-            let shift = (told.place().coords.norm() * AMISS + AMISS_AT_REST[0]) * widening;
-            let turn = (told.heading.abs() * AMISS + AMISS_AT_REST[1]) * widening;
+        let [place, heading] = unsure(&self.since);
+        for widening in [1.0, 2.0] {
+            let shift = (told.place().coords.norm() * AMISS + AMISS_AT_REST[0] + 2.0 * place) * widening;
+            let turn = (told.heading.abs() * AMISS + AMISS_AT_REST[1] + 2.0 * heading) * widening;
             let pairs = self.laid(corners, guess, (shift, turn));
             if let Some(found) = self.agreed(pairs, guess, (shift, turn)) {
                 return Some(found);
             }
         }
         // Where the command was not carried out at all.
-        let pairs = self.laid(corners, &self.believed.pose, (AMISS_AT_REST[0], AMISS_AT_REST[1]));
+        let near = (AMISS_AT_REST[0] + 2.0 * place, AMISS_AT_REST[1] + 2.0 * heading);
         let stay = self.believed.pose;
-        self.agreed(pairs, &stay, (AMISS_AT_REST[0], AMISS_AT_REST[1]))
+        let pairs = self.laid(corners, &stay, near);
+        self.agreed(pairs, &stay, near)
     }
 
     /// Corners on the landmarks that they may be.
@@ -211,7 +215,7 @@ impl OwnMotion {
         guess: &PlanarPose,
         (shift, turn): (f64, f64),
     ) -> Option<(Believed, Vec<Pair>)> {
-        const DRAWS: usize = 150;
+        const DRAWS: usize = 250;
         let total = distinct(&pairs);
         if total < LEAST_PAIRS {
             return None;
@@ -231,7 +235,8 @@ impl OwnMotion {
         }
         let mut pose = best.1;
         let mut covariance = Matrix3::zeros();
-        let prior = (*guess, amiss(&self.told, guess.heading).try_inverse()?);
+        let doubt = self.since + amiss(&self.told, guess.heading);
+        let prior = (*guess, doubt.try_inverse()?);
         for _ in 0..5 {
             (pose, covariance) = refined(&pairs, &pose, &prior)?;
         }
@@ -287,6 +292,11 @@ impl OwnMotion {
         let now = self.looks;
         self.landmarks.retain(|known| known.times > 1 || now - known.last < PATIENCE);
     }
+}
+
+/// Standard deviations of a place on the ground and of a heading.
+fn unsure(covariance: &Matrix3<f64>) -> [f64; 2] {
+    [(covariance[(0, 0)] + covariance[(1, 1)]).sqrt(), covariance[(2, 2)].sqrt()]
 }
 
 /// The covariance of where a command leads, on the ground and in heading.

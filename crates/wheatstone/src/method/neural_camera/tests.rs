@@ -182,6 +182,5 @@ fn same_input_same_bits_and_a_file_brings_all_back() {
             serde_json::from_str(&text.replacen(from, to, 1)).unwrap();
         assert!(!broken.is_consistent(), "{to}");
     }
-    let one = NeuralCameraReconstructor { cameras: first.cameras[..1].to_vec() };
-    assert!(!one.is_consistent());
+    assert!(!NeuralCameraReconstructor { cameras: Vec::new() }.is_consistent());
 }

@@ -64,7 +64,19 @@ pub fn obstacles(edges: &[LocatedEdge]) -> Vec<ScenePoint> {
         let near = distance(point) < FARTHEST;
         (near && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
     };
-    edges.iter().filter_map(point).collect()
+    let all: Vec<ScenePoint> = edges.iter().filter_map(point).collect();
+    all.iter().filter(|point| has_company(point, &all)).copied().collect()
+}
+
+/// Whether others say the same: an obstacle's edges are found every few pixels along, a mistaken match
+/// is found once or twice.
+fn has_company(point: &ScenePoint, all: &[ScenePoint]) -> bool {
+    const NEAR: f64 = 2.5;
+    const OTHERS: usize = 4;
+    let reach = NEAR + 1.5 * point.covariance.trace().sqrt();
+    let near = |other: &&ScenePoint| (other.place - point.place).norm() < reach;
+    // The point itself is one of them.
+    all.iter().filter(near).take(OTHERS + 1).count() > OTHERS
 }
 
 /// Columns of the picture that share one line of sight.
