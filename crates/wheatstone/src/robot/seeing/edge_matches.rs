@@ -67,7 +67,7 @@ pub fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatc
     let among = |index: usize| -> Vec<&Found> {
         neighbours[index].iter().map(|other| &found[*other]).collect()
     };
-    let floor: Vec<Option<Pixel>> = (0..sampled.len())
+    let floor: Vec<Option<Candidate>> = (0..sampled.len())
         .into_par_iter()
         .map(|index| on_floor(&found[index], &among(index)))
         .collect();
@@ -81,17 +81,26 @@ pub fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatc
             Found { candidates: free.copied().collect(), ..*own }
         })
         .collect();
-    let settle = |index: usize| {
+    let settle = |index: usize| -> Option<Candidate> {
         let own = &free[index];
         let beside: Vec<&Found> = neighbours[index].iter().map(|other| &free[*other]).collect();
-        let other = match own.crossing >= LEAST_CROSSING {
+        match own.crossing >= LEAST_CROSSING {
             true => floor[index].or_else(|| settled(&own.candidates, &beside)),
             false => None,
-        };
-        let floor_alike = floor[index].is_some();
-        EdgeMatch { edge: sampled[index], other, crossing: own.crossing, floor_alike }
+        }
     };
-    (0..sampled.len()).into_par_iter().map(settle).collect()
+    let mut matched: Vec<Option<Candidate>> =
+        (0..sampled.len()).into_par_iter().map(settle).collect();
+    for chain in &chains {
+        straighten(chain, &sampled, &mut matched);
+    }
+    let edge_match = |index: usize| EdgeMatch {
+        edge: sampled[index],
+        other: matched[index].map(|found| found.other),
+        crossing: free[index].crossing,
+        floor_alike: floor[index].is_some(),
+    };
+    (0..sampled.len()).map(edge_match).collect()
 }
 
 /// Pixels of the second picture where edges of the floor were found.
@@ -101,12 +110,12 @@ struct Taken {
 }
 
 impl Taken {
-    fn by(floor: &[Option<Pixel>], second: &Edges) -> Self {
+    fn by(floor: &[Option<Candidate>], second: &Edges) -> Self {
         // Edges are sampled every few pixels; those between belong to the same.
         const REACH: isize = 2;
         let [width, height] = second.size();
         let mut pixels = vec![false; width * height];
-        for at in floor.iter().flatten() {
+        for Candidate { other: at, .. } in floor.iter().flatten() {
             let (x, y) = (at.x.round() as isize, at.y.round() as isize);
             for near in 0..(2 * REACH + 1).pow(2) {
                 let side = 2 * REACH + 1;
@@ -152,7 +161,7 @@ struct Found {
     crossing: f64,
     candidates: Vec<Candidate>,
     /// An edge like it where it would be if it were on the floor.
-    floor: Option<Pixel>,
+    floor: Option<Candidate>,
 }
 
 fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
@@ -168,7 +177,9 @@ fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
         if pair[0].point.y < 0.0 && pair[1].point.y >= 0.0 {
             let share = pair[0].point.y / (pair[0].point.y - pair[1].point.y);
             let at = pair[0].other + (pair[1].other - pair[0].other) * share;
-            found.floor = like_at(edge, second, at);
+            let along = level as f64 + share;
+            found.floor =
+                like_at(edge, second, at).map(|other| Candidate { along, other, unlike: 0.0 });
         }
         if found.crossing >= LEAST_CROSSING {
             along_piece(edge, second, (level, pair), &mut found.candidates);
@@ -196,7 +207,7 @@ fn like_at(edge: &Edge, second: &Edges, at: Pixel) -> Option<Pixel> {
 
 /// Where an edge is in the second picture if it is of the floor, as most of its neighbours along the chain
 /// can be too: of what stands up a line may pass for the floor's at places, not all along.
-fn on_floor(own: &Found, beside: &[&Found]) -> Option<Pixel> {
+fn on_floor(own: &Found, beside: &[&Found]) -> Option<Candidate> {
     let alike = beside.iter().filter(|other| other.floor.is_some()).count();
     own.floor.filter(|_| 4 * alike >= 3 * beside.len() && alike >= 2)
 }
@@ -258,7 +269,7 @@ fn unlike(edge: &Edge, other: &Edge) -> Option<f32> {
 }
 
 /// The candidate that the neighbours along the edge agree with; none where two are as good.
-fn settled(own: &[Candidate], beside: &[&Found]) -> Option<Pixel> {
+fn settled(own: &[Candidate], beside: &[&Found]) -> Option<Candidate> {
     // A third of a waypoint is a pixel or two, what slanted surfaces shift over the neighbourhood.
     const AGREE: f64 = 0.5;
     let score = |candidate: &Candidate| {
@@ -280,8 +291,56 @@ fn settled(own: &[Candidate], beside: &[&Found]) -> Option<Pixel> {
     scored.sort_by(|a, b| b.1.total_cmp(&a.1));
     match scored[..] {
         [(support, ..), (_, next, _), ..] if support < 2 || scored[0].1 - next < 0.12 => None,
-        [(support, _, best), ..] if 2 * support >= beside.len() && support >= 2 => Some(best.other),
+        [(support, _, best), ..] if 2 * support >= beside.len() && support >= 2 => Some(*best),
         _ => None,
+    }
+}
+
+/// Drops what does not lie on one straight line in space with most of its chain: over the picture of a
+/// straight edge the inverse distance changes evenly, and so does the place along the curves.
+fn straighten(chain: &[usize], edges: &[Edge], matched: &mut [Option<Candidate>]) {
+    // Pixels place an edge to a tenth of a waypoint; rims are a little bent.
+    const AGREE: f64 = 0.35;
+    const LEAST: usize = 5;
+    let found: Vec<(usize, f64)> = chain
+        .iter()
+        .filter_map(|index| Some((*index, matched[*index]?.along)))
+        .collect();
+    if found.len() < LEAST {
+        return;
+    }
+    let [first, last] = [found[0].0, found[found.len() - 1].0].map(|index| edges[index].at);
+    let Some(direction) = (last - first).try_normalize(1e-9) else { return };
+    let points: Vec<[f64; 2]> = found
+        .iter()
+        .map(|(index, along)| [(edges[*index].at - first).dot(&direction), *along])
+        .collect();
+    let mut best: Vec<bool> = Vec::new();
+    let mut most = 0;
+    // Pairs a third of the chain apart tell its slope; all of those that start at every point are few.
+    let apart = (points.len() / 3).max(1);
+    for (start, end) in points.iter().zip(&points[apart..]) {
+        let slope = (end[1] - start[1]) / (end[0] - start[0]);
+        if !slope.is_finite() {
+            continue;
+        }
+        let agrees = |point: &[f64; 2]| {
+            (point[1] - start[1] - slope * (point[0] - start[0])).abs() < AGREE
+        };
+        let agreeing: Vec<bool> = points.iter().map(agrees).collect();
+        let count = agreeing.iter().filter(|agrees| **agrees).count();
+        if count > most {
+            (best, most) = (agreeing, count);
+        }
+    }
+    // A chain that runs on over several edges has no one line.
+    if 2 * most < points.len() {
+        return;
+    }
+    for ((index, _), agrees) in found.iter().zip(best) {
+        if !agrees {
+            matched[*index] = None;
+        }
     }
 }
 

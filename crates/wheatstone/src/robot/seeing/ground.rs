@@ -51,7 +51,7 @@ const FARTHEST: f64 = 350.0;
 
 /// What stands out from the floor.
 #[must_use]
-pub fn obstacles(edges: &[LocatedEdge]) -> Vec<ScenePoint> {
+pub fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePoint> {
     let point = |edge: &LocatedEdge| {
         let (point, covariance) = edge.at?;
         let covariance = Matrix2::new(
@@ -64,8 +64,20 @@ pub fn obstacles(edges: &[LocatedEdge]) -> Vec<ScenePoint> {
         let near = distance(point) < FARTHEST;
         (near && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
     };
-    let all: Vec<ScenePoint> = edges.iter().filter_map(point).collect();
+    let mut all: Vec<ScenePoint> = edges.iter().filter_map(point).collect();
+    all.extend(clear.iter().filter(|stretch| stretch.blocked).filter_map(foot));
     all.iter().filter(|point| has_company(point, &all)).copied().collect()
+}
+
+/// Where what ends a stretch of floor stands.
+fn foot(stretch: &Stretch) -> Option<ScenePoint> {
+    // Farther off a foot and a tile's edge are one.
+    const FARTHEST_FOOT: f64 = 200.0;
+    let along = (stretch.to - stretch.from).try_normalize(1e-6)?;
+    let near = stretch.to.coords.norm() < FARTHEST_FOOT;
+    let spread = along * along.transpose() * (stretch.sigma * stretch.sigma);
+    let covariance = spread + Matrix2::identity() * 0.1;
+    near.then_some(ScenePoint { place: stretch.to, covariance, height: 0.0 })
 }
 
 /// Whether others say the same: an obstacle's edges are found every few pixels along, a mistaken match
@@ -106,6 +118,12 @@ pub fn clear(atlas: &Atlas, edges: &[LocatedEdge], [width, height]: [usize; 2]) 
     stretches
 }
 
+/// Floor longer than this without an edge is no floor, in centimetres: tiles are smaller.
+const BARE: f64 = 60.0;
+
+/// An obstacle's edge over the floor's last one stands on it if it is no farther off, in centimetres.
+const STANDS: f64 = 8.0;
+
 /// Goes up a strip of the picture from edge to edge, as long as they are the floor's.
 fn stretch(
     atlas: &Atlas,
@@ -137,6 +155,8 @@ fn stretch(
     }
     let (row, sigma) = last?;
     let to = atlas.floor(Pixel::new(column, row))?;
+    // Of a floor another edge would follow; a bare face goes on to the picture's top.
+    let bare = !blocked && atlas.floor(Pixel::new(column, 0.0)).is_none_or(|top| (top - to).norm() > BARE);
     let start = from.coords.norm();
     let reach = to.coords.norm().min(limit).min(FARTHEST);
     if reach <= start {
@@ -145,6 +165,7 @@ fn stretch(
     let direction = (to - from).try_normalize(1e-6)?;
     // From the bottom of the picture the line of sight leads straight over the floor.
     let length = (to - from).norm() - (to.coords.norm() - reach);
+    let blocked = bare || limit <= to.coords.norm() + STANDS;
     (length > 0.0).then(|| Stretch { from, to: from + direction * length, sigma, blocked })
 }
 

@@ -115,11 +115,8 @@ impl Observer {
             corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside)
         };
         let (trust, complaint) = self.health.judge(&seen, &look_aside);
-        let scene = Scene {
-            obstacles: ground::obstacles(&edges),
-            clear: ground::clear(&self.atlas, &edges, self.size),
-            trust,
-        };
+        let clear = ground::clear(&self.atlas, &edges, self.size);
+        let scene = Scene { obstacles: ground::obstacles(&edges, &clear), clear, trust };
         Observation { scene, corners, edges, complaint }
     }
 
