@@ -10,6 +10,7 @@
 
 pub mod cameras;
 pub mod capture;
+pub mod film;
 pub mod map;
 pub mod motion;
 pub mod navigator;
@@ -18,6 +19,7 @@ pub mod plan;
 pub mod scene;
 pub mod seeing;
 pub mod simulated;
+pub mod trial;
 pub mod world;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};
