@@ -16,6 +16,7 @@ pub mod motion;
 pub mod navigator;
 pub mod pilot;
 pub mod plan;
+pub mod recorded;
 pub mod scene;
 pub mod seeing;
 pub mod simulated;

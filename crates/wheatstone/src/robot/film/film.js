@@ -292,7 +292,7 @@
     ["Reached the goal", outcome.reached ? "yes" : "no"], ["Ran into something", outcome.collided ? "yes" : "no"],
     ["Least clearance", `${outcome.clearance.toFixed(1)} cm`], ["Looks", String(outcome.steps)],
     ["Motion not found in", String(outcome.lost)], ["Place off by", `${outcome.position_error.toFixed(1)} cm`],
-    ["Goal missed by", `${outcome.goal_distance.toFixed(1)} cm`],
+    ["From the goal", `${outcome.goal_distance.toFixed(1)} cm`],
     ["Map off by (median)", `${outcome.map_error.median.toFixed(1)} cm`],
     ...(outcome.noticed ? [["Mishap before look", String(outcome.noticed.at)], ["Noticed after", outcome.noticed.after === null ? "never" : `${outcome.noticed.after} looks`]] : []),
   ]);

@@ -131,20 +131,20 @@ impl Witness for Film {
 
     fn ended(mut self: Box<Self>, outcome: &Outcome) -> Result<()> {
         self.reel.outcome = Some(outcome.clone());
-        self.reel.shorten();
+        self.reel.shorten(MOST);
         storage::write(&self.path, page::page(&self.reel).as_bytes())
     }
 }
 
 impl Reel {
-    /// Leaves looks out where there are too many, but never the last one.
-    fn shorten(&mut self) {
+    /// Leaves looks out where they take more than so many characters, but never the last one.
+    fn shorten(&mut self, most: usize) {
         let weight = |frame: &Frame| {
             let pictures: usize = frame.pictures.iter().map(String::len).sum();
             pictures + frame.marks.len() + frame.map.iter().map(String::len).sum::<usize>()
         };
         let total: usize = self.frames.iter().map(weight).sum();
-        self.every = total.div_ceil(MOST).max(1);
+        self.every = total.div_ceil(most).max(1);
         let (count, every) = (self.frames.len(), self.every);
         let (mut kept, mut changes) = (Vec::new(), Vec::new());
         for (index, mut frame) in std::mem::take(&mut self.frames).into_iter().enumerate() {
@@ -218,4 +218,46 @@ fn tenth(value: f64) -> f64 {
 fn rounded(pose: PlanarPose) -> [f64; 3] {
     [(pose.x, 100.0), (pose.z, 100.0), (pose.heading, 1000.0)]
         .map(|(value, parts)| (value * parts).round() / parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn made_up(number: usize) -> Frame {
+        Frame {
+            number,
+            pictures: ["1234".into(), "1234".into()],
+            marks: "1".into(),
+            counts: [0; 3],
+            map: vec![number.to_string()],
+            truth: [0.0; 3],
+            believed: [0.0; 3],
+            way: Vec::new(),
+            activity: "",
+            why: "</script>".into(),
+            command: None,
+            found: true,
+            trust: "sound",
+            complaint: None,
+        }
+    }
+
+    #[test]
+    fn long_films_leave_looks_out_but_nothing_of_the_map() {
+        let method = crate::method::AnyMethod::named("dlt").unwrap();
+        let trial = Trial { seed: 0, method, steps: 9, trouble: None };
+        let mut reel = Film::new("none".into(), &trial, &World::new(0)).reel;
+        reel.frames = (1..=9).map(made_up).collect();
+        // Ninety characters.
+        reel.shorten(30);
+        assert_eq!(reel.every, 3);
+        let kept: Vec<(usize, String)> =
+            reel.frames.iter().map(|frame| (frame.number, frame.map.concat())).collect();
+        let wanted = [(1, "1"), (4, "234"), (7, "567"), (9, "89")];
+        assert_eq!(kept, wanted.map(|(number, map)| (number, map.to_owned())));
+        // Nothing that is shown ends the script that holds it.
+        let page = page::page(&reel);
+        assert_eq!(page.matches("</script>").count(), 2);
+    }
 }

@@ -188,3 +188,6 @@ impl Trial {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;
