@@ -9,6 +9,7 @@ pub mod storage;
 pub mod numeric;
 pub mod geometry;
 pub mod imaging;
+mod html;
 mod registry;
 pub mod chart;
 pub mod camera;

@@ -7,6 +7,7 @@ pub(crate) mod completions;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod detect;
+pub(crate) mod drive;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod fit;
@@ -57,6 +58,7 @@ verbs! {
     rectify::Rectify,
     synth::Synth,
     reproduce::Reproduce,
+    drive::Drive,
     list::List,
     completions::Completions,
     man::Man,

@@ -8,7 +8,6 @@
 mod budget;
 mod build;
 mod cameras;
-mod digest;
 pub mod figures;
 mod grid;
 mod page;

@@ -3,15 +3,14 @@
 use super::{
     build::Seen,
     sections::{Crops, FindingFigures, OutlierFigures, PictureFigures, PointFigures},
-    text::base64,
 };
 use crate::{
     Result,
     geometry::Pixel,
+    html::jpeg,
     imaging::{GrayImage, Limits, read_image},
     progress::Progress,
 };
-use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
 use rayon::prelude::*;
 
 /// Width of a picture in the page: enough to recognise every chart point of it on half a screen.
@@ -36,15 +35,6 @@ const MOST_OUTLIER_CROPS: usize = 200;
 
 /// Quality of JPEG at which marks of one pixel stay clear of ringing, to the eye.
 const QUALITY: u8 = 75;
-
-fn jpeg(image: &GrayImage) -> Option<String> {
-    let bytes = image.to_8_bit();
-    let mut file = Vec::new();
-    JpegEncoder::new_with_quality(&mut file, QUALITY)
-        .encode(bytes.as_raw(), bytes.width(), bytes.height(), ExtendedColorType::L8)
-        .ok()?;
-    Some(format!("data:image/jpeg;base64,{}", base64(&file)))
-}
 
 /// Averages over whole pixels, so that thin lines stay where they were.
 fn reduced(image: &GrayImage) -> GrayImage {
@@ -181,7 +171,7 @@ fn small(seen: &Seen, (view, camera): (usize, usize), image: &GrayImage) -> Opti
         camera,
         name,
         size: [image.width(), image.height()],
-        data: jpeg(&reduced(image))?,
+        data: jpeg(&reduced(image), QUALITY)?,
         found: points,
         problem,
     })
@@ -199,5 +189,5 @@ fn sheet(cuts: &[Cut], pieces: &[(usize, GrayImage)]) -> Option<Crops> {
         piece.map_or(128.0, |(_, image)| image.row(y % SIDE)[x % SIDE])
     });
     let of = pieces.iter().map(|(number, _)| cuts[*number].of).collect();
-    Some(Crops { data: jpeg(&all)?, side: SIDE, columns, of })
+    Some(Crops { data: jpeg(&all, QUALITY)?, side: SIDE, columns, of })
 }

@@ -1,4 +1,6 @@
-//! Figures, words and bytes as the page can hold them.
+//! Figures and words as the page can hold them.
+
+pub(super) use crate::html::{base64, escape, json};
 
 /// Three significant digits, so that figures of all sizes read alike.
 pub(super) fn figure(value: f64) -> String {
@@ -40,64 +42,6 @@ pub(super) fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// Text as HTML and SVG show it, in text and in quoted attributes. Control characters, which neither
-/// may hold, and the marks that turn the direction of what follows become visible signs.
-pub(super) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\'' => escaped += "&#39;",
-            '\t' | '\n' | '\r' => escaped.push(' '),
-            c if c.is_control() => escaped.push('\u{fffd}'),
-            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}' => {
-                escaped.push('\u{fffd}');
-            }
-            '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
-}
-
-/// JSON as it may stand inside a `<script>`: nothing in it ends the element or begins a comment, and
-/// nothing turns the direction of what follows.
-pub(super) fn json(value: &impl serde::Serialize) -> String {
-    let text = serde_json::to_string(value).unwrap_or_else(|_| "null".into());
-    let mut coded = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '<'
-            | '>'
-            | '&'
-            | '\u{200e}'
-            | '\u{200f}'
-            | '\u{2028}'..='\u{202e}'
-            | '\u{2066}'..='\u{2069}' => coded += &format!("\\u{:04x}", u32::from(letter)),
-            c => coded.push(c),
-        }
-    }
-    coded
-}
-
-/// Base 64 with padding (RFC 4648, section 4).
-pub(super) fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let byte = |index: usize| u32::from(group.get(index).copied().unwrap_or(0));
-        let all = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for place in 0..4 {
-            let letter = LETTERS[(all >> (18 - 6 * place) & 63) as usize];
-            text.push(if place <= group.len() { letter as char } else { '=' });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,26 +66,5 @@ mod tests {
         for (value, text) in [(98.4, "98"), (100.0, "100"), (1.234, "1.2"), (0.97, "0.97")] {
             assert_eq!(round(value), text);
         }
-    }
-
-    /// RFC 4648, section 10.
-    #[test]
-    fn base_64_of_the_standard() {
-        let pairs =
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
-        for (plain, coded) in pairs {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
-    }
-
-    #[test]
-    fn nothing_escapes() {
-        assert_eq!(
-            escape("<a href='x'>\"&\u{0}\u{202e}"),
-            "&lt;a href=&#39;x&#39;&gt;&quot;&amp;\u{fffd}\u{fffd}"
-        );
-        let coded = json(&"</script><!--\u{2028}&");
-        assert!(!coded.contains(['<', '>', '&', '\u{2028}']));
-        assert_eq!(serde_json::from_str::<String>(&coded).unwrap(), "</script><!--\u{2028}&");
     }
 }

@@ -10,14 +10,17 @@
 
 pub mod cameras;
 pub mod capture;
+pub mod film;
 pub mod map;
 pub mod motion;
 pub mod navigator;
 pub mod pilot;
 pub mod plan;
+pub mod recorded;
 pub mod scene;
 pub mod seeing;
 pub mod simulated;
+pub mod trial;
 pub mod world;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};

@@ -1,7 +1,7 @@
 //! SHA-256 (FIPS 180-4), by which the page's policy names the one script and the one style that a
 //! browser may use: whatever else gets into the page, by whatever way, does not run.
 
-use super::text::base64;
+use super::base64;
 
 /// The first 64 primes' cube roots' fractional parts, 32 bits each (FIPS 180-4, section 4.2.2).
 const ROUND: [u32; 64] = [
