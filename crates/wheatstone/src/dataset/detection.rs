@@ -5,6 +5,8 @@
 //! projection, and that tells where the points of the other pictures must be; where no place is
 //! known, the cameras are taken to be less than a quarter turn apart.
 
+mod refusals;
+
 use super::{Correspondence, Dataset, capture::Capture};
 use crate::{
     Error, Result,
@@ -28,6 +30,9 @@ pub struct DetectionSettings {
     /// Largest picture that is read.
     pub limits: Limits,
 }
+
+/// Gives the picture of a path.
+pub type Read<'a> = &'a (dyn Fn(&Path) -> Result<GrayImage> + Sync);
 
 /// What was found in one picture.
 #[derive(Clone, Debug)]
@@ -73,7 +78,7 @@ pub fn detect(
 pub fn detect_in(
     capture: &Capture,
     settings: DetectionSettings,
-    read: &(dyn Fn(&Path) -> Result<GrayImage> + Sync),
+    read: Read,
     progress: &dyn Progress,
 ) -> Result<Found> {
     let mut sightings = search(capture, read, progress)?;
@@ -98,21 +103,17 @@ pub fn detect_in(
     let all: Vec<&Picture> = pictures.iter().flatten().collect();
     let seen = all.iter().filter(|picture| picture.outcome.is_ok()).count();
     if 2 * seen < all.len() {
-        refuse_a_miscount(capture, &all, (seen, settings))?;
+        refusals::refuse_a_miscount(capture, &all, (seen, read))?;
     }
     let dataset = assemble(capture, &pictures);
     if dataset.correspondences.is_empty() {
-        return Err(nothing_found(capture, &pictures));
+        return Err(refusals::nothing_found(capture, &pictures));
     }
     Ok(Found { pictures, dataset })
 }
 
 /// Reads and searches all pictures, in parallel.
-fn search(
-    capture: &Capture,
-    read: &(dyn Fn(&Path) -> Result<GrayImage> + Sync),
-    progress: &dyn Progress,
-) -> Result<Vec<Sightings>> {
+fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<Sightings>> {
     let cameras = capture.cameras.len();
     let total = capture.views.len() * cameras;
     let done = AtomicU64::new(0);
@@ -342,68 +343,5 @@ fn assemble(capture: &Capture, pictures: &[Vec<Picture>]) -> Dataset {
         cameras: capture.cameras.len(),
         views: capture.views.iter().map(|view| view.name.clone()).collect(),
         correspondences,
-    }
-}
-
-/// Where the chart is in few pictures, looks for the one that is left when squares were counted instead
-/// of corners, and says so if it is there.
-fn refuse_a_miscount(
-    capture: &Capture,
-    pictures: &[&Picture],
-    (seen, settings): (usize, DetectionSettings),
-) -> Result<()> {
-    // A few pictures tell; looking at all would take as long again.
-    const LOOKED_AT: usize = 6;
-    let Some(meant) = capture.chart.miscounted() else { return Ok(()) };
-    let few: Vec<&&Picture> = pictures.iter().take(LOOKED_AT).collect();
-    let found = few
-        .par_iter()
-        .filter(|picture| {
-            read_image(&picture.path, settings.limits)
-                .is_ok_and(|image| matches!(meant.detect(&image), Sighting::Seen(_)))
-        })
-        .count();
-    if 2 * found <= few.len() {
-        return Ok(());
-    }
-    let described = serde_json::to_value(&meant).unwrap_or_default();
-    Err(Error::Degenerate {
-        problem: format!("the chart was found in {seen} of {} pictures only", pictures.len()),
-        hint: format!(
-            "with `columns = {}`, `rows = {}` it is in {found} of the first {}: inner corners or crossings are counted, not squares",
-            described["columns"],
-            described["rows"],
-            few.len()
-        ),
-    })
-}
-
-/// The error for a capture without a single chart, naming the commonest reason.
-fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Error {
-    let mut reasons: std::collections::BTreeMap<&str, usize> = std::collections::BTreeMap::new();
-    for picture in pictures.iter().flatten() {
-        if let Err(why) = &picture.outcome {
-            *reasons.entry(why).or_default() += 1;
-        }
-    }
-    let total: usize = reasons.values().sum();
-    let (why, count) = reasons
-        .iter()
-        .max_by_key(|(_, count)| **count)
-        .map_or(("no picture", 0), |(why, count)| (*why, *count));
-    let hint = match crate::chart::lattice::size_in_reason(why) {
-        Some((width, height)) => format!(
-            "is it `columns = {width}`, `rows = {height}`? Inner corners, crossings or dots are counted, but squares of a charuco board and tags of an april-grid"
-        ),
-        None => format!(
-            "compare the pictures with [chart] in `{}`; `wheatstone detect --draw DIR` shows what was found",
-            capture.path.display()
-        ),
-    };
-    Error::Degenerate {
-        problem: format!(
-            "the chart was found in none of {total} pictures; in {count} of them: {why}"
-        ),
-        hint,
     }
 }

@@ -74,8 +74,9 @@ pub fn match_corners(
             .fold(next - 1.0, |worst, (_, alike)| worst.max(alike));
         let off = off_curve(&curve, at)?;
         let direction = (curve.last()?.other - curve.first()?.other).try_normalize(1e-9)?;
-        (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside)
-            .then_some(CornerMatch { first: corner.at, second: at, look: corner.look, aside: off, direction })
+        (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside).then_some(
+            CornerMatch { first: corner.at, second: at, look: corner.look, aside: off, direction },
+        )
     };
     first.par_iter().filter_map(found).collect()
 }

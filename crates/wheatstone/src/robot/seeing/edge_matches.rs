@@ -302,10 +302,8 @@ fn straighten(chain: &[usize], edges: &[Edge], matched: &mut [Option<Candidate>]
     // Pixels place an edge to a tenth of a waypoint; rims are a little bent.
     const AGREE: f64 = 0.35;
     const LEAST: usize = 5;
-    let found: Vec<(usize, f64)> = chain
-        .iter()
-        .filter_map(|index| Some((*index, matched[*index]?.along)))
-        .collect();
+    let found: Vec<(usize, f64)> =
+        chain.iter().filter_map(|index| Some((*index, matched[*index]?.along))).collect();
     if found.len() < LEAST {
         return;
     }
@@ -324,9 +322,8 @@ fn straighten(chain: &[usize], edges: &[Edge], matched: &mut [Option<Candidate>]
         if !slope.is_finite() {
             continue;
         }
-        let agrees = |point: &[f64; 2]| {
-            (point[1] - start[1] - slope * (point[0] - start[0])).abs() < AGREE
-        };
+        let agrees =
+            |point: &[f64; 2]| (point[1] - start[1] - slope * (point[0] - start[0])).abs() < AGREE;
         let agreeing: Vec<bool> = points.iter().map(agrees).collect();
         let count = agreeing.iter().filter(|agrees| **agrees).count();
         if count > most {

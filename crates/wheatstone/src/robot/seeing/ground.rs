@@ -156,7 +156,8 @@ fn stretch(
     let (row, sigma) = last?;
     let to = atlas.floor(Pixel::new(column, row))?;
     // Of a floor another edge would follow; a bare face goes on to the picture's top.
-    let bare = !blocked && atlas.floor(Pixel::new(column, 0.0)).is_none_or(|top| (top - to).norm() > BARE);
+    let bare =
+        !blocked && atlas.floor(Pixel::new(column, 0.0)).is_none_or(|top| (top - to).norm() > BARE);
     let start = from.coords.norm();
     let reach = to.coords.norm().min(limit).min(FARTHEST);
     if reach <= start {

@@ -209,8 +209,7 @@ fn remember<T>(known: &mut Vec<T>, new: T) {
 /// corners aside by an amount that grows straight along the curve's normal as the picture turns.
 fn moved(matches: &[CornerMatch], (limit, near): (f64, usize)) -> Option<f64> {
     const AGREE: f64 = 1.2;
-    let all: Vec<[f64; 2]> =
-        matches.iter().map(|corner| [corner.lever(), corner.aside]).collect();
+    let all: Vec<[f64; 2]> = matches.iter().map(|corner| [corner.lever(), corner.aside]).collect();
     let mut best: Vec<f64> = Vec::new();
     for (index, first) in all.iter().enumerate() {
         for second in &all[index + 1..] {

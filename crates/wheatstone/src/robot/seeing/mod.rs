@@ -160,12 +160,3 @@ fn mean_grey(picture: &GrayImage) -> f64 {
     let values = picture.values();
     values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len().max(1) as f64
 }
-
-impl Observer {
-    #[doc(hidden)]
-    pub fn debug_corners(&self, pictures: &[GrayImage; 2]) -> [Vec<Pixel>; 2] {
-        [0, 1].map(|c| {
-            corners::corners(&gradient::Gradient::new(&pictures[c])).iter().map(|k| k.at).collect()
-        })
-    }
-}

@@ -3,6 +3,7 @@
 
 mod eye;
 mod layout;
+mod surfaces;
 
 pub use eye::{Board, Eye};
 

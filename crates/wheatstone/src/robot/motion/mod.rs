@@ -1,13 +1,16 @@
 //! Where the robot is, from nothing but the corners it sees: each is laid on the landmarks seen before,
 //! and the pose under which most of them meet is the robot's.
 
+mod laying;
+
 use super::{
     Believed, Ground, PlanarPose,
     seeing::{Look, SeenCorner, likeness},
     wrapped,
 };
 use crate::{geometry::Point3, numeric::random::Random};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use laying::{Pair, amiss, count, distinct, nearest, on_ground, refined, through, turned, unsure};
+use nalgebra::{Matrix2, Matrix3};
 
 /// A corner of something that stands still, in the start frame.
 #[derive(Clone, Debug)]
@@ -39,24 +42,10 @@ pub struct OwnMotion {
     random: Random,
 }
 
-/// A corner and the landmark that it is laid on, both on the ground.
-struct Pair {
-    landmark: usize,
-    corner: usize,
-    own: Ground,
-    world: Ground,
-    own_covariance: Matrix2<f64>,
-    world_covariance: Matrix2<f64>,
-}
-
 /// What a command may do otherwise than told, as shares of it, and what may happen without one: slip and
 /// wheels that are not alike. In centimetres and radians.
 const AMISS: f64 = 0.35;
 const AMISS_AT_REST: [f64; 2] = [1.0, 0.02];
-
-/// Standard deviation of what wheels do otherwise than told, likewise.
-const USUALLY_AMISS: f64 = 0.15;
-const USUALLY_AMISS_AT_REST: [f64; 2] = [0.1, 0.004];
 
 /// How unsure of its place (in centimetres) and its heading (in radians) a robot may be that goes by what
 /// its wheels were told: a few steps, or half a turn on the spot before a bare wall.
@@ -71,17 +60,15 @@ const LEAST_LIKENESS: f32 = 0.55;
 /// Tiles' corners look alike: a corner may be any of the nearest few.
 const RIVALS: usize = 6;
 
+/// A heading less sure than this, in radians, is worth a search for landmarks of surer times; and so many
+/// of them must agree.
+const UNSURE: f64 = 0.025;
+const CLOSING: usize = 6;
+
 /// Pairs that must agree, at least, and as a share of all that could be laid; of fewer two thirds must.
 const ENOUGH_PAIRS: usize = 5;
 const LEAST_SHARE: f64 = 0.4;
 const LEAST_PAIRS: usize = 2;
-
-/// A squared distance that pairs of the same point exceed once in a hundred: chi-square of two.
-const SAME: f64 = 9.2;
-
-/// What places err by beside what their covariances say: windows of corners that are no points, in
-/// square centimetres.
-const ROUGHNESS: f64 = 0.02;
 
 /// Landmarks that were seen once and not again for so many looks are forgotten.
 const PATIENCE: u64 = 12;
@@ -122,7 +109,8 @@ impl OwnMotion {
             self.believed = believed;
             (self.told, self.since) = (PlanarPose::default(), Matrix3::zeros());
             self.learn(corners, &pairs);
-            return Some(believed);
+            self.close_loop(corners);
+            return Some(self.believed);
         }
         // Without landmarks to go by the wheels are believed for a while: they cannot do much otherwise.
         // What is seen then is laid down where they say, so that the next look finds it again.
@@ -138,6 +126,37 @@ impl OwnMotion {
         Some(self.believed)
     }
 
+    /// Lays the corners on landmarks of a time when the robot knew much better where it was: what it has seen
+    /// since moves with it.
+    fn close_loop(&mut self, corners: &[SeenCorner]) {
+        let [place, heading] = unsure(&self.believed.covariance);
+        if heading < UNSURE {
+            return;
+        }
+        let sure = |landmark: &Landmark| unsure(&landmark.founded)[1] < 0.4 * heading;
+        let (shift, turn) = (1.0 + 2.5 * place, 2.5 * heading);
+        let guess = self.believed.pose;
+        let mut pairs = self.laid(corners, &guess, (shift, turn));
+        pairs.retain(|pair| sure(&self.landmarks[pair.landmark]));
+        let doubt = self.believed.covariance;
+        let Some((believed, kept)) = self.agreed(pairs, &guess, (shift, turn), &doubt) else {
+            return;
+        };
+        if kept.len() < CLOSING {
+            return;
+        }
+        let back = |point: Point3| {
+            let own = guess.inverse_transform(Ground::new(point.x, point.z));
+            let moved = believed.pose.transform(own);
+            Point3::new(moved.x, point.y, moved.y)
+        };
+        for landmark in self.landmarks.iter_mut().filter(|landmark| !sure(landmark)) {
+            landmark.point = back(landmark.point);
+            landmark.founded = believed.covariance;
+        }
+        self.believed = believed;
+    }
+
     /// Pose and agreeing pairs: by one narrow search, or a wider one.
     fn found(
         &mut self,
@@ -146,11 +165,13 @@ impl OwnMotion {
         told: &PlanarPose,
     ) -> Option<(Believed, Vec<Pair>)> {
         let [place, heading] = unsure(&self.since);
+        let doubt = self.since + amiss(&self.told, guess.heading);
         for widening in [1.0, 2.0] {
-            let shift = (told.place().coords.norm() * AMISS + AMISS_AT_REST[0] + 2.0 * place) * widening;
+            let shift =
+                (told.place().coords.norm() * AMISS + AMISS_AT_REST[0] + 2.0 * place) * widening;
             let turn = (told.heading.abs() * AMISS + AMISS_AT_REST[1] + 2.0 * heading) * widening;
             let pairs = self.laid(corners, guess, (shift, turn));
-            if let Some(found) = self.agreed(pairs, guess, (shift, turn)) {
+            if let Some(found) = self.agreed(pairs, guess, (shift, turn), &doubt) {
                 return Some(found);
             }
         }
@@ -158,7 +179,7 @@ impl OwnMotion {
         let near = (AMISS_AT_REST[0] + 2.0 * place, AMISS_AT_REST[1] + 2.0 * heading);
         let stay = self.believed.pose;
         let pairs = self.laid(corners, &stay, near);
-        self.agreed(pairs, &stay, near)
+        self.agreed(pairs, &stay, near, &doubt)
     }
 
     /// Corners on the landmarks that they may be.
@@ -214,6 +235,7 @@ impl OwnMotion {
         pairs: Vec<Pair>,
         guess: &PlanarPose,
         (shift, turn): (f64, f64),
+        doubt: &Matrix3<f64>,
     ) -> Option<(Believed, Vec<Pair>)> {
         const DRAWS: usize = 250;
         let total = distinct(&pairs);
@@ -235,7 +257,6 @@ impl OwnMotion {
         }
         let mut pose = best.1;
         let mut covariance = Matrix3::zeros();
-        let doubt = self.since + amiss(&self.told, guess.heading);
         let prior = (*guess, doubt.try_inverse()?);
         for _ in 0..5 {
             (pose, covariance) = refined(&pairs, &pose, &prior)?;
@@ -292,124 +313,4 @@ impl OwnMotion {
         let now = self.looks;
         self.landmarks.retain(|known| known.times > 1 || now - known.last < PATIENCE);
     }
-}
-
-/// Standard deviations of a place on the ground and of a heading.
-fn unsure(covariance: &Matrix3<f64>) -> [f64; 2] {
-    [(covariance[(0, 0)] + covariance[(1, 1)]).sqrt(), covariance[(2, 2)].sqrt()]
-}
-
-/// The covariance of where a command leads, on the ground and in heading.
-fn amiss(told: &PlanarPose, heading: f64) -> Matrix3<f64> {
-    let distance = USUALLY_AMISS * told.place().coords.norm() + USUALLY_AMISS_AT_REST[0];
-    let turn = USUALLY_AMISS * told.heading.abs() + USUALLY_AMISS_AT_REST[1];
-    // Aside it goes only as far as its heading errs over the way.
-    let aside = turn * told.place().coords.norm() + USUALLY_AMISS_AT_REST[0];
-    let own = Matrix2::new(aside * aside, 0.0, 0.0, distance * distance);
-    let place = turned(&own, heading);
-    let mut covariance = Matrix3::zeros();
-    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&place);
-    covariance[(2, 2)] = turn * turn;
-    covariance
-}
-
-fn on_ground(covariance: &Matrix3<f64>) -> Matrix2<f64> {
-    Matrix2::new(covariance[(0, 0)], covariance[(0, 2)], covariance[(2, 0)], covariance[(2, 2)])
-        + Matrix2::identity() * ROUGHNESS
-}
-
-/// A covariance on the ground, in the frame in which its own frame has this heading.
-fn turned(covariance: &Matrix2<f64>, heading: f64) -> Matrix2<f64> {
-    let (sine, cosine) = (libm::sin(heading), libm::cos(heading));
-    let rotation = Matrix2::new(cosine, sine, -sine, cosine);
-    rotation * covariance * rotation.transpose()
-}
-
-/// The pose that brings two pairs together, as far as their lengths allow.
-fn through(first: &Pair, second: &Pair) -> Option<PlanarPose> {
-    let (own, world) = (second.own - first.own, second.world - first.world);
-    // Points close together tell no direction.
-    if own.norm() < 15.0 || (own.norm() - world.norm()).abs() > 0.1 * own.norm() {
-        return None;
-    }
-    let heading = libm::atan2(world.x, world.y) - libm::atan2(own.x, own.y);
-    let turned = PlanarPose { x: 0.0, z: 0.0, heading };
-    let middle = (first.own.coords + second.own.coords) / 2.0;
-    let at = turned.transform(middle.into());
-    let to = (first.world.coords + second.world.coords) / 2.0;
-    Some(PlanarPose { x: to.x - at.x, z: to.y - at.y, heading: wrapped(heading) })
-}
-
-/// The squared Mahalanobis distance of a pair under a pose.
-fn distance2(pair: &Pair, pose: &PlanarPose) -> f64 {
-    let off = pose.transform(pair.own) - pair.world;
-    let spread = turned(&pair.own_covariance, pose.heading) + pair.world_covariance;
-    spread.try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
-}
-
-/// How many corners meet a landmark under a pose. Pairs stand in the order of corners.
-fn count(pairs: &[Pair], pose: &PlanarPose) -> usize {
-    pairs
-        .chunk_by(|a, b| a.corner == b.corner)
-        .filter(|rivals| rivals.iter().any(|pair| distance2(pair, pose) < SAME))
-        .count()
-}
-
-/// Corners that have any pair.
-fn distinct(pairs: &[Pair]) -> usize {
-    pairs.chunk_by(|a, b| a.corner == b.corner).count()
-}
-
-/// Of each corner the pair that meets best under a pose, if it meets.
-fn nearest(pairs: Vec<Pair>, pose: &PlanarPose) -> Vec<Pair> {
-    let mut kept: Vec<Pair> = Vec::new();
-    for pair in pairs {
-        let distance = distance2(&pair, pose);
-        if distance >= SAME {
-            continue;
-        }
-        match kept.last_mut() {
-            Some(last) if last.corner == pair.corner => {
-                if distance < distance2(last, pose) {
-                    *last = pair;
-                }
-            }
-            _ => kept.push(pair),
-        }
-    }
-    kept
-}
-
-/// One step of weighted least squares over the pairs that agree; far ones count little (Huber).
-fn refined(
-    pairs: &[Pair],
-    pose: &PlanarPose,
-    (guess, information): &(PlanarPose, Matrix3<f64>),
-) -> Option<(PlanarPose, Matrix3<f64>)> {
-    // Wheels that slip do far otherwise: what they were told counts little then.
-    let heading = wrapped(guess.heading - pose.heading);
-    let off = Vector3::new(guess.x - pose.x, guess.z - pose.z, heading);
-    let share = 1.5 / off.dot(&(information * off)).max(0.0).sqrt().max(1.5);
-    let (mut normal, mut right) = (information * share, information * off * share);
-    for pair in pairs {
-        let distance2 = distance2(pair, pose);
-        if distance2 > 2.0 * SAME {
-            continue;
-        }
-        let spread = turned(&pair.own_covariance, pose.heading) + pair.world_covariance;
-        // One and a half standard deviations.
-        let weight = spread.try_inverse()? * (1.5 / distance2.sqrt().max(1.5));
-        let at = pose.transform(pair.own);
-        let off: Vector2<f64> = pair.world - at;
-        // A turn to the right moves what lies ahead to the right, and what lies right back.
-        let arm = at - pose.place();
-        let slopes = Matrix2x3::new(1.0, 0.0, arm.y, 0.0, 1.0, -arm.x);
-        normal += slopes.transpose() * weight * slopes;
-        right += slopes.transpose() * weight * off;
-    }
-    let covariance = normal.try_inverse()?;
-    let by = covariance * right;
-    let moved =
-        PlanarPose { x: pose.x + by.x, z: pose.z + by.y, heading: wrapped(pose.heading + by.z) };
-    Some((moved, covariance))
 }
