@@ -10,6 +10,8 @@
 //! the same unit, is 3 m ahead unless it is given. A robot of your own is another `Vehicle`: see
 //! `docs/robot.md`.
 
+#![expect(clippy::print_stdout, reason = "a program speaks")]
+
 use std::{error::Error, path::Path};
 use wheatstone::{
     Calibration,
