@@ -21,6 +21,8 @@ pub mod scene;
 pub mod seeing;
 pub mod simulated;
 pub mod trial;
+#[cfg(test)]
+mod simulation_of_scenes;
 pub mod world;
 
 use crate::{Result, geometry::Point3, imaging::GrayImage};

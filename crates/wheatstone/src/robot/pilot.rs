@@ -20,6 +20,9 @@ pub struct Pilot {
     believed: Believed,
 }
 
+/// Who hears of every look: the vehicle, the pilot, the pictures and what they came to.
+pub type Watch<'a, V> = &'a mut dyn FnMut(&mut V, &Pilot, &[GrayImage; 2], &Step) -> Result<()>;
+
 /// What a look came to.
 #[derive(Clone, Debug)]
 pub struct Step {
@@ -82,7 +85,7 @@ impl Pilot {
     pub fn drive<V: Vehicle>(
         &mut self,
         vehicle: &mut V,
-        watch: &mut dyn FnMut(&mut V, &Self, &[GrayImage; 2], &Step) -> Result<()>,
+        watch: Watch<V>,
     ) -> Result<Option<Decision>> {
         while let Some(pictures) = vehicle.look()? {
             let step = self.step(&pictures);

@@ -1,11 +1,7 @@
 //! What is said where a chart is found in too few pictures, or in none.
 
 use super::{Picture, Read};
-use crate::{
-    Error, Result,
-    chart::{Chart, Sighting},
-    dataset::capture::Capture,
-};
+use crate::{Error, Result, chart::Sighting, dataset::capture::Capture};
 use rayon::prelude::*;
 
 /// Where the chart is in few pictures, looks for the one that is left when squares were counted instead

@@ -44,7 +44,7 @@ const CLEARLY_LESS: f32 = 0.06;
 
 /// Finds corners of one picture in the other, at most `aside` pixels from their curves.
 #[must_use]
-pub fn match_corners(
+pub(crate) fn match_corners(
     atlas: &Atlas,
     first: &[Corner],
     (second, gradient): (&[Corner], &Gradient),

@@ -11,17 +11,17 @@ use crate::{
 use nalgebra::{Matrix2, Vector2};
 
 /// Half the side of a corner's window, in pixels.
-pub const REACH: isize = 5;
+pub(crate) const REACH: isize = 5;
 
 /// Pixels of a window.
-pub const WINDOW: usize = ((2 * REACH + 1) * (2 * REACH + 1)) as usize;
+pub(crate) const WINDOW: usize = ((2 * REACH + 1) * (2 * REACH + 1)) as usize;
 
 /// A window about a corner: grey levels less their mean, over their length.
 pub type Look = [f32; WINDOW];
 
 /// A corner of a picture.
 #[derive(Clone, Copy, Debug)]
-pub struct Corner {
+pub(crate) struct Corner {
     /// The pixel at its middle.
     pub at: Pixel,
     /// What it looks like.
@@ -43,7 +43,7 @@ const MOST: usize = 220;
 
 /// The corners of a picture, the strongest first (Shi & Tomasi 1994, doi:10.1109/CVPR.1994.323794).
 #[must_use]
-pub fn corners(gradient: &Gradient) -> Vec<Corner> {
+pub(crate) fn corners(gradient: &Gradient) -> Vec<Corner> {
     let (width, height) = (gradient.width, gradient.height);
     let product = |a: &[f32], b: &[f32]| {
         let values = a.iter().zip(b).map(|(a, b)| a * b).collect();
@@ -99,7 +99,7 @@ fn is_alone(strength: &[f32], width: usize, (x, y): (isize, isize), own: f32) ->
 
 /// What the window about a place looks like; `None` for a plain one.
 #[must_use]
-pub fn look(picture: &GrayImage, at: Pixel) -> Option<Look> {
+pub(crate) fn look(picture: &GrayImage, at: Pixel) -> Option<Look> {
     let mut look = [0.0; WINDOW];
     let side = 2 * REACH + 1;
     for (index, value) in look.iter_mut().enumerate() {
@@ -125,7 +125,7 @@ pub fn likeness(first: &Look, second: &Look) -> f32 {
 /// The place near `start` whose window looks like `wanted`, to a fraction of a pixel (Lucas & Kanade
 /// 1981), and how alike it is. `None` where the search runs off.
 #[must_use]
-pub fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Option<(Pixel, f32)> {
+pub(crate) fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Option<(Pixel, f32)> {
     // It settles within a few steps or not at all; corners are a pixel or two off at first.
     const STEPS: usize = 8;
     const FARTHEST: f64 = 3.5;

@@ -48,13 +48,13 @@ const BELOW_SHARE: f64 = 0.03;
 
 /// Whether a point may be there at all.
 #[must_use]
-pub fn above_floor(point: Point3) -> bool {
+pub(crate) fn above_floor(point: Point3) -> bool {
     point.y < BELOW + BELOW_SHARE * Ground::new(point.x, point.z).coords.norm()
 }
 
 /// Finds the edges of one picture in the other.
 #[must_use]
-pub fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatch> {
+pub(crate) fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatch> {
     let sampled: Vec<Edge> = first.all.iter().filter(|edge| is_sampled(edge)).copied().collect();
     let found: Vec<Found> = sampled.par_iter().map(|edge| find(atlas, edge, second)).collect();
     let chains = by_chain(&sampled);
@@ -343,6 +343,6 @@ fn straighten(chain: &[usize], edges: &[Edge], matched: &mut [Option<Candidate>]
 
 /// Unit vector along an edge.
 #[must_use]
-pub fn along(edge: &Edge) -> Vector2<f64> {
+pub(crate) fn along(edge: &Edge) -> Vector2<f64> {
     Vector2::new(-edge.towards_light.y, edge.towards_light.x)
 }

@@ -20,7 +20,7 @@ pub struct Edge {
 }
 
 /// The edges of a picture.
-pub struct Edges {
+pub(crate) struct Edges {
     /// In the order of rows.
     pub all: Vec<Edge>,
     /// Which one lies at each pixel, row by row.
@@ -45,7 +45,7 @@ const MARGIN: usize = 5;
 impl Edges {
     /// Of a picture: where its gradient is steepest along itself.
     #[must_use]
-    pub fn new(gradient: &Gradient) -> Self {
+    pub(crate) fn new(gradient: &Gradient) -> Self {
         let (width, height) = (gradient.width, gradient.height);
         let mut edges = Self { all: Vec::new(), map: vec![NONE; width * height], width, height };
         for y in MARGIN..height.saturating_sub(MARGIN) {
@@ -65,7 +65,7 @@ impl Edges {
 
     /// The edge at a pixel.
     #[must_use]
-    pub fn at(&self, x: isize, y: isize) -> Option<&Edge> {
+    pub(crate) fn at(&self, x: isize, y: isize) -> Option<&Edge> {
         let inside = x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height;
         let number = if inside { self.map[y as usize * self.width + x as usize] } else { NONE };
         self.all.get(number as usize)
@@ -73,7 +73,7 @@ impl Edges {
 
     /// Columns and rows of the picture.
     #[must_use]
-    pub fn size(&self) -> [usize; 2] {
+    pub(crate) fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 

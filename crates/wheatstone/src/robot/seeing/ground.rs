@@ -38,7 +38,7 @@ const FLOOR_SHARE: f64 = 0.015;
 
 /// Whether a point is of the floor, as far as its height tells.
 #[must_use]
-pub fn is_floor(point: Point3) -> bool {
+pub(crate) fn is_floor(point: Point3) -> bool {
     -point.y < FLOOR + FLOOR_SHARE * distance(point)
 }
 
@@ -51,7 +51,7 @@ const FARTHEST: f64 = 350.0;
 
 /// What stands out from the floor.
 #[must_use]
-pub fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePoint> {
+pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePoint> {
     let point = |edge: &LocatedEdge| {
         let (point, covariance) = edge.at?;
         let covariance = Matrix2::new(
@@ -96,7 +96,11 @@ const STRIP: f64 = 4.0;
 
 /// How far the floor is free, a stretch for each strip of columns in which any of it is seen.
 #[must_use]
-pub fn clear(atlas: &Atlas, edges: &[LocatedEdge], [width, height]: [usize; 2]) -> Vec<Stretch> {
+pub(crate) fn clear(
+    atlas: &Atlas,
+    edges: &[LocatedEdge],
+    [width, height]: [usize; 2],
+) -> Vec<Stretch> {
     let mut strips: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
     for edge in edges {
         // Sampled every three pixels, an edge that lies may miss a strip: it counts for both beside.
@@ -172,7 +176,7 @@ fn stretch(
 
 /// Gives edges that were not found, but lie on a chain between others that were found on the floor, a
 /// place on the floor.
-pub fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
+pub(crate) fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
     // Tiles' edges are longer than this; feet of obstacles that the curve runs along are found at
     // their corners.
     const NEAR: f64 = 30.0;

@@ -127,10 +127,11 @@ impl Health {
         let matched = seen.matched.len();
         let share = matched as f64 / seen.corners[0].max(1) as f64;
         let usual = if self.shares.len() < ENOUGH { 0.35 } else { median(&self.shares) };
-        if share < 0.55 * usual && seen.corners[0] > 12 {
-            if let Some(aside) = moved(&look_aside(WIDE), (self.limit(), matched)) {
-                return (Trust::Broken, Some(Complaint::Moved { aside }));
-            }
+        if share < 0.55 * usual
+            && seen.corners[0] > 12
+            && let Some(aside) = moved(&look_aside(WIDE), (self.limit(), matched))
+        {
+            return (Trust::Broken, Some(Complaint::Moved { aside }));
         }
         if matched < LEAST_TO_GO_BY {
             return (Trust::Poor, Some(Complaint::Unmatched { matched }));
