@@ -19,6 +19,7 @@ mod pipeline;
 mod real_charts;
 mod real_points;
 mod rectification;
+mod robot;
 mod stage;
 mod report_page;
 mod formats;
