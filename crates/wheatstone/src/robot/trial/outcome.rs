@@ -261,7 +261,7 @@ pub(super) fn outcome(
 }
 
 /// From the middle of every cell that is taken for occupied to the nearest true surface.
-fn map_errors(map: &Map, world: &World) -> Vec<f64> {
+pub(super) fn map_errors(map: &Map, world: &World) -> Vec<f64> {
     let cells = (0..map.rows()).flat_map(|row| (0..map.columns()).map(move |column| (column, row)));
     cells
         .filter(|&(column, row)| map.cell(column, row) == Cell::Occupied)

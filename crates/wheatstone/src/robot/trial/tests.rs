@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::progress::Silent;
+use nalgebra::{Matrix2, Vector2};
 
 fn trials(steps: usize) -> Vec<Trial> {
     let method = AnyMethod::named("brown").unwrap();
@@ -44,7 +45,7 @@ fn trials_are_the_same_whatever_the_number_of_threads() {
         assert!((290.0..=310.0).contains(&outcome.goal_distance), "{}", outcome.goal_distance);
         assert!(outcome.position_error < 3.0, "{}", outcome.position_error);
         assert_eq!(outcome.seconds, [0.0, 0.0]);
-        assert!(!outcome.map_errors.is_empty() && outcome.map_error.median < 5.0);
+        assert_eq!(outcome.map_error, Spread::of(&outcome.map_errors));
     }
     assert_eq!(one, run(3));
 }
@@ -89,4 +90,30 @@ fn a_knock_is_counted_from_the_first_look_that_shows_it() {
         tally.count(step, 0.0);
     }
     assert_eq!(tally.noticed, Some(Noticed { at: 3, after: Some(2) }));
+}
+
+#[test]
+fn maps_are_judged_by_true_surfaces() {
+    use crate::robot::{Believed, Ground, map::Map, scene::Scene, scene::ScenePoint};
+    let world = World::new(0);
+    // From the middle of an obstacle straight to its face.
+    let centre = Ground::from(world.obstacles[0].centre);
+    let inside =
+        |length: f64| world.obstacles[0].distance(centre + Vector2::new(length, 0.0)) < 0.0;
+    let face = (0..).map(|step| f64::from(step) * 0.01).find(|length| !inside(*length)).unwrap();
+    let off_by = |error: f64| {
+        let place = centre + Vector2::new(face + error, 0.0);
+        let point = ScenePoint { place, covariance: Matrix2::identity() * 1e-4, height: 10.0 };
+        let scene = Scene { obstacles: vec![point; 8], ..Scene::default() };
+        let mut map = Map::new(world.goal());
+        for _ in 0..4 {
+            map.add(&scene, &Believed::default(), 1.0);
+        }
+        outcome::map_errors(&map, &world)
+    };
+    let exact = off_by(0.0);
+    assert!(!exact.is_empty());
+    // Half a cell's diagonal.
+    assert!(exact.iter().all(|error| *error < 1.5), "{exact:?}");
+    assert!(off_by(-4.0).iter().all(|error| (1.0..6.0).contains(error)));
 }
