@@ -35,7 +35,7 @@ struct Candidate {
 }
 
 /// Every so many pixels along an edge one is matched.
-const EVERY: isize = 3;
+const EVERY: isize = 4;
 
 /// Curves that run along an edge do not tell where they cut it: the least cosine between the edge's
 /// gradient and the curve.

@@ -84,7 +84,7 @@ fn foot(stretch: &Stretch) -> Option<ScenePoint> {
 /// is found once or twice.
 fn has_company(point: &ScenePoint, all: &[ScenePoint]) -> bool {
     const NEAR: f64 = 2.5;
-    const OTHERS: usize = 4;
+    const OTHERS: usize = 3;
     let reach = NEAR + 1.5 * point.covariance.trace().sqrt();
     let near = |other: &&ScenePoint| (other.place - point.place).norm() < reach;
     // The point itself is one of them.
@@ -103,7 +103,7 @@ pub(crate) fn clear(
 ) -> Vec<Stretch> {
     let mut strips: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
     for edge in edges {
-        // Sampled every three pixels, an edge that lies may miss a strip: it counts for both beside.
+        // Sampled every four pixels, an edge that lies may miss a strip: it counts for both beside.
         let strip = (edge.matched.edge.at.x / STRIP) as usize;
         let lies = along(&edge.matched.edge).x.abs() > 0.5;
         for number in [strip.saturating_sub(usize::from(lies)), strip, strip + usize::from(lies)] {
