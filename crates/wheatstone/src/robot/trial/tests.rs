@@ -41,8 +41,8 @@ fn trials_are_the_same_whatever_the_number_of_threads() {
     for outcome in &one {
         assert_eq!((outcome.steps, outcome.ended), (2, Ended::Underway));
         assert!(!outcome.reached && !outcome.collided && outcome.clearance > 20.0);
-        // A look and a step of a hand's breadth away from the start.
-        assert!((290.0..=310.0).contains(&outcome.goal_distance), "{}", outcome.goal_distance);
+        // Two looks, and after each a step of 5 cm at most, as wheels go that are not exact.
+        assert!((286.0..=310.0).contains(&outcome.goal_distance), "{}", outcome.goal_distance);
         assert!(outcome.position_error < 3.0, "{}", outcome.position_error);
         assert_eq!(outcome.seconds, [0.0, 0.0]);
         assert_eq!(outcome.map_error, Spread::of(&outcome.map_errors));
