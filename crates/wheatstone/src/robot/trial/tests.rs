@@ -43,7 +43,8 @@ fn trials_are_the_same_whatever_the_number_of_threads() {
         assert!(!outcome.reached && !outcome.collided && outcome.clearance > 20.0);
         // Two looks, and after each a step of 5 cm at most, as wheels go that are not exact.
         assert!((286.0..=310.0).contains(&outcome.goal_distance), "{}", outcome.goal_distance);
-        assert!(outcome.position_error < 3.0, "{}", outcome.position_error);
+        // Broken off after a step that it has not looked back at: it believes to be where it was.
+        assert!(outcome.position_error < 7.0, "{}", outcome.position_error);
         assert_eq!(outcome.seconds, [0.0, 0.0]);
         assert_eq!(outcome.map_error, Spread::of(&outcome.map_errors));
     }
