@@ -44,7 +44,8 @@ pub fn exposed(light: GrayImage, sensor: Sensor, random: &mut Random) -> GrayIma
         .map(|value| {
             let value = f64::from(*value);
             let variance = sensor.read_noise * sensor.read_noise + sensor.shot_noise * value;
-            (value + variance.sqrt() * random.normal()).round().clamp(0.0, 255.0) as f32
+            // Rounded by cutting off: what is below half a grey level is none.
+            f32::from((value + variance.sqrt() * random.normal() + 0.5) as u8)
         })
         .collect();
     GrayImage::from_values(light.width(), light.height(), noisy).unwrap_or(light)

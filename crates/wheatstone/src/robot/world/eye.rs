@@ -86,47 +86,50 @@ impl Eye {
         board: Option<&Board>,
         random: &mut Random,
     ) -> GrayImage {
+        // Rows of which one thread makes the light: corners between bands are met twice.
+        const BAND: usize = 16;
         let view = self.view(world, pose, board);
         let (width, height) = (self.camera.width, self.camera.height);
-        let corners: Vec<Vec<Option<Hit>>> = (0..=height)
-            .into_par_iter()
-            .map(|y| {
-                let row = &self.rays[y * (width + 1)..][..=width];
-                let hit = |(x, ray): (usize, &Option<Ray>)| {
-                    ray.map(|ray| view.hit(&ray, [x as f64 - 0.5, y as f64 - 0.5]))
-                };
-                row.iter().enumerate().map(hit).collect()
-            })
-            .collect();
-        let rows: Vec<Vec<f32>> = (0..height)
-            .into_par_iter()
-            .map(|y| {
-                let value = |x: usize| {
-                    let around = [
-                        corners[y][x],
-                        corners[y][x + 1],
-                        corners[y + 1][x],
-                        corners[y + 1][x + 1],
-                    ];
-                    let returned = self.returned(&view, [x, y], around);
-                    let lit = BLACK + (WHITE - BLACK) * returned;
-                    (lit * self.light.at(x as f64, y as f64)) as f32
-                };
-                (0..width).map(value).collect()
-            })
-            .collect();
-        let sharp = GrayImage::from_fn(width, height, |x, y| rows[y][x]);
+        let mut light = vec![0.0; width * height];
+        light
+            .par_chunks_mut(BAND * width)
+            .enumerate()
+            .for_each(|(band, rows)| self.light_band(&view, band * BAND, rows));
+        let sharp = GrayImage::from_fn(width, height, |x, y| light[y * width + x]);
         exposed(gaussian_blur(&sharp, self.sensor.blur), self.sensor, random)
     }
 
+    /// The light in whole rows of pixels from `top` on.
+    fn light_band(&self, view: &View, top: usize, rows: &mut [f32]) {
+        let width = self.camera.width;
+        let hits = |y: usize| -> Vec<Option<Hit>> {
+            let rays = &self.rays[y * (width + 1)..][..=width];
+            let hit = |(x, ray): (usize, &Option<Ray>)| {
+                ray.map(|ray| view.hit(&ray, [x as f64 - 0.5, y as f64 - 0.5]))
+            };
+            rays.iter().enumerate().map(hit).collect()
+        };
+        let mut above = hits(top);
+        for (row, y) in rows.chunks_mut(width).zip(top..) {
+            let below = hits(y + 1);
+            for (x, light) in row.iter_mut().enumerate() {
+                let around = [above[x], above[x + 1], below[x], below[x + 1]];
+                let returned = self.returned(view, [x, y], around);
+                let lit = BLACK + (WHITE - BLACK) * returned;
+                *light = (lit * self.light.at(x as f64, y as f64)) as f32;
+            }
+            above = below;
+        }
+    }
+
     fn view<'a>(&self, world: &'a World, pose: PlanarPose, board: Option<&Board<'a>>) -> View<'a> {
-        let placed = world.obstacles.iter().enumerate().map(|(number, obstacle)| {
+        let placed = world.obstacles.iter().enumerate().filter_map(|(number, obstacle)| {
             let own = obstacle.own(pose.place());
             let heading = pose.heading - obstacle.turn;
             let own_from_robot = PlanarPose { x: own.x, z: own.y, heading };
-            let bounds = self.bounds(obstacle, &own_from_robot);
+            let bounds = self.bounds(obstacle, &own_from_robot)?;
             let own_from_robot = Frame::new(own_from_robot);
-            Placed { obstacle, number: number as u32, own_from_robot, bounds }
+            Some(Placed { obstacle, number: number as u32, own_from_robot, bounds })
         });
         let board = board.map(|board| (board.chart, board.robot_from_chart.inverse()));
         let tiles = &world.tiles;
@@ -142,29 +145,33 @@ impl Eye {
         }
     }
 
-    /// The part of the picture that an obstacle can be in; all of it where it is near or aside.
-    fn bounds(&self, obstacle: &Obstacle, own_from_robot: &PlanarPose) -> [f64; 4] {
+    /// The part of the picture that an obstacle can be in: all of it where it is near or partly aside, none
+    /// where it is behind or aside.
+    fn bounds(&self, obstacle: &Obstacle, own_from_robot: &PlanarPose) -> Option<[f64; 4]> {
         // Straight edges bend by some pixels between their ends.
         const MARGIN: f64 = 15.0;
+        // Twice the tangent of the field's half: beyond, a lens model may fold.
+        const ASIDE: f64 = 0.9;
+        const NEAR: f64 = 5.0;
         const ALL: [f64; 4] = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
-        let half = match obstacle.footprint {
-            Footprint::Box(half) => half,
-            Footprint::Cylinder(radius) => [radius; 2],
-        };
+        let corners = corners(obstacle, own_from_robot);
+        let before = corners.map(|corner| self.camera.camera_from_world.transform(corner));
+        let beyond = [
+            |at: &Point3| at.z < 0.0,
+            |at: &Point3| at.x < -ASIDE * at.z,
+            |at: &Point3| at.x > ASIDE * at.z,
+            |at: &Point3| at.y < -ASIDE * at.z,
+            |at: &Point3| at.y > ASIDE * at.z,
+        ];
+        if beyond.iter().any(|side| before.iter().all(side)) {
+            return None;
+        }
+        if before.iter().any(|at| at.z < NEAR || beyond[1..].iter().any(|side| side(at))) {
+            return Some(ALL);
+        }
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        for corner in 0..8 {
-            let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            let ground = Ground::new(sign(0) * half[0], sign(1) * half[1]);
-            let ground = own_from_robot.inverse_transform(ground);
-            let height = if corner < 4 { 0.0 } else { -obstacle.height };
-            let point = Point3::new(ground.x, height, ground.y);
-            let before = self.camera.camera_from_world.transform(point);
-            // Beyond twice the field of view a lens model may fold.
-            if before.z < 5.0 || before.x.abs() > 0.9 * before.z || before.y.abs() > 0.9 * before.z
-            {
-                return ALL;
-            }
-            let Some(at) = self.camera.project(point) else { return ALL };
+        for corner in corners {
+            let Some(at) = self.camera.project(corner) else { return Some(ALL) };
             bounds = [
                 bounds[0].min(at.x - MARGIN),
                 bounds[1].min(at.y - MARGIN),
@@ -172,7 +179,7 @@ impl Eye {
                 bounds[3].max(at.y + MARGIN),
             ];
         }
-        bounds
+        Some(bounds)
     }
 
     /// How much light a pixel gets, 0 to 1: plain where its corners show one face, averaged where they
@@ -216,6 +223,21 @@ impl Eye {
     }
 }
 
+/// The corners of the box about an obstacle, in the robot's frame.
+fn corners(obstacle: &Obstacle, own_from_robot: &PlanarPose) -> [Point3; 8] {
+    let half = match obstacle.footprint {
+        Footprint::Box(half) => half,
+        Footprint::Cylinder(radius) => [radius; 2],
+    };
+    [0, 1, 2, 3, 4, 5, 6, 7].map(|corner: usize| {
+        let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        let ground = Ground::new(sign(0) * half[0], sign(1) * half[1]);
+        let ground = own_from_robot.inverse_transform(ground);
+        let height = if corner < 4 { 0.0 } else { -obstacle.height };
+        Point3::new(ground.x, height, ground.y)
+    })
+}
+
 impl View<'_> {
     /// What a ray that starts at this place of the picture meets.
     fn hit(&self, ray: &Ray, [x, y]: [f64; 2]) -> Hit {
@@ -255,18 +277,22 @@ impl View<'_> {
     fn room(&self, ray: &Ray) -> Hit {
         let Ray { origin: start, direction: ahead } = self.start_from_robot.ray(ray);
         let [left, right, behind, front] = self.world.walls;
-        let mut hit = Hit { distance: f64::INFINITY, face: 0, shade: ABOVE };
-        let walls = [(0, left, -1.0), (0, right, 1.0), (2, behind, -1.0), (2, front, 1.0)];
-        for (number, (axis, at, side)) in walls.into_iter().enumerate() {
-            let distance = (at - start[axis]) / ahead[axis];
-            if ahead[axis] * side > 0.0 && distance > 0.0 && distance < hit.distance {
-                let along = start[2 - axis] + distance * ahead[2 - axis];
-                hit = self.wall(number as u32, along, start.y + distance * ahead.y, distance);
+        if ahead.y > 0.0 {
+            let distance = -start.y / ahead.y;
+            let ground = start + ahead * distance;
+            if ground.x > left && ground.x < right && ground.z > behind && ground.z < front {
+                return self.tile(ground, distance);
             }
         }
-        let distance = -start.y / ahead.y;
-        if ahead.y > 0.0 && distance < hit.distance {
-            hit = self.tile(start + ahead * distance, distance);
+        let mut hit = Hit { distance: f64::INFINITY, face: 0, shade: ABOVE };
+        for (number, axis, walls) in [(0, 0, [left, right]), (2, 2, [behind, front])] {
+            let onward = ahead[axis] > 0.0;
+            let distance = (walls[usize::from(onward)] - start[axis]) / ahead[axis];
+            if distance > 0.0 && distance < hit.distance {
+                let along = start[2 - axis] + distance * ahead[2 - axis];
+                let height = start.y + distance * ahead.y;
+                hit = self.wall(number + u32::from(onward), along, height, distance);
+            }
         }
         hit
     }
@@ -276,7 +302,7 @@ impl View<'_> {
             return Hit { distance, face: 0, shade: ABOVE };
         }
         let (shades, wide) = self.world.panels;
-        let panel = (along / wide).floor() as i64;
+        let panel = below(along / wide);
         let shade = shades[panel.rem_euclid(2) as usize];
         // Panels that do not touch may share a number.
         Hit { distance, face: 16 + 8 * number + panel.rem_euclid(8) as u32, shade }
@@ -285,10 +311,16 @@ impl View<'_> {
     fn tile(&self, ground: Point3, distance: f64) -> Hit {
         let tiles = &self.world.tiles;
         let own = self.tiles_from_start.ray(&Ray { origin: ground, direction: Vector3::zeros() });
-        let row = (own.origin.x / tiles.side).floor() as i64;
-        let column = (own.origin.z / tiles.side).floor() as i64;
+        let row = below(own.origin.x / tiles.side);
+        let column = below(own.origin.z / tiles.side);
         let parity = (row + column).rem_euclid(2) as usize;
         let face = 4 + (row.rem_euclid(2) + 2 * column.rem_euclid(2)) as u32;
         Hit { distance, face, shade: tiles.shades[parity] }
     }
+}
+
+/// The whole number below: without the call that `floor` costs on processors of old, for every ray.
+fn below(value: f64) -> i64 {
+    let whole = value as i64;
+    whole - i64::from((whole as f64) > value)
 }
