@@ -36,6 +36,19 @@ impl Pose {
         Self { rotation: Matrix3::identity() + cross * first + cross * cross * second, translation }
     }
 
+    /// Of a camera at `centre` that looks at `aim`, upright where y points down, but for the error of its
+    /// mount: a rotation vector in the camera's own frame (x right, y down, z forward), in radians. Maps
+    /// the frame of both places to the camera's.
+    #[must_use]
+    pub fn looking(centre: Vector3, aim: Vector3, error: Vector3) -> Self {
+        let forward = (aim - centre).normalize();
+        let right = Vector3::y().cross(&forward).normalize();
+        let down = forward.cross(&right);
+        let aimed = Matrix3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
+        let rotation = Self::from_rotation_vector(Vector3::zeros(), error).rotation * aimed;
+        Self { rotation, translation: -(rotation * centre) }
+    }
+
     /// The rotation as axis times angle, in radians, angle in 0..pi.
     #[must_use]
     pub fn rotation_vector(&self) -> Vector3 {

@@ -8,7 +8,6 @@ use crate::{
     numeric::random::Random,
     synthetic::Rig,
 };
-use nalgebra::Matrix3;
 
 /// Where the cameras are, in the robot's frame, in centimetres. Their distance is the paper's. One is higher,
 /// so that edges that lie and edges that stand both shift between the pictures: of two cameras side by
@@ -37,16 +36,11 @@ pub fn cameras() -> Result<[PosedCamera; 2]> {
 /// Pointed at the aim, but for the errors of its mount.
 fn pose(index: usize, mount: &mut Random) -> Pose {
     let degree = std::f64::consts::PI / 180.0;
-    let centre = Vector3::from(CENTRES[index]);
-    let forward = (Vector3::from(AIM) - centre).normalize();
-    let right = Vector3::y().cross(&forward).normalize();
-    let down = forward.cross(&right);
-    let aimed = Matrix3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
+    let centre = CENTRES[index].into();
     let error = Vector3::new(
         mount.uniform(-1.0, 1.0) * degree,
         mount.uniform(-1.0, 1.0) * degree,
         mount.uniform(-2.0, 2.0) * degree,
     );
-    let rotation = Pose::from_rotation_vector(Vector3::zeros(), error).rotation * aimed;
-    Pose { rotation, translation: -(rotation * centre) }
+    Pose::looking(centre, AIM.into(), error)
 }

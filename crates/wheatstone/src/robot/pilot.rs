@@ -17,7 +17,6 @@ pub struct Pilot {
     period: f64,
     /// What the vehicle was told last.
     told: Velocity,
-    believed: Believed,
 }
 
 /// Who hears of every look: the vehicle, the pilot, the pictures and what they came to.
@@ -53,7 +52,6 @@ impl Pilot {
             navigator: Navigator::new(goal, period),
             period,
             told: Velocity::STOP,
-            believed: Believed::default(),
         })
     }
 
@@ -65,9 +63,6 @@ impl Pilot {
         let corners =
             if observation.scene.trust == Trust::Broken { &[][..] } else { &observation.corners };
         let found = self.motion.update(corners, &told);
-        if let Some(found) = found {
-            self.believed = found;
-        }
         let decision = self.navigator.step(&observation.scene, found.as_ref());
         self.told = match decision {
             Decision::Drive(velocity) => velocity,
@@ -116,6 +111,6 @@ impl Pilot {
     /// Where it last found itself to be.
     #[must_use]
     pub fn pose(&self) -> PlanarPose {
-        self.believed.pose
+        self.motion.believed().pose
     }
 }

@@ -11,7 +11,7 @@ use crate::{
     geometry::{Pose, Vector3},
     imaging::GrayImage,
     numeric::random::Random,
-    synthetic::Sensor,
+    synthetic::{Sensor, exposed},
 };
 
 /// How wheels do otherwise than they are told, as shares of what they were told.
@@ -64,6 +64,9 @@ pub struct SimulatedRobot<'a> {
     /// Least distance of the robot's body from anything, so far, in centimetres.
     clearance: f64,
 }
+
+/// What light finds its way through a hand over a lens, in grey levels.
+const LEAKING: f32 = 4.0;
 
 /// Seconds from one command to the next: four looks a second.
 const PERIOD: f64 = 0.25;
@@ -131,17 +134,9 @@ impl Vehicle for SimulatedRobot<'_> {
         let mut pictures =
             [left, right].map(|eye| eye.look(self.world, self.pose, None, &mut self.random));
         if let Some(camera) = self.covered {
-            // The noise of a dark picture is the read-out's.
-            let noise = self.sensor.read_noise;
-            let values: Vec<f32> = pictures[camera]
-                .values()
-                .iter()
-                .map(|_| (4.0 + noise * self.random.normal()).round().max(0.0) as f32)
-                .collect();
-            let (width, height) = (pictures[camera].width(), pictures[camera].height());
-            if let Some(dark) = GrayImage::from_values(width, height, values) {
-                pictures[camera] = dark;
-            }
+            let [width, height] = [pictures[camera].width(), pictures[camera].height()];
+            let dark = GrayImage::from_fn(width, height, |_, _| LEAKING);
+            pictures[camera] = exposed(dark, self.sensor, &mut self.random);
         }
         Ok(Some(pictures))
     }

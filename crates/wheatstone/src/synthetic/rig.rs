@@ -96,17 +96,12 @@ fn pose(index: usize) -> (Vector3, Pose) {
     let degree = std::f64::consts::PI / 180.0;
     let mut mount = Random::stream(2001, index as u64);
     let centre = Vector3::from(CENTRES[index % 8]);
-    let forward = (Vector3::new(0.0, 0.0, AIM) - centre).normalize();
-    let right = Vector3::y().cross(&forward).normalize();
-    let down = forward.cross(&right);
-    let aimed = Matrix3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
     let error = Vector3::new(
         mount.uniform(-0.4, 0.4) * degree,
         mount.uniform(-0.3, 0.3) * degree,
         mount.uniform(-1.0, 1.0) * degree,
     );
-    let rotation = Pose::from_rotation_vector(Vector3::zeros(), error).rotation * aimed;
-    (centre, Pose { rotation, translation: -(rotation * centre) })
+    (centre, Pose::looking(centre, Vector3::new(0.0, 0.0, AIM), error))
 }
 
 fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> AnyCamera {

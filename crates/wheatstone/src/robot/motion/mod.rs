@@ -87,6 +87,12 @@ impl OwnMotion {
         }
     }
 
+    /// Where the robot last found itself, and how surely.
+    #[must_use]
+    pub fn believed(&self) -> &Believed {
+        &self.believed
+    }
+
     /// The landmarks.
     #[must_use]
     pub fn landmarks(&self) -> &[Landmark] {
@@ -102,8 +108,7 @@ impl OwnMotion {
         let found = if self.looks == 1 {
             Some((Believed::default(), Vec::new()))
         } else {
-            let told = self.told;
-            self.found(corners, &guess, &told)
+            self.found(corners, &guess)
         };
         if let Some((believed, pairs)) = found {
             self.believed = believed;
@@ -162,10 +167,10 @@ impl OwnMotion {
         &mut self,
         corners: &[SeenCorner],
         guess: &PlanarPose,
-        told: &PlanarPose,
     ) -> Option<(Believed, Vec<Pair>)> {
+        let told = self.told;
         let [place, heading] = unsure(&self.since);
-        let doubt = self.since + amiss(&self.told, guess.heading);
+        let doubt = self.since + amiss(&told, guess.heading);
         for widening in [1.0, 2.0] {
             let shift =
                 (told.place().coords.norm() * AMISS + AMISS_AT_REST[0] + 2.0 * place) * widening;

@@ -1,6 +1,7 @@
 //! Where the second camera may see what the first one sees: a curve for each pixel, taken from the
 //! calibration whatever its method.
 
+use super::curve::{Curve, Waypoint};
 use crate::{
     Calibration, Error, Result,
     geometry::{Pixel, Point3},
@@ -22,15 +23,6 @@ const LEVELS: usize = 32;
 /// Pixels between the places of the first picture that have curves of their own: lenses bend little
 /// over so few.
 const STEP: usize = 16;
-
-/// One place on a curve.
-#[derive(Clone, Copy, Debug)]
-pub struct Waypoint {
-    /// Where the second camera sees it.
-    pub other: Pixel,
-    /// Where it is, in the robot's frame.
-    pub point: Point3,
-}
 
 /// The curves of a raster of pixels of the first picture.
 pub struct Atlas {
@@ -75,9 +67,9 @@ impl Atlas {
         Ok(Self { columns, rows, waypoints })
     }
 
-    /// The curve of a pixel, from near to far; as far as it is known.
+    /// The curve of a pixel.
     #[must_use]
-    pub fn curve(&self, pixel: Pixel) -> Vec<Waypoint> {
+    pub fn curve(&self, pixel: Pixel) -> Curve {
         let place = [pixel.x / STEP as f64, pixel.y / STEP as f64];
         let cell = [
             (place[0].max(0.0) as usize).min(self.columns - 2),
@@ -96,16 +88,13 @@ impl Atlas {
             }
             Some(Waypoint { other: other.into(), point: point.into() })
         };
-        (0..LEVELS).filter_map(at).collect()
+        Curve::new((0..LEVELS).filter_map(at).collect())
     }
 
     /// Where a pixel of the first picture sees the floor.
     #[must_use]
     pub fn floor(&self, pixel: Pixel) -> Option<Ground> {
-        let curve = self.curve(pixel);
-        let pair = curve.windows(2).find(|pair| pair[0].point.y < 0.0 && pair[1].point.y >= 0.0)?;
-        let [near, far] = [pair[0].point, pair[1].point];
-        let point = near + (far - near) * (near.y / (near.y - far.y));
+        let (_, Waypoint { point, .. }) = self.curve(pixel).floor()?;
         Some(Ground::new(point.x, point.z))
     }
 }

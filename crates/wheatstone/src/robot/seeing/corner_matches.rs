@@ -2,9 +2,8 @@
 //! the calibration still holds.
 
 use super::{
-    atlas::{Atlas, Waypoint},
+    atlas::Atlas,
     corners::{Corner, Look, aligned, likeness},
-    edge_matches::above_floor,
     gradient::Gradient,
 };
 use crate::geometry::Pixel;
@@ -55,7 +54,7 @@ pub(crate) fn match_corners(
         let mut scored: Vec<(f32, &Corner)> = second
             .iter()
             // Both pixels are those nearest to where the corners are.
-            .filter(|other| off_curve(&curve, other.at).is_some_and(|off| off.abs() < aside + 1.5))
+            .filter(|other| curve.aside(other.at).is_some_and(|off| off.abs() < aside + 1.5))
             .map(|other| (likeness(&corner.look, &other.look), other))
             .collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -72,32 +71,11 @@ pub(crate) fn match_corners(
             .filter_map(|(_, other)| aligned(&corner.look, gradient, other.at))
             .filter(|(place, _)| (place - at).norm() > 3.0)
             .fold(next - 1.0, |worst, (_, alike)| worst.max(alike));
-        let off = off_curve(&curve, at)?;
-        let direction = (curve.last()?.other - curve.first()?.other).try_normalize(1e-9)?;
+        let off = curve.aside(at)?;
+        let direction = curve.direction()?;
         (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside).then_some(
             CornerMatch { first: corner.at, second: at, look: corner.look, aside: off, direction },
         )
     };
     first.par_iter().filter_map(found).collect()
-}
-
-/// How far a pixel lies from the part of a curve that is above the floor; `None` beyond its ends.
-fn off_curve(curve: &[Waypoint], pixel: Pixel) -> Option<f64> {
-    let mut nearest: Option<f64> = None;
-    for pair in curve.windows(2) {
-        if !above_floor(pair[0].point) && !above_floor(pair[1].point) {
-            break;
-        }
-        let by = pair[1].other - pair[0].other;
-        let from = pixel - pair[0].other;
-        let length = by.norm();
-        let share = from.dot(&by) / (length * length);
-        if (-0.01..1.01).contains(&share) {
-            let off = (by.x * from.y - by.y * from.x) / length;
-            if nearest.is_none_or(|known| off.abs() < known.abs()) {
-                nearest = Some(off);
-            }
-        }
-    }
-    nearest
 }

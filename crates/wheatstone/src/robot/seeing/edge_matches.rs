@@ -1,14 +1,11 @@
 //! Edges of the first picture found again in the second one, along the curves of the calibration.
 
 use super::{
-    atlas::{Atlas, Waypoint},
-    edges::{Edge, Edges},
+    atlas::Atlas,
+    curve::Waypoint,
+    edges::{Edge, Edges, about},
 };
-use crate::{
-    geometry::{Pixel, Point3},
-    robot::Ground,
-};
-use nalgebra::Vector2;
+use crate::geometry::Pixel;
 use rayon::prelude::*;
 
 /// An edge of the first picture, and where it was found in the second.
@@ -40,17 +37,6 @@ const EVERY: isize = 4;
 /// Curves that run along an edge do not tell where they cut it: the least cosine between the edge's
 /// gradient and the curve.
 const LEAST_CROSSING: f64 = 0.3;
-
-/// How far below the floor a point may seem, in centimetres and as a share of its distance: nothing is
-/// there, but the paper's recipe errs by some percent.
-const BELOW: f64 = 2.5;
-const BELOW_SHARE: f64 = 0.03;
-
-/// Whether a point may be there at all.
-#[must_use]
-pub(crate) fn above_floor(point: Point3) -> bool {
-    point.y < BELOW + BELOW_SHARE * Ground::new(point.x, point.z).coords.norm()
-}
 
 /// Finds the edges of one picture in the other.
 #[must_use]
@@ -111,18 +97,12 @@ struct Taken {
 
 impl Taken {
     fn by(floor: &[Option<Candidate>], second: &Edges) -> Self {
-        // Edges are sampled every few pixels; those between belong to the same.
-        const REACH: isize = 2;
         let [width, height] = second.size();
         let mut pixels = vec![false; width * height];
-        for Candidate { other: at, .. } in floor.iter().flatten() {
-            let (x, y) = (at.x.round() as isize, at.y.round() as isize);
-            for near in 0..(2 * REACH + 1).pow(2) {
-                let side = 2 * REACH + 1;
-                let (x, y) = (x + near % side - REACH, y + near / side - REACH);
-                if x >= 0 && y >= 0 && (x as usize) < width && (y as usize) < height {
-                    pixels[y as usize * width + x as usize] = true;
-                }
+        // Edges are sampled every few pixels; those between belong to the same.
+        for (x, y) in floor.iter().flatten().flat_map(|found| about(found.other)) {
+            if x >= 0 && y >= 0 && (x as usize) < width && (y as usize) < height {
+                pixels[y as usize * width + x as usize] = true;
             }
         }
         Self { pixels, width }
@@ -167,22 +147,15 @@ struct Found {
 fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
     let curve = atlas.curve(edge.at);
     let mut found = Found { crossing: 0.0, candidates: Vec::new(), floor: None };
-    let (Some(near), Some(far)) = (curve.first(), curve.last()) else { return found };
-    let Some(overall) = (near.other - far.other).try_normalize(1e-9) else { return found };
+    let Some(overall) = curve.direction() else { return found };
     found.crossing = edge.towards_light.dot(&overall).abs();
-    for (level, pair) in curve.windows(2).enumerate() {
-        if !above_floor(pair[0].point) {
-            break;
-        }
-        if pair[0].point.y < 0.0 && pair[1].point.y >= 0.0 {
-            let share = pair[0].point.y / (pair[0].point.y - pair[1].point.y);
-            let at = pair[0].other + (pair[1].other - pair[0].other) * share;
-            let along = level as f64 + share;
-            found.floor =
-                like_at(edge, second, at).map(|other| Candidate { along, other, unlike: 0.0 });
-        }
-        if found.crossing >= LEAST_CROSSING {
-            along_piece(edge, second, (level, pair), &mut found.candidates);
+    found.floor = curve.floor().and_then(|(along, at)| {
+        let other = like_at(edge, second, at.other)?;
+        Some(Candidate { along, other, unlike: 0.0 })
+    });
+    if found.crossing >= LEAST_CROSSING {
+        for (level, piece) in curve.pieces().enumerate() {
+            along_piece(edge, second, (level, piece), &mut found.candidates);
         }
     }
     found
@@ -192,10 +165,9 @@ fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
 fn like_at(edge: &Edge, second: &Edges, at: Pixel) -> Option<Pixel> {
     // The floor's edges are found this near to where they should be.
     const NEAR: f64 = 1.5;
-    let (x, y) = (at.x.round() as isize, at.y.round() as isize);
     let mut best: Option<(f64, Pixel)> = None;
-    for beside in 0..25 {
-        let Some(other) = second.at(x + beside % 5 - 2, y + beside / 5 - 2) else { continue };
+    for (x, y) in about(at) {
+        let Some(other) = second.at(x, y) else { continue };
         let off = (other.at - at).dot(&other.towards_light);
         let nearer = best.is_none_or(|(known, _)| off.abs() < known);
         if off.abs() < NEAR && nearer && unlike(edge, other).is_some() {
@@ -216,10 +188,16 @@ fn on_floor(own: &Found, beside: &[&Found]) -> Option<Candidate> {
 fn along_piece(
     edge: &Edge,
     second: &Edges,
-    (level, pair): (usize, &[Waypoint]),
+    (level, [near, far]): (usize, [Waypoint; 2]),
     found: &mut Vec<Candidate>,
 ) {
-    let (start, by) = (pair[0].other, pair[1].other - pair[0].other);
+    // Cut at a flatter angle than this (its sine) the place along the curve is a guess.
+    const LEAST_SLOPE: f64 = 0.2;
+    // So far from its place an edge is the straight line that it is there, in pixels.
+    const STRAIGHT: f64 = 1.5;
+    // Neighbours on one edge are cut within this, in waypoints: a pixel.
+    const SAME: f64 = 0.3;
+    let (start, by) = (near.other, far.other - near.other);
     let length = by.norm();
     let steps = length.ceil().max(1.0) as usize;
     let mut last: Option<*const Edge> = None;
@@ -235,16 +213,16 @@ fn along_piece(
             let Some(unlike) = unlike(edge, other) else { continue };
             // Where the curve cuts the straight line that the edge is nearby.
             let slope = by.dot(&other.towards_light);
-            if slope.abs() < 0.2 * length {
+            if slope.abs() < LEAST_SLOPE * length {
                 continue;
             }
             let share = (other.at - start).dot(&other.towards_light) / slope;
             let cut = start + by * share;
-            if (cut - other.at).norm() > 1.5 {
+            if (cut - other.at).norm() > STRAIGHT {
                 continue;
             }
             let along = level as f64 + share;
-            match found.iter_mut().find(|known| (known.along - along).abs() < 0.3) {
+            match found.iter_mut().find(|known| (known.along - along).abs() < SAME) {
                 Some(known) if known.unlike <= unlike => {}
                 Some(known) => *known = Candidate { along, other: cut, unlike },
                 None => found.push(Candidate { along, other: cut, unlike }),
@@ -272,6 +250,8 @@ fn unlike(edge: &Edge, other: &Edge) -> Option<f32> {
 fn settled(own: &[Candidate], beside: &[&Found]) -> Option<Candidate> {
     // A third of a waypoint is a pixel or two, what slanted surfaces shift over the neighbourhood.
     const AGREE: f64 = 0.5;
+    // Of two candidates the better one is taken where it is better by an eighth of the neighbours.
+    const CLEARLY: f64 = 0.12;
     let score = |candidate: &Candidate| {
         let support = beside
             .iter()
@@ -290,7 +270,7 @@ fn settled(own: &[Candidate], beside: &[&Found]) -> Option<Candidate> {
         .collect();
     scored.sort_by(|a, b| b.1.total_cmp(&a.1));
     match scored[..] {
-        [(support, ..), (_, next, _), ..] if support < 2 || scored[0].1 - next < 0.12 => None,
+        [(support, ..), (_, next, _), ..] if support < 2 || scored[0].1 - next < CLEARLY => None,
         [(support, _, best), ..] if 2 * support >= beside.len() && support >= 2 => Some(*best),
         _ => None,
     }
@@ -339,10 +319,4 @@ fn straighten(chain: &[usize], edges: &[Edge], matched: &mut [Option<Candidate>]
             matched[*index] = None;
         }
     }
-}
-
-/// Unit vector along an edge.
-#[must_use]
-pub(crate) fn along(edge: &Edge) -> Vector2<f64> {
-    Vector2::new(-edge.towards_light.y, edge.towards_light.x)
 }

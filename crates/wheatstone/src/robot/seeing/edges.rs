@@ -19,6 +19,14 @@ pub struct Edge {
     pub chain: u32,
 }
 
+impl Edge {
+    /// Unit vector along it, the light side to the right.
+    #[must_use]
+    pub fn along(&self) -> Vector2<f64> {
+        Vector2::new(-self.towards_light.y, self.towards_light.x)
+    }
+}
+
 /// The edges of a picture.
 pub(crate) struct Edges {
     /// In the order of rows.
@@ -90,9 +98,7 @@ impl Edges {
             self.all[start].chain = chain;
             while let Some(number) = open.pop() {
                 let Edge { at, towards_light, .. } = self.all[number];
-                let (x, y) = (at.x.round() as isize, at.y.round() as isize);
-                for beside in 0..25 {
-                    let (x, y) = (x + beside % 5 - 2, y + beside / 5 - 2);
+                for (x, y) in about(at) {
                     let place = y as usize * self.width + x as usize;
                     let other = self.map[place.min(self.map.len() - 1)] as usize;
                     let Some(next) = self.all.get_mut(other) else { continue };
@@ -105,6 +111,12 @@ impl Edges {
             chain += 1;
         }
     }
+}
+
+/// Columns and rows of the pixels about a place, two to each side; beyond the picture too.
+pub(super) fn about(at: Pixel) -> impl Iterator<Item = (isize, isize)> {
+    let (x, y) = (at.x.round() as isize, at.y.round() as isize);
+    (0..25).map(move |number| (x + number % 5 - 2, y + number / 5 - 2))
 }
 
 /// The edge at a pixel, if the gradient is steepest there.

@@ -1,10 +1,7 @@
 //! From located edges to what they say of the ground: which stand out from the floor, and how far along
 //! each line of sight the floor is free.
 
-use super::{
-    atlas::Atlas,
-    edge_matches::{EdgeMatch, along},
-};
+use super::{atlas::Atlas, edge_matches::EdgeMatch};
 use crate::{
     geometry::{Pixel, Point3},
     robot::{
@@ -105,7 +102,7 @@ pub(crate) fn clear(
     for edge in edges {
         // Sampled every four pixels, an edge that lies may miss a strip: it counts for both beside.
         let strip = (edge.matched.edge.at.x / STRIP) as usize;
-        let lies = along(&edge.matched.edge).x.abs() > 0.5;
+        let lies = edge.matched.edge.along().x.abs() > 0.5;
         for number in [strip.saturating_sub(usize::from(lies)), strip, strip + usize::from(lies)] {
             if number < strips.len() {
                 strips[number].push(edge);
@@ -174,8 +171,8 @@ fn stretch(
     (length > 0.0).then(|| Stretch { from, to: from + direction * length, sigma, blocked })
 }
 
-/// Gives edges that were not found, but lie on a chain between others that were found on the floor, a
-/// place on the floor.
+/// Gives edges that the second picture does not show, but that lie on a chain between others that were
+/// found on the floor, a place on the floor.
 pub(crate) fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
     // Tiles' edges are longer than this; feet of obstacles that the curve runs along are found at
     // their corners.

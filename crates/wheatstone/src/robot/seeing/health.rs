@@ -4,7 +4,6 @@
 use super::{Atlas, CornerMatch, LocatedEdge, SeenCorner};
 use crate::{
     Calibration,
-    geometry::Pixel,
     numeric::statistics::{median, percentile},
     robot::{Ground, scene::Trust},
 };
@@ -92,7 +91,7 @@ impl Health {
         let mut squares = Vec::new();
         for row in &calibration.data.restored().correspondences {
             let [Some(first), Some(second)] = row.pixels[..] else { continue };
-            squares.extend(beside(atlas, first, second).map(|off| off * off));
+            squares.extend(atlas.curve(first).aside(second).map(|off| off * off));
         }
         let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
         let own_error = if own_error.is_finite() { own_error } else { 0.0 };
@@ -126,9 +125,9 @@ impl Health {
         }
         let matched = seen.matched.len();
         let share = matched as f64 / seen.corners[0].max(1) as f64;
-        let usual = if self.shares.len() < ENOUGH { 0.35 } else { median(&self.shares) };
-        if share < 0.55 * usual
-            && seen.corners[0] > 12
+        let usual = if self.shares.len() < ENOUGH { USUAL_SHARE } else { median(&self.shares) };
+        if share < FEW * usual
+            && seen.corners[0] > LEAST_CORNERS
             && let Some(aside) = moved(&look_aside(WIDE), (self.limit(), matched))
         {
             return (Trust::Broken, Some(Complaint::Moved { aside }));
@@ -141,9 +140,9 @@ impl Health {
     }
 
     /// How far corners may lie from their curves, in pixels: what a knock of a tenth of a degree makes,
-    /// or three times what the chart's own points do.
+    /// and three times what the chart's own points do.
     fn limit(&self) -> f64 {
-        0.8 + 3.0 * self.own_error
+        SLIGHT + 3.0 * self.own_error
     }
 
     /// Corners that were found, but all beside their curves.
@@ -175,6 +174,19 @@ impl Health {
         None
     }
 }
+
+/// A tenth of a degree, in pixels of the robot's cameras.
+const SLIGHT: f64 = 0.8;
+
+/// The share of corners that are found in the other picture before it is known what is usual: of tiles and
+/// boxes at least so many.
+const USUAL_SHARE: f64 = 0.35;
+
+/// Fewer than this share of what is usual may be a camera's turn: they are sought aside of their curves.
+const FEW: f64 = 0.55;
+
+/// Of fewer corners than these a share says nothing.
+const LEAST_CORNERS: usize = 12;
 
 /// A picture in which nothing is lit, in grey levels of 255.
 const DARK: f64 = 12.0;
@@ -235,25 +247,20 @@ fn moved(matches: &[CornerMatch], (limit, near): (f64, usize)) -> Option<f64> {
     enough.then(|| median(&best))
 }
 
-fn beside(atlas: &Atlas, first: Pixel, second: Pixel) -> Option<f64> {
-    let curve = atlas.curve(first);
-    curve
-        .windows(2)
-        .filter_map(|pair| {
-            let by = pair[1].other - pair[0].other;
-            let from = second - pair[0].other;
-            let share = from.dot(&by) / by.norm_squared();
-            (-0.05..1.05).contains(&share).then(|| (by.x * from.y - by.y * from.x) / by.norm())
-        })
-        .min_by(|a, b| a.abs().total_cmp(&b.abs()))
-}
-
-/// The floor's slopes aside and ahead and its height a metre ahead, by least squares in which what stands
-/// out counts little (Huber 1964, doi:10.1214/aoms/1177703732); `None` where little of it is seen.
+/// The floor's slopes aside and ahead and its height a metre ahead, by least squares in which weights fall
+/// with the square of a large residual, so that what stands on it counts next to nothing; `None` where
+/// little of it is seen.
 fn floor(edges: &[LocatedEdge]) -> Option<[f64; 3]> {
+    // Farther off, heights are less sure than what is asked of them.
     const REACH: f64 = 200.0;
+    // Edges of a tile or two.
     const LEAST: usize = 60;
+    // After so many the plane moves by less than its own error.
     const ROUNDS: usize = 6;
+    // One and a half medians are a standard deviation; less than half a millimetre is a fault of scale.
+    const SCALE: (f64, f64) = (1.5, 0.05);
+    // Less floor than this, aside or ahead, tells no slope.
+    const SPREAD: f64 = 40.0;
     // What is taken for the floor in the first place: all that is as low as the lowest obstacle's half.
     const LOW: f64 = 7.0;
     let points: Vec<[f64; 3]> = edges
@@ -274,7 +281,7 @@ fn floor(edges: &[LocatedEdge]) -> Option<[f64; 3]> {
         let residual =
             |[x, z, height]: &[f64; 3]| height - plane.dot(&nalgebra::Vector3::new(*x, *z, 1.0));
         let sizes: Vec<f64> = points.iter().map(|point| residual(point).abs()).collect();
-        let scale = (1.5 * median(&sizes)).max(0.05);
+        let scale = (SCALE.0 * median(&sizes)).max(SCALE.1);
         for (point, size) in points.iter().zip(&sizes) {
             let weight = (scale / size.max(scale)).powi(2);
             let row = nalgebra::Vector3::new(point[0], point[1], 1.0);
@@ -288,5 +295,5 @@ fn floor(edges: &[LocatedEdge]) -> Option<[f64; 3]> {
         let values: Vec<f64> = points.iter().map(|point| point[axis]).collect();
         percentile(&values, 0.9) - percentile(&values, 0.1)
     };
-    (spread(0) > 40.0 && spread(1) > 40.0).then_some(plane.into())
+    (spread(0) > SPREAD && spread(1) > SPREAD).then_some(plane.into())
 }

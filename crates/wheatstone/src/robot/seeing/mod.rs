@@ -4,15 +4,17 @@
 mod atlas;
 mod corner_matches;
 mod corners;
+mod curve;
 mod edge_matches;
 mod edges;
 mod gradient;
 mod ground;
 mod health;
 
-pub use atlas::{Atlas, Waypoint};
+pub use atlas::Atlas;
 pub use corner_matches::CornerMatch;
 pub use corners::{Look, likeness};
+pub use curve::{Curve, Waypoint};
 pub use edge_matches::EdgeMatch;
 pub use ground::LocatedEdge;
 pub use health::{Complaint, Health};
@@ -133,7 +135,7 @@ impl Observer {
             let at = matched
                 .other
                 .and_then(|other| self.locate(matched.edge.at, other, matched.crossing));
-            LocatedEdge { matched, at: at.filter(|(point, _)| edge_matches::above_floor(*point)) }
+            LocatedEdge { matched, at: at.filter(|(point, _)| curve::above_floor(*point)) }
         };
         let mut edges: Vec<LocatedEdge> = matched.into_par_iter().map(located).collect();
         ground::fill_in(&self.atlas, &mut edges);

@@ -1,0 +1,88 @@
+//! `wheatstone check` as a user meets it.
+
+use crate::program::{said, wheatstone};
+use std::path::Path;
+
+/// A points file in which the two cameras are exchanged in one view.
+fn swapped(folder: &Path) {
+    let made = wheatstone(folder, &["synth", "--points", "--noise", "0.1", "-o", "good.csv"]);
+    assert!(made.status.success(), "{}", said(&made));
+    let text = std::fs::read_to_string(folder.join("good.csv")).unwrap();
+    let mut lines = text.lines();
+    let mut bad = lines.next().unwrap().to_owned() + "\n";
+    assert!(bad.starts_with("x1,y1,x2,y2,X,Y,Z,view"));
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').collect();
+        if cells[7] == "080" {
+            let own = [cells[2], cells[3], cells[0], cells[1]].join(",");
+            bad += &format!("{own},{}\n", cells[4..].join(","));
+        } else {
+            bad += &format!("{line}\n");
+        }
+    }
+    std::fs::write(folder.join("bad.csv"), bad).unwrap();
+}
+
+#[test]
+fn a_fault_is_named_told_of_and_put_right() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    swapped(at);
+    let good = wheatstone(at, &["check", "good.csv"]);
+    assert!(good.status.success() && good.stdout.is_empty(), "{}", said(&good));
+    assert!(said(&good).contains("No fault found"), "{}", said(&good));
+    let text = said(&good);
+    let after = text.split("camera 2 is ").nth(1).unwrap();
+    let baseline: f64 = after.split_whitespace().next().unwrap().parse().unwrap();
+    assert!((baseline - 7.0).abs() < 0.07, "{text}");
+    let bad = wheatstone(at, &["check", "bad.csv", "--json"]);
+    assert_eq!(bad.status.code(), Some(1), "{}", said(&bad));
+    let said: serde_json::Value = serde_json::from_slice(&bad.stdout).unwrap();
+    let finding = &said["findings"][0];
+    assert_eq!(finding["code"], "cameras-swapped");
+    assert_eq!(finding["severity"], "fatal");
+    assert_eq!(finding["views"], serde_json::json!(["080"]));
+    assert_eq!(finding["cameras"], serde_json::json!([1, 2]));
+    assert_eq!(finding["fixable"], true);
+    assert!(finding["hint"].as_str().is_some_and(|hint| !hint.is_empty()));
+    assert!(said["cannot_be_seen"].as_array().is_some_and(|all| all.len() >= 3));
+    let text = said(&wheatstone(at, &["check", "bad.csv"]));
+    assert!(text.contains("fatal[cameras-swapped]: cameras 1, 2, view `080`"), "{text}");
+    assert!(text.contains("error: fatal faults in the data: cameras-swapped"), "{text}");
+    let fixed = wheatstone(at, &["check", "bad.csv", "--fix", "fixed.csv"]);
+    assert!(fixed.status.success(), "{}", said(&fixed));
+    let [good, fixed] =
+        ["good.csv", "fixed.csv"].map(|name| std::fs::read_to_string(at.join(name)).unwrap());
+    assert_eq!(fixed, good);
+}
+
+#[test]
+fn a_measured_baseline_is_compared() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    swapped(at);
+    let right = wheatstone(at, &["check", "good.csv", "--expect-baseline", "7:5%"]);
+    assert!(right.status.success(), "{}", said(&right));
+    let wrong = wheatstone(at, &["check", "good.csv", "--expect-baseline", "70"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    assert!(said(&wrong).contains("baseline-differs"), "{}", said(&wrong));
+    for text in ["wide", "0", "7:-1%", "7:x"] {
+        let refused = wheatstone(at, &["check", "good.csv", "--expect-baseline", text]);
+        assert_eq!(refused.status.code(), Some(2), "{text}");
+    }
+}
+
+#[test]
+fn the_survey_prints_its_table() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = wheatstone(dir.path(), &["check", "--survey", "4", "--seed", "1"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("| fault | captures | named rightly"), "{text}");
+    assert!(
+        text.contains("cameras swapped in some views") && text.contains("false alarms"),
+        "{text}"
+    );
+    let neither = wheatstone(dir.path(), &["check"]);
+    assert_eq!(neither.status.code(), Some(2));
+}

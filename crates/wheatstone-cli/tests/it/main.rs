@@ -1,0 +1,14 @@
+//! The program as its users meet it.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod check;
+mod cli;
+mod command_line;
+mod drive;
+mod formats;
+mod manners;
+mod one_camera;
+mod program;
+mod reports;
+mod silent_failures;
+mod tutorials;
