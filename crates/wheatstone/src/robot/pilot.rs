@@ -60,9 +60,11 @@ impl Pilot {
         let observation = self.observer.observe(pictures);
         let told = self.told.motion(self.period);
         // Pictures that contradict the calibration say nothing of where the robot is.
-        let corners =
-            if observation.scene.trust == Trust::Broken { &[][..] } else { &observation.corners };
-        let found = self.motion.update(corners, &told);
+        let (corners, floor) = match observation.scene.trust {
+            Trust::Broken => (&[][..], None),
+            _ => (&observation.corners[..], observation.floor_direction),
+        };
+        let found = self.motion.update((corners, floor), &told);
         let decision = self.navigator.step(&observation.scene, found.as_ref());
         self.told = match decision {
             Decision::Drive(velocity) => velocity,

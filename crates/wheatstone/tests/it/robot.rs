@@ -82,7 +82,8 @@ fn own_motion_is_found_from_pictures() {
     let mut told = PlanarPose::default();
     for turn in turns {
         let pictures = robot.look().unwrap().unwrap();
-        let found = motion.update(&observer.observe(&pictures).corners, &told).unwrap();
+        let seen = observer.observe(&pictures);
+        let found = motion.update((&seen.corners, seen.floor_direction), &told).unwrap();
         let truth = robot.pose();
         let off = (found.pose.place() - truth.place()).norm();
         assert!(off < 1.0, "{off} cm");

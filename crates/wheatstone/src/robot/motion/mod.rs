@@ -2,15 +2,17 @@
 //! and the pose under which most of them meet is the robot's.
 
 mod laying;
+mod north;
 
 use super::{
     Believed, Ground, PlanarPose,
-    seeing::{Look, SeenCorner, likeness},
+    seeing::{FloorDirection, Look, SeenCorner, likeness},
     wrapped,
 };
 use crate::{geometry::Point3, numeric::random::Random};
 use laying::{Pair, amiss, count, distinct, nearest, on_ground, refined, through, turned, unsure};
 use nalgebra::{Matrix2, Matrix3};
+use north::North;
 
 /// A corner of something that stands still, in the start frame.
 #[derive(Clone, Debug)]
@@ -34,6 +36,8 @@ pub struct Landmark {
 pub struct OwnMotion {
     landmarks: Vec<Landmark>,
     believed: Believed,
+    /// Which way the floor's edges run, once it was seen.
+    north: Option<North>,
     /// What it was told to do since it last knew where it was.
     told: PlanarPose,
     looks: u64,
@@ -80,6 +84,7 @@ impl OwnMotion {
         Self {
             landmarks: Vec::new(),
             believed: Believed::default(),
+            north: None,
             told: PlanarPose::default(),
             looks: 0,
             since: Matrix3::zeros(),
@@ -99,9 +104,13 @@ impl OwnMotion {
         &self.landmarks
     }
 
-    /// Where the robot is after a command that was to move it by `told`, as the corners say; `None` where
-    /// they do not.
-    pub fn update(&mut self, corners: &[SeenCorner], told: &PlanarPose) -> Option<Believed> {
+    /// Where the robot is after a command that was to move it by `told`, as the corners say and the floor's
+    /// direction; `None` where they do not.
+    pub fn update(
+        &mut self,
+        (corners, floor): (&[SeenCorner], Option<FloorDirection>),
+        told: &PlanarPose,
+    ) -> Option<Believed> {
         self.looks += 1;
         self.told = self.told.then(told);
         let guess = self.believed.pose.then(&self.told);
@@ -115,6 +124,7 @@ impl OwnMotion {
             (self.told, self.since) = (PlanarPose::default(), Matrix3::zeros());
             self.learn(corners, &pairs);
             self.close_loop(corners);
+            self.steer(floor);
             return Some(self.believed);
         }
         // Without landmarks to go by the wheels are believed for a while: they cannot do much otherwise.
@@ -128,6 +138,7 @@ impl OwnMotion {
         self.believed = Believed { pose: guess, covariance: self.believed.covariance + more };
         self.told = PlanarPose::default();
         self.learn(corners, &[]);
+        self.steer(floor);
         Some(self.believed)
     }
 
@@ -138,11 +149,10 @@ impl OwnMotion {
         if heading < UNSURE {
             return;
         }
-        let sure = |landmark: &Landmark| unsure(&landmark.founded)[1] < 0.4 * heading;
         let (shift, turn) = (1.0 + 2.5 * place, 2.5 * heading);
-        let guess = self.believed.pose;
+        let (now, guess) = (self.believed, self.believed.pose);
         let mut pairs = self.laid(corners, &guess, (shift, turn));
-        pairs.retain(|pair| sure(&self.landmarks[pair.landmark]));
+        pairs.retain(|pair| is_surer(&self.landmarks[pair.landmark], &now));
         let doubt = self.believed.covariance;
         let Some((believed, kept)) = self.agreed(pairs, &guess, (shift, turn), &doubt) else {
             return;
@@ -150,14 +160,31 @@ impl OwnMotion {
         if kept.len() < CLOSING {
             return;
         }
+        self.move_to(believed);
+    }
+
+    /// Turns to where the floor's edges say that it looks.
+    fn steer(&mut self, floor: Option<FloorDirection>) {
+        let Some(floor) = floor else { return };
+        let north = self.north.get_or_insert_with(|| North::new(&self.believed, &floor));
+        if let Some(believed) = north.corrected(&self.believed, &floor) {
+            self.move_to(believed);
+        }
+    }
+
+    /// Corrects the robot's pose, and with it the landmarks of the time since it was about as unsure.
+    fn move_to(&mut self, believed: Believed) {
+        let from = self.believed;
         let back = |point: Point3| {
-            let own = guess.inverse_transform(Ground::new(point.x, point.z));
+            let own = from.pose.inverse_transform(Ground::new(point.x, point.z));
             let moved = believed.pose.transform(own);
             Point3::new(moved.x, point.y, moved.y)
         };
-        for landmark in self.landmarks.iter_mut().filter(|landmark| !sure(landmark)) {
-            landmark.point = back(landmark.point);
-            landmark.founded = believed.covariance;
+        for landmark in &mut self.landmarks {
+            if !is_surer(landmark, &from) {
+                landmark.point = back(landmark.point);
+                landmark.founded = believed.covariance;
+            }
         }
         self.believed = believed;
     }
@@ -318,4 +345,9 @@ impl OwnMotion {
         let now = self.looks;
         self.landmarks.retain(|known| known.times > 1 || now - known.last < PATIENCE);
     }
+}
+
+/// Whether a landmark is of a time when the robot knew its heading much better than it does now.
+fn is_surer(landmark: &Landmark, now: &Believed) -> bool {
+    unsure(&landmark.founded)[1] < 0.4 * unsure(&now.covariance)[1]
 }

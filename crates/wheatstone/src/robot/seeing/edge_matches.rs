@@ -5,7 +5,7 @@ use super::{
     curve::Waypoint,
     edges::{Edge, Edges, about},
 };
-use crate::geometry::Pixel;
+use crate::{geometry::Pixel, robot::Ground};
 use rayon::prelude::*;
 
 /// An edge of the first picture, and where it was found in the second.
@@ -17,8 +17,8 @@ pub struct EdgeMatch {
     pub other: Option<Pixel>,
     /// Cosine of the angle between gradient and curve: how sharply the curve cuts the edge.
     pub crossing: f64,
-    /// Whether the second picture has an edge like it where it would be if it were on the floor.
-    pub floor_alike: bool,
+    /// Where it is on the floor, if the second picture has an edge like it where it would be then.
+    pub floor: Option<Ground>,
 }
 
 /// A place where the curve of an edge cuts one of the second picture that looks like it.
@@ -84,7 +84,7 @@ pub(crate) fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<E
         edge: sampled[index],
         other: matched[index].map(|found| found.other),
         crossing: free[index].crossing,
-        floor_alike: floor[index].is_some(),
+        floor: floor[index].and(found[index].ground),
     };
     (0..sampled.len()).map(edge_match).collect()
 }
@@ -140,19 +140,22 @@ fn by_chain(edges: &[Edge]) -> Vec<Vec<usize>> {
 struct Found {
     crossing: f64,
     candidates: Vec<Candidate>,
-    /// An edge like it where it would be if it were on the floor.
+    /// Where it is if it is on the floor.
+    ground: Option<Ground>,
+    /// An edge like it where it would be then.
     floor: Option<Candidate>,
 }
 
 fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
     let curve = atlas.curve(edge.at);
-    let mut found = Found { crossing: 0.0, candidates: Vec::new(), floor: None };
+    let mut found = Found { crossing: 0.0, candidates: Vec::new(), ground: None, floor: None };
     let Some(overall) = curve.direction() else { return found };
     found.crossing = edge.towards_light.dot(&overall).abs();
-    found.floor = curve.floor().and_then(|(along, at)| {
-        let other = like_at(edge, second, at.other)?;
-        Some(Candidate { along, other, unlike: 0.0 })
-    });
+    if let Some((along, at)) = curve.floor() {
+        let like = like_at(edge, second, at.other);
+        found.floor = like.map(|other| Candidate { along, other, unlike: 0.0 });
+        found.ground = Some(Ground::new(at.point.x, at.point.z));
+    }
     if found.crossing >= LEAST_CROSSING {
         for (level, piece) in curve.pieces().enumerate() {
             along_piece(edge, second, (level, piece), &mut found.candidates);

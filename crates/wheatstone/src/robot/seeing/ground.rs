@@ -43,8 +43,12 @@ fn distance(point: Point3) -> f64 {
     Ground::new(point.x, point.z).coords.norm()
 }
 
-/// Points farther than this are too uncertain to go by, in centimetres.
+/// Floor farther than this is too uncertain to go by, in centimetres.
 const FARTHEST: f64 = 350.0;
+
+/// And so is what stands on it from here on: a pixel amiss is a hand's breadth there, and the robot comes
+/// nearer before it must know.
+const FARTHEST_OBSTACLE: f64 = 200.0;
 
 /// What stands out from the floor.
 #[must_use]
@@ -58,7 +62,7 @@ pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePo
             covariance[(2, 2)],
         );
         let place = Ground::new(point.x, point.z);
-        let near = distance(point) < FARTHEST;
+        let near = distance(point) < FARTHEST_OBSTACLE;
         (near && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
     };
     let mut all: Vec<ScenePoint> = edges.iter().filter_map(point).collect();
@@ -68,10 +72,8 @@ pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePo
 
 /// Where what ends a stretch of floor stands.
 fn foot(stretch: &Stretch) -> Option<ScenePoint> {
-    // Farther off a foot and a tile's edge are one.
-    const FARTHEST_FOOT: f64 = 200.0;
     let along = (stretch.to - stretch.from).try_normalize(1e-6)?;
-    let near = stretch.to.coords.norm() < FARTHEST_FOOT;
+    let near = stretch.to.coords.norm() < FARTHEST_OBSTACLE;
     let spread = along * along.transpose() * (stretch.sigma * stretch.sigma);
     let covariance = spread + Matrix2::identity() * 0.1;
     near.then_some(ScenePoint { place: stretch.to, covariance, height: 0.0 })
@@ -146,7 +148,7 @@ fn stretch(
                 break;
             }
             // One that the curve runs along may be the floor's: it neither tells nor hides anything.
-            None if edge.matched.floor_alike => {}
+            None if edge.matched.floor.is_some() => {}
             // One that neighbours on its chain explain as the floor's would have been filled in.
             None => {
                 blocked = true;

@@ -2,6 +2,7 @@
 //! along the calibration's curves, located by its map, and told from the floor.
 
 mod atlas;
+mod compass;
 mod corner_matches;
 mod corners;
 mod curve;
@@ -12,6 +13,8 @@ mod ground;
 mod health;
 
 pub use atlas::Atlas;
+pub use compass::FloorDirection;
+pub(crate) use compass::quarter;
 pub use corner_matches::CornerMatch;
 pub use corners::{Look, likeness};
 pub use curve::{Curve, Waypoint};
@@ -57,6 +60,8 @@ pub struct Observation {
     pub corners: Vec<SeenCorner>,
     /// The edges.
     pub edges: Vec<LocatedEdge>,
+    /// Which way the floor's edges run, where they have a common direction.
+    pub floor_direction: Option<FloorDirection>,
     /// What is wrong with the pictures.
     pub complaint: Option<Complaint>,
 }
@@ -119,7 +124,8 @@ impl Observer {
         let (trust, complaint) = self.health.judge(&seen, &look_aside);
         let clear = ground::clear(&self.atlas, &edges, self.size);
         let scene = Scene { obstacles: ground::obstacles(&edges, &clear), clear, trust };
-        Observation { scene, corners, edges, complaint }
+        let floor_direction = compass::floor_direction(&edges);
+        Observation { scene, corners, edges, floor_direction, complaint }
     }
 
     fn located_corners(&self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
