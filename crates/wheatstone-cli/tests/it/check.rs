@@ -37,15 +37,15 @@ fn a_fault_is_named_told_of_and_put_right() {
     assert!((baseline - 7.0).abs() < 0.07, "{text}");
     let bad = wheatstone(at, &["check", "bad.csv", "--json"]);
     assert_eq!(bad.status.code(), Some(1), "{}", said(&bad));
-    let said: serde_json::Value = serde_json::from_slice(&bad.stdout).unwrap();
-    let finding = &said["findings"][0];
+    let told: serde_json::Value = serde_json::from_slice(&bad.stdout).unwrap();
+    let finding = &told["findings"][0];
     assert_eq!(finding["code"], "cameras-swapped");
     assert_eq!(finding["severity"], "fatal");
     assert_eq!(finding["views"], serde_json::json!(["080"]));
     assert_eq!(finding["cameras"], serde_json::json!([1, 2]));
     assert_eq!(finding["fixable"], true);
     assert!(finding["hint"].as_str().is_some_and(|hint| !hint.is_empty()));
-    assert!(said["cannot_be_seen"].as_array().is_some_and(|all| all.len() >= 3));
+    assert!(told["cannot_be_seen"].as_array().is_some_and(|all| all.len() >= 3));
     let text = said(&wheatstone(at, &["check", "bad.csv"]));
     assert!(text.contains("fatal[cameras-swapped]: cameras 1, 2, view `080`"), "{text}");
     assert!(text.contains("error: fatal faults in the data: cameras-swapped"), "{text}");

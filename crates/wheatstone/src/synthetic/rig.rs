@@ -14,7 +14,6 @@ use crate::{
     geometry::{Pose, Vector3},
     numeric::random::Random,
 };
-use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 /// Cameras that look at the same place. Lengths are centimetres; the world's origin lies between the

@@ -2,7 +2,6 @@
 //! did not see.
 
 use crate::data::folder;
-use nalgebra::{Matrix6, Vector6};
 use wheatstone::{
     cleaning::{
         outliers,
@@ -10,11 +9,8 @@ use wheatstone::{
     },
     dataset::{Correspondence, Dataset},
     evaluate::evaluate_one_camera,
-    geometry::{Pixel, Point3, Pose, Vector3},
-    method::{
-        AnyReconstructor, Method,
-        neural_camera::{NeuralCamera, NeuralCameraReconstructor},
-    },
+    geometry::Pixel,
+    method::{Method, neural_camera::NeuralCamera},
     progress::Silent,
 };
 
@@ -59,7 +55,7 @@ fn a_fisheye_predicts_better_than_the_rational_model() {
     let clean = outliers::screen(&placed, 0, &Silent).unwrap().clean(&placed);
     let fit = NeuralCamera::default().fit(&clean, 0, &Silent).unwrap();
     let exam = data.subset(|_, row| held_out(row.view));
-    let judged = evaluate_one_camera(&fit.reconstructor, &exam).unwrap();
+    let judged = evaluate_one_camera(&*fit.reconstructor, &exam).unwrap();
     assert_eq!((judged.unit.as_str(), judged.located), ("px", exam.correspondences.len()));
     assert!(judged.rms < 0.69 * RATIONAL, "{:.3} px", judged.rms);
 }

@@ -56,7 +56,7 @@ pub(super) fn floor_direction(edges: &[LocatedEdge]) -> Option<FloorDirection> {
         return None;
     }
     let squares: f64 = agreeing(bearing).map(|line| off(line, bearing).powi(2)).sum();
-    Some(FloorDirection { bearing, sigma: (squares.sqrt() / sum).hypot(LEAST_SIGMA) })
+    Some(FloorDirection { bearing, sigma: libm::hypot(squares.sqrt() / sum, LEAST_SIGMA) })
 }
 
 /// The straight pieces of the floor's edges.
