@@ -52,7 +52,7 @@ const FARTHEST_OBSTACLE: f64 = 200.0;
 
 /// What stands out from the floor.
 #[must_use]
-pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePoint> {
+pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Option<Strip>]) -> Vec<ScenePoint> {
     let point = |edge: &LocatedEdge| {
         let (point, covariance) = edge.at?;
         let covariance = Matrix2::new(
@@ -63,20 +63,33 @@ pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Stretch]) -> Vec<ScenePo
         );
         let place = Ground::new(point.x, point.z);
         let near = distance(point) < FARTHEST_OBSTACLE;
-        (near && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
+        let stands = near && has_foot(edge.matched.edge.at.x, distance(point), clear);
+        (stands && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
     };
     let mut all: Vec<ScenePoint> = edges.iter().filter_map(point).collect();
-    all.extend(clear.iter().filter(|stretch| stretch.blocked).filter_map(foot));
+    all.extend(clear.iter().flatten().filter_map(|strip| strip.foot));
     all.iter().filter(|point| has_company(point, &all)).copied().collect()
 }
 
-/// Where what ends a stretch of floor stands.
-fn foot(stretch: &Stretch) -> Option<ScenePoint> {
+/// Whether floor that is seen beside a column of the picture ends about where something is to stand: what
+/// stands hides the floor behind it, and a mistaken match does not.
+fn has_foot(column: f64, distance: f64, clear: &[Option<Strip>]) -> bool {
+    // Wider than an edge's blur and the eyes' difference.
+    const BESIDE: usize = 3;
+    let strip = (column / STRIP) as usize;
+    let beside = strip.saturating_sub(BESIDE)..(strip + BESIDE + 1).min(clear.len());
+    let near = |end: Ground| (end.coords.norm() - distance).abs() < STANDS + FLOOR_SHARE * distance;
+    let ends = |strip: &Strip| near(strip.foot.map_or(strip.stretch.to, |foot| foot.place));
+    clear[beside].iter().any(|strip| strip.as_ref().is_none_or(ends))
+}
+
+/// What stands at a place and ends a stretch of floor.
+fn foot(place: Ground, stretch: &Stretch) -> Option<ScenePoint> {
     let along = (stretch.to - stretch.from).try_normalize(1e-6)?;
-    let near = stretch.to.coords.norm() < FARTHEST_OBSTACLE;
+    let near = place.coords.norm() < FARTHEST_OBSTACLE;
     let spread = along * along.transpose() * (stretch.sigma * stretch.sigma);
     let covariance = spread + Matrix2::identity() * 0.1;
-    near.then_some(ScenePoint { place: stretch.to, covariance, height: 0.0 })
+    near.then_some(ScenePoint { place, covariance, height: 0.0 })
 }
 
 /// Whether others say the same: an obstacle's edges are found every few pixels along, a mistaken match
@@ -93,13 +106,21 @@ fn has_company(point: &ScenePoint, all: &[ScenePoint]) -> bool {
 /// Columns of the picture that share one line of sight.
 const STRIP: f64 = 4.0;
 
-/// How far the floor is free, a stretch for each strip of columns in which any of it is seen.
+/// What some columns of the picture show of the floor.
+pub(crate) struct Strip {
+    /// How far it is free.
+    pub stretch: Stretch,
+    /// Where what ends it stands.
+    foot: Option<ScenePoint>,
+}
+
+/// How far the floor is free, for each strip of columns; none where none of it is seen.
 #[must_use]
 pub(crate) fn clear(
     atlas: &Atlas,
     edges: &[LocatedEdge],
     [width, height]: [usize; 2],
-) -> Vec<Stretch> {
+) -> Vec<Option<Strip>> {
     let mut strips: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
     for edge in edges {
         // Sampled every four pixels, an edge that lies may miss a strip: it counts for both beside.
@@ -111,14 +132,12 @@ pub(crate) fn clear(
             }
         }
     }
-    let mut stretches = Vec::new();
-    for (number, strip) in strips.iter_mut().enumerate() {
+    let free = |(number, strip): (usize, &mut Vec<&LocatedEdge>)| {
         strip.sort_by(|a, b| b.matched.edge.at.y.total_cmp(&a.matched.edge.at.y));
         let bottom = Pixel::new((number as f64 + 0.5) * STRIP, height as f64 - 1.0);
-        let Some(from) = atlas.floor(bottom) else { continue };
-        stretches.extend(stretch(atlas, strip, (from, bottom.x)));
-    }
-    stretches
+        self::strip(atlas, strip, (atlas.floor(bottom)?, bottom.x))
+    };
+    strips.iter_mut().enumerate().map(free).collect()
 }
 
 /// Floor longer than this without an edge is no floor, in centimetres: tiles are smaller.
@@ -128,12 +147,10 @@ const BARE: f64 = 60.0;
 const STANDS: f64 = 8.0;
 
 /// Goes up a strip of the picture from edge to edge, as long as they are the floor's.
-fn stretch(
-    atlas: &Atlas,
-    strip: &[&LocatedEdge],
-    (from, column): (Ground, f64),
-) -> Option<Stretch> {
+fn strip(atlas: &Atlas, strip: &[&LocatedEdge], (from, column): (Ground, f64)) -> Option<Strip> {
     let mut last: Option<(f64, f64)> = None;
+    // Where the first edge after that is, if it is on the floor, of which that is not sure.
+    let mut maybe: Option<Ground> = None;
     let mut limit = f64::INFINITY;
     let mut blocked = false;
     for edge in strip {
@@ -141,6 +158,7 @@ fn stretch(
         match edge.at {
             Some((point, covariance)) if is_floor(point) => {
                 last = Some((row, covariance.trace().sqrt()));
+                maybe = None;
             }
             Some((point, _)) => {
                 limit = distance(point);
@@ -148,7 +166,7 @@ fn stretch(
                 break;
             }
             // One that the curve runs along may be the floor's: it neither tells nor hides anything.
-            None if edge.matched.floor.is_some() => {}
+            None if edge.matched.floor.is_some() => maybe = maybe.or(edge.matched.floor),
             // One that neighbours on its chain explain as the floor's would have been filled in.
             None => {
                 blocked = true;
@@ -169,8 +187,13 @@ fn stretch(
     let direction = (to - from).try_normalize(1e-6)?;
     // From the bottom of the picture the line of sight leads straight over the floor.
     let length = (to - from).norm() - (to.coords.norm() - reach);
-    let blocked = bare || limit <= to.coords.norm() + STANDS;
-    (length > 0.0).then(|| Stretch { from, to: from + direction * length, sigma, blocked })
+    let reaches = limit <= to.coords.norm() + STANDS;
+    // Below a bare face the last edge of all is its foot, though the curve runs along it.
+    let beyond = maybe.filter(|_| bare && !reaches);
+    let blocked = (bare || reaches) && beyond.is_none();
+    let stretch = Stretch { from, to: from + direction * length, sigma, blocked };
+    let foot = beyond.or(blocked.then_some(stretch.to)).and_then(|at| foot(at, &stretch));
+    (length > 0.0).then_some(Strip { stretch, foot })
 }
 
 /// Gives edges that the second picture does not show, but that lie on a chain between others that were

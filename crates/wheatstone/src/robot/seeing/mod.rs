@@ -122,8 +122,10 @@ impl Observer {
             corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside)
         };
         let (trust, complaint) = self.health.judge(&seen, &look_aside);
-        let clear = ground::clear(&self.atlas, &edges, self.size);
-        let scene = Scene { obstacles: ground::obstacles(&edges, &clear), clear, trust };
+        let strips = ground::clear(&self.atlas, &edges, self.size);
+        let obstacles = ground::obstacles(&edges, &strips);
+        let clear = strips.into_iter().flatten().map(|strip| strip.stretch).collect();
+        let scene = Scene { obstacles, clear, trust };
         let floor_direction = compass::floor_direction(&edges);
         Observation { scene, corners, edges, floor_direction, complaint }
     }
