@@ -14,7 +14,7 @@ use wheatstone::{
     geometry::Pixel,
     method::{
         Located, locate_all,
-        mismatch::{exchanged_cameras, is_mismatch, mismatched_share},
+        mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
 };
 
@@ -75,12 +75,13 @@ impl Locate {
         let mut out = Sink::create(&self.output, names, rows.delimiter())?;
         let shows_rows = self.output.as_os_str() == "-" && std::io::stdout().is_terminal();
         let (mut counter, mut done) = (Counter::new(shows_rows), 0);
+        let test = MismatchTest::new(self.false_alarm, rows.cameras());
         while let Some(chunk) = rows.next(ROWS_AT_ONCE)? {
             if done == 0 {
                 refuse_exchanged(&model, &chunk.pixels, self.false_alarm)?;
             }
             done += chunk.pixels.len() as u64;
-            let found = self.found(&model, &chunk.pixels);
+            let found = self.found(&model, &chunk.pixels, &test);
             out.write(chunk, found)?;
             counter.reach(done);
         }
@@ -88,7 +89,12 @@ impl Locate {
     }
 
     /// The appended columns; empty where nothing was located or a figure does not exist.
-    fn found(&self, model: &Calibration, pixels: &[Vec<Option<Pixel>>]) -> Vec<Column> {
+    fn found(
+        &self,
+        model: &Calibration,
+        pixels: &[Vec<Option<Pixel>>],
+        test: &MismatchTest,
+    ) -> Vec<Column> {
         let located = locate_all(&*model.reconstructor, pixels);
         let trusted = model.volume.trust_all(pixels);
         let numbers = |of: &dyn Fn(&Located) -> f64| {
@@ -104,7 +110,7 @@ impl Locate {
         columns.push(Column::Texts(trust.collect()));
         let mismatch = |(found, pixels): (&Option<Located>, &Vec<Option<Pixel>>)| {
             let seen = pixels.iter().flatten().count();
-            let missed = is_mismatch(found.as_ref()?, seen, self.false_alarm);
+            let missed = test.is_mismatch(found.as_ref()?, seen);
             missed.then(|| "yes".to_owned())
         };
         columns.push(Column::Texts(located.iter().zip(pixels).map(mismatch).collect()));

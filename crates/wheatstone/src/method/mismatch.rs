@@ -7,26 +7,41 @@ use crate::{geometry::Pixel, numeric::statistics::chi_square_upper_quantile};
 /// that what misses by less is no sign of a wrong match, whatever the fit's own points say.
 const LEAST_SIGMA: f64 = 0.01;
 
-/// The residual, in pixels, that a true match exceeds with probability `rate` at most, where the
-/// standard deviation of a pixel coordinate is `sigma`. A point takes three of the two numbers of each
-/// of `n = cameras_seen` cameras, so that `2 n residual^2 / sigma^2` is chi-square with `2 n - 3` degrees
-/// of freedom. Infinite for fewer than two cameras. Errors from rounding are bounded, which keeps the
-/// rate lower still.
-#[must_use]
-pub fn largest_residual(sigma: f64, cameras_seen: usize, rate: f64) -> f64 {
-    if cameras_seen < 2 {
-        return f64::INFINITY;
-    }
-    let numbers = 2 * cameras_seen;
-    let limit = chi_square_upper_quantile(rate, numbers - 3);
-    sigma.max(LEAST_SIGMA) * (limit / numbers as f64).sqrt()
+/// How far rays of a true match may miss each other, worked out once for all points.
+#[derive(Clone, Debug)]
+pub struct MismatchTest {
+    /// The largest residual over the standard deviation of a pixel coordinate, by the number of cameras that
+    /// saw the point.
+    largest: Vec<f64>,
 }
 
-/// Whether a located point's residual is larger than chance makes it: see [`largest_residual`]. A
-/// residual that does not exist (NaN) says nothing.
-#[must_use]
-pub fn is_mismatch(found: &Located, cameras_seen: usize, rate: f64) -> bool {
-    found.residual > largest_residual(found.residual_sigma, cameras_seen, rate)
+impl MismatchTest {
+    /// One that calls a true match of at most so many cameras a false one with probability `rate` at most. A
+    /// point takes three of the two numbers of each of `n` cameras that saw it, so that
+    /// `2 n residual^2 / sigma^2` is chi-square with `2 n - 3` degrees of freedom. Errors from rounding are
+    /// bounded, which keeps the rate lower still.
+    #[must_use]
+    pub fn new(rate: f64, cameras: usize) -> Self {
+        let largest = |seen: usize| match 2 * seen {
+            0..=3 => f64::INFINITY,
+            numbers => (chi_square_upper_quantile(rate, numbers - 3) / numbers as f64).sqrt(),
+        };
+        Self { largest: (0..=cameras).map(largest).collect() }
+    }
+
+    /// The residual, in pixels, that a true match exceeds with the test's rate at most, where the standard
+    /// deviation of a pixel coordinate is `sigma`. Infinite for fewer than two cameras.
+    #[must_use]
+    pub fn largest_residual(&self, sigma: f64, cameras_seen: usize) -> f64 {
+        sigma.max(LEAST_SIGMA) * self.largest.get(cameras_seen).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether a located point's residual is larger than chance makes it. A residual that does not exist
+    /// (NaN) says nothing.
+    #[must_use]
+    pub fn is_mismatch(&self, found: &Located, cameras_seen: usize) -> bool {
+        found.residual > self.largest_residual(found.residual_sigma, cameras_seen)
+    }
 }
 
 /// What share of points seen by two cameras or more have pixels that do not belong together: they
@@ -37,12 +52,13 @@ pub fn mismatched_share(
     pixels: &[Vec<Option<Pixel>>],
     rate: f64,
 ) -> Option<f64> {
+    let test = MismatchTest::new(rate, reconstructor.cameras());
     let (mut seen, mut wrong) = (0_u32, 0_u32);
     for (row, found) in pixels.iter().zip(locate_all(reconstructor, pixels)) {
         let cameras = row.iter().flatten().count();
         if cameras >= 2 {
             seen += 1;
-            wrong += u32::from(found.is_none_or(|found| is_mismatch(&found, cameras, rate)));
+            wrong += u32::from(found.is_none_or(|found| test.is_mismatch(&found, cameras)));
         }
     }
     (seen > 0).then(|| f64::from(wrong) / f64::from(seen))
@@ -98,10 +114,11 @@ mod tests {
             let fit = &*fit.reconstructor;
             let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 4), 10_000);
             for rate in [0.01_f64, 0.001] {
+                let test = MismatchTest::new(rate, cameras);
                 let flagged = exam
                     .correspondences
                     .iter()
-                    .filter(|row| is_mismatch(&fit.locate(&row.pixels).unwrap(), cameras, rate));
+                    .filter(|row| test.is_mismatch(&fit.locate(&row.pixels).unwrap(), cameras));
                 let (count, expected) = (flagged.count() as f64, 10_000.0 * rate);
                 // Four standard deviations of a count, and that of sigma's own error.
                 let most = expected * 1.25 + 4.0 * expected.sqrt();
@@ -120,18 +137,19 @@ mod tests {
         let train = chart_correspondences(&rig, &chart, &views, (noise, 3), None);
         let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
         let rows = &train.correspondences;
+        let test = MismatchTest::new(0.001, 2);
         let false_pairs = rows.iter().zip(rows.iter().skip(40)).filter(|(one, other)| {
             let pair = [one.pixels[0], other.pixels[1]];
-            fit.reconstructor.locate(&pair).is_none_or(|found| is_mismatch(&found, 2, 0.001))
+            fit.reconstructor.locate(&pair).is_none_or(|found| test.is_mismatch(&found, 2))
         });
         // Some points of a chart lie on each other's epipolar lines.
         assert!(false_pairs.count() > (rows.len() - 40) * 95 / 100);
         let found = fit.reconstructor.locate(&rows[0].pixels).unwrap();
         let none = Located { residual: f64::NAN, residual_sigma: f64::NAN, ..found };
-        assert!(!is_mismatch(&none, 2, 0.001));
+        assert!(!test.is_mismatch(&none, 2));
         let exact = Located { residual: 1e-9, residual_sigma: 0.0, ..found };
-        assert!(!is_mismatch(&exact, 2, 0.001), "exact data is not a mismatch by rounding");
-        assert_eq!(largest_residual(0.1, 1, 0.001), f64::INFINITY);
+        assert!(!test.is_mismatch(&exact, 2), "exact data is not a mismatch by rounding");
+        assert_eq!(test.largest_residual(0.1, 1), f64::INFINITY);
     }
 
     #[test]
