@@ -96,7 +96,7 @@ impl Navigator {
             }
             left -= along.norm();
         }
-        self.goal
+        self.way.places.last().copied().unwrap_or(self.goal)
     }
 
     fn longest_step(&self, believed: &Believed, terrain: &Terrain, trust: Trust) -> f64 {

@@ -78,6 +78,10 @@ const POOR: f64 = 0.5;
 /// ways as each look changes their costs a little.
 const WAVER: f64 = 1.1;
 
+/// Where no way leads to the goal, one is worth its steps that leads so much nearer to it, in centimetres: a
+/// body's radius.
+const NEARER: f64 = 12.0;
+
 /// A robot farther than this from its way has lost it, in centimetres: half a body.
 const ASTRAY: f64 = 6.0;
 
@@ -179,6 +183,9 @@ impl Navigator {
         if self.plan(believed, &tight) {
             return self.follow(believed, &tight, scene.trust);
         }
+        if self.approach(believed, &terrain) {
+            return self.follow(believed, &terrain, scene.trust);
+        }
         self.recover(believed, "no way is known")
     }
 
@@ -197,9 +204,18 @@ impl Navigator {
         let from = believed.pose.place();
         let (rest, astray) = terrain.rest(&self.map, &self.way, from);
         let new = terrain.way(&self.map, from, self.goal).unwrap_or_default();
-        let keep = astray < ASTRAY && rest.cost <= WAVER * new.cost;
+        let keep = rest.whole && astray < ASTRAY && rest.cost <= WAVER * new.cost;
         self.way = if keep { rest } else { new };
-        !self.way.places.is_empty()
+        self.way.whole
+    }
+
+    /// Plans a way to as near to the goal as the map leaves one, where that is any nearer: what bars the goal
+    /// from afar may prove a mistake from there. Whether there is one.
+    fn approach(&mut self, believed: &Believed, terrain: &Terrain) -> bool {
+        let from = believed.pose.place();
+        self.way = terrain.way(&self.map, from, self.goal).unwrap_or_default();
+        let away = |place: &Ground| (place - self.goal).norm();
+        self.way.places.last().is_some_and(|end| away(end) + NEARER < away(&from))
     }
 
     fn stop(&mut self, reason: Reason, why: &'static str) -> Decision {
@@ -219,7 +235,7 @@ impl Navigator {
         &self.map
     }
 
-    /// The way planned, from the robot to the goal; empty where none is known.
+    /// The way planned, from the robot to the goal or as near to it as one is known.
     #[must_use]
     pub fn path(&self) -> &[Ground] {
         &self.way.places

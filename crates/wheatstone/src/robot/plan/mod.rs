@@ -27,31 +27,33 @@ const TOO_NEAR: f32 = 4.0;
 /// have eight directions only.
 const SHORTCUT: f64 = 1.01;
 
-/// A way to the goal.
+/// A way to the goal, or towards it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Way {
-    /// Where it bends, from the robot's place to the goal.
+    /// Where it bends, from the robot's place to its end.
     pub places: Vec<Ground>,
     /// What it costs: its length in centimetres, more where it is narrow or was not seen.
     pub cost: f64,
+    /// Whether it ends at the goal.
+    pub whole: bool,
 }
 
 impl Terrain {
-    /// The cheapest way, if the map leaves any.
+    /// The cheapest way, if the map leaves any; else one to the place nearest to the goal that it leaves.
     #[must_use]
     pub fn way(&self, map: &Map, from: Ground, goal: Ground) -> Option<Way> {
         let index = |place| map.cell_at(place).map(|[column, row]| row * self.columns + column);
         let (start, end) = (index(from)?, index(goal)?);
         let cost = |cell: usize| self.cost_near(map, from, cell);
-        let cells = search(self, start, end, cost)?;
+        let (cells, whole) = search(self, start, end, cost);
         let mut places: Vec<Ground> = cells.iter().map(|&cell| self.place(map, cell)).collect();
         places[0] = from;
-        if let Some(last) = places.last_mut() {
+        if let Some(last) = places.last_mut().filter(|_| whole) {
             *last = goal;
         }
         let places = self.straightened(map, &places, from);
         let cost = self.cost(map, &places);
-        Some(Way { places, cost })
+        Some(Way { places, cost, whole })
     }
 
     /// What is left of a way for a robot that has come to a place: it goes on from the nearest of the
@@ -73,7 +75,7 @@ impl Terrain {
         let mut places = vec![from];
         places.extend(way.places.iter().skip(nearest.0 + 1));
         let cost = self.cost(map, &places);
-        (Way { places, cost }, nearest.1)
+        (Way { places, cost, whole: way.whole }, nearest.1)
     }
 
     /// What it costs to follow these places; infinite where something bars the way.

@@ -40,14 +40,15 @@ const STEPS: [([isize; 2], f32); 8] = {
     ]
 };
 
-/// The cells of the cheapest way from one cell to another, both included. `cost` is what a centimetre
-/// costs on a cell, never less than 1; infinite where no way leads.
+/// The cells of the cheapest way from one cell to another, both included, and that it leads there; where none
+/// does, of the way to the nearest cell to it that can be reached. `cost` is what a centimetre costs on a
+/// cell, never less than 1; infinite where no way leads.
 pub(super) fn search(
     terrain: &Terrain,
     from: usize,
     to: usize,
     cost: impl Fn(usize) -> f32,
-) -> Option<Vec<usize>> {
+) -> (Vec<usize>, bool) {
     let columns = terrain.columns;
     let mut best = vec![f32::INFINITY; terrain.costs.len()];
     let mut came = vec![0_u8; terrain.costs.len()];
@@ -56,7 +57,7 @@ pub(super) fn search(
     open.push(End { promise: octile(columns, from, to), cell: from });
     while let Some(End { promise, cell }) = open.pop() {
         if cell == to {
-            return Some(trace(columns, &came, from, to));
+            return (trace(columns, &came, from, to), true);
         }
         if promise > best[cell] + octile(columns, cell, to) {
             // A cheaper way to it was found since.
@@ -75,7 +76,10 @@ pub(super) fn search(
             }
         }
     }
-    None
+    let reached = (0..best.len()).filter(|cell| best[*cell].is_finite());
+    let away = |cell: &usize| octile(columns, *cell, to);
+    let nearest = reached.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(from);
+    (trace(columns, &came, from, nearest), false)
 }
 
 /// The cell after a step, if the raster holds it.

@@ -52,7 +52,7 @@ const FARTHEST_OBSTACLE: f64 = 200.0;
 
 /// What stands out from the floor.
 #[must_use]
-pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Option<Strip>]) -> Vec<ScenePoint> {
+pub(crate) fn obstacles(edges: &[LocatedEdge], strips: &[Option<Strip>]) -> Vec<ScenePoint> {
     let point = |edge: &LocatedEdge| {
         let (point, covariance) = edge.at?;
         let covariance = Matrix2::new(
@@ -63,32 +63,35 @@ pub(crate) fn obstacles(edges: &[LocatedEdge], clear: &[Option<Strip>]) -> Vec<S
         );
         let place = Ground::new(point.x, point.z);
         let near = distance(point) < FARTHEST_OBSTACLE;
-        let stands = near && has_foot(edge.matched.edge.at.x, distance(point), clear);
+        let stands = near && has_foot(edge.matched.edge.at.x, distance(point), strips);
         (stands && !is_floor(point)).then_some(ScenePoint { place, covariance, height: -point.y })
     };
     let mut all: Vec<ScenePoint> = edges.iter().filter_map(point).collect();
-    all.extend(clear.iter().flatten().filter_map(|strip| strip.foot));
+    all.extend(strips.iter().flatten().filter_map(|strip| strip.foot));
     all.iter().filter(|point| has_company(point, &all)).copied().collect()
 }
 
 /// Whether floor that is seen beside a column of the picture ends about where something is to stand: what
 /// stands hides the floor behind it, and a mistaken match does not.
-fn has_foot(column: f64, distance: f64, clear: &[Option<Strip>]) -> bool {
+fn has_foot(column: f64, distance: f64, strips: &[Option<Strip>]) -> bool {
     // Wider than an edge's blur and the eyes' difference.
     const BESIDE: usize = 3;
     let strip = (column / STRIP) as usize;
-    let beside = strip.saturating_sub(BESIDE)..(strip + BESIDE + 1).min(clear.len());
+    let beside = strip.saturating_sub(BESIDE)..(strip + BESIDE + 1).min(strips.len());
     let near = |end: Ground| (end.coords.norm() - distance).abs() < STANDS + FLOOR_SHARE * distance;
     let ends = |strip: &Strip| near(strip.foot.map_or(strip.stretch.to, |foot| foot.place));
-    clear[beside].iter().any(|strip| strip.as_ref().is_none_or(ends))
+    strips[beside].iter().any(|strip| strip.as_ref().is_none_or(ends))
 }
+
+/// How far aside of its strip a foot may be, in square centimetres: a strip's width a metre off.
+const ASIDE: f64 = 0.1;
 
 /// What stands at a place and ends a stretch of floor.
 fn foot(place: Ground, stretch: &Stretch) -> Option<ScenePoint> {
     let along = (stretch.to - stretch.from).try_normalize(1e-6)?;
     let near = place.coords.norm() < FARTHEST_OBSTACLE;
     let spread = along * along.transpose() * (stretch.sigma * stretch.sigma);
-    let covariance = spread + Matrix2::identity() * 0.1;
+    let covariance = spread + Matrix2::identity() * ASIDE;
     near.then_some(ScenePoint { place, covariance, height: 0.0 })
 }
 
@@ -116,28 +119,28 @@ pub(crate) struct Strip {
 
 /// How far the floor is free, for each strip of columns; none where none of it is seen.
 #[must_use]
-pub(crate) fn clear(
+pub(crate) fn strips(
     atlas: &Atlas,
     edges: &[LocatedEdge],
     [width, height]: [usize; 2],
 ) -> Vec<Option<Strip>> {
-    let mut strips: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
+    let mut columns: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
     for edge in edges {
         // Sampled every four pixels, an edge that lies may miss a strip: it counts for both beside.
         let strip = (edge.matched.edge.at.x / STRIP) as usize;
         let lies = edge.matched.edge.along().x.abs() > 0.5;
         for number in [strip.saturating_sub(usize::from(lies)), strip, strip + usize::from(lies)] {
-            if number < strips.len() {
-                strips[number].push(edge);
+            if number < columns.len() {
+                columns[number].push(edge);
             }
         }
     }
-    let free = |(number, strip): (usize, &mut Vec<&LocatedEdge>)| {
-        strip.sort_by(|a, b| b.matched.edge.at.y.total_cmp(&a.matched.edge.at.y));
+    let shown = |(number, edges): (usize, &mut Vec<&LocatedEdge>)| {
+        edges.sort_by(|a, b| b.matched.edge.at.y.total_cmp(&a.matched.edge.at.y));
         let bottom = Pixel::new((number as f64 + 0.5) * STRIP, height as f64 - 1.0);
-        self::strip(atlas, strip, (atlas.floor(bottom)?, bottom.x))
+        strip(atlas, edges, (atlas.floor(bottom)?, bottom.x))
     };
-    strips.iter_mut().enumerate().map(free).collect()
+    columns.iter_mut().enumerate().map(shown).collect()
 }
 
 /// Floor longer than this without an edge is no floor, in centimetres: tiles are smaller.
@@ -147,13 +150,13 @@ const BARE: f64 = 60.0;
 const STANDS: f64 = 8.0;
 
 /// Goes up a strip of the picture from edge to edge, as long as they are the floor's.
-fn strip(atlas: &Atlas, strip: &[&LocatedEdge], (from, column): (Ground, f64)) -> Option<Strip> {
+fn strip(atlas: &Atlas, edges: &[&LocatedEdge], (from, column): (Ground, f64)) -> Option<Strip> {
     let mut last: Option<(f64, f64)> = None;
     // Where the first edge after that is, if it is on the floor, of which that is not sure.
     let mut maybe: Option<Ground> = None;
     let mut limit = f64::INFINITY;
     let mut blocked = false;
-    for edge in strip {
+    for edge in edges {
         let row = edge.matched.edge.at.y;
         match edge.at {
             Some((point, covariance)) if is_floor(point) => {

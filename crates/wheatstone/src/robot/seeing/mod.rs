@@ -122,7 +122,7 @@ impl Observer {
             corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside)
         };
         let (trust, complaint) = self.health.judge(&seen, &look_aside);
-        let strips = ground::clear(&self.atlas, &edges, self.size);
+        let strips = ground::strips(&self.atlas, &edges, self.size);
         let obstacles = ground::obstacles(&edges, &strips);
         let clear = strips.into_iter().flatten().map(|strip| strip.stretch).collect();
         let scene = Scene { obstacles, clear, trust };
