@@ -150,8 +150,8 @@ fn factor_triangle(own: &mut [Column; ROWS]) -> bool {
             return false;
         }
         let root = square.sqrt();
-        for row in pivot..ROWS {
-            own[pivot][row] /= root;
+        for entry in &mut own[pivot][pivot..] {
+            *entry /= root;
         }
         let done = own[pivot];
         for column in pivot + 1..ROWS {

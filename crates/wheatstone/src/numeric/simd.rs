@@ -179,8 +179,14 @@ fn clamped_single<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
 }
 
 /// 2^r for |r| <= 1/2 in single precision, within 1.6e-7 of it relatively: through the Chebyshev nodes.
-const POWER_OF_TWO: [f32; 6] =
-    [1.000_000_1, 0.693_147_2, 0.240_221_07, 0.055_503_57, 0.009_676_032, 0.001_339_086_3];
+const POWER_OF_TWO: [f32; 6] = [
+    1.000_000_1,
+    std::f32::consts::LN_2,
+    0.240_221_07,
+    0.055_503_57,
+    0.009_676_032,
+    0.001_339_086_3,
+];
 
 impl Real for f32 {
     type Vector<S: Simd> = S::f32s;

@@ -6,9 +6,12 @@
 //! pairs of activations. That is a quarter of the arithmetic that J'J takes row by row, and one matrix product
 //! for each pair of layers. Within a layer, pairs count once.
 
+mod product;
+
 use super::{Batch, LANES, Perceptron, packed::Packed};
 use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
 use nalgebra::DMatrix;
+use product::add_matrix_product;
 
 /// Samples whose products are made before they are multiplied: they stay in the second cache.
 const SAMPLES: usize = 5 * LANES;
@@ -127,29 +130,39 @@ impl Curvature {
     pub fn hessian(&mut self, weights: &[f64], variances: &[f64], hessian: &mut DMatrix<f64>) {
         self.packed.set(weights);
         on_widest(Pass { curvature: self, variances });
-        let count = weights.len();
-        let matrix = hessian.as_mut_slice();
         for pair in &self.pairs {
             let (a, b) = (self.layers[pair.layers.0], self.layers[pair.layers.1]);
             let same = pair.layers.0 == pair.layers.1;
             let mut rows = pair.sums.chunks_exact(pair.width);
             for first in 0..a.here {
                 for second in if same { first } else { 0 }..b.here {
-                    let mut sums = rows.next().unwrap_or_default().iter();
-                    for one in 0..=a.below {
-                        let others = if same { one } else { 0 }..=b.below;
-                        for (other, sum) in others.zip(&mut sums) {
-                            let places = (a.weight(first, one), b.weight(second, other));
-                            let (low, high) = (places.0.min(places.1), places.0.max(places.1));
-                            matrix[low * count + high] = *sum;
-                            if same {
-                                let places = (a.weight(first, other), b.weight(second, one));
-                                let (low, high) = (places.0.min(places.1), places.0.max(places.1));
-                                matrix[low * count + high] = *sum;
-                            }
-                        }
-                    }
+                    let sums = rows.next().unwrap_or_default();
+                    write_out((&a, first), (&b, second), (same, sums), hessian);
                 }
+            }
+        }
+    }
+}
+
+/// Puts the entries of two units' weights, a unit of each layer, where they belong in the lower triangle.
+fn write_out(
+    (a, first): (&Layer, usize),
+    (b, second): (&Layer, usize),
+    (same, sums): (bool, &[f64]),
+    hessian: &mut DMatrix<f64>,
+) {
+    let count = hessian.nrows();
+    let matrix = hessian.as_mut_slice();
+    let mut put = |one: usize, other: usize, sum: f64| {
+        matrix[one.min(other) * count + one.max(other)] = sum;
+    };
+    let mut sums = sums.iter();
+    for one in 0..=a.below {
+        let others = if same { one } else { 0 }..=b.below;
+        for (other, sum) in others.zip(&mut sums) {
+            put(a.weight(first, one), b.weight(second, other), *sum);
+            if same {
+                put(a.weight(first, other), b.weight(second, one), *sum);
             }
         }
     }
@@ -288,55 +301,6 @@ impl Curvature {
                 rest = after;
             }
         }
-    }
-}
-
-/// Adds left times right, both laid out sample by sample in the first and the last index, to `sums`.
-#[inline(always)]
-fn add_matrix_product<S: Simd>(
-    simd: S,
-    (left, right, samples): (&[f64], &[f64], usize),
-    (sums, width): (&mut [f64], usize),
-) {
-    let registers = width / f64::width::<S>();
-    let right = f64::vectors::<S>(right);
-    let sums = f64::vectors_mut::<S>(sums);
-    let heights = left.chunks_exact(ROWS * SAMPLES).zip(sums.chunks_exact_mut(ROWS * registers));
-    for (left, sums) in heights {
-        let rows: [&[f64]; ROWS] = std::array::from_fn(|row| &left[row * SAMPLES..][..samples]);
-        let mut column = 0;
-        while column + 2 <= registers {
-            add_tile::<S, 2>(simd, rows, (&right[column..], registers), &mut sums[column..]);
-            column += 2;
-        }
-        if column < registers {
-            add_tile::<S, 1>(simd, rows, (&right[column..], registers), &mut sums[column..]);
-        }
-    }
-}
-
-/// Four rows by a few registers of columns, whose sums stay in registers.
-#[inline(always)]
-fn add_tile<S: Simd, const WIDE: usize>(
-    simd: S,
-    [a, b, c, d]: [&[f64]; ROWS],
-    (right, stride): (&[S::f64s], usize),
-    sums: &mut [S::f64s],
-) {
-    let mut tile: [[S::f64s; WIDE]; ROWS] =
-        std::array::from_fn(|row| std::array::from_fn(|column| sums[row * stride + column]));
-    let left = a.iter().zip(b).zip(c.iter().zip(d));
-    for (((a, b), (c, d)), right) in left.zip(right.chunks(stride)) {
-        let Some(right) = right.first_chunk::<WIDE>() else { return };
-        for (sums, factor) in tile.iter_mut().zip([a, b, c, d]) {
-            let factor = simd.splat_f64s(*factor);
-            for (sum, value) in sums.iter_mut().zip(right) {
-                *sum = simd.add_f64s(*sum, simd.mul_f64s(factor, *value));
-            }
-        }
-    }
-    for (row, tile) in tile.into_iter().enumerate() {
-        sums[row * stride..row * stride + WIDE].copy_from_slice(&tile);
     }
 }
 
