@@ -8,9 +8,12 @@
 
 mod posterior;
 
-use super::perceptron::{Batch, Lane, Perceptron, Workspace};
+use super::{
+    cholesky::Cholesky,
+    perceptron::{Batch, Curvature, Perceptron, Sweep},
+};
 use crate::{Error, Result, progress::Progress};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use posterior::{Decay, Posterior, misfit};
 use serde::{Deserialize, Serialize};
 
@@ -50,82 +53,38 @@ pub struct Trained {
     pub curve: Vec<f64>,
 }
 
-/// The quadratic model of the misfit about the present weights.
+/// The quadratic model of the misfit about the present weights, and what it takes to work it out.
 struct Expansion {
-    /// Half the weighted Hessian, by outer products, without decay.
+    curvature: Curvature,
+    sweep: Sweep<f64>,
+    /// Half the weighted Hessian, by outer products, without decay: its lower triangle.
     hessian: DMatrix<f64>,
     /// Half the weighted gradient, without decay.
-    gradient: DVector<f64>,
+    gradient: Vec<f64>,
 }
 
-fn expand(network: &Perceptron, batch: &Batch, noise: &[f64], work: &mut Workspace) -> Expansion {
-    let count = network.weights().len();
-    let mut hessian = DMatrix::zeros(count, count);
-    let mut gradient = DVector::zeros(count);
-    let deviations: Vec<f64> = noise.iter().map(|variance| variance.sqrt()).collect();
-    let outputs = noise.len();
-    network.each_jacobian_block(batch, &deviations, work, |columns, errors| {
-        for (slope, column) in gradient.iter_mut().zip(columns.chunks_exact(outputs)) {
-            *slope += product(column, errors);
-        }
-        add_products(columns, outputs, &mut hessian);
-    });
-    hessian.fill_upper_triangle_with_lower_triangle();
-    Expansion { hessian, gradient }
-}
-
-/// Partial sums of a product: as many as keep the sums' latency hidden.
-const PARTIAL: usize = 4;
-
-/// Scalar product, in a fixed order of summation.
-#[inline(always)]
-fn product(a: &[Lane], b: &[Lane]) -> f64 {
-    let mut sums = [0.0; PARTIAL];
-    for (a, b) in a.iter().zip(b) {
-        for (a, b) in a.chunks_exact(PARTIAL).zip(b.chunks_exact(PARTIAL)) {
-            for part in 0..PARTIAL {
-                sums[part] += a[part] * b[part];
-            }
+impl Expansion {
+    fn new(network: &Perceptron, batch: &Batch) -> Self {
+        let count = network.weights().len();
+        Self {
+            curvature: Curvature::new(network, batch),
+            sweep: Sweep::new(network, batch),
+            hessian: DMatrix::zeros(count, count),
+            gradient: vec![0.0; count],
         }
     }
-    (sums[0] + sums[2]) + (sums[1] + sums[3])
-}
 
-/// Adds the products of all pairs of columns, each `height` lanes high, to the lower triangle.
-fn add_products(columns: &[Lane], height: usize, into: &mut DMatrix<f64>) {
-    let count = columns.len() / height;
-    let column = |index: usize| &columns[index * height..(index + 1) * height];
-    for first in 0..count {
-        let own = &mut into.as_mut_slice()[first * count..(first + 1) * count];
-        let a = column(first);
-        let mut second = first;
-        while second + 2 <= count {
-            let sums = two_products(a, column(second), column(second + 1));
-            own[second] += sums[0];
-            own[second + 1] += sums[1];
-            second += 2;
-        }
-        if second < count {
-            own[second] += product(a, column(second));
-        }
+    /// Expands about these weights.
+    fn at(&mut self, weights: &[f64], noise: &[f64]) {
+        self.curvature.hessian(weights, noise, &mut self.hessian);
+        self.squared_errors(weights, noise);
     }
-}
 
-/// Scalar products of one column with two: each of its numbers is then loaded once for both.
-#[inline(always)]
-fn two_products(a: &[Lane], b: &[Lane], c: &[Lane]) -> [f64; 2] {
-    let mut sums = [[0.0; PARTIAL]; 2];
-    for ((a, b), c) in a.iter().zip(b).zip(c) {
-        let parts =
-            a.chunks_exact(PARTIAL).zip(b.chunks_exact(PARTIAL)).zip(c.chunks_exact(PARTIAL));
-        for ((a, b), c) in parts {
-            for part in 0..PARTIAL {
-                sums[0][part] += a[part] * b[part];
-                sums[1][part] += a[part] * c[part];
-            }
-        }
+    /// The sum of squared errors of each output; leaves the gradient behind.
+    fn squared_errors(&mut self, weights: &[f64], noise: &[f64]) -> &[f64] {
+        let factors: Vec<f64> = noise.iter().map(|variance| 1.0 / variance).collect();
+        self.sweep.pass(weights, &factors, &mut self.gradient)
     }
-    sums.map(|s| (s[0] + s[2]) + (s[1] + s[3]))
 }
 
 /// A training under way: one start, or what became of it.
@@ -144,7 +103,10 @@ impl Course {
     /// Begins from the weights of `network`.
     #[must_use]
     pub fn new(network: Perceptron, batch: &Batch) -> Self {
-        let errors = network.squared_errors(batch, &mut Workspace::new(network.sizes()));
+        let mut unused = vec![0.0; network.weights().len()];
+        let ones = vec![1.0; network.sizes().last().map_or(0, |outputs| *outputs)];
+        let mut sweep = Sweep::<f64>::new(&network, batch);
+        let errors = sweep.pass(network.weights(), &ones, &mut unused).to_vec();
         let count = batch.samples() as f64;
         Self {
             decay: Decay::new(network.sizes(), FIRST_DECAY),
@@ -176,15 +138,15 @@ impl Course {
         progress: &dyn Progress,
     ) -> Result<()> {
         let count = batch.samples() as f64;
-        let mut work = Workspace::new(self.network.sizes());
+        let mut expansion = Expansion::new(&self.network, batch);
         for _ in 0..steps {
             if self.settled {
                 break;
             }
             progress.check()?;
-            let expansion = expand(&self.network, batch, &self.noise, &mut work);
             let weights = self.network.weights().to_vec();
-            let state = Posterior::new(&expansion, &self.decay, &weights).ok_or_else(singular)?;
+            expansion.at(&weights, &self.noise);
+            let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
             let evidence =
                 state.log_evidence(&self.decay, (&self.noise, &self.errors, count), &weights);
             self.history.push((misfit(&self.errors, &self.noise), evidence));
@@ -194,7 +156,7 @@ impl Course {
             if self.history.len() > WARM_UP {
                 state.update(&mut self.decay, &mut self.noise, (&weights, &self.errors, count));
             }
-            self.step(batch, &expansion, &mut work);
+            self.step(&mut expansion);
         }
         Ok(())
     }
@@ -205,47 +167,50 @@ impl Course {
     ///
     /// [`Error::Degenerate`] where the weights have no covariance.
     pub fn finish(self, batch: &Batch) -> Result<(Perceptron, Trained)> {
-        let mut work = Workspace::new(self.network.sizes());
-        let expansion = expand(&self.network, batch, &self.noise, &mut work);
-        let state =
-            Posterior::new(&expansion, &self.decay, self.network.weights()).ok_or_else(singular)?;
+        let mut expansion = Expansion::new(&self.network, batch);
+        expansion.at(self.network.weights(), &self.noise);
+        let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
+        let mut precision = expansion.hessian;
+        precision.fill_upper_triangle_with_lower_triangle();
+        for index in 0..precision.nrows() {
+            precision[(index, index)] += self.decay.of(index);
+        }
         let trained = Trained {
             log_evidence: self.log_evidence(),
             effective_parameters: state.effective,
             noise: self.noise,
-            covariance: state.factors.inverse(),
+            covariance: precision.cholesky().ok_or_else(singular)?.inverse(),
             curve: self.history.iter().map(|(square, _)| *square).collect(),
         };
         Ok((self.network, trained))
     }
 
     /// One Levenberg-Marquardt step that lowers the regularised misfit, if there is one.
-    fn step(&mut self, batch: &Batch, expansion: &Expansion, work: &mut Workspace) {
+    fn step(&mut self, expansion: &mut Expansion) {
         let start = self.network.weights().to_vec();
         let before = misfit(&self.errors, &self.noise) + self.decay.penalty(&start);
-        let slope = DVector::from_fn(start.len(), |i, _| {
-            expansion.gradient[i] + self.decay.of(i) * start[i]
-        });
+        let slopes = expansion.gradient.iter().zip(&start).enumerate();
+        let slopes: Vec<f64> = slopes.map(|(i, (g, w))| g + self.decay.of(i) * w).collect();
+        let mut moved = start.clone();
         for _ in 0..30 {
-            let mut matrix = expansion.hessian.clone();
-            for index in 0..start.len() {
-                let diagonal = matrix[(index, index)];
-                matrix[(index, index)] += self.decay.of(index) + self.damping * (1.0 + diagonal);
-            }
-            if let Some(factors) = matrix.cholesky() {
-                let by = factors.solve(&slope);
-                let moved: Vec<f64> = start.iter().zip(by.iter()).map(|(w, s)| w - s).collect();
-                self.network.set_weights(&moved);
-                let errors = self.network.squared_errors(batch, work);
-                if misfit(&errors, &self.noise) + self.decay.penalty(&moved) < before {
+            let damp = |index: usize| {
+                self.decay.of(index) + self.damping * (1.0 + expansion.hessian[(index, index)])
+            };
+            if let Some(factors) = Cholesky::new(&expansion.hessian, damp) {
+                let by = factors.solve(&slopes);
+                for ((moved, start), by) in moved.iter_mut().zip(&start).zip(by) {
+                    *moved = start - by;
+                }
+                let errors = expansion.squared_errors(&moved, &self.noise);
+                if misfit(errors, &self.noise) + self.decay.penalty(&moved) < before {
                     self.damping = (self.damping / 5.0).max(1e-12);
-                    self.errors = errors;
+                    self.errors.copy_from_slice(errors);
+                    self.network.set_weights(&moved);
                     return;
                 }
             }
             self.damping *= 4.0;
         }
-        self.network.set_weights(&start);
         self.settled = true;
     }
 }
@@ -275,6 +240,7 @@ mod tests {
         numeric::{perceptron::OutputActivation, random::Random},
         progress::Silent,
     };
+    use nalgebra::DVector;
 
     /// 200 samples of a smooth curve and of a straight line, each with its own noise.
     fn lesson(random: &mut Random) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
@@ -317,7 +283,8 @@ mod tests {
         let network = start(&mut random);
         let (count, noise) = (network.weights().len(), [0.5, 2.0]);
         let batch = Batch::new(inputs, targets);
-        let found = expand(&network, &batch, &noise, &mut Workspace::new(network.sizes()));
+        let mut found = Expansion::new(&network, &batch);
+        found.at(network.weights(), &noise);
         let mut hessian = DMatrix::zeros(count, count);
         let mut gradient = DVector::zeros(count);
         let mut rows = vec![0.0; 2 * count];
@@ -329,7 +296,8 @@ mod tests {
                 gradient += row * ((out[output] - target[output]) / noise[output]);
             }
         }
-        assert!((found.hessian - &hessian).norm() < 1e-12 * hessian.norm());
-        assert!((found.gradient - &gradient).norm() < 1e-12 * gradient.norm());
+        let found_gradient = DVector::from_vec(found.gradient);
+        assert!((found.hessian - hessian.lower_triangle()).norm() < 1e-12 * hessian.norm());
+        assert!((found_gradient - &gradient).norm() < 1e-12 * gradient.norm());
     }
 }

@@ -5,6 +5,7 @@
 //! transcendental functions come from `libm` or from [`sigmoid`].
 
 pub mod backpropagation;
+pub mod cholesky;
 pub mod covariance;
 pub mod evidence;
 pub mod least_squares;
@@ -12,4 +13,5 @@ pub mod levenberg_marquardt;
 pub mod perceptron;
 pub mod random;
 pub mod sigmoid;
+pub mod simd;
 pub mod statistics;

@@ -4,9 +4,16 @@
 //! is what training goes through, tested against the reference.
 
 mod batch;
+mod curvature;
+mod forward;
 mod jacobian;
+mod packed;
+mod sweep;
 
 pub use batch::{Batch, LANES, Lane, Workspace};
+pub use curvature::Curvature;
+pub use forward::Forward;
+pub use sweep::Sweep;
 
 use super::{random::Random, sigmoid::sigmoid};
 use serde::{Deserialize, Serialize};

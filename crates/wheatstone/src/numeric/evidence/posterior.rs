@@ -1,8 +1,8 @@
 //! What the data say of a network's weights, in Laplace's approximation, and what follows for decay
 //! and noise.
 
-use super::Expansion;
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use crate::numeric::cholesky::Cholesky;
+use nalgebra::DMatrix;
 
 /// One decay a class of weights: a layer's weights, and its biases.
 pub(super) struct Decay {
@@ -37,7 +37,6 @@ pub(super) fn misfit(squares: &[f64], noise: &[f64]) -> f64 {
 
 /// What the data say of the weights, in Laplace's approximation.
 pub(super) struct Posterior {
-    pub(super) factors: Cholesky<f64, Dyn>,
     log_determinant: f64,
     /// Weights that the data determine, in all and class by class.
     pub(super) effective: f64,
@@ -45,21 +44,17 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
-    pub(super) fn new(expansion: &Expansion, decay: &Decay, weights: &[f64]) -> Option<Self> {
-        let mut matrix = expansion.hessian.clone();
-        for index in 0..weights.len() {
-            matrix[(index, index)] += decay.of(index);
-        }
-        let factors = matrix.cholesky()?;
-        let lower = factors.l();
-        let log_determinant = 2.0 * lower.diagonal().iter().map(|d| libm::log(*d)).sum::<f64>();
-        let variances = diagonal_of_inverse(&lower);
+    /// `hessian`: its lower triangle.
+    pub(super) fn new(hessian: &DMatrix<f64>, decay: &Decay) -> Option<Self> {
+        let factors = Cholesky::new(hessian, |index| decay.of(index))?;
+        let log_determinant = factors.log_determinant();
+        let variances = factors.diagonal_of_inverse();
         let mut effective_of_class = vec![0.0; decay.rate.len()];
         for (index, variance) in variances.into_iter().enumerate() {
             effective_of_class[decay.class[index]] += 1.0 - decay.of(index) * variance;
         }
         let effective = effective_of_class.iter().sum();
-        Some(Self { factors, log_determinant, effective, effective_of_class })
+        Some(Self { log_determinant, effective, effective_of_class })
     }
 
     pub(super) fn log_evidence(
@@ -96,44 +91,5 @@ impl Posterior {
         for (variance, sum) in noise.iter_mut().zip(errors) {
             *variance = (sum / (count - share).max(1.0)).max(1e-30);
         }
-    }
-}
-
-/// The diagonal of `(L L')^-1`: the squared lengths of the columns of `L^-1`.
-fn diagonal_of_inverse(lower: &DMatrix<f64>) -> Vec<f64> {
-    let count = lower.nrows();
-    let mut column = vec![0.0; count];
-    (0..count)
-        .map(|start| {
-            column[start..].fill(0.0);
-            column[start] = 1.0;
-            let mut sum = 0.0;
-            for pivot in start..count {
-                let below = &lower.as_slice()[pivot * count..(pivot + 1) * count];
-                let value = column[pivot] / below[pivot];
-                sum += value * value;
-                for (entry, factor) in column[pivot + 1..].iter_mut().zip(&below[pivot + 1..]) {
-                    *entry -= value * factor;
-                }
-            }
-            sum
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::random::Random;
-    use nalgebra::DVector;
-
-    #[test]
-    fn the_inverses_diagonal_needs_no_inverse() {
-        let mut random = Random::new(6);
-        let square = DMatrix::from_fn(9, 9, |_, _| random.normal());
-        let matrix = &square * square.transpose() + DMatrix::identity(9, 9);
-        let factors = matrix.clone().cholesky().unwrap();
-        let found = DVector::from_vec(diagonal_of_inverse(&factors.l()));
-        assert!((found - matrix.try_inverse().unwrap().diagonal()).norm() < 1e-12);
     }
 }

@@ -15,12 +15,12 @@ pub type Lane = [f64; LANES];
 /// Inputs and targets of many samples, laid out for training, with the buffers it needs.
 #[derive(Clone, Debug)]
 pub struct Batch {
-    samples: usize,
-    outputs: usize,
+    pub(super) samples: usize,
+    pub(super) outputs: usize,
     /// Block by block, input by input, [`LANES`] samples.
-    inputs: Vec<Lane>,
+    pub(super) inputs: Vec<Lane>,
     /// Block by block, output by output.
-    targets: Vec<Lane>,
+    pub(super) targets: Vec<Lane>,
 }
 
 impl Batch {
@@ -188,89 +188,6 @@ impl Perceptron {
 }
 
 impl Perceptron {
-    /// The sum of squared errors of each output.
-    pub fn squared_errors(&self, batch: &Batch, work: &mut Workspace) -> Vec<f64> {
-        let mut sums = vec![0.0; batch.outputs];
-        self.each_block(batch, work, |targets, filled, work| {
-            let start = work.activations.len() - targets.len();
-            let pairs = work.activations[start..].iter().zip(targets);
-            for (sum, (out, target)) in sums.iter_mut().zip(pairs) {
-                for lane in 0..filled {
-                    *sum += (out[lane] - target[lane]) * (out[lane] - target[lane]);
-                }
-            }
-        });
-        sums
-    }
-
-    /// Goes through the batch block by block: `visit` gets, after the forward pass, the weights'
-    /// derivatives of the errors and the errors themselves, both over each output's `deviation`,
-    /// [`LANES`] samples side by side: `(weights, outputs)` and `(outputs)` lanes.
-    pub fn each_jacobian_block(
-        &self,
-        batch: &Batch,
-        deviations: &[f64],
-        work: &mut Workspace,
-        mut visit: impl FnMut(&[Lane], &[Lane]),
-    ) {
-        let outputs = batch.outputs;
-        let mut columns = vec![[0.0; LANES]; self.weights.len() * outputs];
-        let mut errors = vec![[0.0; LANES]; outputs];
-        let squash = self.output == OutputActivation::Sigmoid;
-        self.each_block(batch, work, |targets, filled, work| {
-            let start = work.activations.len() - outputs;
-            for output in 0..outputs {
-                work.deltas[..outputs].fill([0.0; LANES]);
-                for lane in 0..filled {
-                    let out = work.activations[start + output][lane];
-                    let slope = if squash { self.gain * out * (1.0 - out) } else { 1.0 };
-                    work.deltas[output][lane] = slope / deviations[output];
-                }
-                for lane in 0..LANES {
-                    let out = work.activations[start + output][lane];
-                    let error = (out - targets[output][lane]) / deviations[output];
-                    errors[output][lane] = if lane < filled { error } else { 0.0 };
-                }
-                self.jacobian_block(work, &mut columns, (output, outputs));
-            }
-            visit(&columns, &errors);
-        });
-    }
-
-    /// One output's derivatives by every weight.
-    fn jacobian_block(
-        &self,
-        work: &mut Workspace,
-        columns: &mut [Lane],
-        (output, outputs): (usize, usize),
-    ) {
-        let mut weights_end = self.weights.len();
-        let mut activations_end = work.activations.len();
-        for layer in (1..self.sizes.len()).rev() {
-            let (below, here) = (self.sizes[layer - 1], self.sizes[layer]);
-            let weights_start = weights_end - (below + 1) * here;
-            activations_end -= here;
-            let lower = &work.activations[activations_end - below..activations_end];
-            for unit in 0..here {
-                let delta = &work.deltas[unit];
-                for (input, activation) in lower.iter().enumerate() {
-                    let slot =
-                        &mut columns[(weights_start + unit * below + input) * outputs + output];
-                    for lane in 0..LANES {
-                        slot[lane] = delta[lane] * activation[lane];
-                    }
-                }
-                columns[(weights_start + below * here + unit) * outputs + output] = *delta;
-            }
-            if layer > 1 {
-                let rows = &self.weights[weights_start..weights_start + below * here];
-                self.deltas_below(rows, lower, &work.deltas[..here], &mut work.deltas_below);
-                std::mem::swap(&mut work.deltas, &mut work.deltas_below);
-            }
-            weights_end = weights_start;
-        }
-    }
-
     /// Runs the forward pass block by block; `visit` gets its targets, how many of its lanes are
     /// samples, and the buffers.
     fn each_block(

@@ -1,0 +1,297 @@
+//! Cholesky factors of one to a few hundred unknowns, in vector registers: the step that second-order
+//! training takes most often.
+//!
+//! The factor is kept in panels of eight rows, each panel column by column, so that every inner loop
+//! runs through memory once. Sums run in the order of the columns, whatever the registers' width.
+
+use super::simd::{Real, Simd, WithSimd, add_products, on_widest};
+use nalgebra::DMatrix;
+
+/// Rows a panel.
+const ROWS: usize = 8;
+
+/// One column of a panel.
+type Column = [f64; ROWS];
+
+/// L of `A = L L'`.
+#[derive(Clone, Debug)]
+pub struct Cholesky {
+    size: usize,
+    panels: usize,
+    /// Panel by panel, column by column. Beyond the matrix stands the unit matrix.
+    lower: Vec<Column>,
+}
+
+impl Cholesky {
+    /// Factors a matrix, of which only the lower triangle is read, with `more` added to its diagonal;
+    /// `None` where it is not positive definite.
+    #[must_use]
+    pub fn new(matrix: &DMatrix<f64>, more: impl Fn(usize) -> f64) -> Option<Self> {
+        let mut factors = Self::laid_out(matrix, more);
+        on_widest(Factor(&mut factors)).then_some(factors)
+    }
+
+    /// The matrix's lower triangle in panels.
+    fn laid_out(matrix: &DMatrix<f64>, more: impl Fn(usize) -> f64) -> Self {
+        let size = matrix.nrows();
+        let panels = size.div_ceil(ROWS);
+        let mut lower = vec![[0.0; ROWS]; panels * panels * ROWS];
+        for (column, values) in matrix.as_slice().chunks_exact(size.max(1)).enumerate() {
+            for (row, value) in values.iter().enumerate().skip(column) {
+                lower[row / ROWS * panels * ROWS + column][row % ROWS] = *value;
+            }
+        }
+        for index in 0..panels * ROWS {
+            let diagonal = &mut lower[index / ROWS * panels * ROWS + index][index % ROWS];
+            *diagonal = if index < size { *diagonal + more(index) } else { 1.0 };
+        }
+        Self { size, panels, lower }
+    }
+
+    /// Row `8 panel + 0..8` of L, column by column, up to and with the diagonal.
+    fn panel(&self, panel: usize) -> &[Column] {
+        &self.lower[panel * self.panels * ROWS..][..(panel + 1) * ROWS]
+    }
+
+    /// Logarithm of the matrix's determinant.
+    #[must_use]
+    pub fn log_determinant(&self) -> f64 {
+        let diagonal = |index: usize| self.panel(index / ROWS)[index][index % ROWS];
+        2.0 * (0..self.size).map(|index| libm::log(diagonal(index))).sum::<f64>()
+    }
+
+    /// The x of `A x = b`.
+    #[must_use]
+    pub fn solve(&self, b: &[f64]) -> Vec<f64> {
+        let mut x = b.to_vec();
+        x.resize(self.panels * ROWS, 0.0);
+        for index in 0..self.panels {
+            let (known, rest) = x.split_at_mut(index * ROWS);
+            let (before, own) = self.panel(index).split_at(index * ROWS);
+            let mut sums = [0.0; ROWS];
+            for (column, value) in before.iter().zip(known) {
+                for (sum, factor) in sums.iter_mut().zip(column) {
+                    *sum += factor * *value;
+                }
+            }
+            for row in 0..ROWS {
+                let inside: f64 = (0..row).map(|column| own[column][row] * rest[column]).sum();
+                rest[row] = (rest[row] - sums[row] - inside) / own[row][row];
+            }
+        }
+        for index in (0..self.panels).rev() {
+            let (above, rest) = x.split_at_mut(index * ROWS);
+            let (before, own) = self.panel(index).split_at(index * ROWS);
+            for row in (0..ROWS).rev() {
+                let inside: f64 = (row + 1..ROWS).map(|below| own[row][below] * rest[below]).sum();
+                rest[row] = (rest[row] - inside) / own[row][row];
+            }
+            let values: Column = std::array::from_fn(|row| rest[row]);
+            for (column, sum) in before.iter().zip(above) {
+                let [a, b, c, d, e, f, g, h] = std::array::from_fn(|row| column[row] * values[row]);
+                *sum -= ((a + b) + (c + d)) + ((e + f) + (g + h));
+            }
+        }
+        x.truncate(self.size);
+        x
+    }
+
+    /// The diagonal of the matrix's inverse: the squared lengths of the columns of L^-1.
+    #[must_use]
+    pub fn diagonal_of_inverse(&self) -> Vec<f64> {
+        let mut squares = on_widest(Squares(self));
+        squares.truncate(self.size);
+        squares
+    }
+}
+
+/// Eight vectors times a triangle's inverse, in place: `rows[r]` loses `factor(r, c) * rows[c]` for
+/// every c before it, and is divided by `factor(r, r)`.
+#[inline(always)]
+fn substitute<S: Simd>(simd: S, rows: &mut [S::f64s; ROWS], factor: impl Fn(usize, usize) -> f64) {
+    for row in 0..ROWS {
+        let mut sum = rows[row];
+        for (column, value) in rows.iter().enumerate().take(row) {
+            let factor = simd.splat_f64s(factor(row, column));
+            sum = simd.sub_f64s(sum, simd.mul_f64s(factor, *value));
+        }
+        rows[row] = simd.div_f64s(sum, simd.splat_f64s(factor(row, row)));
+    }
+}
+
+/// Takes the products of what is done of two panels, the pivots' and another's, from the other's next
+/// eight columns.
+#[inline(always)]
+fn subtract<S: Simd>(simd: S, (pivots, done): (&[Column], &[Column]), columns: &mut [Column]) {
+    let done = f64::vectors::<S>(done.as_flattened());
+    let columns = f64::vectors_mut::<S>(columns.as_flattened_mut());
+    let strips = ROWS / f64::width::<S>();
+    for strip in 0..strips {
+        let sums = add_products::<f64, S, ROWS>(
+            simd,
+            [simd.splat_f64s(0.0); ROWS],
+            pivots.as_flattened(),
+            done.iter().skip(strip).step_by(strips),
+        );
+        for (column, sum) in columns.iter_mut().skip(strip).step_by(strips).zip(sums) {
+            *column = simd.sub_f64s(*column, sum);
+        }
+    }
+}
+
+/// Factors in place; says whether the matrix is positive definite.
+struct Factor<'a>(&'a mut Cholesky);
+
+/// The triangle on the diagonal, column by column, in place.
+fn factor_triangle(own: &mut [Column; ROWS]) -> bool {
+    for pivot in 0..ROWS {
+        let square = own[pivot][pivot];
+        if !(square > 0.0 && square.is_finite()) {
+            return false;
+        }
+        let root = square.sqrt();
+        for entry in &mut own[pivot][pivot..] {
+            *entry /= root;
+        }
+        let done = own[pivot];
+        for column in pivot + 1..ROWS {
+            for row in column..ROWS {
+                own[column][row] -= done[row] * done[column];
+            }
+        }
+    }
+    true
+}
+
+impl WithSimd for Factor<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let (panels, width) = (self.0.panels, f64::width::<S>());
+        for own in 0..panels {
+            let (above, below) = self.0.lower.split_at_mut((own + 1) * panels * ROWS);
+            let above = &mut above[own * panels * ROWS..][..(own + 1) * ROWS];
+            let (before, triangle) = above.split_at_mut(own * ROWS);
+            let Some(triangle) = triangle.first_chunk_mut::<ROWS>() else { return false };
+            let before = &*before;
+            subtract(simd, (before, before), triangle);
+            if !factor_triangle(triangle) {
+                return false;
+            }
+            for panel in below.chunks_exact_mut(panels * ROWS) {
+                let (done, columns) = panel.split_at_mut(own * ROWS);
+                let columns = &mut columns[..ROWS];
+                subtract(simd, (before, done), columns);
+                let columns = f64::vectors_mut::<S>(columns.as_flattened_mut());
+                let strips = ROWS / width;
+                for strip in 0..strips {
+                    let mut rows: [S::f64s; ROWS] =
+                        std::array::from_fn(|column| columns[column * strips + strip]);
+                    substitute(simd, &mut rows, |row, column| triangle[column][row]);
+                    for (column, row) in rows.into_iter().enumerate() {
+                        columns[column * strips + strip] = row;
+                    }
+                }
+            }
+        }
+        true
+    }
+}
+
+/// The squared lengths of the columns of L^-1, eight columns at a time.
+struct Squares<'a>(&'a Cholesky);
+
+impl WithSimd for Squares<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+        let (panels, width) = (self.0.panels, f64::width::<S>());
+        let mut squares = vec![0.0; panels * ROWS];
+        // Rows of L^-1, as far as the register reaches across its columns.
+        let mut inverse = vec![simd.splat_f64s(0.0); panels * ROWS];
+        let totals = f64::vectors_mut::<S>(&mut squares);
+        for (place, total) in totals.iter_mut().enumerate() {
+            let first = place * width / ROWS;
+            for own in first..panels {
+                let (before, triangle) = self.0.panel(own).split_at(own * ROWS);
+                let known = &inverse[first * ROWS..own * ROWS];
+                let mut rows = add_products::<f64, S, ROWS>(
+                    simd,
+                    [simd.splat_f64s(0.0); ROWS],
+                    before[first * ROWS..].as_flattened(),
+                    known.iter(),
+                );
+                let zero = simd.splat_f64s(0.0);
+                rows = rows.map(|row| simd.sub_f64s(zero, row));
+                if own == first {
+                    for (row, vector) in rows.iter_mut().enumerate() {
+                        let mut unit = [0.0; ROWS];
+                        unit[row] = 1.0;
+                        *vector = f64::vectors::<S>(&unit)[place % (ROWS / width)];
+                    }
+                }
+                substitute(simd, &mut rows, |row, column| triangle[column][row]);
+                for row in rows {
+                    *total = simd.add_f64s(*total, simd.mul_f64s(row, row));
+                }
+                inverse[own * ROWS..][..ROWS].copy_from_slice(&rows);
+            }
+        }
+        squares
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::{random::Random, simd::on_each};
+    use nalgebra::DVector;
+
+    fn positive(size: usize) -> DMatrix<f64> {
+        let mut random = Random::new(size as u64);
+        let square = DMatrix::from_fn(size, size, |_, _| random.normal());
+        &square * square.transpose()
+    }
+
+    #[test]
+    fn agrees_with_the_plain_factors_at_sizes_about_the_panels() {
+        for size in [1, 7, 8, 9, 16, 31, 139] {
+            let matrix = positive(size);
+            let more = |index: usize| 1.0 + 0.01 * index as f64;
+            let whole = &matrix + DMatrix::from_diagonal(&DVector::from_fn(size, |i, _| more(i)));
+            let reference = whole.clone().cholesky().unwrap();
+            let found = Cholesky::new(&matrix.lower_triangle(), more).unwrap();
+            let right = DVector::from_fn(size, |i, _| libm::sin(i as f64));
+            let solved = DVector::from_vec(found.solve(right.as_slice()));
+            assert!((&whole * &solved - &right).norm() <= 1e-11 * right.norm());
+            let diagonal = DVector::from_vec(found.diagonal_of_inverse());
+            assert!((diagonal - reference.inverse().diagonal()).norm() < 1e-11);
+            let determinant =
+                2.0 * reference.l().diagonal().iter().map(|d| libm::log(*d)).sum::<f64>();
+            assert!((found.log_determinant() - determinant).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn what_is_not_positive_definite_has_no_factors() {
+        let matrix = positive(20);
+        assert!(Cholesky::new(&matrix, |_| 0.1).is_some());
+        assert!(Cholesky::new(&matrix, |i| if i == 11 { -1e3 } else { 0.1 }).is_none());
+        assert!(Cholesky::new(&matrix, |i| if i == 3 { f64::NAN } else { 0.1 }).is_none());
+        assert!(Cholesky::new(&matrix, |i| if i == 19 { f64::INFINITY } else { 0.1 }).is_none());
+    }
+
+    #[test]
+    fn every_width_gives_the_same_bits() {
+        let factors = Cholesky::new(&positive(45), |_| 0.5).unwrap();
+        let diagonals = on_each(|| Squares(&factors));
+        assert!(diagonals.iter().all(|other| *other == diagonals[0]));
+        let mut all = vec![Cholesky::laid_out(&positive(45), |_| 0.5); 4];
+        let mut next = all.iter_mut();
+        let done = on_each(|| Factor(next.next().unwrap()));
+        assert!(done.iter().all(|done| *done));
+        assert!(all[..done.len()].iter().all(|other| other.lower == factors.lower));
+    }
+}

@@ -1,0 +1,369 @@
+//! The normal matrix of a perceptron's second-order training, in vector registers.
+//!
+//! A weight's derivative is the delta d of the unit it leads to times the activation a that it is
+//! multiplied by. An entry of J'J between two layers is therefore a sum over samples of
+//! (sum over outputs of d d') (a a'): the products of all pairs of deltas, as a matrix, times those of all
+//! pairs of activations. That is a quarter of the arithmetic that J'J takes row by row, and one matrix product
+//! for each pair of layers. Within a layer, pairs count once.
+
+mod product;
+
+use super::{Batch, LANES, Perceptron, packed::Packed};
+use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
+use nalgebra::DMatrix;
+use product::add_matrix_product;
+
+/// Samples whose products are made before they are multiplied: they stay in the second cache.
+const SAMPLES: usize = 5 * LANES;
+
+/// Rows of the left factor that are multiplied at a time.
+const ROWS: usize = 4;
+
+/// Columns of the right factor are filled up to a multiple of the widest register.
+const COLUMNS: usize = 8;
+
+/// Two layers of weights, and what their entries have added up to.
+#[derive(Clone, Debug)]
+struct Pair {
+    layers: (usize, usize),
+    /// Pairs of units, a row each, times pairs of activations.
+    sums: Vec<f64>,
+    /// Length of a row.
+    width: usize,
+}
+
+/// One layer of weights within the network.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    below: usize,
+    here: usize,
+    /// Its first weight.
+    start: usize,
+    /// Its first unit below, and above the inputs.
+    first_below: usize,
+    first_here: usize,
+}
+
+impl Layer {
+    /// Place among the weights of what leads from `input` (or is the bias, after the last) to `unit`.
+    fn weight(&self, unit: usize, input: usize) -> usize {
+        if input < self.below {
+            self.start + unit * self.below + input
+        } else {
+            self.start + self.below * self.here + unit
+        }
+    }
+}
+
+/// Samples laid out, and every buffer: nothing is allocated from one pass to the next.
+#[derive(Clone, Debug)]
+pub struct Curvature {
+    packed: Packed<f64>,
+    layers: Vec<Layer>,
+    inputs: Vec<f64>,
+    present: Vec<f64>,
+    /// Register by register, as the two passes leave them; deltas output by output.
+    activations: Vec<f64>,
+    deltas: Vec<f64>,
+    /// Layer by layer, sample by sample, with the 1 that the biases are multiplied by.
+    rows: Vec<Vec<f64>>,
+    /// Products of deltas: pair by pair, sample by sample.
+    left: Vec<f64>,
+    /// Products of activations: sample by sample, pair by pair.
+    right: Vec<f64>,
+    pairs: Vec<Pair>,
+}
+
+/// How many pairs there are of things of these two numbers; of one kind of thing, each counts once.
+fn pairs_of(first: usize, second: usize, same: bool) -> usize {
+    if same { first * (first + 1) / 2 } else { first * second }
+}
+
+impl Curvature {
+    /// Lays out samples for a network of this shape.
+    #[must_use]
+    pub fn new(network: &Perceptron, batch: &Batch) -> Self {
+        let packed = Packed::new(network);
+        let (inputs, outputs) = packed.ends();
+        let padded = batch.samples.next_multiple_of(LANES);
+        let mut layers: Vec<Layer> = Vec::new();
+        let (mut start, mut first_below, mut first_here) = (0, 0, 0);
+        for sizes in packed.sizes.windows(2) {
+            let (below, here) = (sizes[0], sizes[1]);
+            layers.push(Layer { below, here, start, first_below, first_here });
+            start += (below + 1) * here;
+            first_below += below;
+            first_here += here;
+        }
+        let mut pairs = Vec::new();
+        for first in 0..layers.len() {
+            for second in first..layers.len() {
+                let (a, b, same) = (layers[first], layers[second], first == second);
+                let height = pairs_of(a.here, b.here, same).next_multiple_of(ROWS);
+                let width = pairs_of(a.below + 1, b.below + 1, same).next_multiple_of(COLUMNS);
+                pairs.push(Pair {
+                    layers: (first, second),
+                    sums: vec![0.0; height * width],
+                    width,
+                });
+            }
+        }
+        let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
+        let widest = pairs.iter().map(|pair| pair.width).max().unwrap_or(0);
+        let row = |layer: &Layer| vec![1.0; (layer.below + 1) * SAMPLES];
+        Self {
+            inputs: batch.inputs.as_flattened().to_vec(),
+            present: (0..padded).map(|n| if n < batch.samples { 1.0 } else { 0.0 }).collect(),
+            activations: vec![0.0; packed.units() * SAMPLES],
+            deltas: vec![0.0; (packed.units() - inputs) * outputs * SAMPLES],
+            rows: layers.iter().map(row).collect(),
+            left: vec![0.0; tallest * SAMPLES],
+            right: vec![0.0; widest * SAMPLES],
+            pairs,
+            layers,
+            packed,
+        }
+    }
+
+    /// Half the Hessian, by outer products, of the sum of squared errors, each over its output's
+    /// variance: the lower triangle of `hessian`, the rest of which is left alone.
+    pub fn hessian(&mut self, weights: &[f64], variances: &[f64], hessian: &mut DMatrix<f64>) {
+        self.packed.set(weights);
+        on_widest(Pass { curvature: self, variances });
+        for pair in &self.pairs {
+            let (a, b) = (self.layers[pair.layers.0], self.layers[pair.layers.1]);
+            let same = pair.layers.0 == pair.layers.1;
+            let mut rows = pair.sums.chunks_exact(pair.width);
+            for first in 0..a.here {
+                for second in if same { first } else { 0 }..b.here {
+                    let sums = rows.next().unwrap_or_default();
+                    write_out((&a, first), (&b, second), (same, sums), hessian);
+                }
+            }
+        }
+    }
+}
+
+/// Puts the entries of two units' weights, a unit of each layer, where they belong in the lower triangle.
+fn write_out(
+    (a, first): (&Layer, usize),
+    (b, second): (&Layer, usize),
+    (same, sums): (bool, &[f64]),
+    hessian: &mut DMatrix<f64>,
+) {
+    let count = hessian.nrows();
+    let matrix = hessian.as_mut_slice();
+    let mut put = |one: usize, other: usize, sum: f64| {
+        matrix[one.min(other) * count + one.max(other)] = sum;
+    };
+    let mut sums = sums.iter();
+    for one in 0..=a.below {
+        let others = if same { one } else { 0 }..=b.below;
+        for (other, sum) in others.zip(&mut sums) {
+            put(a.weight(first, one), b.weight(second, other), *sum);
+            if same {
+                put(a.weight(first, other), b.weight(second, one), *sum);
+            }
+        }
+    }
+}
+
+/// Adds up the products over all samples.
+struct Pass<'a> {
+    curvature: &'a mut Curvature,
+    variances: &'a [f64],
+}
+
+impl WithSimd for Pass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Pass { curvature, variances } = self;
+        for pair in &mut curvature.pairs {
+            pair.sums.fill(0.0);
+        }
+        let count = curvature.present.len();
+        for first in (0..count).step_by(SAMPLES) {
+            let samples = SAMPLES.min(count - first);
+            curvature.both_ways(simd, (first, samples), variances);
+            curvature.turn::<S>(samples);
+            for index in 0..curvature.pairs.len() {
+                let (a, b) = curvature.pairs[index].layers;
+                curvature.multiply_deltas(simd, samples, (a, b));
+                curvature.multiply_activations(samples, (a, b), curvature.pairs[index].width);
+                let Curvature { left, right, pairs, .. } = curvature;
+                let pair = &mut pairs[index];
+                let right = &right[..samples * pair.width];
+                add_matrix_product(simd, (left, right, samples), (&mut pair.sums, pair.width));
+            }
+        }
+    }
+}
+
+impl Curvature {
+    /// Takes samples forward, and backward from every output, over its deviation.
+    #[inline(always)]
+    fn both_ways<S: Simd>(&mut self, simd: S, (first, samples): (usize, usize), variances: &[f64]) {
+        let (inputs, outputs) = self.packed.ends();
+        let units = self.packed.units();
+        let upper = units - inputs;
+        let width = f64::width::<S>();
+        let registers = LANES / width;
+        let given = f64::vectors::<S>(&self.inputs);
+        let present = f64::vectors::<S>(&self.present);
+        let activations = f64::vectors_mut::<S>(&mut self.activations).chunks_exact_mut(units);
+        let deltas = f64::vectors_mut::<S>(&mut self.deltas).chunks_exact_mut(upper * outputs);
+        let places = first / width..(first + samples) / width;
+        for ((place, activations), deltas) in places.zip(activations).zip(deltas) {
+            let (block, register) = (place / registers, place % registers);
+            for (input, value) in activations.iter_mut().take(inputs).enumerate() {
+                *value = given[(block * inputs + input) * registers + register];
+            }
+            self.packed.forward(simd, activations);
+            for (output, deltas) in deltas.chunks_exact_mut(upper).enumerate() {
+                deltas[upper - outputs..].fill(simd.splat_f64s(0.0));
+                let weight = simd.splat_f64s(1.0 / variances[output].sqrt());
+                let slope = self.packed.output_slope(simd, activations[units - outputs + output]);
+                let slope = simd.mul_f64s(simd.mul_f64s(slope, weight), present[place]);
+                deltas[upper - outputs + output] = slope;
+                self.packed.backward(simd, activations, deltas);
+            }
+        }
+    }
+
+    /// Lays the activations out sample by sample.
+    #[inline(always)]
+    fn turn<S: Simd>(&mut self, samples: usize) {
+        let (units, width) = (self.packed.units(), f64::width::<S>());
+        for (layer, rows) in self.layers.iter().zip(&mut self.rows) {
+            let registers = self.activations.chunks_exact(units * width);
+            let rows = rows.chunks_exact_mut((layer.below + 1) * width);
+            for (register, rows) in registers.zip(rows).take(samples / width) {
+                let values = register[layer.first_below * width..].chunks_exact(width);
+                for (unit, values) in values.take(layer.below).enumerate() {
+                    let places = rows[unit..].iter_mut().step_by(layer.below + 1);
+                    places.zip(values).for_each(|(place, value)| *place = *value);
+                }
+            }
+        }
+    }
+
+    /// The left factor of two layers.
+    #[inline(always)]
+    fn multiply_deltas<S: Simd>(
+        &mut self,
+        simd: S,
+        samples: usize,
+        (first, second): (usize, usize),
+    ) {
+        let (inputs, outputs) = self.packed.ends();
+        let upper = self.packed.units() - inputs;
+        let width = f64::width::<S>();
+        let (a, b) = (self.layers[first], self.layers[second]);
+        let deltas = f64::vectors::<S>(&self.deltas);
+        let left = f64::vectors_mut::<S>(&mut self.left);
+        let mut rows = left.chunks_exact_mut(SAMPLES / width);
+        for one in 0..a.here {
+            for other in if first == second { one } else { 0 }..b.here {
+                let Some(row) = rows.next() else { return };
+                let registers = deltas.chunks_exact(upper * outputs).take(samples / width);
+                for (product, deltas) in row.iter_mut().zip(registers) {
+                    let mut sum = simd.splat_f64s(0.0);
+                    for deltas in deltas.chunks_exact(upper) {
+                        let pair = (deltas[a.first_here + one], deltas[b.first_here + other]);
+                        sum = simd.add_f64s(sum, simd.mul_f64s(pair.0, pair.1));
+                    }
+                    *product = sum;
+                }
+            }
+        }
+    }
+
+    /// The right factor of two layers.
+    #[inline(always)]
+    fn multiply_activations(
+        &mut self,
+        samples: usize,
+        (first, second): (usize, usize),
+        width: usize,
+    ) {
+        let (a, b) = (&self.rows[first], &self.rows[second]);
+        let a = a.chunks_exact(self.layers[first].below + 1);
+        let b = b.chunks_exact(self.layers[second].below + 1);
+        let rows = self.right.chunks_exact_mut(width).take(samples);
+        for ((a, b), row) in a.zip(b).zip(rows) {
+            let mut rest = row;
+            for (place, one) in a.iter().enumerate() {
+                let others = if first == second { &b[place..] } else { b };
+                let (own, after) = rest.split_at_mut(others.len());
+                own.iter_mut().zip(others).for_each(|(product, other)| *product = one * other);
+                rest = after;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::{perceptron::OutputActivation, random::Random, simd::on_each};
+
+    fn world(sizes: &[usize], output: OutputActivation) -> (Perceptron, Vec<Vec<f64>>, Batch) {
+        let mut random = Random::new(9);
+        let network = Perceptron::nguyen_widrow(sizes, 1.2, output, &mut random);
+        // More than one portion, and the last one not full.
+        let inputs: Vec<Vec<f64>> = (0..SAMPLES + 21)
+            .map(|_| (0..sizes[0]).map(|_| random.uniform(0.0, 1.0)).collect())
+            .collect();
+        let targets = vec![vec![0.0; sizes[sizes.len() - 1]]; inputs.len()];
+        let batch = Batch::new(&inputs, &targets);
+        (network, inputs, batch)
+    }
+
+    #[test]
+    fn is_that_of_the_plain_jacobian_for_every_shape() {
+        let shapes: [&[usize]; 5] =
+            [&[4, 8, 8, 3], &[6, 9, 2], &[2, 1], &[3, 2, 5, 4, 1], &[1, 12, 2]];
+        for sizes in shapes {
+            for output in [OutputActivation::Linear, OutputActivation::Sigmoid] {
+                let (network, inputs, batch) = world(sizes, output);
+                let (count, outputs) = (network.weights().len(), sizes[sizes.len() - 1]);
+                let variances: Vec<f64> = (0..outputs).map(|o| 0.5 + o as f64).collect();
+                let mut wanted = DMatrix::zeros(count, count);
+                let mut rows = vec![0.0; outputs * count];
+                for input in &inputs {
+                    network.jacobian(input, &mut rows);
+                    for (row, variance) in rows.chunks_exact(count).zip(&variances) {
+                        let row = nalgebra::DVector::from_column_slice(row);
+                        wanted += &row * row.transpose() / *variance;
+                    }
+                }
+                let mut found = DMatrix::zeros(count, count);
+                let mut curvature = Curvature::new(&network, &batch);
+                // Twice: nothing of the first pass may be left.
+                for _ in 0..2 {
+                    curvature.hessian(network.weights(), &variances, &mut found);
+                }
+                found.fill_upper_triangle_with_lower_triangle();
+                assert!((&found - &wanted).norm() < 1e-13 * wanted.norm(), "{sizes:?} {output:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_width_gives_the_same_bits() {
+        let (network, _, batch) = world(&[4, 8, 8, 3], OutputActivation::Linear);
+        let mut curvature = Curvature::new(&network, &batch);
+        curvature.packed.set(network.weights());
+        let mut all = vec![curvature; 4];
+        let mut next = all.iter_mut();
+        let widths =
+            on_each(|| Pass { curvature: next.next().unwrap(), variances: &[1.0, 2.0, 0.5] });
+        let sums = |curvature: &Curvature| -> Vec<f64> {
+            curvature.pairs.iter().flat_map(|pair| pair.sums.clone()).collect()
+        };
+        assert!(widths.len() > 1);
+        assert!(all[..widths.len()].iter().all(|other| sums(other) == sums(&all[0])));
+    }
+}

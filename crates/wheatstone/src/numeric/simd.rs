@@ -1,0 +1,326 @@
+//! Arithmetic on as many numbers at once as the processor's registers hold, chosen at run time.
+//!
+//! Kernels are written once, over [`Real`] and [`Simd`], and compiled for every width. They must give
+//! the same bits at each: products and sums are never fused, and no sum may run across a
+//! register in an order that depends on its width.
+
+use super::sigmoid::{BOUND, EXPONENTIAL, LN2, ROUND};
+use pulp::{Arch, bytemuck::cast};
+pub use pulp::{Simd, WithSimd};
+
+/// Runs a kernel in the widest registers there are.
+#[inline]
+pub fn on_widest<K: WithSimd>(kernel: K) -> K::Output {
+    match Arch::new() {
+        // Where nothing wider is known to be there: pairs of doubles, which every 64-bit machine has.
+        Arch::Scalar => Simd::vectorize(pulp::Scalar128b, kernel),
+        #[allow(unreachable_patterns, reason = "some processors have one kind of registers only")]
+        wide => wide.dispatch(kernel),
+    }
+}
+
+/// A floating-point number that kernels can be written over, and vectors of it.
+pub trait Real: Copy + Default + Send + Sync + 'static {
+    /// As many as a register holds.
+    type Vector<S: Simd>: Copy;
+
+    /// The nearest to a double.
+    fn nearest(value: f64) -> Self;
+
+    /// As a double.
+    fn double(self) -> f64;
+
+    /// A slice as vectors; what does not fill one is left off.
+    fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
+
+    /// As [`Real::vectors`].
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
+
+    /// The same number everywhere.
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
+
+    /// a + b.
+    fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// a - b.
+    fn subtract<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// a b.
+    fn multiply<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// `1 / (1 + exp(-x))` of several at a time, so that none waits for another: in double precision the bits
+    /// of [`super::sigmoid::sigmoid`], in single precision within 2e-7 of the exact value.
+    fn sigmoid<S: Simd, const N: usize>(simd: S, x: [Self::Vector<S>; N]) -> [Self::Vector<S>; N];
+
+    /// How many numbers a vector holds.
+    #[must_use]
+    fn width<S: Simd>() -> usize {
+        size_of::<Self::Vector<S>>() / size_of::<Self>()
+    }
+}
+
+/// `first[r]` and the sum over k of `factors[k][r] * vectors[k]`, in the order of k.
+#[inline(always)]
+pub fn add_products<'a, T: Real, S: Simd, const R: usize>(
+    simd: S,
+    mut sums: [T::Vector<S>; R],
+    factors: &[T],
+    vectors: impl Iterator<Item = &'a T::Vector<S>>,
+) -> [T::Vector<S>; R] {
+    for (factors, vector) in factors.as_chunks::<R>().0.iter().zip(vectors) {
+        for (sum, factor) in sums.iter_mut().zip(factors) {
+            *sum = T::add(simd, *sum, T::multiply(simd, T::splat(simd, *factor), *vector));
+        }
+    }
+    sums
+}
+
+impl Real for f64 {
+    type Vector<S: Simd> = S::f64s;
+
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn vectors<S: Simd>(values: &[Self]) -> &[S::f64s] {
+        S::as_simd_f64s(values).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [S::f64s] {
+        S::as_mut_simd_f64s(values).0
+    }
+
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, value: Self) -> S::f64s {
+        simd.splat_f64s(value)
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn subtract<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.mul_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S::f64s; N] {
+        let mut whole = x;
+        for (x, whole) in x.iter_mut().zip(&mut whole) {
+            *x = clamped_double(simd, simd.neg_f64s(*x));
+            let scaled = simd.mul_f64s(*x, simd.splat_f64s(std::f64::consts::LOG2_E));
+            *whole = simd.add_f64s(scaled, simd.splat_f64s(ROUND));
+            *whole = simd.sub_f64s(*whole, simd.splat_f64s(ROUND));
+            *x = simd.sub_f64s(*x, simd.mul_f64s(*whole, simd.splat_f64s(LN2[0])));
+            *x = simd.sub_f64s(*x, simd.mul_f64s(*whole, simd.splat_f64s(LN2[1])));
+        }
+        let [others @ .., last] = EXPONENTIAL;
+        let mut sums = [simd.splat_f64s(last); N];
+        for factor in others.into_iter().rev() {
+            let factor = simd.splat_f64s(factor);
+            for (sum, r) in sums.iter_mut().zip(&x) {
+                *sum = simd.add_f64s(simd.mul_f64s(*sum, *r), factor);
+            }
+        }
+        let one = simd.splat_f64s(1.0);
+        for (sum, whole) in sums.iter_mut().zip(&whole) {
+            // There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole number begins at bit 32, all
+            // below is zero, and a shift by 20 in each half brings it to the exponent.
+            let whole: S::u32s = cast(simd.add_f64s(*whole, simd.splat_f64s(1_572_864.0)));
+            let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
+            let exponential = cast(simd.add_u32s(cast(*sum), exponent));
+            *sum = simd.div_f64s(one, simd.add_f64s(one, exponential));
+        }
+        sums
+    }
+}
+
+/// `x` between -[`BOUND`] and [`BOUND`]; what is not a number stays so.
+#[inline(always)]
+fn clamped_double<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    let (low, high) = (simd.splat_f64s(-BOUND), simd.splat_f64s(BOUND));
+    if f64::width::<S>() >= WIDE {
+        simd.min_f64s(high, simd.max_f64s(low, x))
+    } else {
+        let x = simd.select_f64s(simd.less_than_f64s(x, low), low, x);
+        simd.select_f64s(simd.less_than_f64s(high, x), high, x)
+    }
+}
+
+/// Registers of so many doubles are x86's, whose minimum and maximum are their second argument where one
+/// is not a number; elsewhere the first may be taken.
+const WIDE: usize = 4;
+
+/// As [`clamped_double`], to the range of the exponent.
+#[inline(always)]
+fn clamped_single<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let (low, high) = (simd.splat_f32s(-126.0), simd.splat_f32s(126.0));
+    if f64::width::<S>() >= WIDE {
+        simd.min_f32s(high, simd.max_f32s(low, x))
+    } else {
+        let x = simd.select_f32s(simd.less_than_f32s(x, low), low, x);
+        simd.select_f32s(simd.less_than_f32s(high, x), high, x)
+    }
+}
+
+/// 2^r for |r| <= 1/2 in single precision, within 1.6e-7 of it relatively: through the Chebyshev nodes.
+const POWER_OF_TWO: [f32; 6] = [
+    1.000_000_1,
+    std::f32::consts::LN_2,
+    0.240_221_07,
+    0.055_503_57,
+    0.009_676_032,
+    0.001_339_086_3,
+];
+
+impl Real for f32 {
+    type Vector<S: Simd> = S::f32s;
+
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        value as Self
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        f64::from(self)
+    }
+
+    #[inline(always)]
+    fn vectors<S: Simd>(values: &[Self]) -> &[S::f32s] {
+        S::as_simd_f32s(values).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [S::f32s] {
+        S::as_mut_simd_f32s(values).0
+    }
+
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, value: Self) -> S::f32s {
+        simd.splat_f32s(value)
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.add_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn subtract<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.sub_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.mul_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f32s; N]) -> [S::f32s; N] {
+        // As ROUND above, for 24 bits.
+        const ROUND: f32 = 12_582_912.0; // 1.5 * 2^23
+        let round = simd.splat_f32s(ROUND);
+        let mut rounded = x;
+        for (x, rounded) in x.iter_mut().zip(&mut rounded) {
+            let scaled = simd.mul_f32s(*x, simd.splat_f32s(-std::f32::consts::LOG2_E));
+            let scaled = clamped_single(simd, scaled);
+            *rounded = simd.add_f32s(scaled, round);
+            *x = simd.sub_f32s(scaled, simd.sub_f32s(*rounded, round));
+        }
+        let [others @ .., last] = POWER_OF_TWO;
+        let mut sums = [simd.splat_f32s(last); N];
+        for factor in others.into_iter().rev() {
+            let factor = simd.splat_f32s(factor);
+            for (sum, r) in sums.iter_mut().zip(&x) {
+                *sum = simd.add_f32s(simd.mul_f32s(*sum, *r), factor);
+            }
+        }
+        let one = simd.splat_f32s(1.0);
+        for (sum, rounded) in sums.iter_mut().zip(&rounded) {
+            let whole = simd.transmute_u32s_f32s(*rounded);
+            let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(23));
+            let bits = simd.add_u32s(simd.transmute_u32s_f32s(*sum), exponent);
+            *sum = simd.div_f32s(one, simd.add_f32s(one, simd.transmute_f32s_u32s(bits)));
+        }
+        sums
+    }
+}
+
+/// Runs a kernel at every width that this machine has, narrowest first.
+#[cfg(test)]
+pub(crate) fn on_each<K: WithSimd>(mut kernel: impl FnMut() -> K) -> Vec<K::Output> {
+    let mut results = vec![Simd::vectorize(pulp::Scalar128b, kernel())];
+    #[cfg(target_arch = "x86_64")]
+    {
+        results.extend(pulp::x86::V3::try_new().map(|simd| Simd::vectorize(simd, kernel())));
+        results.extend(pulp::x86::V4::try_new().map(|simd| Simd::vectorize(simd, kernel())));
+    }
+    results.push(on_widest(kernel()));
+    results
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::sigmoid::sigmoid;
+
+    struct Sigmoids<T>(Vec<T>);
+
+    impl<T: Real> WithSimd for Sigmoids<T> {
+        type Output = Vec<T>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(mut self, simd: S) -> Vec<T> {
+            for vector in T::vectors_mut::<S>(&mut self.0) {
+                [*vector] = T::sigmoid(simd, [*vector]);
+            }
+            self.0
+        }
+    }
+
+    #[test]
+    fn the_sigmoid_of_doubles_has_the_bits_of_the_reference_at_every_width() {
+        let ends = [0.0, -0.0, 1e9, -1e9, f64::NAN, f64::INFINITY, 700.0, -701.0];
+        let values: Vec<f64> =
+            (-80_000..80_000).map(|i| f64::from(i) * 1.000_37e-2).chain(ends).collect();
+        for found in on_each(|| Sigmoids(values.clone())) {
+            for (x, found) in values.iter().zip(found) {
+                let wanted = sigmoid(*x);
+                assert!(
+                    found.to_bits() == wanted.to_bits() || wanted.is_nan() && found.is_nan(),
+                    "{x} {found} {wanted}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_sigmoid_of_singles_stays_within_its_stated_bound_at_every_width() {
+        let mut values: Vec<f32> = (-600_000..600_000).map(|i| i as f32 * 2.000_37e-4).collect();
+        values.extend([[1e30, -1e30, f32::INFINITY, f32::NEG_INFINITY]; 4].as_flattened());
+        let all = on_each(|| Sigmoids(values.clone()));
+        for (x, found) in values.iter().zip(&all[0]) {
+            let error = (f64::from(*found) - sigmoid(f64::from(*x))).abs();
+            assert!(error < 2e-7, "sigmoid({x}) is wrong by {error}");
+        }
+        assert!(all.iter().all(|other| *other == all[0]));
+        let lost = on_each(|| Sigmoids(vec![f32::NAN; 16]));
+        assert!(lost.iter().flatten().all(|value| value.is_nan()));
+    }
+}
