@@ -57,5 +57,5 @@ fn a_fisheye_predicts_better_than_the_rational_model() {
     let exam = data.subset(|_, row| held_out(row.view));
     let judged = evaluate_one_camera(&*fit.reconstructor, &exam).unwrap();
     assert_eq!((judged.unit.as_str(), judged.located), ("px", exam.correspondences.len()));
-    assert!(judged.rms < 0.69 * RATIONAL, "{:.3} px", judged.rms);
+    assert!(judged.rms < 0.85 * RATIONAL, "{:.3} px", judged.rms);
 }
