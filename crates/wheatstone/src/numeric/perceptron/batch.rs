@@ -2,7 +2,7 @@
 //! by side, nothing allocated on the way.
 
 use super::{OutputActivation, Perceptron, weight_count};
-use crate::numeric::sigmoid::sigmoid;
+use crate::numeric::{sigmoid::sigmoid, simd::Real};
 
 /// Samples side by side in one vector register or a few: 16 doubles.
 pub const LANES: usize = 16;
@@ -39,6 +39,13 @@ impl Batch {
     #[must_use]
     pub fn samples(&self) -> usize {
         self.samples
+    }
+
+    /// 1 for each sample, 0 for the padding of the last block.
+    pub(super) fn present<T: Real>(&self) -> Vec<T> {
+        let padded = self.samples.next_multiple_of(LANES);
+        let present = (0..padded).map(|place| if place < self.samples { 1.0 } else { 0.0 });
+        present.map(T::nearest).collect()
     }
 }
 

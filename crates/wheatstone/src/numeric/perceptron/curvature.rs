@@ -85,7 +85,6 @@ impl Curvature {
     pub fn new(network: &Perceptron, batch: &Batch) -> Self {
         let packed = Packed::new(network);
         let (inputs, outputs) = packed.ends();
-        let padded = batch.samples.next_multiple_of(LANES);
         let mut layers: Vec<Layer> = Vec::new();
         let (mut start, mut first_below, mut first_here) = (0, 0, 0);
         for sizes in packed.sizes.windows(2) {
@@ -113,7 +112,7 @@ impl Curvature {
         let row = |layer: &Layer| vec![1.0; (layer.below + 1) * SAMPLES];
         Self {
             inputs: batch.inputs.as_flattened().to_vec(),
-            present: (0..padded).map(|n| if n < batch.samples { 1.0 } else { 0.0 }).collect(),
+            present: batch.present(),
             activations: vec![0.0; packed.units() * SAMPLES],
             deltas: vec![0.0; (packed.units() - inputs) * outputs * SAMPLES],
             rows: layers.iter().map(row).collect(),

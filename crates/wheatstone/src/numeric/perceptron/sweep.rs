@@ -34,8 +34,6 @@ impl<T: Real> Sweep<T> {
     pub fn new(network: &Perceptron, batch: &Batch) -> Self {
         let packed = Packed::new(network);
         let (inputs, outputs) = packed.ends();
-        let padded = batch.samples.next_multiple_of(LANES);
-        let present = (0..padded).map(|place| if place < batch.samples { 1.0 } else { 0.0 });
         let nearest = |lanes: &[super::Lane]| {
             lanes.as_flattened().iter().map(|value| T::nearest(*value)).collect()
         };
@@ -43,7 +41,7 @@ impl<T: Real> Sweep<T> {
         Self {
             inputs: nearest(&batch.inputs),
             targets: nearest(&batch.targets),
-            present: present.map(T::nearest).collect(),
+            present: batch.present(),
             activations: zeros(BLOCKS * packed.units()),
             deltas: zeros(BLOCKS * (packed.units() - inputs)),
             sums: zeros(network.weights.len()),

@@ -69,6 +69,10 @@ const RIVALS: usize = 6;
 const UNSURE: f64 = 0.025;
 const CLOSING: usize = 6;
 
+/// Much surer is a heading whose standard deviation is less than this share of another's: a sixth of its
+/// variance.
+const SURER: f64 = 0.4;
+
 /// Pairs that must agree, at least, and as a share of all that could be laid; of fewer two thirds must.
 const ENOUGH_PAIRS: usize = 5;
 const LEAST_SHARE: f64 = 0.4;
@@ -349,5 +353,5 @@ impl OwnMotion {
 
 /// Whether a landmark is of a time when the robot knew its heading much better than it does now.
 fn is_surer(landmark: &Landmark, now: &Believed) -> bool {
-    unsure(&landmark.founded)[1] < 0.4 * unsure(&now.covariance)[1]
+    unsure(&landmark.founded)[1] < SURER * unsure(&now.covariance)[1]
 }

@@ -20,7 +20,7 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Unit vector along it, the light side to the right.
+    /// Unit vector along it, the light side to the left of someone who goes that way over the picture.
     #[must_use]
     pub fn along(&self) -> Vector2<f64> {
         Vector2::new(-self.towards_light.y, self.towards_light.x)
