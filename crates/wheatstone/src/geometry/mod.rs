@@ -2,12 +2,14 @@
 //! no charts: pure geometry.
 
 mod homography;
+mod pixel_columns;
 mod pose;
 mod projection;
 mod spread;
 pub mod triangulation;
 
 pub use homography::Homography;
+pub use pixel_columns::{PixelColumns, columns_of};
 pub use pose::Pose;
 pub use projection::ProjectionMatrix;
 pub(crate) use spread::principal_axes;

@@ -14,6 +14,7 @@ mod fitted_cameras;
 mod found_charts;
 pub mod interpolation;
 pub mod kannala_brandt;
+mod locator;
 mod matrix_uncertainty;
 pub mod mismatch;
 pub mod network;
@@ -30,6 +31,7 @@ pub(crate) use camera_start::Lens;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
+pub use locator::{Locator, Places};
 pub use pixel_noise::PixelNoise;
 
 use crate::{
