@@ -3,8 +3,8 @@
     cargo bench --bench kernels --no-run
     python3 bench/peers/network.py target/release/deps/kernels-* [times]
 
-Plain C is compiled here (gcc -O3, as a user would); numpy's Levenberg-Marquardt is written out below. All
-run on one thread, one after the other and again, so that what else the machine does falls on all of them.
+Plain C is compiled here (gcc -O3, as a user would); numpy's Levenberg-Marquardt is written out below; what
+`frameworks.py` has of JAX, PyTorch, scikit-learn and scipy runs where that is installed. All run on one thread, one after the other and again, so that what else the machine does falls on all of them.
 """
 import os, pathlib, statistics, subprocess, sys, tempfile
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -12,6 +12,9 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 here = pathlib.Path(__file__).parent
 EPOCHS, STEPS = 20_000, 200
+# The other programs' work, ours that is the same, and how much of it they are given.
+FRAMEWORKS = [("numpy_training", "single", 10_000), ("jax_training", "single", 10_000), ("torch_training", "single", 4_000),
+              ("sklearn_training", "single", 4_000), ("scipy_steps", "steps", 60)]
 
 
 def numpy_steps(count):
@@ -91,10 +94,22 @@ def main():
     for name, (own, other) in found.items():
         a, b = statistics.median(own), statistics.median(other)
         what = f"{STEPS} steps, numpy" if name == "steps" else f"{5 * EPOCHS} epochs, plain C, {name}"
-        print(f"{what}: {b:.2f} s, ours {a:.3f} s: {b / a:.1f} times faster")
+        print(f"{what}: {b:.2f} s, ours {a:.3f} s: {b / a:.1f} times faster", flush=True)
+    for name, mine, count in FRAMEWORKS:
+        own, other = [], []
+        for _ in range(times):
+            own.append(cpu(ours[mine]))
+            run = subprocess.run([sys.executable, here / "frameworks.py", name, str(count)], capture_output=True, text=True)
+            if run.returncode == 0:
+                whole = STEPS if mine == "steps" else 5 * EPOCHS
+                other.append(float(run.stdout.split()[-1]) * whole / count)
+        if other:
+            a, b = statistics.median(own), statistics.median(other)
+            print(f"{name}, {mine}: {b:.2f} s, ours {a:.3f} s: {b / a:.1f} times faster", flush=True)
 
 
-if sys.argv[1] == "numpy":
-    numpy_steps(int(sys.argv[2]))
-else:
-    main()
+if __name__ == "__main__":
+    if sys.argv[1] == "numpy":
+        numpy_steps(int(sys.argv[2]))
+    else:
+        main()

@@ -6,16 +6,19 @@
 //! or what lies outside the trained part of a picture, is outside as well. A method that wraps far
 //! pixels back among its training points has no say in this.
 
+mod columns;
 mod hull;
 mod straightened;
 
 use super::Dataset;
 use crate::{
-    geometry::{Pixel, Point3, Vector3},
+    geometry::{
+        Pixel, Point3, Vector3,
+        meeting::{self, Sighting, StraightCamera},
+    },
     numeric::statistics::{median, percentile},
 };
 use hull::Hull;
-use nalgebra::{Matrix3, RowVector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -142,13 +145,21 @@ impl Volume {
     /// Whether what the cameras saw at `pixels` (one entry a camera) lies where they were trained.
     #[must_use]
     pub fn trust(&self, pixels: &[Option<Pixel>]) -> Trust {
+        let Some(meeting) = self.meet(pixels) else { return Trust::Outside };
+        let missed = meeting.residual / (2.0 * self.believed_miss()) - 1.0;
+        self.judged(missed.max(self.beyond_hulls(pixels, &meeting) / EDGE))
+    }
+
+    /// The residual, in pixels, of points that are believed.
+    fn believed_miss(&self) -> f64 {
         // Matches of natural texture miss by a pixel where a chart's crossings miss by a tenth, and
         // what they show is where it is all the same.
         const OFF_BY: f64 = 1.5;
-        let Some(meeting) = self.meet(pixels) else { return Trust::Outside };
-        // As shares of what is still called an edge.
-        let missed = meeting.residual / (2.0 * f64::max(self.residual, OFF_BY)) - 1.0;
-        let beyond = missed.max(self.beyond_hulls(pixels, &meeting) / EDGE);
+        f64::max(self.residual, OFF_BY)
+    }
+
+    /// By how far a point lies beyond what was shown, as a share of what is still called an edge.
+    fn judged(&self, beyond: f64) -> Trust {
         if beyond > 1.0 {
             Trust::Outside
         } else if beyond > self.noise / EDGE {
@@ -177,46 +188,20 @@ impl Volume {
 
     /// Where the rays of the trained cameras meet; `None` for fewer than two, or in front of none.
     fn meet(&self, pixels: &[Option<Pixel>]) -> Option<Meeting> {
-        let mut beyond_region = 0.0_f64;
-        let (mut rays, mut count) = ([None; MOST_CAMERAS], 0);
-        for (camera, pixel) in self.seen(pixels).take(MOST_CAMERAS) {
-            rays[count] = Some(camera.straightened.ray(pixel));
-            beyond_region = beyond_region.max(camera.straightened.beyond(pixel));
-            count += 1;
-        }
-        if count < 2 {
+        let seen = || self.seen(pixels).take(MOST_CAMERAS);
+        let cameras: Vec<StraightCamera> =
+            seen().map(|(camera, _)| camera.straightened.camera()).collect();
+        if cameras.len() < 2 {
             return None;
         }
-        let rays = || rays.iter().flatten();
-        let mut found = None;
-        // The first time all cameras count as if equally far, then by their depths.
-        for _ in 0..2 {
-            let (mut matrix, mut vector) = (Matrix3::zeros(), Vector3::zeros());
-            for ray in rays() {
-                let depth = found.map_or(ray.middle_depth, |point| ray.depth(&point));
-                if depth.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
-                    return None;
-                }
-                let weight = 1.0 / (depth * depth);
-                for (row, right) in &ray.equations {
-                    matrix += row.transpose() * row * weight;
-                    vector += row.transpose() * (right * weight);
-                }
-            }
-            found = Some(matrix.try_inverse()? * vector);
-        }
-        let point = found?;
-        let mut squares = 0.0;
-        for ray in rays() {
-            let depth = ray.depth(&point);
-            if depth <= 0.0 {
-                return None;
-            }
-            for (row, right) in &ray.equations {
-                squares += (((row * point)[0] - right) / depth).powi(2);
-            }
-        }
-        let residual = (squares / (2 * count) as f64).sqrt();
+        let sightings: Vec<Sighting<f64>> =
+            seen().map(|(camera, pixel)| camera.straightened.see(pixel)).collect();
+        let beyond_region = seen()
+            .map(|(camera, pixel)| camera.straightened.beyond(pixel))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let met = meeting::meet(&cameras, &sightings, 0.0);
+        let residual = (met.squares / (2 * cameras.len()) as f64).sqrt();
+        let point = Vector3::from(met.point);
         residual.is_finite().then_some(Meeting { point, residual, beyond_region })
     }
 
@@ -243,22 +228,6 @@ impl Volume {
 
 /// More cameras than this do not say more of where a point lies.
 const MOST_CAMERAS: usize = 16;
-
-/// A straight ray as two equations, `row . point = right`, in pixels times depth.
-#[derive(Clone, Copy, Debug)]
-struct StraightRay {
-    equations: [(RowVector3<f64>, f64); 2],
-    /// The camera's depth of a point, `row . point + constant`.
-    depth: (RowVector3<f64>, f64),
-    /// The middle of the depths that the camera was shown.
-    middle_depth: f64,
-}
-
-impl StraightRay {
-    fn depth(&self, point: &Vector3) -> f64 {
-        (self.depth.0 * point)[0] + self.depth.1
-    }
-}
 
 #[cfg(test)]
 mod tests;

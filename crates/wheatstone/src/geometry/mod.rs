@@ -2,6 +2,7 @@
 //! no charts: pure geometry.
 
 mod homography;
+pub(crate) mod meeting;
 mod pixel_columns;
 mod pose;
 mod projection;

@@ -79,6 +79,11 @@ impl CameraUncertainty {
         }
     }
 
+    /// The middle of the points fitted.
+    pub(super) fn middle(&self) -> Point3 {
+        self.about
+    }
+
     /// How many numbers were adjusted.
     pub(super) fn numbers(&self) -> usize {
         self.adjusted.len()

@@ -6,8 +6,8 @@
 //! (doi:10.1006/cviu.1997.0547). Lens distortion is not modelled.
 
 use super::{
-    AnyMethod, Fit, Located, Method, Reconstructor, matrix_uncertainty::MatrixUncertainty,
-    only_default, sight::Sight,
+    AnyMethod, Fit, Located, Method, PlacedCamera, Plan, Reconstructor,
+    matrix_uncertainty::MatrixUncertainty, only_default, sight::Sight,
 };
 use crate::{
     Error, Result,
@@ -110,6 +110,11 @@ impl DltReconstructor {
         Some((point, normal.try_inverse()? * by_pixel))
     }
 
+    /// The cameras, for who locates many points.
+    pub(super) fn placed(&self) -> Option<Vec<PlacedCamera<'static>>> {
+        self.cameras.iter().map(PlacedCamera::plain).collect()
+    }
+
     /// The same cameras, for who asks only where points are.
     pub(super) fn bare(self) -> Self {
         Self { uncertainty: Vec::new(), ..self }
@@ -171,6 +176,10 @@ impl Reconstructor for DltReconstructor {
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
+    }
+
+    fn plan(&self) -> Plan<'_> {
+        self.placed().map_or(Plan::PointByPoint, Plan::Cameras)
     }
 
     fn unknowns(&self) -> Option<f64> {

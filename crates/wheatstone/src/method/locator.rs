@@ -1,11 +1,25 @@
 //! Many points at once: columns of pixels in, columns of places out.
+//!
+//! Lenses are put down in patches of the picture and error bars in boxes of picture and depth, where so
+//! many points ask for one that it pays; what neither holds is worked out by the map itself.
 
-use super::Reconstructor;
+mod patches;
+mod plan;
+mod rig;
+mod spread;
+
+pub use plan::{Learned, PlacedCamera, Plan};
+
+use super::{Located, Reconstructor};
 use crate::{
     dataset::volume::{Trust, Volume},
-    geometry::PixelColumns,
+    geometry::{Pixel, PixelColumns},
 };
+use nalgebra::Matrix3;
 use rayon::prelude::*;
+use rig::{Met, Rig};
+use spread::Spreads;
+use std::collections::BTreeMap;
 
 /// Where points are, column by column, in the order of their pixels. NaN stands where a point was not
 /// located, and for figures that do not exist.
@@ -15,7 +29,8 @@ pub struct Places {
     pub point: [Vec<f64>; 3],
     /// Covariance XX, XY, XZ, YY, YZ, ZZ, in squared world units; empty where it was not asked for.
     pub covariance: [Vec<f64>; 6],
-    /// How badly the rays miss each other: root mean square over pixel coordinates.
+    /// How badly the rays miss each other: root mean square over pixel coordinates. Empty where the
+    /// covariance is.
     pub residual: Vec<f64>,
     /// What noise and uncertainty of the fit let expect of it; empty where the covariance is.
     pub residual_sigma: Vec<f64>,
@@ -24,69 +39,324 @@ pub struct Places {
 }
 
 /// A fitted map made ready for many points.
+///
+/// Its points are those of [`Reconstructor::locate`] to a thousandth of their standard deviations, its
+/// error bars to half a hundredth. The same columns in the same order give the same bits, whatever the
+/// number of threads.
 pub struct Locator<'a> {
-    reconstructor: &'a dyn Reconstructor,
+    map: Map<'a>,
     volume: Option<&'a Volume>,
     with_covariance: bool,
+    spreads: Option<Spreads>,
 }
 
-/// Points a task: large enough to pay for handing it over, small enough to balance.
+/// A map as its plan has it.
+struct Map<'a> {
+    reconstructor: &'a dyn Reconstructor,
+    /// Whose rays meet: the cameras, or those whose point a formula starts from.
+    base: Option<Rig<'a>>,
+    /// The formula.
+    learned: Option<Learned<'a>>,
+    /// Who says whether pixels belong together, beside a formula.
+    witness: Option<Rig<'a>>,
+}
+
+/// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
 const TASK: usize = 2048;
+
+/// Rays that miss each other by more pixels than this bend a point in ways that a single step does not
+/// follow to a thousandth of a standard deviation.
+const MOST_RESIDUAL: f64 = 4.0;
+
+/// What may be made on demand: a patch of the base's or the witness's camera, or a box of spreads; each by
+/// its slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Wanted {
+    Base(usize, u32),
+    Witness(usize, u32),
+    Spread(u32),
+}
+
+impl Wanted {
+    /// As many points must ask for it as it takes to make it.
+    fn pays(self, points: u32) -> bool {
+        points as usize
+            >= if matches!(self, Self::Spread(_)) { spread::NODES } else { patches::NODES }
+    }
+}
+
+/// What came of some points.
+struct Part {
+    places: Places,
+    /// Points that the map itself must locate.
+    open: Vec<usize>,
+    /// What would help, and how many points it would help.
+    wanted: BTreeMap<Wanted, u32>,
+}
 
 impl<'a> Locator<'a> {
     /// Of a map, and the volume by which trust is judged.
     #[must_use]
     pub fn new(reconstructor: &'a dyn Reconstructor, volume: Option<&'a Volume>) -> Self {
-        Self { reconstructor, volume, with_covariance: true }
+        let (base, witness, learned) = match reconstructor.plan() {
+            Plan::PointByPoint => (Vec::new(), Vec::new(), None),
+            Plan::Cameras(cameras) => (cameras, Vec::new(), None),
+            Plan::Learned(mut learned) => (
+                std::mem::take(&mut learned.base),
+                std::mem::take(&mut learned.witness),
+                Some(learned),
+            ),
+        };
+        let rig = |cameras: Vec<PlacedCamera<'a>>| (!cameras.is_empty()).then(|| Rig::new(cameras));
+        let map = Map { reconstructor, base: rig(base), witness: rig(witness), learned };
+        let spreads = map.rays().and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
+        Self { map, volume, with_covariance: true, spreads }
     }
 
-    /// Without covariances and what residuals to expect, which take most of the time.
+    /// Without covariances and residuals.
     #[must_use]
-    pub fn without_covariance(mut self) -> Self {
+    pub fn points_only(mut self) -> Self {
         self.with_covariance = false;
         self
     }
 
-    /// Locates points, in parallel. What a point gives depends on its pixels alone, not on the others.
+    /// Locates points, in parallel.
     #[must_use]
     pub fn locate(&mut self, pixels: &PixelColumns) -> Places {
         let count = pixels.points();
-        let parts: Vec<Places> = (0..count.div_ceil(TASK))
-            .into_par_iter()
-            .map(|part| self.part(&pixels.part(part * TASK..count.min((part + 1) * TASK))))
-            .collect();
-        let mut places = Places::default();
-        for part in parts {
-            places.extend(part);
+        let range = |task: usize| task * TASK..count.min((task + 1) * TASK);
+        let tasks: Vec<usize> = (0..count.div_ceil(TASK)).collect();
+        let run = |own: &Self, tasks: &[usize]| -> Vec<Part> {
+            tasks.par_iter().map(|task| own.part(&pixels.part(range(*task)))).collect()
+        };
+        let mut parts = run(self, &tasks);
+        // Patches first, then boxes, for which points must be known.
+        for _ in 0..2 {
+            if !self.make(&parts) {
+                break;
+            }
+            let helped: Vec<usize> =
+                tasks.iter().copied().filter(|task| !parts[*task].wanted.is_empty()).collect();
+            for (task, part) in helped.iter().zip(run(self, &helped)) {
+                parts[*task] = part;
+            }
         }
+        let finish = |(task, part): (usize, Part)| self.finished(part, &pixels.part(range(task)));
+        let parts: Vec<Places> = parts.into_par_iter().enumerate().map(finish).collect();
+        let mut places = Places::default();
+        places.reserve(count, self);
+        parts.iter().for_each(|part| places.extend(part));
         places
     }
 
-    fn part(&self, pixels: &PixelColumns) -> Places {
-        const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-        let mut places = Places::default();
-        for index in 0..pixels.points() {
-            let row: Vec<_> = pixels.point(index).collect();
-            let found = self.reconstructor.locate(&row);
-            let figure = |of: &dyn Fn(&super::Located) -> f64| found.as_ref().map_or(f64::NAN, of);
-            for (axis, column) in places.point.iter_mut().enumerate() {
-                column.push(figure(&|found| found.point[axis]));
+    /// Makes what it pays to make; whether there was anything.
+    fn make(&mut self, parts: &[Part]) -> bool {
+        let mut wanted: BTreeMap<Wanted, u32> = BTreeMap::new();
+        for (what, points) in parts.iter().flat_map(|part| &part.wanted) {
+            *wanted.entry(*what).or_default() += points;
+        }
+        let wanted: Vec<Wanted> = wanted
+            .into_iter()
+            .filter(|(what, points)| what.pays(*points))
+            .map(|(w, _)| w)
+            .collect();
+        let made: Vec<Option<Made>> = wanted.par_iter().map(|what| self.made(*what)).collect();
+        for (what, made) in wanted.iter().zip(made) {
+            self.take(*what, made);
+        }
+        !wanted.is_empty()
+    }
+
+    fn made(&self, what: Wanted) -> Option<Made> {
+        let patch = |rig: &Option<Rig>, camera: usize, slot: u32| {
+            let rig = rig.as_ref()?;
+            let patches = rig.patches.get(camera)?.as_ref()?;
+            Some(Made::Patch(patches.make(rig.cameras.get(camera)?, slot)))
+        };
+        match what {
+            Wanted::Base(camera, slot) => patch(&self.map.base, camera, slot),
+            Wanted::Witness(camera, slot) => patch(&self.map.witness, camera, slot),
+            Wanted::Spread(slot) => {
+                let of = (self.map.reconstructor, self.map.rays()?.cameras.as_slice());
+                Some(Made::Spread(self.spreads.as_ref()?.make(of, slot)))
             }
-            places.residual.push(figure(&|found| found.residual));
-            if self.with_covariance {
-                for (place, column) in LOWER.into_iter().zip(&mut places.covariance) {
-                    column.push(figure(&|found| found.covariance[place]));
+        }
+    }
+
+    fn take(&mut self, what: Wanted, made: Option<Made>) {
+        let patches = |rig: &mut Option<Rig>, camera: usize, slot: u32, made| {
+            if let Some(Some(patches)) = rig.as_mut().and_then(|rig| rig.patches.get_mut(camera)) {
+                patches.take(slot, made);
+            }
+        };
+        match (what, made) {
+            (Wanted::Base(camera, slot), Some(Made::Patch(made))) => {
+                patches(&mut self.map.base, camera, slot, made);
+            }
+            (Wanted::Witness(camera, slot), Some(Made::Patch(made))) => {
+                patches(&mut self.map.witness, camera, slot, made);
+            }
+            (Wanted::Spread(slot), Some(Made::Spread(made))) => {
+                if let Some(spreads) = &mut self.spreads {
+                    spreads.take(slot, made);
                 }
-                places.residual_sigma.push(figure(&|found| found.residual_sigma));
             }
-            places.trust.extend(self.volume.map(|volume| volume.trust(&row)));
+            _ => {}
+        }
+    }
+
+    /// Some points, as far as what is made tells.
+    fn part(&self, pixels: &PixelColumns) -> Part {
+        let (count, full) = (pixels.points(), self.with_covariance);
+        let mut part =
+            Part { places: Places::default(), open: Vec::new(), wanted: BTreeMap::new() };
+        let Met { mut point, mut residual, mut nearness } = match &self.map.base {
+            Some(rig) => rig.meet(pixels),
+            None => Met::none(count),
+        };
+        let mut is_met: Vec<bool> = residual.iter().map(|miss| *miss <= MOST_RESIDUAL).collect();
+        let mut has_residual = self.map.base.is_some();
+        if let Some(learned) = &self.map.learned {
+            (learned.correct)(pixels, &mut point);
+            if self.map.base.is_none() {
+                is_met = point[2].iter().map(|z| z.is_finite()).collect();
+            }
+            has_residual = self.map.witness.is_some();
+            if let (Some(witness), true) = (&self.map.witness, full) {
+                Met { residual, nearness, .. } = witness.meet(pixels);
+                is_met
+                    .iter_mut()
+                    .zip(&residual)
+                    .for_each(|(met, miss)| *met &= *miss <= MOST_RESIDUAL);
+            }
+        }
+        part.places.point = point;
+        if full {
+            if !has_residual {
+                residual.fill(f64::NAN);
+            }
+            part.places.residual = residual;
+            self.spread(pixels, &nearness, &mut part.places);
+        }
+        for (index, met) in is_met.into_iter().enumerate() {
+            let known = !full || part.places.covariance[0][index].is_finite();
+            if !met || !known {
+                part.open.push(index);
+                self.ask(&mut part.wanted, pixels.point(index), (met, nearness[index]));
+            }
+        }
+        part
+    }
+
+    /// How sure points are.
+    fn spread(&self, pixels: &PixelColumns, nearness: &[f64], places: &mut Places) {
+        let count = pixels.points();
+        let constant = self.map.learned.as_ref().and_then(|learned| learned.covariance);
+        if let Some(covariance) = constant {
+            places.covariance = LOWER.map(|place| vec![covariance[place]; count]);
+            places.residual_sigma = vec![f64::NAN; count];
+            return;
+        }
+        places.covariance = LOWER.map(|_| vec![f64::NAN; count]);
+        places.residual_sigma = vec![f64::NAN; count];
+        if let (Some(spreads), Some([x, y])) = (&self.spreads, pixels.cameras().first()) {
+            spreads.columns([*x, *y, nearness], &mut places.covariance, &mut places.residual_sigma);
+        }
+    }
+
+    /// Notes what would have helped a point; whether its rays met, and how near.
+    fn ask(
+        &self,
+        wanted: &mut BTreeMap<Wanted, u32>,
+        pixels: impl Iterator<Item = Option<Pixel>>,
+        (is_met, nearness): (bool, f64),
+    ) {
+        let pixels: Vec<Option<Pixel>> = pixels.collect();
+        let mut note = |what: Wanted| *wanted.entry(what).or_default() += 1;
+        let missing = |rig: &Option<Rig>| -> Vec<(usize, u32)> {
+            rig.iter().flat_map(|rig| rig.missing(pixels.iter().copied())).collect()
+        };
+        if is_met {
+            let spread = self.spreads.as_ref().zip(pixels.first().copied().flatten());
+            let missing = spread.and_then(|(spreads, pixel)| spreads.missing(pixel, nearness));
+            missing.into_iter().for_each(|slot| note(Wanted::Spread(slot)));
+            return;
+        }
+        missing(&self.map.base)
+            .into_iter()
+            .for_each(|(camera, slot)| note(Wanted::Base(camera, slot)));
+        if self.with_covariance {
+            let missing = missing(&self.map.witness);
+            missing.into_iter().for_each(|(camera, slot)| note(Wanted::Witness(camera, slot)));
+        }
+    }
+
+    /// What is still open by the map itself, and trust.
+    fn finished(&self, part: Part, pixels: &PixelColumns) -> Places {
+        let Part { mut places, open, .. } = part;
+        for index in open {
+            let row: Vec<_> = pixels.point(index).collect();
+            places.put(index, self.map.reconstructor.locate(&row).as_ref());
+        }
+        if let Some(volume) = self.volume {
+            places.trust = volume.trust_columns(pixels);
         }
         places
     }
 }
 
+/// What was made on demand.
+enum Made {
+    Patch(patches::Made),
+    Spread(spread::Made),
+}
+
+impl<'a> Map<'a> {
+    /// Whose rays tell how near points are.
+    fn rays(&self) -> Option<&Rig<'a>> {
+        if self.learned.is_some() { self.witness.as_ref() } else { self.base.as_ref() }
+    }
+}
+
+/// Where the six numbers of a covariance stand in it.
+const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
 impl Places {
-    fn extend(&mut self, other: Self) {
+    /// Puts what the map said of a point.
+    fn put(&mut self, index: usize, found: Option<&Located>) {
+        let none = Located {
+            point: [f64::NAN; 3].into(),
+            covariance: Matrix3::repeat(f64::NAN),
+            residual: f64::NAN,
+            residual_sigma: f64::NAN,
+        };
+        let found = found.unwrap_or(&none);
+        for (axis, column) in self.point.iter_mut().enumerate() {
+            column[index] = found.point[axis];
+        }
+        if self.residual.is_empty() {
+            return;
+        }
+        for (place, column) in LOWER.into_iter().zip(&mut self.covariance) {
+            column[index] = found.covariance[place];
+        }
+        self.residual[index] = found.residual;
+        self.residual_sigma[index] = found.residual_sigma;
+    }
+
+    fn reserve(&mut self, count: usize, locator: &Locator) {
+        self.point.iter_mut().for_each(|column| column.reserve_exact(count));
+        if locator.with_covariance {
+            let figures = self.covariance.iter_mut();
+            let figures = figures.chain([&mut self.residual, &mut self.residual_sigma]);
+            figures.for_each(|column| column.reserve_exact(count));
+        }
+        if locator.volume.is_some() {
+            self.trust.reserve_exact(count);
+        }
+    }
+
+    fn extend(&mut self, other: &Self) {
         let own = self.point.iter_mut().chain(&mut self.covariance);
         let own = own.chain([&mut self.residual, &mut self.residual_sigma]);
         let others = other.point.iter().chain(&other.covariance);
@@ -95,3 +365,6 @@ impl Places {
         self.trust.extend_from_slice(&other.trust);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -31,7 +31,7 @@ pub(crate) use camera_start::Lens;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
-pub use locator::{Locator, Places};
+pub use locator::{Learned, Locator, PlacedCamera, Places, Plan};
 pub use pixel_noise::PixelNoise;
 
 use crate::{
@@ -161,6 +161,11 @@ pub trait Reconstructor: Sync + Send {
     /// through its points, or does not know.
     fn unknowns(&self) -> Option<f64> {
         None
+    }
+
+    /// How [`Locator`] makes it ready for many points.
+    fn plan(&self) -> Plan<'_> {
+        Plan::PointByPoint
     }
 
     /// Whether the parts of a reconstructor read from a file fit together.

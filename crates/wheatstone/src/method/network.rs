@@ -12,13 +12,14 @@
 //! smoothness by the evidence.
 
 mod evidence;
+mod many;
 mod noise;
 mod paper;
 mod places;
 mod targets;
 
 use super::{
-    AnyMethod, Fit, Located, Method, Reconstructor,
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
     dlt::{Dlt, DltReconstructor},
     neural_camera::Witness,
     unknown,
@@ -296,6 +297,10 @@ impl Reconstructor for NetworkReconstructor {
             }
             _ => None,
         }
+    }
+
+    fn plan(&self) -> Plan<'_> {
+        self.learned().map_or(Plan::PointByPoint, Plan::Learned)
     }
 
     fn unknowns(&self) -> Option<f64> {

@@ -6,7 +6,8 @@
 //! two planes make it linear in Z.
 
 use super::{
-    AnyMethod, Fit, Located, Method, PixelNoise, Reconstructor, only_default, sight::Sight,
+    AnyMethod, Fit, Located, Method, PixelNoise, PlacedCamera, Plan, Reconstructor, only_default,
+    sight::Sight,
 };
 use crate::{
     Error, Result,
@@ -18,7 +19,7 @@ use crate::{
     },
     progress::Progress,
 };
-use nalgebra::{Matrix2, Matrix2x3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3x4};
 use serde::{Deserialize, Serialize};
 
 /// There is nothing to set.
@@ -239,6 +240,44 @@ impl SoloffReconstructor {
         [0, 1, 2].map(|axis| (point[axis] - self.centre[axis]) / self.half[axis])
     }
 
+    /// Where a camera sees a world point, with derivatives.
+    fn seen_by(&self, camera: &PolynomialCamera, world: Point3) -> (Pixel, Matrix2x3<f64>) {
+        let (pixel, mut slopes) = camera.project(self.scaled(world));
+        for axis in 0..3 {
+            slopes.column_mut(axis).unscale_mut(self.half[axis]);
+        }
+        (pixel, slopes)
+    }
+
+    /// A camera made ready for many points: its rays are curves beside those of its start.
+    fn placed<'a>(&'a self, camera: &'a PolynomialCamera) -> Option<PlacedCamera<'a>> {
+        let (_, rotation, translation) = camera.start.decompose()?;
+        let mut rows = Matrix3x4::zeros();
+        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+        rows.set_column(3, &translation);
+        let corners = (0..8).map(|corner| {
+            let place = |axis: usize| {
+                let side = if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                self.centre[axis] + side * self.half[axis]
+            };
+            1.0 / (rows * Point3::new(place(0), place(1), place(2)).to_homogeneous()).z
+        });
+        let (far, near) =
+            corners.fold((f64::INFINITY, 0.0_f64), |(far, near), v| (far.min(v), near.max(v)));
+        if far <= 0.0 {
+            return None;
+        }
+        let middle = 0.5 * (far + near);
+        let plain = PlacedCamera::plain(&camera.start)?;
+        PlacedCamera::new(
+            ProjectionMatrix(rows),
+            ([middle, 0.5 * (near - far)], false),
+            1.0,
+            Box::new(|world| Some(self.seen_by(camera, world))),
+            Box::new(move |pixel| Some(plain.place([pixel.x, pixel.y], middle)?.0)),
+        )
+    }
+
     /// Where a camera, counted from 0, sees a world point.
     #[must_use]
     pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {
@@ -256,18 +295,11 @@ impl Reconstructor for SoloffReconstructor {
             self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
         let starts = cameras.iter().map(|camera| &camera.start);
         let start = triangulation::linear(starts.zip(seen.iter().copied()))?;
-        let project = |camera: &PolynomialCamera, point: Point3| {
-            let (pixel, mut slopes) = camera.project(self.scaled(point));
-            for axis in 0..3 {
-                slopes.column_mut(axis).unscale_mut(self.half[axis]);
-            }
-            (pixel, slopes)
-        };
         let found = triangulation::refine(start, &seen, |index, point| {
-            Some(project(cameras[index], point))
+            Some(self.seen_by(cameras[index], point))
         })?;
         let sight = |(camera, pixel): (&&PolynomialCamera, Pixel)| {
-            let (predicted, slopes) = project(camera, found.point);
+            let (predicted, slopes) = self.seen_by(camera, found.point);
             let spread = camera.spread(self.scaled(found.point), pixel);
             Sight { pixel, predicted, slopes, spread, weight: 1.0 }
         };
@@ -277,6 +309,12 @@ impl Reconstructor for SoloffReconstructor {
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
         Some(self.cameras.get(camera)?.noise.variance(pixel).sqrt())
+    }
+
+    fn plan(&self) -> Plan<'_> {
+        let cameras: Option<Vec<_>> =
+            self.cameras.iter().map(|camera| self.placed(camera)).collect();
+        cameras.map_or(Plan::PointByPoint, Plan::Cameras)
     }
 
     fn unknowns(&self) -> Option<f64> {
@@ -294,105 +332,4 @@ impl Reconstructor for SoloffReconstructor {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        evaluate::{evaluate, floor},
-        method::{AnyReconstructor, tests::charts},
-        numeric::random::Random,
-        progress::Silent,
-        synthetic::{Noise, Rig, Stage, random_correspondences},
-    };
-
-    #[test]
-    fn there_are_soloffs_nineteen_terms_and_planes_take_depth_away() {
-        assert_eq!(all_powers().len(), 19);
-        let mut random = Random::new(4);
-        let mut levels = |heights: &[f64]| -> Vec<u8> {
-            let points: Vec<[f64; 3]> = (0..200)
-                .map(|index| {
-                    let height = heights[index % heights.len()];
-                    [random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), height]
-                })
-                .collect();
-            let kept = determined(&points);
-            (0..3).map(|z| kept.iter().filter(|powers| powers[2] == z).count() as u8).collect()
-        };
-        assert_eq!(levels(&[-1.0, 0.0, 0.4, 1.0]), [10, 6, 3]);
-        assert_eq!(levels(&[-1.0, 0.1, 1.0]), [10, 6, 3]);
-        assert_eq!(levels(&[-1.0, 1.0]), [10, 6, 0]);
-        assert_eq!(levels(&[-1.0, -0.999, 1.0]), [10, 6, 0]);
-    }
-
-    #[test]
-    fn an_exact_polynomial_is_recovered_and_its_slopes_agree_with_differences() {
-        let rig = Rig::named("pinhole", 3).unwrap();
-        let data = charts(&rig, Stage::default(), Noise::None, 400);
-        let Ok(Fit { reconstructor: AnyReconstructor::Soloff(fitted), .. }) =
-            Soloff {}.fit(&data, 0, &Silent)
-        else {
-            panic!("not fitted")
-        };
-        let truth = Point3::new(6.0, -7.0, 90.0);
-        let step = 1e-6;
-        let mut pixels = Vec::new();
-        for camera in &fitted.cameras {
-            let at = fitted.scaled(truth);
-            let (pixel, slopes) = camera.project(at);
-            for axis in 0..3 {
-                let (mut ahead, mut behind) = (at, at);
-                ahead[axis] += step;
-                behind[axis] -= step;
-                let difference =
-                    (camera.project(ahead).0 - camera.project(behind).0) / (2.0 * step);
-                assert!((difference - slopes.column(axis)).norm() < 1e-5);
-            }
-            pixels.push(Some(pixel));
-        }
-        assert!((fitted.locate(&pixels).unwrap().point - truth).norm() < 1e-7);
-        pixels[1] = None;
-        assert!((fitted.locate(&pixels).unwrap().point - truth).norm() < 1e-7);
-        pixels[2] = None;
-        assert!(fitted.locate(&pixels).is_none());
-    }
-
-    #[test]
-    fn near_the_floor_between_the_planes_and_sane_with_two() {
-        let rig = Rig::named("paper", 2).unwrap();
-        // A depth range that a quadratic can follow.
-        for (step, bar) in [(5.0, 1.3), (20.0, 6.0)] {
-            let stage = Stage { near: 90.0, far: 110.0, step };
-            let data = charts(&rig, stage, Noise::Quantised, 400);
-            let fit = Soloff {}.fit(&data, 0, &Silent).unwrap();
-            let chart = crate::chart::line_grid::LineGrid::default().into();
-            let test =
-                random_correspondences(&rig, &chart, (90.0, 110.0), (Noise::Quantised, 5), 500);
-            let own = evaluate(&*fit.reconstructor, &test, None).unwrap().rms;
-            let ratio = own / floor(&rig.cameras, &test).unwrap().rms;
-            assert!(ratio < bar, "every {step}: {ratio}");
-        }
-    }
-
-    #[test]
-    fn broken_numbers_are_refused() {
-        let rig = Rig::named("paper", 2).unwrap();
-        let data = charts(&rig, Stage::default(), Noise::None, 200);
-        let Ok(Fit { reconstructor: AnyReconstructor::Soloff(fitted), .. }) =
-            Soloff {}.fit(&data, 0, &Silent)
-        else {
-            panic!("not fitted")
-        };
-        assert!(fitted.is_consistent());
-        let text = serde_json::to_string(&fitted).unwrap();
-        let back: SoloffReconstructor = serde_json::from_str(&text).unwrap();
-        assert_eq!(back, fitted);
-        let odd = text.replacen('{', "{\"other\": 1,", 1);
-        assert!(serde_json::from_str::<SoloffReconstructor>(&odd).is_err());
-        let mut broken = fitted.clone();
-        broken.half[1] = 0.0;
-        assert!(!broken.is_consistent());
-        let mut broken = fitted.clone();
-        broken.cameras[0].terms.pop();
-        assert!(!broken.is_consistent());
-    }
-}
+mod tests;

@@ -1,6 +1,6 @@
 //! The convex hull of points in space, as half-spaces.
 
-use crate::geometry::Vector3;
+use crate::{geometry::Vector3, numeric::number::Number};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
@@ -62,10 +62,17 @@ impl Hull {
     /// By how much a point lies beyond the hull, as a share of the hull's width in the direction in
     /// which that is most; negative inside.
     pub(super) fn beyond(&self, point: &Vector3) -> f64 {
-        let excess = |[x, y, z, high, low]: &[f64; 5]| {
-            (x * point.x + y * point.y + z * point.z - high) / (high - low)
-        };
-        self.facets.iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
+        self.furthest((*point).into(), f64::NEG_INFINITY)
+    }
+
+    /// [`Hull::beyond`], and no less than `most`.
+    #[inline(always)]
+    pub(super) fn furthest<N: Number>(&self, [x, y, z]: [N; 3], mut most: N) -> N {
+        for [a, b, c, high, low] in &self.facets {
+            let reach = x.all(*a) * x + x.all(*b) * y + x.all(*c) * z;
+            most = ((reach - x.all(*high)) * x.all(1.0 / (high - low))).or_larger(most);
+        }
+        most
     }
 
     pub(super) fn is_consistent(&self) -> bool {

@@ -6,12 +6,17 @@
 //! common centre as behind a window, is of this form. Both are penalised tensor splines (Eilers &
 //! Marx 1996, doi:10.1214/ss/1038425655), found by one linear least squares.
 
-use super::StraightRay;
 use crate::{
-    geometry::{Pixel, Point3, ProjectionMatrix},
-    numeric::statistics::{median, percentile},
+    geometry::{
+        Pixel, Point3, ProjectionMatrix,
+        meeting::{Sighting, StraightCamera},
+    },
+    numeric::{
+        number::Number,
+        statistics::{median, percentile},
+    },
 };
-use nalgebra::{DMatrix, RowVector3};
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 /// A projective camera with the table that makes it so.
@@ -124,6 +129,7 @@ impl Straightened {
     }
 
     /// The spline functions that are not 0 at a pixel, with their values.
+    #[inline(always)]
     fn functions(&self, pixel: Pixel) -> [(usize, f64); 9] {
         let along = |axis: usize| {
             let [start, cell] = self.grid[axis];
@@ -139,6 +145,7 @@ impl Straightened {
         })
     }
 
+    #[inline(always)]
     fn lookup(&self, pixel: Pixel) -> [f64; 4] {
         let mut sum = [0.0; 4];
         for (index, value) in self.functions(pixel) {
@@ -200,33 +207,47 @@ impl Straightened {
         Some(())
     }
 
-    /// The ray of a pixel.
-    pub(super) fn ray(&self, pixel: Pixel) -> StraightRay {
+    /// The projective camera.
+    pub(super) fn camera(&self) -> StraightCamera {
+        let p = &self.projection.0;
+        let row = |row: usize| [0, 1, 2, 3].map(|column| p[(row, column)]);
+        StraightCamera {
+            rows: [0, 1, 2].map(row),
+            nearness: self.nearness[0],
+            weight: 1.0,
+            range: [0.0, f64::INFINITY],
+        }
+    }
+
+    /// Where a pixel lies on the projective camera's plane, whose steps count as pixels.
+    #[inline(always)]
+    pub(super) fn see(&self, pixel: Pixel) -> Sighting<f64> {
         let [x, y, along_x, along_y] = self.lookup(pixel);
         let [middle, half] = self.nearness;
-        let p = &self.projection.0;
-        let row = |index: usize| RowVector3::new(p[(index, 0)], p[(index, 1)], p[(index, 2)]);
-        let depth = (row(2), p[(2, 3)]);
-        // h_x = h_z (x + across + along (1 / h_z - middle) / half), and the same in y.
-        let equation = |index: usize, straight: f64, along: f64| {
-            let at = straight - along * middle / half;
-            (row(index) - depth.0 * at, along / half + depth.1 * at - p[(index, 3)])
-        };
-        StraightRay {
-            equations: [equation(0, pixel.x + x, along_x), equation(1, pixel.y + y, along_y)],
-            depth,
-            middle_depth: 1.0 / middle,
+        let along = [along_x / half, along_y / half];
+        Sighting {
+            at: [pixel.x + x - along[0] * middle, pixel.y + y - along[1] * middle],
+            along,
+            bend: [0.0; 2],
+            scale: [1.0, 0.0, 0.0, 1.0],
         }
     }
 
     /// By how much a pixel lies beyond the trained region of the picture, as a share of the region's
     /// width; negative inside.
     pub(super) fn beyond(&self, pixel: Pixel) -> f64 {
-        let excess = |(index, [low, high]): (usize, &[f64; 2])| {
-            let reach = along(index, pixel);
-            (reach - high).max(low - reach) / (high - low)
-        };
-        self.region.iter().enumerate().map(excess).fold(f64::NEG_INFINITY, f64::max)
+        self.furthest([pixel.x, pixel.y], f64::NEG_INFINITY)
+    }
+
+    /// [`Straightened::beyond`], and no less than `most`.
+    #[inline(always)]
+    pub(super) fn furthest<N: Number>(&self, [x, y]: [N; 2], mut most: N) -> N {
+        for (direction, [low, high]) in DIRECTIONS.iter().zip(&self.region) {
+            let reach = x.all(direction[0]) * x + x.all(direction[1]) * y;
+            let excess = (reach - x.all(*high)).or_larger(x.all(*low) - reach);
+            most = (excess * x.all(1.0 / (high - low))).or_larger(most);
+        }
+        most
     }
 
     pub(super) fn is_consistent(&self) -> bool {

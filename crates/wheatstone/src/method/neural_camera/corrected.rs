@@ -6,8 +6,11 @@ use super::{
     fit::displaced,
     lens::{Lens, PARAMETERS},
 };
-use crate::geometry::{Pixel, Point3, Ray};
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, SVector, Vector2};
+use crate::{
+    geometry::{Pixel, Point3, ProjectionMatrix, Ray},
+    method::PlacedCamera,
+};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Matrix3x4, SVector, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Lens and correction.
@@ -41,6 +44,28 @@ impl Optics {
         };
         let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
         self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
+    }
+
+    /// Made ready for many points, a squared pixel of error counting `weight`; `None` for a lens that does
+    /// not see along its axis.
+    pub(super) fn placed(&self, weight: f64) -> Option<PlacedCamera<'_>> {
+        // Nearness counts from a fixed viewpoint, not along the axis, and points to be located may lie a
+        // little beyond those fitted.
+        const LEAST: f64 = 0.95;
+        const MOST: f64 = 1.15;
+        let ([far, near], pose) = (self.field.depths(), self.lens.camera_from_world);
+        let (far, near) = (LEAST * far.max(0.1 * near), MOST * near);
+        let middle = 0.5 * (far + near);
+        let mut rows = Matrix3x4::zeros();
+        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&pose.rotation);
+        rows.set_column(3, &pose.translation);
+        PlacedCamera::new(
+            ProjectionMatrix(rows),
+            ([middle, 0.5 * (near - far)], false),
+            weight,
+            Box::new(|world| self.project(world)),
+            Box::new(move |pixel| Some(self.ray(pixel, None)?.at(1.0 / middle))),
+        )
     }
 
     pub(super) fn is_consistent(&self) -> bool {

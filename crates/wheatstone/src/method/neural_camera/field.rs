@@ -90,6 +90,12 @@ impl Field {
         self.centre[2]
     }
 
+    /// The least and the largest nearness among the points; the same twice where all are alike.
+    pub(super) fn depths(&self) -> [f64; 2] {
+        let half = if self.half[2] < self.centre[2] { self.half[2] } else { 0.0 };
+        [self.centre[2] - half, self.centre[2] + half]
+    }
+
     /// Area of the box in squared units.
     pub(super) fn area(&self) -> f64 {
         4.0 * MARGIN * MARGIN * self.half[0] * self.half[1] / (self.unit() * self.unit())

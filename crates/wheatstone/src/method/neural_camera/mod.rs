@@ -22,7 +22,7 @@ pub(crate) mod loose;
 
 pub(super) use {places::Motions, witness::Witness};
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default, sight::Sight};
+use super::{AnyMethod, Fit, Located, Method, Plan, Reconstructor, only_default, sight::Sight};
 use crate::{
     Error, Result,
     dataset::Dataset,
@@ -209,6 +209,13 @@ impl Reconstructor for NeuralCameraReconstructor {
 
     fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
         self.cameras.get(camera)?.optics.ray(pixel, None)
+    }
+
+    fn plan(&self) -> Plan<'_> {
+        let cameras = self.cameras.iter();
+        let cameras: Option<Vec<_>> =
+            cameras.map(|camera| camera.optics.placed(camera.noise().powi(-2))).collect();
+        cameras.map_or(Plan::PointByPoint, Plan::Cameras)
     }
 
     fn unknowns(&self) -> Option<f64> {

@@ -5,7 +5,7 @@ use crate::{
     Result,
     dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::{Located, sight::Sight},
+    method::{Located, PlacedCamera, sight::Sight},
     progress::Progress,
 };
 use nalgebra::{Matrix2, Matrix3, Vector3};
@@ -62,6 +62,13 @@ impl Witness {
         let nearer = point + normal.cholesky()?.solve(&right);
         let located = Located::by_least_squares(nearer, &self.sights(nearer, pixels)?)?;
         Some((located.residual, located.residual_sigma))
+    }
+
+    /// The cameras, for who asks of many points; none where one cannot be made ready.
+    pub(in crate::method) fn placed(&self) -> Vec<PlacedCamera<'_>> {
+        let cameras: Option<Vec<_>> =
+            self.cameras.iter().map(|camera| camera.optics.placed(1.0)).collect();
+        cameras.unwrap_or_default()
     }
 
     fn sights(&self, point: Point3, pixels: &[Option<Pixel>]) -> Option<Vec<Sight>> {

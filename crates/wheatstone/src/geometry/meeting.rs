@@ -1,0 +1,199 @@
+//! Where the straight rays of a point meet: of one point, or of as many as fill a register.
+//!
+//! A camera is a projective one, `(u, v) = (P1 X, P2 X) / (P3 X)`, and says of each point that it lies on
+//! its plane at `at + along * nearness + bend * nearness^2`, the nearness being `1 / P3 X`: any bundle of
+//! rays that are straight, or nearly, is of this form. A first point comes from the linear equations, and
+//! one Gauss-Newton step on the plane's errors, told in pixels, makes it the most likely one (Hartley &
+//! Sturm 1997, doi:10.1006/cviu.1997.0547) but for terms of the third order in the errors.
+
+use crate::numeric::number::Number;
+
+/// A projective camera and how it counts.
+#[derive(Clone, Debug)]
+pub(crate) struct StraightCamera {
+    /// Rows of the projection.
+    pub(crate) rows: [[f64; 4]; 3],
+    /// About the nearness of what it sees, where all points begin.
+    pub(crate) nearness: f64,
+    /// What a squared pixel of error counts.
+    pub(crate) weight: f64,
+    /// Between which nearnesses its sightings hold.
+    pub(crate) range: [f64; 2],
+}
+
+/// What one camera says of a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting<N> {
+    /// Where it is seen on the plane.
+    pub(crate) at: [N; 2],
+    /// How that goes with the nearness.
+    pub(crate) along: [N; 2],
+    /// And with its square.
+    pub(crate) bend: [N; 2],
+    /// Pixels that go with a step on the plane: x by u, x by v, y by u, y by v.
+    pub(crate) scale: [N; 4],
+}
+
+/// Where a point is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meeting<N> {
+    /// X, Y, Z.
+    pub(crate) point: [N; 3],
+    /// Sum of squared errors over all pixel coordinates; not a number where the point lies nowhere, or
+    /// where some camera's sightings do not hold.
+    pub(crate) squares: N,
+    /// The nearness to the first camera.
+    pub(crate) nearness: N,
+}
+
+/// Normal equations of a point: XX, XY, XZ, YY, YZ, ZZ, and the right side.
+struct Normal<N> {
+    left: [N; 6],
+    right: [N; 3],
+}
+
+impl<N: Number> Normal<N> {
+    #[inline(always)]
+    fn new(zero: N) -> Self {
+        Self { left: [zero; 6], right: [zero; 3] }
+    }
+
+    /// Adds two equations `rows . step = errors`, weighed.
+    #[inline(always)]
+    fn add(&mut self, rows: [[N; 3]; 2], errors: [N; 2], weight: N) {
+        const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+        let [a, b] = rows;
+        let mut heavy = rows;
+        for row in &mut heavy {
+            for value in row {
+                *value = *value * weight;
+            }
+        }
+        for place in 0..6 {
+            let (i, j) = PAIRS[place];
+            self.left[place] = self.left[place] + (heavy[0][i] * a[j] + heavy[1][i] * b[j]);
+        }
+        for i in 0..3 {
+            self.right[i] = self.right[i] + (heavy[0][i] * errors[0] + heavy[1][i] * errors[1]);
+        }
+    }
+
+    /// The solution, by cofactors.
+    #[inline(always)]
+    fn solve(&self) -> [N; 3] {
+        let [xx, xy, xz, yy, yz, zz] = self.left;
+        let [x, y, z] = self.right;
+        let (a, b, c) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
+        let (d, e, f) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
+        let by = xx.all(1.0) / (xx * a + xy * b + xz * c);
+        [(a * x + b * y + c * z) * by, (b * x + d * y + e * z) * by, (c * x + e * y + f * z) * by]
+    }
+}
+
+/// One camera's equations for a point: `rows . X - right`, over the depth, is how far the point is from
+/// where it was seen, on the plane.
+struct Equations<N> {
+    rows: [[N; 3]; 2],
+    right: [N; 2],
+}
+
+impl<N: Number> Equations<N> {
+    /// With the bend taken as it is at `nearness`.
+    #[inline(always)]
+    fn new(camera: &StraightCamera, seen: &Sighting<N>, nearness: N) -> Self {
+        let zero = nearness.all(0.0);
+        let (mut rows, mut right) = ([[zero; 3]; 2], [zero; 2]);
+        let depth = &camera.rows[2];
+        for axis in 0..2 {
+            let own = &camera.rows[axis];
+            let bend = seen.bend[axis] * nearness;
+            let at = seen.at[axis] - bend * nearness;
+            let along = seen.along[axis] + bend + bend;
+            for i in 0..3 {
+                rows[axis][i] = zero.all(own[i]) - zero.all(depth[i]) * at;
+            }
+            right[axis] = along + zero.all(depth[3]) * at - zero.all(own[3]);
+        }
+        Self { rows, right }
+    }
+
+    /// How far a point with this nearness is from where it was seen, on the plane.
+    #[inline(always)]
+    fn errors(&self, point: [N; 3], nearness: N) -> [N; 2] {
+        let mut errors = self.right;
+        for axis in 0..2 {
+            let row = self.rows[axis];
+            let sum = row[0] * point[0] + row[1] * point[1] + row[2] * point[2];
+            errors[axis] = (sum - self.right[axis]) * nearness;
+        }
+        errors
+    }
+}
+
+/// Steps on the plane as pixels.
+#[inline(always)]
+fn in_pixels<N: Number>(scale: [N; 4], [u, v]: [N; 2]) -> [N; 2] {
+    [scale[0] * u + scale[1] * v, scale[2] * u + scale[3] * v]
+}
+
+/// Rows by steps on the plane as rows by pixels.
+#[inline(always)]
+fn rows_in_pixels<N: Number>(scale: [N; 4], rows: [[N; 3]; 2]) -> [[N; 3]; 2] {
+    let mut out = rows;
+    for i in 0..3 {
+        [out[0][i], out[1][i]] = in_pixels(scale, [rows[0][i], rows[1][i]]);
+    }
+    out
+}
+
+#[inline(always)]
+fn nearness<N: Number>(camera: &StraightCamera, [x, y, z]: [N; 3]) -> N {
+    let row = &camera.rows[2];
+    x.all(1.0) / (x.all(row[0]) * x + x.all(row[1]) * y + x.all(row[2]) * z + x.all(row[3]))
+}
+
+/// Where the rays of a point meet; `zero` is one of the numbers to compute with.
+#[inline(always)]
+pub(crate) fn meet<N: Number>(
+    cameras: &[StraightCamera],
+    seen: &[Sighting<N>],
+    zero: N,
+) -> Meeting<N> {
+    let mut first = Normal::new(zero);
+    for (camera, seen) in cameras.iter().zip(seen) {
+        let equations = Equations::new(camera, seen, zero.all(camera.nearness));
+        let rows = rows_in_pixels(seen.scale, equations.rows);
+        let right = in_pixels(seen.scale, equations.right);
+        first.add(rows, right, zero.all(camera.weight * camera.nearness * camera.nearness));
+    }
+    let mut point = first.solve();
+    let mut second = Normal::new(zero);
+    for (camera, seen) in cameras.iter().zip(seen) {
+        let near = nearness(camera, point);
+        let equations = Equations::new(camera, seen, near);
+        let errors = equations.errors(point, near);
+        let mut rows = equations.rows;
+        for axis in 0..2 {
+            for i in 0..3 {
+                rows[axis][i] = (rows[axis][i] - errors[axis] * zero.all(camera.rows[2][i])) * near;
+            }
+        }
+        let rows = rows_in_pixels(seen.scale, rows);
+        second.add(rows, in_pixels(seen.scale, errors), zero.all(camera.weight));
+    }
+    let step = second.solve();
+    for axis in 0..3 {
+        point[axis] = point[axis] - step[axis];
+    }
+    let (mut squares, mut first_nearness) = (zero, zero);
+    for (index, (camera, seen)) in cameras.iter().zip(seen).enumerate() {
+        let near = nearness(camera, point);
+        let equations = Equations::new(camera, seen, near);
+        let [x, y] = in_pixels(seen.scale, equations.errors(point, near));
+        squares = squares + (x * x + y * y + near.held(camera.range[0], camera.range[1]));
+        if index == 0 {
+            first_nearness = near;
+        }
+    }
+    Meeting { point, squares, nearness: first_nearness }
+}

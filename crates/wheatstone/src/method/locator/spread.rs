@@ -1,0 +1,365 @@
+//! How sure a map's points are, in boxes of picture and nearness: error bars that change slowly need not be
+//! worked out for each point anew.
+//!
+//! A box is made by itself, from the map alone, when points ask for it; it is used only where it says what
+//! the map says.
+
+use super::{super::Reconstructor, plan::PlacedCamera};
+use crate::{
+    geometry::Pixel,
+    numeric::{
+        number::{registers, registers_mut},
+        simd::{Simd, WithSimd, on_widest},
+    },
+};
+use nalgebra::{DMatrix, Matrix3};
+use std::f64::consts::PI;
+
+/// Boxes along each side of the picture that can be told apart; the outermost are never made, for they
+/// get what lies beyond.
+const SIDE: usize = 128;
+
+/// The same along the nearness: 32 octaves to each side of one a unit.
+const LAYERS: usize = 256;
+
+/// Boxes before pixel 0.
+const BEFORE: f64 = 32.0;
+
+/// A box takes at most this angle of the picture, in radians.
+const WIDTH: f64 = 0.1;
+
+/// Boxes to a factor of two of the nearness; a power of two.
+const OCTAVE_BITS: u32 = 2;
+
+/// A box whose standard deviations are further from the map's than this share somewhere is not used: less
+/// than a tenth of how well a fit knows its own noise.
+const TOLERANCE: f64 = 0.005;
+
+/// Figures that a box tells: the covariance over the fourth power of the depth, XX, XY, XZ, YY, YZ, ZZ, which
+/// for projective cameras is a polynomial of second degree in the place in the picture and the nearness;
+/// what residual to expect; and nothing.
+const FIGURES: usize = 8;
+
+/// Places along x and y, and along the nearness, at which a box's figures are worked out.
+const ACROSS: usize = 5;
+const DEEP: usize = 3;
+
+/// Figures worked out for a box.
+pub(super) const NODES: usize = ACROSS * ACROSS * DEEP;
+
+/// Terms of the polynomial through them: of fourth degree altogether, which what noise does over a picture
+/// asks for, and of second in the nearness. With the second in all, boxes of half the width were no better.
+const TERMS: usize = 31;
+
+/// Powers of x, y and nearness, a term each.
+const POWERS: [[usize; 3]; TERMS] = {
+    let (mut powers, mut place, mut term) = ([[0; 3]; TERMS], 0, 0);
+    while place < NODES {
+        let own = [place % ACROSS, place / ACROSS % ACROSS, place / (ACROSS * ACROSS)];
+        if own[0] + own[1] + own[2] < ACROSS {
+            powers[term] = own;
+            term += 1;
+        }
+        place += 1;
+    }
+    powers
+};
+
+/// One box: the figures' factors of each term.
+type Cell = [[f64; FIGURES]; TERMS];
+
+/// Boxes of a map.
+pub(super) struct Spreads {
+    /// Boxes a pixel of the first camera.
+    density: f64,
+    /// Which box is where: 0 for one that is not made yet, 1 for one that cannot be.
+    index: Vec<u32>,
+    boxes: Vec<Cell>,
+    /// From figures at the nodes to factors of the terms.
+    through: DMatrix<f64>,
+}
+
+/// A point in its box.
+#[derive(Clone, Copy)]
+struct Place {
+    slot: usize,
+    within: [f64; 3],
+}
+
+/// A covariance, and what residual to expect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spread {
+    /// XX, XY, XZ, YY, YZ, ZZ.
+    pub(super) covariance: [f64; 6],
+    pub(super) residual_sigma: f64,
+}
+
+/// Bits of a double below those that say its octave and its part of the octave.
+const BELOW: u32 = 52 - OCTAVE_BITS;
+
+/// The upper bits of the first nearness that is told apart.
+const FIRST: u64 = (1023 << OCTAVE_BITS) - LAYERS as u64 / 2;
+
+impl Spreads {
+    pub(super) fn new(first: &PlacedCamera) -> Self {
+        let exponent = libm::floor(libm::log2(f64::max(WIDTH * first.focal, 1.0)));
+        let none = [[f64::NAN; FIGURES]; TERMS];
+        Self {
+            density: 1.0 / libm::exp2(exponent),
+            index: vec![0; SIDE * SIDE * LAYERS],
+            boxes: vec![none, none],
+            through: through(),
+        }
+    }
+
+    #[inline(always)]
+    fn place(&self, x: f64, y: f64, nearness: f64) -> Place {
+        let along = |value: f64| (value * self.density + BEFORE).max(0.0).min(SIDE as f64 - 0.5);
+        let (x, y) = (along(x), along(y));
+        let (column, row) = (x as u32, y as u32);
+        let bits = nearness.to_bits();
+        let layer = (bits >> BELOW).saturating_sub(FIRST).min(LAYERS as u64 - 1);
+        // The rest of the bits, as a number in 1..2.
+        let rest = f64::from_bits((1023 << 52) | ((bits << (64 - BELOW)) >> (64 - 52)));
+        let within = |value: f64, cell: u32| 2.0 * (value - f64::from(cell)) - 1.0;
+        Place {
+            slot: (layer as usize * SIDE + row as usize) * SIDE + column as usize,
+            within: [within(x, column), within(y, row), 2.0 * rest - 3.0],
+        }
+    }
+
+    /// The spreads of points that the first camera sees at x and y with this nearness; not numbers where
+    /// no box says them.
+    pub(super) fn columns(
+        &self,
+        points: [&[f64]; 3],
+        covariance: &mut [Vec<f64>; 6],
+        residual_sigma: &mut [f64],
+    ) {
+        on_widest(Telling { spreads: self, points, covariance, residual_sigma });
+    }
+
+    /// The box that a point asks for, where it is not made yet.
+    pub(super) fn missing(&self, pixel: Pixel, nearness: f64) -> Option<u32> {
+        let slot = self.place(pixel.x, pixel.y, nearness).slot;
+        let inner = |cell: usize, cells: usize| (1..cells - 1).contains(&cell);
+        let within = inner(slot % SIDE, SIDE) && inner(slot / SIDE % SIDE, SIDE);
+        let known = within && inner(slot / (SIDE * SIDE), LAYERS) && nearness > 0.0;
+        (known && self.index[slot] == 0).then_some(slot as u32)
+    }
+
+    /// Takes over what was made for a slot.
+    pub(super) fn take(&mut self, slot: u32, made: Made) {
+        self.index[slot as usize] = match made.0 {
+            Some(own) => {
+                self.boxes.push(*own);
+                self.boxes.len() as u32 - 1
+            }
+            None => 1,
+        };
+    }
+
+    /// Makes the box of a slot.
+    pub(super) fn make(
+        &self,
+        (reconstructor, cameras): (&dyn Reconstructor, &[PlacedCamera]),
+        slot: u32,
+    ) -> Made {
+        let exact = |within: [f64; 3]| {
+            let (pixel, nearness) = self.seen(slot as usize, within);
+            let first = cameras.first()?;
+            let (point, _) = first.place(first.plane_of(pixel, nearness)?, nearness)?;
+            let pixels: Vec<Option<Pixel>> =
+                cameras.iter().map(|camera| camera.project(point)).collect();
+            let found =
+                pixels.iter().all(Option::is_some).then(|| reconstructor.locate(&pixels))??;
+            Spread::figures(&found.covariance, found.residual_sigma, nearness)
+        };
+        let depth = |within: [f64; 3]| 1.0 / self.seen(slot as usize, within).1;
+        let made = fitted(&self.through, &exact).filter(|own| holds(own, &exact, &depth));
+        Made(made.map(Box::new))
+    }
+
+    /// Pixel and nearness of a place in a slot, each coordinate in -1..1.
+    fn seen(&self, slot: usize, [x, y, near]: [f64; 3]) -> (Pixel, f64) {
+        let along =
+            |cell: usize, within: f64| (cell as f64 - BEFORE + 0.5 + 0.5 * within) / self.density;
+        let pixel = Pixel::new(along(slot % SIDE, x), along(slot / SIDE % SIDE, y));
+        let layer = FIRST + (slot / (SIDE * SIDE)) as u64;
+        let (low, high) = (f64::from_bits(layer << BELOW), f64::from_bits((layer + 1) << BELOW));
+        (pixel, low + (high - low) * (0.5 + 0.5 * near))
+    }
+}
+
+/// One run through columns.
+struct Telling<'a, 'b> {
+    spreads: &'a Spreads,
+    points: [&'a [f64]; 3],
+    covariance: &'b mut [Vec<f64>; 6],
+    residual_sigma: &'b mut [f64],
+}
+
+impl WithSimd for Telling<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { spreads, points: [x, y, nearness], covariance, residual_sigma } = self;
+        for (index, sigma) in residual_sigma.iter_mut().enumerate() {
+            let place = spreads.place(x[index], y[index], nearness[index]);
+            let own = &spreads.boxes[spreads.index[place.slot] as usize];
+            let spread = Spread::of(&told(simd, own, place.within), 1.0 / nearness[index]);
+            for (column, value) in covariance.iter_mut().zip(spread.covariance) {
+                column[index] = value;
+            }
+            *sigma = spread.residual_sigma;
+        }
+    }
+}
+
+/// A box, where there can be one.
+pub(super) struct Made(Option<Box<Cell>>);
+
+/// The terms at a place of a box.
+#[inline(always)]
+fn terms(place: [f64; 3]) -> [f64; TERMS] {
+    let mut powers = [[1.0; ACROSS]; 3];
+    for (powers, value) in powers.iter_mut().zip(place) {
+        for k in 1..ACROSS {
+            powers[k] = powers[k - 1] * value;
+        }
+    }
+    let mut terms = [0.0; TERMS];
+    for (term, [x, y, near]) in terms.iter_mut().zip(POWERS) {
+        *term = powers[0][x] * powers[1][y] * powers[2][near];
+    }
+    terms
+}
+
+/// The figures at a place of a box.
+#[inline(always)]
+fn told<S: Simd>(simd: S, own: &Cell, place: [f64; 3]) -> [f64; FIGURES] {
+    let (terms, mut figures) = (terms(place), [0.0; FIGURES]);
+    for (k, figure) in registers_mut::<S>(&mut figures).iter_mut().enumerate() {
+        // Two sums, so that one does not wait for the other.
+        let mut sums = [simd.splat_f64s(0.0); 2];
+        for (index, (factors, term)) in own.iter().zip(terms).enumerate() {
+            let product = simd.mul_f64s(registers::<S>(factors)[k], simd.splat_f64s(term));
+            sums[index % 2] = simd.add_f64s(sums[index % 2], product);
+        }
+        *figure = simd.add_f64s(sums[0], sums[1]);
+    }
+    figures
+}
+
+/// [`told`], of one place.
+struct Tell<'a>(&'a Cell, [f64; 3]);
+
+impl WithSimd for Tell<'_> {
+    type Output = [f64; FIGURES];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        told(simd, self.0, self.1)
+    }
+}
+
+/// Where Chebyshev's polynomial of degree `N` is 0: a polynomial through these is nearly the best.
+fn nodes<const N: usize>() -> [f64; N] {
+    std::array::from_fn(|k| libm::cos((2 * (N - k) - 1) as f64 * PI / (2 * N) as f64))
+}
+
+/// The nodes of a box.
+fn places() -> impl Iterator<Item = [f64; 3]> {
+    let (across, deep) = (nodes::<ACROSS>(), nodes::<DEEP>());
+    (0..NODES).map(move |place| {
+        [across[place % ACROSS], across[place / ACROSS % ACROSS], deep[place / (ACROSS * ACROSS)]]
+    })
+}
+
+/// From figures at the nodes to factors of the terms, by least squares.
+fn through() -> DMatrix<f64> {
+    let rows: Vec<f64> = places().flat_map(terms).collect();
+    let rows = DMatrix::from_row_slice(NODES, TERMS, &rows);
+    let normal = rows.transpose() * &rows;
+    normal
+        .try_inverse()
+        .map_or_else(|| DMatrix::zeros(TERMS, NODES), |inverse| inverse * rows.transpose())
+}
+
+/// The box through the figures at its nodes.
+fn fitted(
+    through: &DMatrix<f64>,
+    exact: &dyn Fn([f64; 3]) -> Option<[f64; FIGURES]>,
+) -> Option<Cell> {
+    let mut own: Cell = [[0.0; FIGURES]; TERMS];
+    for (node, place) in places().enumerate() {
+        let figures = exact(place)?;
+        for (term, factors) in own.iter_mut().enumerate() {
+            let share = through[(term, node)];
+            factors.iter_mut().zip(figures).for_each(|(sum, figure)| *sum += share * figure);
+        }
+    }
+    Some(own)
+}
+
+/// Whether a box says what the map says, in its corners and between.
+fn holds(
+    own: &Cell,
+    exact: &dyn Fn([f64; 3]) -> Option<[f64; FIGURES]>,
+    depth: &dyn Fn([f64; 3]) -> f64,
+) -> bool {
+    const TRIED: [[f64; 3]; 7] = [
+        [0.3, -0.3, 0.5],
+        [-0.97, 0.97, 0.97],
+        [0.97, 0.97, -0.97],
+        [-0.97, -0.97, -0.97],
+        [0.97, -0.97, 0.5],
+        [-0.8, 0.0, 0.0],
+        [0.0, 0.8, 0.0],
+    ];
+    TRIED.into_iter().all(|place| {
+        let Some(truth) = exact(place) else { return false };
+        let truth = Spread::of(&truth, depth(place));
+        let own = Spread::of(&on_widest(Tell(own, place)), depth(place));
+        let same = |a: f64, b: f64, scale: f64| a.is_nan() && b.is_nan() || (a - b).abs() <= scale;
+        let [xx, _, _, yy, _, zz] = truth.covariance;
+        // Of variances twice the share of deviations.
+        let scales = [xx * xx, xx * yy, xx * zz, yy * yy, yy * zz, zz * zz];
+        let variances = truth.covariance.into_iter().zip(own.covariance).zip(scales);
+        variances.into_iter().all(|((a, b), scale)| same(a, b, 2.0 * TOLERANCE * scale.sqrt()))
+            && same(
+                truth.residual_sigma,
+                own.residual_sigma,
+                TOLERANCE * truth.residual_sigma.abs(),
+            )
+    })
+}
+
+impl Spread {
+    /// From a box's figures, at this depth.
+    #[inline(always)]
+    fn of(figures: &[f64; FIGURES], depth: f64) -> Self {
+        let squared = depth * depth;
+        let [xx, xy, xz, yy, yz, zz, residual_sigma, _] = *figures;
+        let covariance = [xx, xy, xz, yy, yz, zz].map(|value| value * (squared * squared));
+        Self { covariance, residual_sigma }
+    }
+
+    /// The figures of a covariance; `None` where a coordinate is known without error, or not at all.
+    fn figures(
+        covariance: &Matrix3<f64>,
+        residual_sigma: f64,
+        nearness: f64,
+    ) -> Option<[f64; FIGURES]> {
+        let sound = covariance.iter().all(|value| value.is_finite())
+            && (0..3).all(|axis| covariance[(axis, axis)] > 0.0);
+        let by = nearness.powi(4);
+        let mut figures = [0.0; FIGURES];
+        for (place, figure) in super::LOWER.into_iter().zip(&mut figures) {
+            *figure = covariance[place] * by;
+        }
+        figures[6] = residual_sigma;
+        sound.then_some(figures)
+    }
+}

@@ -1,0 +1,142 @@
+use super::*;
+use crate::{
+    chart::{AnyChart, line_grid::LineGrid},
+    dataset::Dataset,
+    geometry::columns_of,
+    method::AnyMethod,
+    progress::Silent,
+    synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
+};
+
+fn world(name: &str, cameras: usize) -> (Rig, AnyChart, Dataset) {
+    let rig = Rig::named(name, cameras).unwrap();
+    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let views = Stage::default().views().unwrap();
+    let train = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 3), Some(400));
+    (rig, chart, train)
+}
+
+/// Enough points in a part of the space that patches and boxes are made.
+fn crowd(rig: &Rig, chart: &AnyChart, count: usize) -> Vec<Vec<Option<Pixel>>> {
+    let exam = random_correspondences(rig, chart, (80.0, 100.0), (Noise::Normal(0.1), 4), count);
+    exam.correspondences.into_iter().map(|row| row.pixels).collect()
+}
+
+fn borrowed(columns: &[[Vec<f64>; 2]]) -> PixelColumns<'_> {
+    PixelColumns::new(columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect())
+}
+
+/// The largest gap of points, in standard deviations; of standard deviations, as a share; of residuals,
+/// in pixels.
+fn gaps(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], places: &Places) -> [f64; 3] {
+    let mut gaps = [0.0_f64; 3];
+    for (index, row) in rows.iter().enumerate() {
+        let Some(exact) = map.locate(row) else {
+            assert!(places.point[0][index].is_nan() && places.covariance[0][index].is_nan());
+            continue;
+        };
+        for axis in 0..3 {
+            let sigma = exact.covariance[(axis, axis)].sqrt();
+            gaps[0] = gaps[0].max((places.point[axis][index] - exact.point[axis]).abs() / sigma);
+            let own = places.covariance[[0, 3, 5][axis]][index].sqrt();
+            gaps[1] = gaps[1].max((own / sigma - 1.0).abs());
+        }
+        for (own, exact) in [
+            (places.residual[index], exact.residual),
+            (places.residual_sigma[index], exact.residual_sigma),
+        ] {
+            assert_eq!(own.is_nan(), exact.is_nan());
+            gaps[2] = if exact.is_nan() { gaps[2] } else { gaps[2].max((own - exact).abs()) };
+        }
+    }
+    gaps
+}
+
+#[test]
+fn many_points_are_where_each_is_by_itself() {
+    for (method, preset, rig, cameras) in [
+        ("dlt", "default", "paper", 2),
+        ("brown", "default", "paper", 3),
+        ("kannala-brandt", "default", "fisheye", 2),
+        ("soloff", "default", "water", 2),
+        ("neural-camera", "default", "water", 2),
+        ("network", "paper", "paper", 2),
+        ("interpolation", "default", "paper", 2),
+    ] {
+        let (rig, chart, train) = world(rig, cameras);
+        let mut fitting = AnyMethod::named(method).unwrap().preset(preset).unwrap();
+        if let AnyMethod::Network(network) = &mut fitting
+            && let crate::method::network::Training::Backpropagation(training) =
+                &mut network.training
+        {
+            training.epochs = 200;
+        }
+        let fit = fitting.fit_checked(&train, 0, &Silent).unwrap();
+        let map = &*fit.reconstructor;
+        let rows = crowd(&rig, &chart, 6000);
+        let columns = columns_of(&rows, cameras);
+        let mut locator = Locator::new(map, None);
+        let places = locator.locate(&borrowed(&columns));
+        let [point, sigma, residual] = gaps(map, &rows[..1500], &places);
+        assert!(point < 2e-3, "{method}: {point} standard deviations");
+        assert!(sigma < 0.01, "{method}: {sigma} of a standard deviation");
+        assert!(residual < 1e-3, "{method}: {residual} pixels");
+        // What was made for them serves the next, bit for bit.
+        assert!(locator.locate(&borrowed(&columns)).point == places.point, "{method}");
+    }
+}
+
+#[test]
+fn what_is_far_off_or_not_seen_is_as_the_map_has_it() {
+    let (rig, chart, train) = world("paper", 3);
+    let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    let map = &*fit.reconstructor;
+    let mut rows = crowd(&rig, &chart, 3000);
+    for (index, row) in rows.iter_mut().enumerate() {
+        match index % 5 {
+            0 => row[index % 3] = None,
+            1 => (row[0], row[1]) = (None, None),
+            2 => row[1] = row[1].map(|pixel| Pixel::new(pixel.x + 30.0, pixel.y - 50.0)),
+            3 => row.iter_mut().flatten().for_each(|pixel| *pixel *= 1e6),
+            _ => {}
+        }
+    }
+    let columns = columns_of(&rows, 3);
+    let volume = Volume::of(&train);
+    let places = Locator::new(map, Some(&volume)).locate(&borrowed(&columns));
+    let [point, sigma, residual] = gaps(map, &rows, &places);
+    assert!(point < 2e-3 && sigma < 0.01 && residual < 1e-3, "{point} {sigma} {residual}");
+    for (row, trust) in rows.iter().zip(&places.trust) {
+        assert_eq!(*trust, volume.trust(row));
+    }
+    // Too few for anything to be made: the map's own bits.
+    let few = columns_of(&rows[4..9], 3);
+    let places = Locator::new(map, None).locate(&borrowed(&few));
+    let exact = map.locate(&rows[4]).unwrap();
+    assert_eq!([0, 1, 2].map(|axis| places.point[axis][0]), <[f64; 3]>::from(exact.point));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let (rig, chart, train) = world("paper", 2);
+    let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    let columns = columns_of(&crowd(&rig, &chart, 9000), 2);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Locator::new(&*fit.reconstructor, None).locate(&borrowed(&columns)))
+    };
+    assert!(with(1) == with(3));
+}
+
+#[test]
+fn points_alone_are_those_with_error_bars() {
+    let (rig, chart, train) = world("paper", 2);
+    let fit = AnyMethod::named("dlt").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    let columns = columns_of(&crowd(&rig, &chart, 3000), 2);
+    let whole = Locator::new(&*fit.reconstructor, None).locate(&borrowed(&columns));
+    let alone = Locator::new(&*fit.reconstructor, None).points_only().locate(&borrowed(&columns));
+    assert!(alone.residual.is_empty() && alone.covariance[0].is_empty());
+    for (a, b) in whole.point.iter().flatten().zip(alone.point.iter().flatten()) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+}

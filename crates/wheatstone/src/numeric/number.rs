@@ -1,0 +1,124 @@
+//! Formulas that are written once, for one number and for a register full of them.
+
+use super::simd::Simd;
+use std::ops::{Add, Div, Mul, Sub};
+
+/// What a formula computes with. Both kinds give the same bits: nothing is fused, and every number of a
+/// register goes its own way.
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// The same value in all places.
+    fn all(self, value: f64) -> Self;
+
+    /// The larger of two; the other one where this is not a number.
+    fn or_larger(self, other: Self) -> Self;
+
+    /// 0 where it lies between two numbers, and not a number elsewhere.
+    fn held(self, least: f64, most: f64) -> Self;
+
+    /// The square root.
+    fn root(self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn all(self, value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn or_larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn held(self, least: f64, most: f64) -> Self {
+        if self > least && self < most { 0.0 } else { Self::NAN }
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// A register full of doubles.
+#[derive(Clone, Copy)]
+pub(crate) struct Doubles<S: Simd>(pub(crate) S, pub(crate) S::f64s);
+
+impl<S: Simd> Add for Doubles<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0, self.0.add_f64s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Sub for Doubles<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0, self.0.sub_f64s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Mul for Doubles<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0, self.0.mul_f64s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Div for Doubles<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self(self.0, self.0.div_f64s(self.1, other.1))
+    }
+}
+
+impl<S: Simd> Number for Doubles<S> {
+    #[inline(always)]
+    fn all(self, value: f64) -> Self {
+        Self(self.0, self.0.splat_f64s(value))
+    }
+
+    #[inline(always)]
+    fn or_larger(self, other: Self) -> Self {
+        let larger = self.0.greater_than_f64s(self.1, other.1);
+        Self(self.0, self.0.select_f64s(larger, self.1, other.1))
+    }
+
+    #[inline(always)]
+    fn held(self, least: f64, most: f64) -> Self {
+        let simd = self.0;
+        let above = simd.greater_than_f64s(self.1, simd.splat_f64s(least));
+        let below = simd.less_than_f64s(self.1, simd.splat_f64s(most));
+        let held = simd.and_m64s(above, below);
+        let (yes, no) = (simd.splat_f64s(0.0), simd.splat_f64s(f64::NAN));
+        Self(simd, simd.select_f64s(held, yes, no))
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        Self(self.0, self.0.sqrt_f64s(self.1))
+    }
+}
+
+/// Registers full of a slice's numbers; what does not fill one is left off.
+#[inline(always)]
+pub(crate) fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {
+    S::as_simd_f64s(values).0
+}
+
+/// As [`registers`].
+#[inline(always)]
+pub(crate) fn registers_mut<S: Simd>(values: &mut [f64]) -> &mut [S::f64s] {
+    S::as_mut_simd_f64s(values).0
+}
