@@ -85,9 +85,17 @@ impl Wanted {
     }
 }
 
-/// What came of some points.
-struct Part {
-    places: Places,
+/// Where the figures of some points go.
+struct Slots<'p> {
+    point: [&'p mut [f64]; 3],
+    covariance: [&'p mut [f64]; 6],
+    residual: &'p mut [f64],
+    residual_sigma: &'p mut [f64],
+    trust: &'p mut [Trust],
+}
+
+/// What is still to be done for some points.
+struct Rest {
     /// Points that the map itself must locate.
     open: Vec<usize>,
     /// What would help, and how many points it would help.
@@ -123,36 +131,39 @@ impl<'a> Locator<'a> {
     /// Locates points, in parallel.
     #[must_use]
     pub fn locate(&mut self, pixels: &PixelColumns) -> Places {
-        let count = pixels.points();
-        let range = |task: usize| task * TASK..count.min((task + 1) * TASK);
-        let tasks: Vec<usize> = (0..count.div_ceil(TASK)).collect();
-        let run = |own: &Self, tasks: &[usize]| -> Vec<Part> {
-            tasks.par_iter().map(|task| own.part(&pixels.part(range(*task)))).collect()
-        };
-        let mut parts = run(self, &tasks);
-        // Patches first, then boxes, for which points must be known.
-        for _ in 0..2 {
-            if !self.make(&parts) {
-                break;
-            }
-            let helped: Vec<usize> =
-                tasks.iter().copied().filter(|task| !parts[*task].wanted.is_empty()).collect();
-            for (task, part) in helped.iter().zip(run(self, &helped)) {
-                parts[*task] = part;
-            }
-        }
-        let finish = |(task, part): (usize, Part)| self.finished(part, &pixels.part(range(task)));
-        let parts: Vec<Places> = parts.into_par_iter().enumerate().map(finish).collect();
         let mut places = Places::default();
-        places.reserve(count, self);
-        parts.iter().for_each(|part| places.extend(part));
+        self.locate_into(pixels, &mut places);
         places
     }
 
+    /// [`Locator::locate`] into columns that are there already: whoever locates again and again spares
+    /// the memory.
+    pub fn locate_into(&mut self, pixels: &PixelColumns, places: &mut Places) {
+        let count = pixels.points();
+        places.resize(count, self.with_covariance, self.volume.is_some());
+        let range = |task: usize| task * TASK..count.min((task + 1) * TASK);
+        let mut slots = places.slots(count.div_ceil(TASK));
+        let run =
+            |own: &Self, task: usize, slots: &mut Slots| own.part(&pixels.part(range(task)), slots);
+        let mut rests: Vec<Rest> =
+            slots.par_iter_mut().enumerate().map(|(task, slots)| run(self, task, slots)).collect();
+        // Patches first, then boxes, for which points must be known.
+        for _ in 0..2 {
+            if !self.make(&rests) {
+                break;
+            }
+            let each = slots.par_iter_mut().zip(&mut rests).enumerate();
+            each.filter(|(_, (_, rest))| !rest.wanted.is_empty())
+                .for_each(|(task, (slots, rest))| *rest = run(self, task, slots));
+        }
+        let each = slots.into_par_iter().zip(rests).enumerate();
+        each.for_each(|(task, (slots, rest))| self.finish(rest, &pixels.part(range(task)), slots));
+    }
+
     /// Makes what it pays to make; whether there was anything.
-    fn make(&mut self, parts: &[Part]) -> bool {
+    fn make(&mut self, rests: &[Rest]) -> bool {
         let mut wanted: BTreeMap<Wanted, u32> = BTreeMap::new();
-        for (what, points) in parts.iter().flat_map(|part| &part.wanted) {
+        for (what, points) in rests.iter().flat_map(|rest| &rest.wanted) {
             *wanted.entry(*what).or_default() += points;
         }
         let wanted: Vec<Wanted> = wanted
@@ -206,10 +217,8 @@ impl<'a> Locator<'a> {
     }
 
     /// Some points, as far as what is made tells.
-    fn part(&self, pixels: &PixelColumns) -> Part {
+    fn part(&self, pixels: &PixelColumns, slots: &mut Slots) -> Rest {
         let (count, full) = (pixels.points(), self.with_covariance);
-        let mut part =
-            Part { places: Places::default(), open: Vec::new(), wanted: BTreeMap::new() };
         let Met { mut point, mut residual, mut nearness } = match &self.map.base {
             Some(rig) => rig.meet(pixels),
             None => Met::none(count),
@@ -224,43 +233,42 @@ impl<'a> Locator<'a> {
             has_residual = self.map.witness.is_some();
             if let (Some(witness), true) = (&self.map.witness, full) {
                 Met { residual, nearness, .. } = witness.meet(pixels);
-                is_met
-                    .iter_mut()
-                    .zip(&residual)
-                    .for_each(|(met, miss)| *met &= *miss <= MOST_RESIDUAL);
+                let known = is_met.iter_mut().zip(&residual);
+                known.for_each(|(met, miss)| *met &= *miss <= MOST_RESIDUAL);
             }
         }
-        part.places.point = point;
+        for (slot, column) in slots.point.iter_mut().zip(&point) {
+            slot.copy_from_slice(column);
+        }
         if full {
-            if !has_residual {
-                residual.fill(f64::NAN);
+            if has_residual {
+                slots.residual.copy_from_slice(&residual);
+            } else {
+                slots.residual.fill(f64::NAN);
             }
-            part.places.residual = residual;
-            self.spread(pixels, &nearness, &mut part.places);
+            self.spread(pixels, &nearness, slots);
         }
+        let mut rest = Rest { open: Vec::new(), wanted: BTreeMap::new() };
         for (index, met) in is_met.into_iter().enumerate() {
-            let known = !full || part.places.covariance[0][index].is_finite();
+            let known = !full || slots.covariance[0][index].is_finite();
             if !met || !known {
-                part.open.push(index);
-                self.ask(&mut part.wanted, pixels.point(index), (met, nearness[index]));
+                rest.open.push(index);
+                self.ask(&mut rest.wanted, pixels.point(index), (met, nearness[index]));
             }
         }
-        part
+        rest
     }
 
     /// How sure points are.
-    fn spread(&self, pixels: &PixelColumns, nearness: &[f64], places: &mut Places) {
-        let count = pixels.points();
+    fn spread(&self, pixels: &PixelColumns, nearness: &[f64], slots: &mut Slots) {
         let constant = self.map.learned.as_ref().and_then(|learned| learned.covariance);
-        if let Some(covariance) = constant {
-            places.covariance = LOWER.map(|place| vec![covariance[place]; count]);
-            places.residual_sigma = vec![f64::NAN; count];
-            return;
+        slots.residual_sigma.fill(f64::NAN);
+        for (column, place) in slots.covariance.iter_mut().zip(LOWER) {
+            column.fill(constant.map_or(f64::NAN, |covariance| covariance[place]));
         }
-        places.covariance = LOWER.map(|_| vec![f64::NAN; count]);
-        places.residual_sigma = vec![f64::NAN; count];
-        if let (Some(spreads), Some([x, y])) = (&self.spreads, pixels.cameras().first()) {
-            spreads.columns([*x, *y, nearness], &mut places.covariance, &mut places.residual_sigma);
+        let first = pixels.cameras().first();
+        if let (None, Some(spreads), Some([x, y])) = (constant, &self.spreads, first) {
+            spreads.columns([*x, *y, nearness], &mut slots.covariance, slots.residual_sigma);
         }
     }
 
@@ -292,16 +300,14 @@ impl<'a> Locator<'a> {
     }
 
     /// What is still open by the map itself, and trust.
-    fn finished(&self, part: Part, pixels: &PixelColumns) -> Places {
-        let Part { mut places, open, .. } = part;
-        for index in open {
+    fn finish(&self, rest: Rest, pixels: &PixelColumns, mut slots: Slots) {
+        for index in rest.open {
             let row: Vec<_> = pixels.point(index).collect();
-            places.put(index, self.map.reconstructor.locate(&row).as_ref());
+            slots.put(index, self.map.reconstructor.locate(&row).as_ref());
         }
         if let Some(volume) = self.volume {
-            places.trust = volume.trust_columns(pixels);
+            slots.trust.copy_from_slice(&volume.trust_columns(pixels));
         }
-        places
     }
 }
 
@@ -321,7 +327,7 @@ impl<'a> Map<'a> {
 /// Where the six numbers of a covariance stand in it.
 const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-impl Places {
+impl Slots<'_> {
     /// Puts what the map said of a point.
     fn put(&mut self, index: usize, found: Option<&Located>) {
         let none = Located {
@@ -343,26 +349,39 @@ impl Places {
         self.residual[index] = found.residual;
         self.residual_sigma[index] = found.residual_sigma;
     }
+}
 
-    fn reserve(&mut self, count: usize, locator: &Locator) {
-        self.point.iter_mut().for_each(|column| column.reserve_exact(count));
-        if locator.with_covariance {
-            let figures = self.covariance.iter_mut();
-            let figures = figures.chain([&mut self.residual, &mut self.residual_sigma]);
-            figures.for_each(|column| column.reserve_exact(count));
-        }
-        if locator.volume.is_some() {
-            self.trust.reserve_exact(count);
-        }
+impl Places {
+    /// Makes room for so many points; what is in it is anything.
+    fn resize(&mut self, count: usize, with_covariance: bool, with_trust: bool) {
+        let figures = if with_covariance { count } else { 0 };
+        self.point.iter_mut().for_each(|column| column.resize(count, 0.0));
+        self.covariance.iter_mut().for_each(|column| column.resize(figures, 0.0));
+        self.residual.resize(figures, 0.0);
+        self.residual_sigma.resize(figures, 0.0);
+        self.trust.resize(if with_trust { count } else { 0 }, Trust::Outside);
     }
 
-    fn extend(&mut self, other: &Self) {
-        let own = self.point.iter_mut().chain(&mut self.covariance);
-        let own = own.chain([&mut self.residual, &mut self.residual_sigma]);
-        let others = other.point.iter().chain(&other.covariance);
-        let others = others.chain([&other.residual, &other.residual_sigma]);
-        own.zip(others).for_each(|(own, other)| own.extend_from_slice(other));
-        self.trust.extend_from_slice(&other.trust);
+    /// Where each of so many tasks puts its figures.
+    fn slots(&mut self, tasks: usize) -> Vec<Slots<'_>> {
+        fn next<'p, T>(left: &mut &'p mut [T]) -> &'p mut [T] {
+            let (own, others) = std::mem::take(left).split_at_mut(TASK.min(left.len()));
+            *left = others;
+            own
+        }
+        let mut point = self.point.each_mut().map(Vec::as_mut_slice);
+        let mut covariance = self.covariance.each_mut().map(Vec::as_mut_slice);
+        let (mut residual, mut sigma) = (&mut self.residual[..], &mut self.residual_sigma[..]);
+        let mut trust = &mut self.trust[..];
+        (0..tasks)
+            .map(|_| Slots {
+                point: point.each_mut().map(next),
+                covariance: covariance.each_mut().map(next),
+                residual: next(&mut residual),
+                residual_sigma: next(&mut sigma),
+                trust: next(&mut trust),
+            })
+            .collect()
     }
 }
 

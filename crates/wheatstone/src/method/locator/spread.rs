@@ -44,29 +44,12 @@ const FIGURES: usize = 8;
 const ACROSS: usize = 5;
 const DEEP: usize = 3;
 
-/// Figures worked out for a box.
+/// Figures worked out for a box, and as many terms: what noise does over a picture asks for the fourth degree,
+/// and boxes of half the width were no better with the second.
 pub(super) const NODES: usize = ACROSS * ACROSS * DEEP;
 
-/// Terms of the polynomial through them: of fourth degree altogether, which what noise does over a picture
-/// asks for, and of second in the nearness. With the second in all, boxes of half the width were no better.
-const TERMS: usize = 31;
-
-/// Powers of x, y and nearness, a term each.
-const POWERS: [[usize; 3]; TERMS] = {
-    let (mut powers, mut place, mut term) = ([[0; 3]; TERMS], 0, 0);
-    while place < NODES {
-        let own = [place % ACROSS, place / ACROSS % ACROSS, place / (ACROSS * ACROSS)];
-        if own[0] + own[1] + own[2] < ACROSS {
-            powers[term] = own;
-            term += 1;
-        }
-        place += 1;
-    }
-    powers
-};
-
-/// One box: the figures' factors of each term.
-type Cell = [[f64; FIGURES]; TERMS];
+/// One box: the figures' factors of each term, by the powers of x, then y, then nearness.
+type Cell = [[f64; FIGURES]; NODES];
 
 /// Boxes of a map.
 pub(super) struct Spreads {
@@ -76,7 +59,7 @@ pub(super) struct Spreads {
     index: Vec<u32>,
     boxes: Vec<Cell>,
     /// From figures at the nodes to factors of the terms.
-    through: DMatrix<f64>,
+    through: Option<DMatrix<f64>>,
 }
 
 /// A point in its box.
@@ -103,7 +86,7 @@ const FIRST: u64 = (1023 << OCTAVE_BITS) - LAYERS as u64 / 2;
 impl Spreads {
     pub(super) fn new(first: &PlacedCamera) -> Self {
         let exponent = libm::floor(libm::log2(f64::max(WIDTH * first.focal, 1.0)));
-        let none = [[f64::NAN; FIGURES]; TERMS];
+        let none = [[f64::NAN; FIGURES]; NODES];
         Self {
             density: 1.0 / libm::exp2(exponent),
             index: vec![0; SIDE * SIDE * LAYERS],
@@ -133,7 +116,7 @@ impl Spreads {
     pub(super) fn columns(
         &self,
         points: [&[f64]; 3],
-        covariance: &mut [Vec<f64>; 6],
+        covariance: &mut [&mut [f64]; 6],
         residual_sigma: &mut [f64],
     ) {
         on_widest(Telling { spreads: self, points, covariance, residual_sigma });
@@ -176,7 +159,8 @@ impl Spreads {
             Spread::figures(&found.covariance, found.residual_sigma, nearness)
         };
         let depth = |within: [f64; 3]| 1.0 / self.seen(slot as usize, within).1;
-        let made = fitted(&self.through, &exact).filter(|own| holds(own, &exact, &depth));
+        let made = self.through.as_ref().and_then(|through| fitted(through, &exact));
+        let made = made.filter(|own| holds(own, &exact, &depth));
         Made(made.map(Box::new))
     }
 
@@ -192,14 +176,14 @@ impl Spreads {
 }
 
 /// One run through columns.
-struct Telling<'a, 'b> {
+struct Telling<'a, 'b, 'c> {
     spreads: &'a Spreads,
     points: [&'a [f64]; 3],
-    covariance: &'b mut [Vec<f64>; 6],
+    covariance: &'b mut [&'c mut [f64]; 6],
     residual_sigma: &'b mut [f64],
 }
 
-impl WithSimd for Telling<'_, '_> {
+impl WithSimd for Telling<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -220,34 +204,26 @@ impl WithSimd for Telling<'_, '_> {
 /// A box, where there can be one.
 pub(super) struct Made(Option<Box<Cell>>);
 
-/// The terms at a place of a box.
-#[inline(always)]
-fn terms(place: [f64; 3]) -> [f64; TERMS] {
-    let mut powers = [[1.0; ACROSS]; 3];
-    for (powers, value) in powers.iter_mut().zip(place) {
-        for k in 1..ACROSS {
-            powers[k] = powers[k - 1] * value;
-        }
-    }
-    let mut terms = [0.0; TERMS];
-    for (term, [x, y, near]) in terms.iter_mut().zip(POWERS) {
-        *term = powers[0][x] * powers[1][y] * powers[2][near];
-    }
-    terms
-}
-
 /// The figures at a place of a box.
 #[inline(always)]
-fn told<S: Simd>(simd: S, own: &Cell, place: [f64; 3]) -> [f64; FIGURES] {
-    let (terms, mut figures) = (terms(place), [0.0; FIGURES]);
+fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64; FIGURES] {
+    let mut figures = [0.0; FIGURES];
+    let [x, y, near] = [simd.splat_f64s(x), simd.splat_f64s(y), simd.splat_f64s(near)];
     for (k, figure) in registers_mut::<S>(&mut figures).iter_mut().enumerate() {
-        // Two sums, so that one does not wait for the other.
-        let mut sums = [simd.splat_f64s(0.0); 2];
-        for (index, (factors, term)) in own.iter().zip(terms).enumerate() {
-            let product = simd.mul_f64s(registers::<S>(factors)[k], simd.splat_f64s(term));
-            sums[index % 2] = simd.add_f64s(sums[index % 2], product);
+        let mut deep = simd.splat_f64s(0.0);
+        for layer in own.chunks_exact(ACROSS * ACROSS).rev() {
+            let mut across = simd.splat_f64s(0.0);
+            for row in layer.chunks_exact(ACROSS).rev() {
+                let mut along = simd.splat_f64s(0.0);
+                for factors in row.iter().rev() {
+                    let factor = registers::<S>(factors)[k];
+                    along = simd.add_f64s(simd.mul_f64s(along, x), factor);
+                }
+                across = simd.add_f64s(simd.mul_f64s(across, y), along);
+            }
+            deep = simd.add_f64s(simd.mul_f64s(deep, near), across);
         }
-        *figure = simd.add_f64s(sums[0], sums[1]);
+        *figure = deep;
     }
     figures
 }
@@ -277,14 +253,16 @@ fn places() -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// From figures at the nodes to factors of the terms, by least squares.
-fn through() -> DMatrix<f64> {
-    let rows: Vec<f64> = places().flat_map(terms).collect();
-    let rows = DMatrix::from_row_slice(NODES, TERMS, &rows);
-    let normal = rows.transpose() * &rows;
-    normal
-        .try_inverse()
-        .map_or_else(|| DMatrix::zeros(TERMS, NODES), |inverse| inverse * rows.transpose())
+/// From figures at the nodes to factors of the terms.
+fn through() -> Option<DMatrix<f64>> {
+    let powers = |place: [f64; 3]| {
+        (0..NODES).map(move |term| {
+            let (x, y, near) = (term % ACROSS, term / ACROSS % ACROSS, term / (ACROSS * ACROSS));
+            place[0].powi(x as i32) * place[1].powi(y as i32) * place[2].powi(near as i32)
+        })
+    };
+    let rows: Vec<f64> = places().flat_map(powers).collect();
+    DMatrix::from_row_slice(NODES, NODES, &rows).try_inverse()
 }
 
 /// The box through the figures at its nodes.
@@ -292,7 +270,7 @@ fn fitted(
     through: &DMatrix<f64>,
     exact: &dyn Fn([f64; 3]) -> Option<[f64; FIGURES]>,
 ) -> Option<Cell> {
-    let mut own: Cell = [[0.0; FIGURES]; TERMS];
+    let mut own: Cell = [[0.0; FIGURES]; NODES];
     for (node, place) in places().enumerate() {
         let figures = exact(place)?;
         for (term, factors) in own.iter_mut().enumerate() {
