@@ -9,13 +9,26 @@ pub(super) fn push_number(out: &mut Vec<u8>, value: f64) {
     if (1e-5..1e15).contains(&value.abs()) {
         let mut buffer = zmij::Buffer::new();
         let text = buffer.format_finite(value);
-        out.extend(text.strip_suffix(".0").unwrap_or(text).as_bytes());
-    } else if value == 0.0 {
-        out.extend(if value.is_sign_negative() { &b"-0"[..] } else { b"0" });
-    } else {
-        // A vector takes all that is written to it.
-        let _ = write!(out, "{value}");
+        if !may_be_halfway(value, text) {
+            return out.extend(text.strip_suffix(".0").unwrap_or(text).as_bytes());
+        }
     }
+    // A vector takes all that is written to it.
+    let _ = write!(out, "{value}");
+}
+
+/// Whether a number may lie halfway between its digits and their neighbours. `Display` then rounds away from
+/// zero and others to even; numbers that were single precision do so often.
+fn may_be_halfway(value: f64, text: &str) -> bool {
+    // With fewer digits than 15 they are the number's own.
+    const LEAST: usize = 16;
+    if text.len() < LEAST {
+        return false;
+    }
+    let decimals = text.bytes().rev().position(|byte| byte == b'.').unwrap_or(0);
+    // Halves of the last digit are whole multiples of this power of two, and scaling by it is exact.
+    let scaled = value * f64::from(1_u32 << (decimals + 1).min(31));
+    scaled == scaled.trunc()
 }
 
 #[cfg(test)]
@@ -35,6 +48,8 @@ mod tests {
             numbers.extend((1..100).map(|whole| unit * f64::from(whole)));
             numbers.extend([unit.next_down(), unit.next_up(), -unit]);
         }
+        numbers.extend((0..200_000).map(|_| f64::from(random.uniform(0.0, 2000.0) as f32)));
+        numbers.extend((0..100_000).map(|_| f64::from(random.uniform(0.0, 2.0) as f32)));
         numbers.extend([0.0, -0.0, f64::INFINITY, f64::NAN, f64::MIN_POSITIVE, f64::MAX]);
         for number in numbers {
             let mut out = Vec::new();
