@@ -69,7 +69,7 @@ impl Spelled {
         });
         let tasks: Vec<_> = ranges.into_iter().zip(begin_lines).collect();
         let read = tasks.into_par_iter().map(|((begin, end), line)| {
-            Reading { table: &table, text: &text, quotes: false }.part(begin, end, line)
+            Reading::new(&table, &text[begin..end]).part(&text[..end], begin, line)
         });
         let read: Vec<Result<Part>> = read.collect();
         *line += lines.iter().sum::<u64>();
@@ -216,28 +216,30 @@ fn parts(text: &str, delimiter: u8) -> Vec<(usize, usize)> {
 /// How a part of a block is read.
 struct Reading<'a> {
     table: &'a Table,
-    text: &'a str,
+    /// Which number of the cameras each column is.
+    slots: Vec<Option<usize>>,
     /// Whether there are quotes in it.
     quotes: bool,
 }
 
-impl Reading<'_> {
-    /// Reads the rows between two places, which begin in this line.
-    fn part(mut self, begin: usize, end: usize, mut line: u64) -> Result<Part> {
-        let pixels = &self.table.layout.pixels;
-        // Which number each column is.
-        let mut slots = vec![None; self.table.header.len()];
-        for (slot, column) in pixels.iter().flatten().enumerate() {
+impl<'a> Reading<'a> {
+    fn new(table: &'a Table, part: &str) -> Self {
+        let mut slots = vec![None; table.header.len()];
+        for (slot, column) in table.layout.pixels.iter().flatten().enumerate() {
             slots[*column] = Some(slot);
         }
-        self.quotes = memchr(b'"', &self.text.as_bytes()[begin..end]).is_some();
+        Self { table, slots, quotes: memchr(b'"', part.as_bytes()).is_some() }
+    }
+
+    /// Reads the rows from a place on, which begin in this line.
+    fn part(&self, text: &str, begin: usize, mut line: u64) -> Result<Part> {
         // Rows are rarely shorter than this.
-        let room = (end - begin) / 32;
+        let room = (text.len() - begin) / 32;
+        let axes = 2 * self.table.layout.pixels.len();
         let mut part = Part {
             rows: Vec::with_capacity(room),
-            pixels: vec![Vec::with_capacity(room); 2 * pixels.len()],
+            pixels: (0..axes).map(|_| Vec::with_capacity(room)).collect(),
         };
-        let text = &self.text[..end];
         let mut at = begin;
         while let Some(byte) = text.as_bytes().get(at) {
             if matches!(byte, b'\n' | b'\r') {
@@ -245,7 +247,7 @@ impl Reading<'_> {
                 at += 1;
                 continue;
             }
-            let row = self.row(text, at, line, &slots, &mut part.pixels)?;
+            let row = self.row(text, at, line, &mut part.pixels)?;
             part.rows.push(row);
             if self.quotes {
                 line += memchr_iter(b'\n', &text.as_bytes()[at..row.end]).count() as u64;
@@ -256,14 +258,7 @@ impl Reading<'_> {
     }
 
     /// Reads a row.
-    fn row(
-        &self,
-        text: &str,
-        begin: usize,
-        line: u64,
-        slots: &[Option<usize>],
-        pixels: &mut [Vec<f64>],
-    ) -> Result<Row> {
+    fn row(&self, text: &str, begin: usize, line: u64, pixels: &mut [Vec<f64>]) -> Result<Row> {
         let (bytes, delimiter) = (text.as_bytes(), self.table.delimiter);
         let (mut at, mut index, mut plain, mut sound) = (begin, 0, true, true);
         let end = loop {
@@ -272,7 +267,7 @@ impl Reading<'_> {
             let bare = |place: usize| (b'#'..0x7F).contains(&bytes[place]);
             let clean = at == end || (bare(at) && bare(end - 1));
             plain &= clean || (cell(text, at, end).len() == end - at && bytes[at] != b'"');
-            if let Some(slot) = slots.get(index).copied().flatten() {
+            if let Some(slot) = self.slots.get(index).copied().flatten() {
                 let value = if clean { value(&text[at..end]) } else { value(&cell(text, at, end)) };
                 sound &= value.is_some();
                 pixels[slot].push(value.unwrap_or(f64::NAN));
@@ -283,8 +278,8 @@ impl Reading<'_> {
             }
             at = end + 1;
         };
-        if index != slots.len() {
-            let lengths = (index as u64, slots.len() as u64);
+        if index != self.slots.len() {
+            let lengths = (index as u64, self.slots.len() as u64);
             return Err(faults::unequal(&self.table.path, Some(line), lengths.0, lengths.1));
         }
         for pair in pixels.chunks_exact(2) {
