@@ -1,49 +1,43 @@
 //! Tables that pass through a verb: rows in, rows with more columns out, as text or Parquet by the file's
-//! extension, some at a time.
+//! extension, some at a time. Reading and writing have a thread each, beside that of the verb.
 
 use crate::failure::{Failure, Outcome};
 use std::{
-    io::{BufWriter, Write},
-    path::Path,
+    io::Write,
+    path::{Path, PathBuf},
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread::JoinHandle,
 };
 use wheatstone::{
     Error,
     dataset::points_file::{
-        Column, Columns, ColumnsReader, ColumnsWriter, PointsReader, is_parquet,
+        Cells, Column, Columns, ColumnsReader, ColumnsWriter, Rows, TextReader, header_line,
+        is_parquet,
     },
-    geometry::Pixel,
     storage::Output,
 };
 
+/// Parts of a table that wait between two threads: enough that neither waits for the other's slower ones.
+const WAITING: usize = 2;
+
 /// Where rows come from.
-pub(crate) enum Rows {
-    Text { reader: Box<PointsReader>, records: Vec<csv::StringRecord> },
+pub(crate) enum Input {
+    Text(TextReader),
     Parquet(Box<ColumnsReader>),
 }
 
-/// Some rows: their pixels, a camera each, and all that they hold.
-pub(crate) struct Chunk<'a> {
-    pub(crate) pixels: Vec<Vec<Option<Pixel>>>,
-    held: Held<'a>,
-}
-
-enum Held<'a> {
-    Records(&'a PointsReader, &'a [csv::StringRecord]),
-    Columns(Columns),
-}
-
-impl Rows {
-    /// Of a file, or standard input for `-`.
-    pub(crate) fn open(path: &Path) -> Outcome<Self> {
+impl Input {
+    /// Of a file, or standard input for `-`, from where rows are passed on as they come if `prompt`.
+    pub(crate) fn open(path: &Path, prompt: bool) -> Outcome<Self> {
         if is_parquet(path) {
             return Ok(Self::Parquet(Box::new(ColumnsReader::open(path)?)));
         }
-        Ok(Self::Text { reader: Box::new(PointsReader::open(path)?), records: Vec::new() })
+        Ok(Self::Text(TextReader::open(path, prompt)?))
     }
 
     pub(crate) fn cameras(&self) -> usize {
         match self {
-            Self::Text { reader, .. } => reader.cameras(),
+            Self::Text(reader) => reader.cameras(),
             Self::Parquet(reader) => reader.cameras(),
         }
     }
@@ -51,7 +45,7 @@ impl Rows {
     /// The columns' names.
     pub(crate) fn names(&self) -> Vec<String> {
         match self {
-            Self::Text { reader, .. } => reader.header().iter().map(str::to_owned).collect(),
+            Self::Text(reader) => reader.names().map(str::to_owned).collect(),
             Self::Parquet(reader) => reader.names().map(str::to_owned).collect(),
         }
     }
@@ -59,171 +53,139 @@ impl Rows {
     /// The character between cells that suits the input.
     pub(crate) fn delimiter(&self) -> u8 {
         match self {
-            Self::Text { reader, .. } => reader.delimiter(),
+            Self::Text(reader) => reader.delimiter(),
             Self::Parquet(_) => b',',
         }
     }
 
-    /// The next rows, at most so many; none at the end.
-    pub(crate) fn next(&mut self, most: usize) -> Outcome<Option<Chunk<'_>>> {
-        match self {
-            Self::Parquet(reader) => {
-                let Some(columns) = reader.next(most)? else { return Ok(None) };
-                let pixels = reader.pixels(&columns)?;
-                Ok(Some(Chunk { pixels, held: Held::Columns(columns) }))
-            }
-            Self::Text { reader, records } => {
-                records.resize_with(most, csv::StringRecord::new);
-                let mut pixels = Vec::with_capacity(most);
-                for record in records.iter_mut() {
-                    if !reader.next(record)? {
-                        break;
-                    }
-                    pixels.push(reader.pixels(record)?);
+    /// Reads in a thread of its own, which ends with the rows, with the first error, or when nobody
+    /// listens any more. It is not waited for: it may itself wait for a producer.
+    pub(crate) fn start(mut self) -> Receiver<Outcome<Rows>> {
+        let (sender, rows) = sync_channel(WAITING);
+        std::thread::spawn(move || {
+            while let Some(next) = self.next().transpose() {
+                let failed = next.is_err();
+                if sender.send(next).is_err() || failed {
+                    break;
                 }
-                let held = Held::Records(reader, &records[..pixels.len()]);
-                Ok((!pixels.is_empty()).then_some(Chunk { pixels, held }))
             }
-        }
-    }
-}
-
-impl Chunk<'_> {
-    /// The cells of a row as text.
-    fn cells(&self, row: usize) -> Vec<String> {
-        match &self.held {
-            Held::Records(_, records) => records[row].iter().map(str::to_owned).collect(),
-            Held::Columns(held) => held.columns.iter().map(|(_, c)| c.text(row)).collect(),
-        }
+        });
+        rows
     }
 
-    /// All by column: of text, pixels and places are numbers and all else is text.
-    fn columns(self, names: &[String]) -> Outcome<Columns> {
-        let (reader, records) = match self.held {
-            Held::Columns(held) => return Ok(held),
-            Held::Records(reader, records) => (reader, records),
-        };
-        let mut columns = Vec::with_capacity(names.len());
-        for (index, name) in names.iter().enumerate() {
-            let column = if reader.is_number(index) {
-                let cells = records.iter().map(|record| reader.cell(record, index));
-                Column::Numbers(cells.collect::<wheatstone::Result<_>>()?)
-            } else {
-                let text = |record: &csv::StringRecord| {
-                    let cell = &record[index];
-                    (!cell.is_empty()).then(|| cell.to_owned())
-                };
-                Column::Texts(records.iter().map(text).collect())
-            };
-            columns.push((name.clone(), column));
-        }
-        Ok(Columns { columns })
+    /// The next rows; none at the end.
+    fn next(&mut self) -> Outcome<Option<Rows>> {
+        // Cells of a table that are held at once, and rows at most: some megabytes, of which a few lie
+        // between the threads.
+        const CELLS: usize = 1 << 19;
+        const ROWS: usize = 1 << 16;
+        Ok(match self {
+            Self::Text(reader) => reader.next_rows()?,
+            Self::Parquet(reader) => {
+                let columns = reader.names().count().max(1);
+                reader.next_rows((CELLS / columns).clamp(1, ROWS))?
+            }
+        })
     }
 }
 
 /// Where rows go.
 pub(crate) struct Sink {
+    /// Those of the columns that pass through, then those of the added ones.
     names: Vec<String>,
+    delimiter: u8,
     to: To,
     /// Name for messages; none for standard output.
-    path: Option<std::path::PathBuf>,
+    path: Option<PathBuf>,
 }
 
 enum To {
-    Text(Box<csv::Writer<Box<dyn Commit>>>),
+    Standard,
+    Text(Output),
     /// Begun with the first rows, which tell the kinds of the columns.
     Parquet(Option<Output>, Option<Box<ColumnsWriter<Output>>>),
 }
 
-/// What is written to, and what ends it.
-trait Commit: Write {
-    fn commit(self: Box<Self>) -> Outcome;
-}
-
-impl Commit for Output {
-    fn commit(self: Box<Self>) -> Outcome {
-        Ok(Output::commit(*self)?)
-    }
-}
-
-impl Commit for BufWriter<std::io::StdoutLock<'static>> {
-    fn commit(mut self: Box<Self>) -> Outcome {
-        self.flush().map_err(Failure::Output)
-    }
+/// Rows on their way to a thread that writes.
+pub(crate) struct Writing {
+    sender: SyncSender<(Rows, Vec<Column>)>,
+    thread: JoinHandle<Outcome<Sink>>,
 }
 
 impl Sink {
-    /// To a file, or standard output for `-`. `names` are those of the columns that pass through, then
-    /// those of the added ones.
+    /// To a file, or standard output for `-`.
     pub(crate) fn create(path: &Path, names: Vec<String>, delimiter: u8) -> Outcome<Self> {
         if is_parquet(path) {
             let to = To::Parquet(Some(Output::create(path)?), None);
-            return Ok(Self { names, to, path: Some(path.into()) });
+            return Ok(Self { names, delimiter, to, path: Some(path.into()) });
         }
         let standard = path.as_os_str() == "-";
-        let out: Box<dyn Commit> = if standard {
-            Box::new(BufWriter::with_capacity(1 << 18, std::io::stdout().lock()))
-        } else {
-            Box::new(Output::create(path)?)
-        };
-        let mut writer = csv::WriterBuilder::new()
-            .delimiter(delimiter)
-            .buffer_capacity(1 << 18)
-            .from_writer(out);
+        let to = if standard { To::Standard } else { To::Text(Output::create(path)?) };
         let path = (!standard).then(|| path.to_path_buf());
-        writer.write_record(&names).map_err(|e| failed(path.as_deref(), e))?;
-        Ok(Self { names, to: To::Text(Box::new(writer)), path })
+        let mut sink = Self { names, delimiter, to, path };
+        let line = header_line(sink.names.iter().map(String::as_str), delimiter);
+        sink.put(&line)?;
+        Ok(sink)
+    }
+
+    /// Writes in a thread of its own.
+    pub(crate) fn start(mut self) -> Writing {
+        let (sender, located) = sync_channel(WAITING);
+        let thread = std::thread::spawn(move || {
+            for (rows, added) in located {
+                self.write(rows, added)?;
+            }
+            Ok(self)
+        });
+        Writing { sender, thread }
     }
 
     /// Rows that passed through, with what is added to them, as many columns as were named.
-    pub(crate) fn write(&mut self, chunk: Chunk, added: Vec<Column>) -> Outcome {
+    fn write(&mut self, rows: Rows, added: Vec<Column>) -> Outcome {
+        let To::Parquet(output, writer) = &mut self.to else {
+            for piece in rows.text(&added, self.delimiter) {
+                self.put(&piece)?;
+            }
+            return Ok(());
+        };
+        let mut columns = rows.into_columns()?;
+        columns.columns.extend(added.into_iter().map(|column| (String::new(), column)));
+        for ((own, _), name) in columns.columns.iter_mut().zip(&self.names) {
+            own.clone_from(name);
+        }
+        if let Some(output) = output.take() {
+            let path = self.path.as_deref().unwrap_or(Path::new("-"));
+            *writer = Some(Box::new(ColumnsWriter::new(path, output, &columns)?));
+        }
+        match writer {
+            Some(writer) => Ok(writer.write(columns)?),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes text, whole lines of it.
+    fn put(&mut self, text: &[u8]) -> Outcome {
         match &mut self.to {
-            To::Text(writer) => {
-                for row in 0..chunk.pixels.len() {
-                    let own = chunk.cells(row).into_iter();
-                    let cells = own.chain(added.iter().map(|column| column.text(row)));
-                    for cell in cells {
-                        writer.write_field(cell).map_err(|e| failed(self.path.as_deref(), e))?;
-                    }
-                    let end = writer.write_record(None::<&[u8]>);
-                    end.map_err(|e| failed(self.path.as_deref(), e))?;
-                }
-                Ok(())
-            }
-            To::Parquet(output, writer) => {
-                let passing = self.names.len() - added.len();
-                let mut rows = chunk.columns(&self.names[..passing])?;
-                rows.columns.extend(added.into_iter().map(|column| (String::new(), column)));
-                for ((own, _), name) in rows.columns.iter_mut().zip(&self.names) {
-                    own.clone_from(name);
-                }
-                if let Some(output) = output.take() {
-                    let path = self.path.as_deref().unwrap_or(Path::new("-"));
-                    *writer = Some(Box::new(ColumnsWriter::new(path, output, &rows)?));
-                }
-                match writer {
-                    Some(writer) => Ok(writer.write(rows)?),
-                    None => Ok(()),
-                }
-            }
+            To::Standard => std::io::stdout().write_all(text).map_err(Failure::Output),
+            To::Text(output) => output.write_all(text).map_err(|source| {
+                let path = self.path.clone().unwrap_or_default();
+                Error::Io { action: "write", path, source }.into()
+            }),
+            To::Parquet(..) => Ok(()),
         }
     }
 
     /// Puts the file in its place.
     pub(crate) fn finish(self) -> Outcome {
         match self.to {
-            To::Text(writer) => {
-                let out = writer.into_inner().map_err(|e| {
-                    let source = std::io::Error::from(e.error().kind());
-                    failure(self.path.as_deref(), source)
-                })?;
-                out.commit()
-            }
+            To::Standard => std::io::stdout().flush().map_err(Failure::Output),
+            To::Text(output) => Ok(output.commit()?),
             To::Parquet(_, Some(writer)) => Ok(writer.finish()?.commit()?),
             To::Parquet(output, None) => {
                 // No rows: all columns are empty ones of numbers.
                 let Some(output) = output else { return Ok(()) };
-                let empty = |name: &String| (name.clone(), Column::Numbers(Vec::new()));
+                let none = Column::Numbers(Cells::whole(Vec::new()));
+                let empty = |name: &String| (name.clone(), none.clone());
                 let like = Columns { columns: self.names.iter().map(empty).collect() };
                 let path = self.path.as_deref().unwrap_or(Path::new("-"));
                 Ok(ColumnsWriter::new(path, output, &like)?.finish()?.commit()?)
@@ -232,17 +194,22 @@ impl Sink {
     }
 }
 
-fn failed(path: Option<&Path>, error: csv::Error) -> Failure {
-    let source = match error.into_kind() {
-        csv::ErrorKind::Io(source) => source,
-        other => std::io::Error::other(format!("{other:?}")),
-    };
-    failure(path, source)
-}
+impl Writing {
+    /// Hands rows over. False where the thread has ended, which [`Writing::finish`] then tells of.
+    pub(crate) fn write(&self, rows: Rows, added: Vec<Column>) -> bool {
+        self.sender.send((rows, added)).is_ok()
+    }
 
-fn failure(path: Option<&Path>, source: std::io::Error) -> Failure {
-    match path {
-        Some(path) => Error::Io { action: "write", path: path.into(), source }.into(),
-        None => Failure::Output(source),
+    /// Waits until all is written, and puts the file in its place.
+    pub(crate) fn finish(self) -> Outcome {
+        let Self { sender, thread } = self;
+        drop(sender);
+        match thread.join() {
+            Ok(sink) => sink?.finish(),
+            // It has said what happened.
+            Err(_) => {
+                Err(Failure::Output(std::io::Error::other("the thread that writes broke off")))
+            }
+        }
     }
 }

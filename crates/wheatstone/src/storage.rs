@@ -71,7 +71,7 @@ impl Output {
         }
         let file =
             atomic_write_file::AtomicWriteFile::open(path).map_err(|e| Error::writing(path, e))?;
-        Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 16, file) })
+        Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 18, file) })
     }
 
     /// Puts the finished file in its place.

@@ -2,18 +2,28 @@
 
 use crate::{
     failure::Outcome,
+    interruption,
     progress::Counter,
-    tables::{Rows, Sink},
+    tables::{Input, Sink},
     voice::remark,
 };
 use clap::Args;
-use std::{io::IsTerminal, path::PathBuf};
+use std::{
+    collections::VecDeque,
+    io::IsTerminal,
+    path::PathBuf,
+    sync::mpsc::{Receiver, RecvTimeoutError},
+    time::{Duration, Instant},
+};
 use wheatstone::{
     Calibration, Error,
-    dataset::points_file::Column,
-    geometry::Pixel,
+    dataset::{
+        points_file::{Cells, Column, Rows, Words},
+        volume::Trust,
+    },
+    geometry::{Pixel, PixelColumns},
     method::{
-        Located, locate_all,
+        Locator, Places,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
 };
@@ -49,9 +59,6 @@ fn rate(text: &str) -> Result<f64, String> {
     if value > 0.0 && value < 1.0 { Ok(value) } else { Err("it lies between 0 and 1".into()) }
 }
 
-/// Rows that are read, located and written at once: enough to occupy all cores, little to hold.
-const ROWS_AT_ONCE: usize = 16_384;
-
 /// What is appended to each row.
 const COLUMNS: [&str; 9] = ["X", "Y", "Z", "sX", "sY", "sZ", "residual", "trust", "mismatch"];
 
@@ -62,61 +69,64 @@ impl Locate {
     pub(crate) fn run(self) -> Outcome {
         let model = Calibration::load(&self.model)?;
         needs_two_cameras(&model, "locate")?;
-        let mut rows = Rows::open(&self.points)?;
-        if rows.cameras() != model.reconstructor.cameras() {
+        let standard = self.output.as_os_str() == "-";
+        let input = Input::open(&self.points, standard)?;
+        if input.cameras() != model.reconstructor.cameras() {
             return Err(Error::Mismatch {
                 what: "number of cameras",
                 model: model.reconstructor.cameras().to_string(),
-                data: rows.cameras().to_string(),
+                data: input.cameras().to_string(),
             }
             .into());
         }
-        let names = self.header(rows.names().iter().map(String::as_str));
-        let mut out = Sink::create(&self.output, names, rows.delimiter())?;
-        let shows_rows = self.output.as_os_str() == "-" && std::io::stdout().is_terminal();
-        let (mut counter, mut done) = (Counter::new(shows_rows), 0);
-        let test = MismatchTest::new(self.false_alarm, rows.cameras());
-        while let Some(chunk) = rows.next(ROWS_AT_ONCE)? {
-            if done == 0 {
-                refuse_exchanged(&model, &chunk.pixels, self.false_alarm)?;
+        let names = self.header(input.names().iter().map(String::as_str));
+        let sink = Sink::create(&self.output, names, input.delimiter())?;
+        let (mut counter, mut done) =
+            (Counter::new(standard && std::io::stdout().is_terminal()), 0);
+        let test = MismatchTest::new(self.false_alarm, input.cameras());
+        let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
+        let mut rows = Arriving { rows: input.start(), first: VecDeque::new() };
+        rows.gather(CHECKED)?;
+        let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
+        refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
+        let writing = sink.start();
+        while let Some(rows) = rows.next()? {
+            let pixels = rows.pixels();
+            let places = locator.locate(&pixels);
+            done += rows.count() as u64;
+            let added = self.added(places, &pixels, &test);
+            if !writing.write(rows, added) {
+                break;
             }
-            done += chunk.pixels.len() as u64;
-            let found = self.found(&model, &chunk.pixels, &test);
-            out.write(chunk, found)?;
             counter.reach(done);
         }
-        out.finish()
+        writing.finish()
     }
 
     /// The appended columns; empty where nothing was located or a figure does not exist.
-    fn found(
-        &self,
-        model: &Calibration,
-        pixels: &[Vec<Option<Pixel>>],
-        test: &MismatchTest,
-    ) -> Vec<Column> {
-        let located = locate_all(&*model.reconstructor, pixels);
-        let trusted = model.volume.trust_all(pixels);
-        let numbers = |of: &dyn Fn(&Located) -> f64| {
-            let cell = |found: &Option<Located>| found.as_ref().map(of).filter(|v| v.is_finite());
-            Column::Numbers(located.iter().map(cell).collect())
+    fn added(&self, places: Places, pixels: &PixelColumns, test: &MismatchTest) -> Vec<Column> {
+        let mismatch = test.mismatches(pixels, &places);
+        let word = |(trust, x): (&Trust, &f64)| match trust {
+            _ if x.is_nan() => 0,
+            Trust::Inside => 1,
+            Trust::Edge => 2,
+            Trust::Outside => 3,
         };
+        let trust = Words {
+            words: &["inside", "edge", "outside"],
+            places: places.trust.iter().zip(&places.point[0]).map(word).collect(),
+        };
+        let mismatch =
+            Words { words: &["yes"], places: mismatch.into_iter().map(u8::from).collect() };
+        let sigma = |axis: usize| places.covariance[axis].iter().map(|v| v.sqrt()).collect();
+        let sigmas: [Vec<f64>; 3] = [0, 3, 5].map(sigma);
+        let number = |values| Column::Numbers(Cells::finite(values));
         let mut columns: Vec<Column> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
-        columns.extend((0..3).map(|axis| numbers(&|found| found.point[axis])));
-        columns.extend((0..3).map(|axis| numbers(&|found| found.covariance[(axis, axis)].sqrt())));
-        columns.push(numbers(&|found| found.residual));
-        let trust = located.iter().zip(&trusted);
-        let trust = trust.map(|(found, trust)| found.as_ref().map(|_| trust.to_string()));
-        columns.push(Column::Texts(trust.collect()));
-        let mismatch = |(found, pixels): (&Option<Located>, &Vec<Option<Pixel>>)| {
-            let seen = pixels.iter().flatten().count();
-            let missed = test.is_mismatch(found.as_ref()?, seen);
-            missed.then(|| "yes".to_owned())
-        };
-        columns.push(Column::Texts(located.iter().zip(pixels).map(mismatch).collect()));
+        columns.extend(places.point.into_iter().chain(sigmas).map(number));
+        columns.push(number(places.residual));
+        columns.extend([Column::Words(trust), Column::Words(mismatch)]);
         if self.covariance {
-            let places = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-            columns.extend(places.map(|place| numbers(&|found| found.covariance[place])));
+            columns.extend(places.covariance.into_iter().map(number));
         }
         columns
     }
@@ -130,6 +140,62 @@ impl Locate {
         };
         columns.map(free).chain(appended().map(|name| (*name).into())).collect()
     }
+}
+
+/// Rows as they come.
+struct Arriving {
+    rows: Receiver<Outcome<Rows>>,
+    /// Those that have come already.
+    first: VecDeque<Rows>,
+}
+
+impl Arriving {
+    /// Waits for so many rows, or what comes before the end, or soon after the first.
+    fn gather(&mut self, count: usize) -> Outcome {
+        // A slow producer's rows are held back no longer than this.
+        const PATIENCE: Duration = Duration::from_secs(1);
+        let (mut gathered, mut until) = (0, None);
+        while gathered < count {
+            let Some(rows) = self.wait(until)? else { break };
+            gathered += rows.count();
+            self.first.push_back(rows);
+            until.get_or_insert_with(|| Instant::now() + PATIENCE);
+        }
+        Ok(())
+    }
+
+    /// The next rows; none at the end.
+    fn next(&mut self) -> Outcome<Option<Rows>> {
+        match self.first.pop_front() {
+            Some(rows) => Ok(Some(rows)),
+            None => self.wait(None),
+        }
+    }
+
+    /// The next rows that come until then; none at the end, or where none do.
+    fn wait(&self, until: Option<Instant>) -> Outcome<Option<Rows>> {
+        // How often one who wants to stop is heard.
+        const TURN: Duration = Duration::from_millis(100);
+        loop {
+            if interruption::asked() {
+                return Err(Error::Cancelled.into());
+            }
+            match self.rows.recv_timeout(TURN) {
+                Ok(rows) => return rows.map(Some),
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if until.is_some_and(|until| Instant::now() >= until) {
+                return Ok(None);
+            }
+        }
+    }
+}
+
+/// The pixels of each point, a camera each.
+fn pixels_by_row(pixels: &PixelColumns) -> Vec<Vec<Option<Pixel>>> {
+    let count = pixels.points().min(CHECKED);
+    (0..count).map(|row| pixels.point(row).collect()).collect()
 }
 
 /// Refuses what one camera alone cannot do.
@@ -146,6 +212,9 @@ pub(crate) fn needs_two_cameras(model: &Calibration, what: &str) -> Outcome {
     .into())
 }
 
+/// Rows that speak for all of a table.
+const CHECKED: usize = 512;
+
 /// Refuses pixels whose columns stand for other cameras than those of the model; warns where most do
 /// not belong together anyway. The first rows speak for all.
 pub(crate) fn refuse_exchanged(
@@ -153,8 +222,7 @@ pub(crate) fn refuse_exchanged(
     pixels: &[Vec<Option<Pixel>>],
     rate: f64,
 ) -> Outcome {
-    const ROWS: usize = 512;
-    let rows = &pixels[..pixels.len().min(ROWS)];
+    let rows = &pixels[..pixels.len().min(CHECKED)];
     if let Some((a, b)) = exchanged_cameras(&*model.reconstructor, rows, rate) {
         return Err(Error::Faulty {
             code: "cameras-swapped".into(),

@@ -10,5 +10,6 @@ mod manners;
 mod one_camera;
 mod program;
 mod reports;
+mod rows;
 mod silent_failures;
 mod tutorials;

@@ -4,15 +4,23 @@
 //! `X,Y,Z` world, or `board_x,board_y` on a chart whose pose is unknown, optionally `view` and `id`.
 //! Other columns are passed over. Commas, semicolons or tabs separate.
 
+mod blocks;
 mod collected;
 mod columns;
+mod digits;
+mod faults;
 mod layout;
 mod parquet;
+mod records;
+mod rows;
+mod spelled;
 mod text;
 
+pub use blocks::TextReader;
 pub use collected::Duplicates;
-pub use columns::{Column, Columns};
+pub use columns::{Cells, Column, Columns, Texts, Words};
 pub use parquet::{ColumnsReader, ColumnsWriter, is_parquet};
+pub use rows::{Rows, header_line};
 pub use text::{columns, write};
 
 use super::{Correspondence, Dataset};
@@ -33,7 +41,6 @@ pub struct PointsReader {
     path: PathBuf,
     header: csv::StringRecord,
     layout: Layout,
-    delimiter: u8,
     rows: csv::Reader<Box<dyn Read + Send>>,
 }
 
@@ -77,19 +84,7 @@ impl PointsReader {
             csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(whole);
         let header = rows.headers().map_err(|e| malformed(name, &e))?.clone();
         let layout = Layout::read(name, Some(1), &header)?;
-        Ok(Self { path: name.into(), header, layout, delimiter, rows })
-    }
-
-    /// The columns' names.
-    #[must_use]
-    pub fn header(&self) -> &csv::StringRecord {
-        &self.header
-    }
-
-    /// The character between cells.
-    #[must_use]
-    pub fn delimiter(&self) -> u8 {
-        self.delimiter
+        Ok(Self { path: name.into(), header, layout, rows })
     }
 
     /// Cameras that the header names.
@@ -99,37 +94,12 @@ impl PointsReader {
     }
 
     /// Reads the next row into `record`; false at the end of the file.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Malformed`] for a row with more or fewer cells than the header.
-    pub fn next(&mut self, record: &mut csv::StringRecord) -> Result<bool> {
+    fn next(&mut self, record: &mut csv::StringRecord) -> Result<bool> {
         self.rows.read_record(record).map_err(|e| malformed(&self.path, &e))
     }
 
-    /// Whether a column holds numbers: pixels, and places in the world or on a board.
-    #[must_use]
-    pub fn is_number(&self, column: usize) -> bool {
-        let pixels = self.layout.pixels.iter().flatten();
-        let world = self.layout.world.iter().flatten();
-        pixels.chain(world).chain(self.layout.board.iter().flatten()).any(|own| *own == column)
-    }
-
-    /// A cell as a number; `None` for an empty one.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Malformed`] for a cell that is not a number, naming line and column.
-    pub fn cell(&self, record: &csv::StringRecord, column: usize) -> Result<Option<f64>> {
-        if record[column].is_empty() { Ok(None) } else { self.number(record, column).map(Some) }
-    }
-
     /// The pixels of a row.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Malformed`] for a cell that is not a number, naming line and column.
-    pub fn pixels(&self, record: &csv::StringRecord) -> Result<Vec<Option<Pixel>>> {
+    fn pixels(&self, record: &csv::StringRecord) -> Result<Vec<Option<Pixel>>> {
         let each = self.layout.pixels.iter().map(|columns| {
             let [x, y] = columns.map(|column| (column, &record[column]));
             match (x.1.is_empty(), y.1.is_empty()) {
@@ -137,12 +107,9 @@ impl PointsReader {
                 (false, false) => {
                     Ok(Some(Pixel::new(self.number(record, x.0)?, self.number(record, y.0)?)))
                 }
-                _ => Err(self.bad_cell(
-                    record,
-                    if x.1.is_empty() { x.0 } else { y.0 },
-                    "is empty, but its partner is not",
-                    "give both coordinates, or neither where the camera did not see the point",
-                )),
+                (empty, _) => {
+                    Err(self.fault(faults::half(), record, if empty { x.0 } else { y.0 }))
+                }
             }
         });
         each.collect()
@@ -177,33 +144,12 @@ impl PointsReader {
     }
 
     fn number(&self, record: &csv::StringRecord, column: usize) -> Result<f64> {
-        // Beyond this no pixel and no chart lies, but overflow does.
-        const LARGEST: f64 = 1e9;
-        let text = &record[column];
-        match text.parse::<f64>() {
-            Ok(value) if value.abs() <= LARGEST => Ok(value),
-            Ok(_) => Err(self.bad_cell(
-                record,
-                column,
-                &format!("is `{text}`, which is no place"),
-                "remove the row, or leave the cells of a camera that did not see the point empty",
-            )),
-            Err(_) => Err(self.bad_cell(
-                record,
-                column,
-                &format!("is `{text}`, which is not a number"),
-                "numbers are written with a decimal point and without units",
-            )),
-        }
+        faults::number(&record[column]).map_err(|fault| self.fault(fault, record, column))
     }
 
-    fn bad_cell(&self, record: &csv::StringRecord, column: usize, what: &str, hint: &str) -> Error {
-        Error::Malformed {
-            path: self.path.clone(),
-            line: record.position().map(csv::Position::line),
-            problem: format!("column `{}` {what}", &self.header[column]),
-            hint: hint.into(),
-        }
+    fn fault(&self, fault: faults::Fault, record: &csv::StringRecord, column: usize) -> Error {
+        let line = record.position().map(csv::Position::line);
+        fault.at(&self.path, line, &self.header[column])
     }
 }
 
@@ -211,13 +157,10 @@ impl PointsReader {
 fn malformed(path: &Path, error: &csv::Error) -> Error {
     let line = error.position().map(csv::Position::line);
     let (problem, hint) = match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => (
-            format!("{len} cells, the header has {expected_len}"),
-            "every line has as many cells as the header; leave unknown ones empty",
-        ),
-        csv::ErrorKind::Utf8 { .. } => {
-            ("not text (UTF-8)".to_owned(), "is this the file that you meant?")
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            return faults::unequal(path, line, *len, *expected_len);
         }
+        csv::ErrorKind::Utf8 { .. } => return faults::no_text(path, line),
         csv::ErrorKind::Io(e) => (e.to_string(), "is this the file that you meant?"),
         _ => (error.to_string(), "is this a CSV file?"),
     };

@@ -1,7 +1,10 @@
 //! Whether pixels belong together: whether their rays miss each other by more than noise makes them.
 
-use super::{Located, Reconstructor, locate_all};
-use crate::{geometry::Pixel, numeric::statistics::chi_square_upper_quantile};
+use super::{Located, Places, Reconstructor, locate_all};
+use crate::{
+    geometry::{Pixel, PixelColumns},
+    numeric::statistics::chi_square_upper_quantile,
+};
 
 /// No detector or matcher is better than this many pixels (sub-pixel detectors end at a hundredth), so
 /// that what misses by less is no sign of a wrong match, whatever the fit's own points say.
@@ -41,6 +44,28 @@ impl MismatchTest {
     #[must_use]
     pub fn is_mismatch(&self, found: &Located, cameras_seen: usize) -> bool {
         found.residual > self.largest_residual(found.residual_sigma, cameras_seen)
+    }
+
+    /// Whether each of many points' residuals is larger than chance makes it, as
+    /// [`MismatchTest::is_mismatch`] has it. All are false where no residuals were asked for.
+    #[must_use]
+    pub fn mismatches(&self, pixels: &PixelColumns, places: &Places) -> Vec<bool> {
+        let mut seen = vec![0_u16; pixels.points()];
+        for [x, y] in pixels.cameras() {
+            for (seen, (x, y)) in seen.iter_mut().zip(x.iter().zip(*y)) {
+                *seen += u16::from(!(x.is_nan() | y.is_nan()));
+            }
+        }
+        let residuals = places.residual.iter().zip(&places.residual_sigma);
+        let mut found: Vec<bool> = seen
+            .iter()
+            .zip(residuals)
+            .map(|(seen, (residual, sigma))| {
+                *residual > self.largest_residual(*sigma, usize::from(*seen))
+            })
+            .collect();
+        found.resize(pixels.points(), false);
+        found
     }
 }
 

@@ -3,8 +3,11 @@
 use crate::{Error, Result};
 use std::{collections::BTreeMap, path::Path};
 
+/// Beyond this no pixel and no chart lies, but overflow does.
+pub(super) const LARGEST: f64 = 1e9;
+
 /// Where each quantity stands in a row.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
     pub(super) pixels: Vec<[usize; 2]>,
     pub(super) world: Option<[usize; 3]>,

@@ -5,13 +5,17 @@
 //! Zstandard or none; columns of other kinds, and nested ones, are passed over. Written are doubles, whole
 //! numbers of 64 bits and text, each optional, with Snappy, which every reader has.
 
+mod cells;
+mod pages;
+mod source;
 mod writer;
 
 pub use writer::ColumnsWriter;
 
 use super::{
     columns::{Column, Columns},
-    layout::Layout,
+    layout::{LARGEST, Layout},
+    rows::{Axis, Rows},
 };
 use crate::{
     Error, Result,
@@ -21,10 +25,7 @@ use crate::{
 };
 use parquet::{
     basic::{LogicalType, Type as Physical},
-    column::reader::{ColumnReader, ColumnReaderImpl, get_typed_column_reader},
-    data_type::{
-        BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int32Type, Int64Type,
-    },
+    column::reader::ColumnReader,
     errors::ParquetError,
     file::{
         reader::{ChunkReader, FileReader},
@@ -32,6 +33,8 @@ use parquet::{
     },
     schema::types::ColumnDescriptor,
 };
+use rayon::prelude::*;
+use source::Source;
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
@@ -68,7 +71,8 @@ impl ColumnsReader {
     /// [`Error::Io`], or [`Error::Malformed`] where it is no Parquet file, or its columns do not name two
     /// cameras' pixels.
     pub fn open(path: &Path) -> Result<Self> {
-        Self::new(path, storage::open(path)?)
+        let source = Source::new(storage::open(path)?);
+        Self::new(path, source.map_err(|e| Error::reading(path, e))?)
     }
 
     /// Of a file held in memory; `path` stands for it in messages.
@@ -149,17 +153,19 @@ impl ColumnsReader {
         }
         let count = most.min(self.left);
         let schema = self.file.metadata().file_metadata().schema_descr_ptr();
-        let open = std::mem::take(&mut self.open);
-        let mut columns = Vec::with_capacity(self.names.len());
-        for (reader, (index, name)) in open.into_iter().zip(&self.names) {
+        let open = std::mem::take(&mut self.open).into_par_iter().zip(&self.names);
+        let read = open.map(|(reader, (index, name))| {
             let deepest = schema.column(*index).max_def_level();
-            let (column, reader) = guarded(&self.path, || cells(reader, count, deepest))?;
+            let (column, reader) = guarded(&self.path, || cells::cells(reader, count, deepest))?;
             if column.len() != count {
                 return Err(damaged(&self.path, "its columns are of different lengths"));
             }
-            self.open.push(reader);
-            columns.push((name.clone(), column));
-        }
+            Ok(((name.clone(), column), reader))
+        });
+        // All columns are waited for, so that of several faults the first one is told.
+        let read: Vec<Result<_>> = read.collect();
+        let (columns, open) = read.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        self.open = open;
         self.left -= count;
         self.before += count as u64;
         Ok(Some(Columns { columns }))
@@ -174,26 +180,46 @@ impl ColumnsReader {
         &self.path
     }
 
-    /// The pixels of rows that [`ColumnsReader::next`] gave last.
+    /// The next rows with their pixels, at most so many; fewer at the end of a group of rows, `None` at the
+    /// end of the file.
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] for a cell that is no place, naming row and column.
-    pub fn pixels(&self, rows: &Columns) -> Result<Vec<Vec<Option<Pixel>>>> {
-        let row = |row: usize| {
-            let pixel = |columns: &[usize; 2]| {
-                Ok(self.together(rows, row, *columns)?.map(|[x, y]| Pixel::new(x, y)))
-            };
-            self.layout.pixels.iter().map(pixel).collect()
+    /// [`Error::Malformed`] for a file that is damaged, or a cell that is no place, naming row and column.
+    pub fn next_rows(&mut self, most: usize) -> Result<Option<Rows>> {
+        let Some(columns) = self.next(most)? else { return Ok(None) };
+        let axis = |column: usize| match &columns.columns[column].1 {
+            Column::Numbers(_) => Axis::Column(column),
+            // What is no number stands out, and is then told by its row.
+            other => {
+                let number = |row| match other.number(row) {
+                    Ok(number) => number.unwrap_or(f64::NAN),
+                    Err(_) => f64::INFINITY,
+                };
+                Axis::Own((0..other.len()).map(number).collect())
+            }
         };
-        (0..rows.rows()).map(row).collect()
+        let pixels = self.layout.pixels.iter().map(|pair| pair.map(axis)).collect();
+        let rows = Rows::of_columns(columns, pixels);
+        if let Some((row, columns)) = rows.first_fault() {
+            self.pixels(columns, row)?;
+        }
+        Ok(Some(rows))
+    }
+
+    /// The pixels of a row.
+    fn pixels(&self, rows: &Columns, row: usize) -> Result<Vec<Option<Pixel>>> {
+        let pixel = |columns: &[usize; 2]| {
+            Ok(self.together(rows, row, *columns)?.map(|[x, y]| Pixel::new(x, y)))
+        };
+        self.layout.pixels.iter().map(pixel).collect()
     }
 
     /// Whole points, with the names of their views.
     pub(super) fn points(&self, rows: &Columns) -> Result<Vec<(Correspondence, Option<String>)>> {
-        let pixels = self.pixels(rows)?;
         let text = |column: usize, row: usize| rows.columns[column].1.text(row);
-        let point = |(row, pixels): (usize, Vec<Option<Pixel>>)| {
+        let point = |row: usize| {
+            let pixels = self.pixels(rows, row)?;
             let world = match self.layout.world {
                 Some(columns) => self.together(rows, row, columns)?,
                 None => None,
@@ -207,7 +233,7 @@ impl ColumnsReader {
             let view = self.layout.view.map(|column| text(column, row));
             Ok((Correspondence { view: 0, id, pixels, world, board }, view))
         };
-        pixels.into_iter().enumerate().map(point).collect()
+        (0..rows.rows()).map(point).collect()
     }
 
     /// Cells that are given together or not at all.
@@ -217,8 +243,6 @@ impl ColumnsReader {
         row: usize,
         columns: [usize; N],
     ) -> Result<Option<[f64; N]>> {
-        // Beyond this no pixel and no chart lies, but overflow does.
-        const LARGEST: f64 = 1e9;
         let wrong = |column: usize, what: &str| Error::Malformed {
             path: self.path.clone(),
             line: None,
@@ -274,59 +298,4 @@ fn damaged(path: &Path, what: &str) -> Error {
         None => (format!("not a whole Parquet file: {what}"), HINT),
     };
     Error::Malformed { path: path.into(), line: None, problem, hint: hint.into() }
-}
-
-/// The next cells of a column, with the reader to go on from.
-fn cells(
-    reader: ColumnReader,
-    count: usize,
-    deepest: i16,
-) -> Result<(Column, ColumnReader), ParquetError> {
-    macro_rules! typed {
-        ($kind:ty, $variant:ident, $column:ident, $convert:expr) => {{
-            let mut own = get_typed_column_reader::<$kind>(reader);
-            let column = Column::$column(optional(&mut own, count, deepest, $convert)?);
-            (column, ColumnReader::$variant(own))
-        }};
-    }
-    Ok(match reader {
-        ColumnReader::DoubleColumnReader(_) => {
-            typed!(DoubleType, DoubleColumnReader, Numbers, |v| v)
-        }
-        ColumnReader::FloatColumnReader(_) => {
-            typed!(FloatType, FloatColumnReader, Numbers, f64::from)
-        }
-        ColumnReader::Int32ColumnReader(_) => {
-            typed!(Int32Type, Int32ColumnReader, Integers, i64::from)
-        }
-        ColumnReader::Int64ColumnReader(_) => typed!(Int64Type, Int64ColumnReader, Integers, |v| v),
-        ColumnReader::BoolColumnReader(_) => {
-            typed!(BoolType, BoolColumnReader, Texts, |v: bool| v.to_string())
-        }
-        ColumnReader::ByteArrayColumnReader(_) => {
-            typed!(ByteArrayType, ByteArrayColumnReader, Texts, |v: ByteArray| {
-                String::from_utf8_lossy(v.data()).into_owned()
-            })
-        }
-        _ => return Err(ParquetError::General("a column of another kind than it said".into())),
-    })
-}
-
-/// So many cells, those that hold something converted.
-fn optional<T: DataType, V>(
-    reader: &mut ColumnReaderImpl<T>,
-    count: usize,
-    deepest: i16,
-    convert: impl Fn(T::T) -> V,
-) -> Result<Vec<Option<V>>, ParquetError> {
-    let mut values: Vec<T::T> = Vec::with_capacity(count);
-    if deepest == 0 {
-        reader.read_records(count, None, None, &mut values)?;
-        return Ok(values.into_iter().map(|value| Some(convert(value))).collect());
-    }
-    let mut levels: Vec<i16> = Vec::with_capacity(count);
-    reader.read_records(count, Some(&mut levels), None, &mut values)?;
-    let mut values = values.into_iter();
-    let cell = |level: i16| if level == deepest { values.next().map(&convert) } else { None };
-    Ok(levels.into_iter().map(cell).collect())
 }

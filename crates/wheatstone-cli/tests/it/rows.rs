@@ -1,0 +1,179 @@
+//! Tables that pass through `locate`: whatever their length, their cuts and their spelling, rows keep their
+//! order and their text.
+
+use crate::program::{command, done, refused};
+use std::{
+    fmt::Write as _,
+    io::{BufRead, BufReader, Write as _},
+    path::Path,
+    process::Stdio,
+};
+
+/// A folder with a model, and pixels that it locates.
+fn fitted() -> (tempfile::TempDir, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "-o", "train.csv"]);
+    done(at, &["fit", "train.csv", "--method", "dlt", "--no-validation", "-o", "model.json"]);
+    let train = std::fs::read_to_string(at.join("train.csv")).unwrap();
+    let pixels = |line: &str| line.split(',').take(4).collect::<Vec<_>>().join(",");
+    let rows = train.lines().skip(1).map(pixels).collect();
+    (folder, rows)
+}
+
+fn read(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+#[test]
+fn long_tables_keep_text_and_order_whatever_their_line_ends_and_quotes() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let short: String = pixels.iter().map(|row| format!("{row}\n")).collect();
+    std::fs::write(at.join("short.csv"), format!("x1,y1,x2,y2\n{short}")).unwrap();
+    let (short, _) = done(at, &["locate", "model.json", "short.csv"]);
+    let places: Vec<&str> =
+        short.lines().skip(1).map(|line| line.splitn(5, ',').nth(4).unwrap()).collect();
+    // Several blocks, which their ends cut wherever; notes with all that quotes are for.
+    let notes =
+        ["plain", "\"with, comma\"", "\"over\ntwo lines\"", "\"she said \"\"no\"\"\"", "", "né"];
+    for (end, notes) in
+        [("\n", &notes[..]), ("\r\n", &notes[..]), ("\r\n", &notes[..1]), ("\r", &notes[..1])]
+    {
+        let mut text = format!("\u{feff}id,x1,y1,x2,y2,note{end}");
+        let mut expected =
+            String::from("id,x1,y1,x2,y2,note,X,Y,Z,sX,sY,sZ,residual,trust,mismatch\n");
+        for row in 0..40_000 {
+            let (which, note) = (row % pixels.len(), notes[row % notes.len()]);
+            let _ = write!(text, "{row},{},{note}{end}", pixels[which]);
+            let _ = writeln!(expected, "{row},{},{note},{}", pixels[which], places[which]);
+        }
+        assert!(text.len() > 2 << 20);
+        std::fs::write(at.join("long.csv"), text).unwrap();
+        done(at, &["locate", "model.json", "long.csv", "-o", "located.csv"]);
+        let located = String::from_utf8(read(at, "located.csv")).unwrap();
+        let differs = located.lines().zip(expected.lines()).position(|(a, b)| a != b);
+        assert_eq!(differs, None, "{end:?}");
+        assert!(located == expected, "{end:?}: {} for {} bytes", located.len(), expected.len());
+    }
+}
+
+#[test]
+fn the_same_bytes_come_of_any_number_of_threads() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let mut text = String::from("x1\ty1\tx2\ty2\tid\tview\n");
+    for row in 0..50_000 {
+        let cells = pixels[row * 7 % pixels.len()].replace(',', "\t");
+        let _ = match row % 11 {
+            3 => writeln!(text, "\t\t1\t2\t\tb"),
+            _ => writeln!(text, "{cells}\tpoint {row}\t{}", row / 1000),
+        };
+    }
+    std::fs::write(at.join("in.csv"), text).unwrap();
+    done(at, &["locate", "model.json", "in.csv", "-o", "in.parquet"]);
+    let run = |threads: &str, input: &str, output: &str| {
+        let mut command =
+            command(at, &["locate", "model.json", input, "-o", output, "--covariance"]);
+        assert!(command.env("RAYON_NUM_THREADS", threads).status().unwrap().success());
+        read(at, output)
+    };
+    for (input, output) in [
+        ("in.csv", "out.csv"),
+        ("in.csv", "out.parquet"),
+        ("in.parquet", "out.parquet"),
+        ("in.parquet", "out.csv"),
+    ] {
+        let one = run("1", input, output);
+        assert!(
+            run("2", input, output) == one && run("4", input, output) == one,
+            "{input} to {output}"
+        );
+    }
+}
+
+#[test]
+fn text_and_parquet_of_the_same_rows_say_the_same() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let mut text = String::from("x1,y1,x2,y2,id\n");
+    for row in 0..140_000 {
+        let _ = match row % 1000 {
+            7 => writeln!(text, ",,1,2,"),
+            8 => writeln!(text, ",,,,\"a,b\""),
+            _ => writeln!(text, "{},p{}", pixels[row % pixels.len()], row % 50),
+        };
+    }
+    std::fs::write(at.join("in.csv"), text).unwrap();
+    done(at, &["locate", "model.json", "in.csv", "-o", "located.csv"]);
+    done(at, &["locate", "model.json", "in.csv", "-o", "located.parquet"]);
+    // Once more, so that the columns of the first time go along.
+    done(at, &["locate", "model.json", "located.csv", "-o", "text.csv"]);
+    done(at, &["locate", "model.json", "located.parquet", "-o", "parquet.csv"]);
+    assert!(read(at, "text.csv") == read(at, "parquet.csv"));
+    let located = String::from_utf8(read(at, "located.csv")).unwrap();
+    assert!(located.lines().nth(8).unwrap().ends_with(",,1,2,,,,,,,,,,"));
+    assert!(located.lines().nth(9).unwrap().ends_with(",,,,\"a,b\",,,,,,,,,"));
+    assert_eq!(located.lines().count(), 140_001);
+}
+
+#[test]
+fn faults_far_down_are_named_by_their_line_and_row() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let good = |rows: usize| -> String { format!("{},\"a\nb\"\r\n", pixels[0]).repeat(rows) };
+    let bad = [
+        ("1,2,3,x,c", "column `y2` is `x`, which is not a number"),
+        ("1,2,3,,c", "column `y2` is empty, but its partner is not"),
+        ("1,2,inf,4,c", "column `x2` is `inf`, which is no place"),
+        ("1,2,3,4", "4 cells, the header has 5"),
+        ("1,2,3,4,5,6", "6 cells, the header has 5"),
+    ];
+    for (row, words) in bad {
+        let rows = 30_000;
+        let text = format!("x1,y1,x2,y2,note\n\n{}{row}\n{}9,9,z,9,c\n", good(rows), good(20));
+        std::fs::write(at.join("bad.csv"), text).unwrap();
+        let message = refused(at, &["locate", "model.json", "bad.csv", "-o", "none.csv"]);
+        let line = 3 + 2 * rows;
+        assert!(message.contains(&format!("bad.csv:{line}: {words}")), "{line} {message}");
+    }
+    let mut bytes = format!("x1,y1,x2,y2,note\n{}", good(30_000)).into_bytes();
+    bytes.extend(b"1,2,3,4,\xFF\n");
+    std::fs::write(at.join("bad.csv"), bytes).unwrap();
+    let message = refused(at, &["locate", "model.json", "bad.csv", "-o", "none.csv"]);
+    assert!(message.contains("bad.csv:60002: not text (UTF-8)"), "{message}");
+    assert!(!at.join("none.csv").exists());
+    // Numbers of rows that are text in Parquet: one of them is none.
+    let many = format!("note,x1,y1,x2,y2\n{}", format!("a,{}\n", pixels[0]).repeat(100_000));
+    std::fs::write(at.join("in.csv"), many.replace("x1,y1", "x9,y9")).unwrap();
+    let message = refused(at, &["locate", "model.json", "in.csv"]);
+    assert!(message.contains("`x1`"), "{message}");
+}
+
+#[test]
+fn what_a_slow_producer_gives_goes_on_before_it_ends() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let mut child = command(at, &["locate", "model.json", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut producer = child.stdin.take().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    producer.write_all(b"x1,y1,x2,y2\n").unwrap();
+    assert!(lines.next().unwrap().unwrap().starts_with("x1,y1,x2,y2,X,Y,Z"));
+    for row in &pixels[..20] {
+        let (first, second) = row.split_at(5);
+        producer.write_all(first.as_bytes()).unwrap();
+        producer.flush().unwrap();
+        producer.write_all(format!("{second}\n").as_bytes()).unwrap();
+        producer.flush().unwrap();
+        // It would wait here for ever, were rows held back until more come.
+        assert!(lines.next().unwrap().unwrap().starts_with(row));
+    }
+    producer.write_all(pixels[20].as_bytes()).unwrap();
+    drop(producer);
+    assert!(lines.next().unwrap().unwrap().starts_with(&pixels[20]));
+    assert!(lines.next().is_none() && child.wait().unwrap().success());
+}
