@@ -19,7 +19,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 use rig::{Met, Rig};
 use spread::Spreads;
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 /// Where points are, column by column, in the order of their pixels. NaN stands where a point was not
 /// located, and for figures that do not exist.
@@ -41,13 +41,17 @@ pub struct Places {
 /// A fitted map made ready for many points.
 ///
 /// Its points are those of [`Reconstructor::locate`] to a thousandth of their standard deviations, its
-/// error bars to half a hundredth. The same columns in the same order give the same bits, whatever the
-/// number of threads.
+/// error bars to half a hundredth; the first 16 384 have its very bits. The same points in the same
+/// order give the same bits, however they are cut into calls, and whatever the number of threads.
 pub struct Locator<'a> {
     map: Map<'a>,
     volume: Option<&'a Volume>,
     with_covariance: bool,
     spreads: Option<Spreads>,
+    /// Points located so far.
+    done: usize,
+    /// What would have helped them, and how many of them.
+    wanted: BTreeMap<Wanted, u32>,
 }
 
 /// A map as its plan has it.
@@ -63,6 +67,9 @@ struct Map<'a> {
 
 /// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
 const TASK: usize = 2048;
+
+/// After so many points what has come to pay is made.
+const PIECE: usize = 8 * TASK;
 
 /// Rays that miss each other by more pixels than this bend a point in ways that a single step does not
 /// follow to a thousandth of a standard deviation.
@@ -94,14 +101,6 @@ struct Slots<'p> {
     trust: &'p mut [Trust],
 }
 
-/// What is still to be done for some points.
-struct Rest {
-    /// Points that the map itself must locate.
-    open: Vec<usize>,
-    /// What would help, and how many points it would help.
-    wanted: BTreeMap<Wanted, u32>,
-}
-
 impl<'a> Locator<'a> {
     /// Of a map, and the volume by which trust is judged.
     #[must_use]
@@ -118,7 +117,7 @@ impl<'a> Locator<'a> {
         let rig = |cameras: Vec<PlacedCamera<'a>>| (!cameras.is_empty()).then(|| Rig::new(cameras));
         let map = Map { reconstructor, base: rig(base), witness: rig(witness), learned };
         let spreads = map.rays().and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
-        Self { map, volume, with_covariance: true, spreads }
+        Self { map, volume, with_covariance: true, spreads, done: 0, wanted: BTreeMap::new() }
     }
 
     /// Without covariances and residuals.
@@ -139,43 +138,43 @@ impl<'a> Locator<'a> {
     /// [`Locator::locate`] into columns that are there already: whoever locates again and again spares
     /// the memory.
     pub fn locate_into(&mut self, pixels: &PixelColumns, places: &mut Places) {
-        let count = pixels.points();
-        places.resize(count, self.with_covariance, self.volume.is_some());
-        let range = |task: usize| task * TASK..count.min((task + 1) * TASK);
-        let mut slots = places.slots(count.div_ceil(TASK));
-        let run =
-            |own: &Self, task: usize, slots: &mut Slots| own.part(&pixels.part(range(task)), slots);
-        let mut rests: Vec<Rest> =
-            slots.par_iter_mut().enumerate().map(|(task, slots)| run(self, task, slots)).collect();
-        // Patches first, then boxes, for which points must be known.
-        for _ in 0..2 {
-            if !self.make(&rests) {
-                break;
+        places.resize(pixels.points(), self.with_covariance, self.volume.is_some());
+        let mut tasks = places.tasks(self.done);
+        while !tasks.is_empty() {
+            let piece = PIECE - self.done % PIECE;
+            let first = tasks[0].0.start;
+            let others = tasks.split_off(tasks.partition_point(|(of, _)| of.start < first + piece));
+            let own = std::mem::replace(&mut tasks, others);
+            self.done += own.iter().map(|(of, _)| of.len()).sum::<usize>();
+            let run = |(of, slots): (Range<usize>, Slots)| self.task(&pixels.part(of), slots);
+            let wanted: Vec<_> = own.into_par_iter().map(run).collect();
+            for (what, points) in wanted.into_iter().flatten() {
+                *self.wanted.entry(what).or_default() += points;
             }
-            let each = slots.par_iter_mut().zip(&mut rests).enumerate();
-            each.filter(|(_, (_, rest))| !rest.wanted.is_empty())
-                .for_each(|(task, (slots, rest))| *rest = run(self, task, slots));
+            if self.done % PIECE == 0 {
+                self.make();
+            }
         }
-        let each = slots.into_par_iter().zip(rests).enumerate();
-        each.for_each(|(task, (slots, rest))| self.finish(rest, &pixels.part(range(task)), slots));
     }
 
-    /// Makes what it pays to make; whether there was anything.
-    fn make(&mut self, rests: &[Rest]) -> bool {
-        let mut wanted: BTreeMap<Wanted, u32> = BTreeMap::new();
-        for (what, points) in rests.iter().flat_map(|rest| &rest.wanted) {
-            *wanted.entry(*what).or_default() += points;
-        }
-        let wanted: Vec<Wanted> = wanted
-            .into_iter()
-            .filter(|(what, points)| what.pays(*points))
-            .map(|(w, _)| w)
+    /// Makes what has come to pay.
+    fn make(&mut self) {
+        let pay: Vec<Wanted> = self
+            .wanted
+            .iter()
+            .filter(|(what, points)| what.pays(**points))
+            .map(|(w, _)| *w)
             .collect();
-        let made: Vec<Option<Made>> = wanted.par_iter().map(|what| self.made(*what)).collect();
-        for (what, made) in wanted.iter().zip(made) {
-            self.take(*what, made);
+        let made: Vec<Option<Made>> = pay.par_iter().map(|what| self.made(*what)).collect();
+        for (what, made) in pay.into_iter().zip(made) {
+            self.wanted.remove(&what);
+            self.take(what, made);
         }
-        !wanted.is_empty()
+        // Pixels that mean nothing ask for ever new ones.
+        const MOST: usize = 1 << 16;
+        if self.wanted.len() > MOST {
+            self.wanted.clear();
+        }
     }
 
     fn made(&self, what: Wanted) -> Option<Made> {
@@ -216,8 +215,8 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// Some points, as far as what is made tells.
-    fn part(&self, pixels: &PixelColumns, slots: &mut Slots) -> Rest {
+    /// Some points; what would have helped, and how many of them.
+    fn task(&self, pixels: &PixelColumns, mut slots: Slots) -> BTreeMap<Wanted, u32> {
         let (count, full) = (pixels.points(), self.with_covariance);
         let Met { mut point, mut residual, mut nearness } = match &self.map.base {
             Some(rig) => rig.meet(pixels),
@@ -246,17 +245,21 @@ impl<'a> Locator<'a> {
             } else {
                 slots.residual.fill(f64::NAN);
             }
-            self.spread(pixels, &nearness, slots);
+            self.spread(pixels, &nearness, &mut slots);
         }
-        let mut rest = Rest { open: Vec::new(), wanted: BTreeMap::new() };
+        let mut wanted = BTreeMap::new();
         for (index, met) in is_met.into_iter().enumerate() {
             let known = !full || slots.covariance[0][index].is_finite();
             if !met || !known {
-                rest.open.push(index);
-                self.ask(&mut rest.wanted, pixels.point(index), (met, nearness[index]));
+                let row: Vec<Option<Pixel>> = pixels.point(index).collect();
+                self.ask(&mut wanted, &row, (met, nearness[index]));
+                slots.put(index, self.map.reconstructor.locate(&row).as_ref());
             }
         }
-        rest
+        if let Some(volume) = self.volume {
+            slots.trust.copy_from_slice(&volume.trust_columns(pixels));
+        }
+        wanted
     }
 
     /// How sure points are.
@@ -276,10 +279,9 @@ impl<'a> Locator<'a> {
     fn ask(
         &self,
         wanted: &mut BTreeMap<Wanted, u32>,
-        pixels: impl Iterator<Item = Option<Pixel>>,
+        pixels: &[Option<Pixel>],
         (is_met, nearness): (bool, f64),
     ) {
-        let pixels: Vec<Option<Pixel>> = pixels.collect();
         let mut note = |what: Wanted| *wanted.entry(what).or_default() += 1;
         let missing = |rig: &Option<Rig>| -> Vec<(usize, u32)> {
             rig.iter().flat_map(|rig| rig.missing(pixels.iter().copied())).collect()
@@ -296,17 +298,6 @@ impl<'a> Locator<'a> {
         if self.with_covariance {
             let missing = missing(&self.map.witness);
             missing.into_iter().for_each(|(camera, slot)| note(Wanted::Witness(camera, slot)));
-        }
-    }
-
-    /// What is still open by the map itself, and trust.
-    fn finish(&self, rest: Rest, pixels: &PixelColumns, mut slots: Slots) {
-        for index in rest.open {
-            let row: Vec<_> = pixels.point(index).collect();
-            slots.put(index, self.map.reconstructor.locate(&row).as_ref());
-        }
-        if let Some(volume) = self.volume {
-            slots.trust.copy_from_slice(&volume.trust_columns(pixels));
         }
     }
 }
@@ -362,26 +353,33 @@ impl Places {
         self.trust.resize(if with_trust { count } else { 0 }, Trust::Outside);
     }
 
-    /// Where each of so many tasks puts its figures.
-    fn slots(&mut self, tasks: usize) -> Vec<Slots<'_>> {
-        fn next<'p, T>(left: &mut &'p mut [T]) -> &'p mut [T] {
-            let (own, others) = std::mem::take(left).split_at_mut(TASK.min(left.len()));
+    /// Tasks after `done` points, and where each puts its figures.
+    fn tasks(&mut self, done: usize) -> Vec<(Range<usize>, Slots<'_>)> {
+        fn next<'p, T>(left: &mut &'p mut [T], length: usize) -> &'p mut [T] {
+            let length = length.min(left.len());
+            let (own, others) = std::mem::take(left).split_at_mut(length);
             *left = others;
             own
         }
+        let count = self.point[0].len();
         let mut point = self.point.each_mut().map(Vec::as_mut_slice);
         let mut covariance = self.covariance.each_mut().map(Vec::as_mut_slice);
         let (mut residual, mut sigma) = (&mut self.residual[..], &mut self.residual_sigma[..]);
         let mut trust = &mut self.trust[..];
-        (0..tasks)
-            .map(|_| Slots {
-                point: point.each_mut().map(next),
-                covariance: covariance.each_mut().map(next),
-                residual: next(&mut residual),
-                residual_sigma: next(&mut sigma),
-                trust: next(&mut trust),
-            })
-            .collect()
+        let (mut tasks, mut start) = (Vec::new(), 0);
+        while start < count {
+            let length = (TASK - (done + start) % TASK).min(count - start);
+            let slots = Slots {
+                point: point.each_mut().map(|column| next(column, length)),
+                covariance: covariance.each_mut().map(|column| next(column, length)),
+                residual: next(&mut residual, length),
+                residual_sigma: next(&mut sigma, length),
+                trust: next(&mut trust, length),
+            };
+            tasks.push((start..start + length, slots));
+            start += length;
+        }
+        tasks
     }
 }
 
