@@ -151,7 +151,9 @@ impl AdjustableCamera for BrownConrady {
         }
         let [to_x, to_y] = self.distort(x, y, s, radial.factor);
         let stretch = self.stretch(x, y, s, &radial);
-        let by_k = |power: f64| [x * power / radial.denominator, y * power / radial.denominator];
+        let inverse = 1.0 / radial.denominator;
+        let (x_over, y_over) = (x * inverse, y * inverse);
+        let by_k = |power: f64| [x_over * power, y_over * power];
         let below = |power: f64| by_k(-power * radial.factor);
         let of_lens = [
             by_k(s),

@@ -18,6 +18,7 @@ use crate::{
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
     numeric::{
         levenberg_marquardt::{NormalEquations, Patience, minimise},
+        panels::Panels,
         random::Random,
     },
     progress::Progress,
@@ -51,7 +52,7 @@ pub(super) struct Adjusted<L> {
 
 /// Rotation matrix by its rotation vector, and the left Jacobian: the derivative of the turned
 /// vector y by the rotation vector is -[y]x times it.
-fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
+pub(super) fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
     let angle = by.norm();
     let cross = by.cross_matrix();
     let (first, second) = if angle < 1e-4 {
@@ -119,28 +120,36 @@ impl<L: AdjustableCamera> Placed<L> {
         start.translation += start.rotation * centre;
         let count = start.model.parameters_mut().len();
         let mut slopes = vec![[0.0; 2]; count];
+        // A column a coordinate: its slopes by the unknowns, then its error.
+        let mut rows = Panels::zeros(free.len() + 1, 2 * pairs.len());
         let evaluate = |unknowns: &[f64], mut normal: Option<&mut NormalEquations>| {
             let (camera, left) = start.moved(free, unknowns);
             let mut squares = 0.0;
-            for (world, pixel) in pairs {
+            for (number, (world, pixel)) in pairs.iter().enumerate() {
                 let turned = camera.rotation * (world.coords - centre);
                 let point = Point3::from(turned + camera.translation);
                 let (at, by_point) = camera.model.project_with_slopes(point, &mut slopes)?;
                 let error = at - pixel;
                 squares += error.norm_squared();
-                let Some(normal) = normal.as_deref_mut() else { continue };
-                let by_turn = -(by_point * turned.cross_matrix() * left);
-                let mut rows = [[0.0; MOST_UNKNOWNS]; 2];
-                for (place, index) in free.iter().enumerate() {
-                    let [x, y] = match index {
-                        0..3 => [by_turn[(0, *index)], by_turn[(1, *index)]],
-                        3..POSE => [by_point[(0, index - 3)], by_point[(1, index - 3)]],
-                        _ => slopes[index - POSE],
-                    };
-                    (rows[0][place], rows[1][place]) = (x, y);
+                if normal.is_none() {
+                    continue;
                 }
-                let used = free.len();
-                normal.add_pixel([&rows[0][..used], &rows[1][..used]], error.into());
+                let by_turn = -(by_point * turned.cross_matrix() * left);
+                for axis in 0..2 {
+                    let mut row = [0.0; MOST_UNKNOWNS + 1];
+                    for (value, index) in row.iter_mut().zip(free) {
+                        *value = match index {
+                            0..3 => by_turn[(axis, *index)],
+                            3..POSE => by_point[(axis, index - 3)],
+                            _ => slopes[index - POSE][axis],
+                        };
+                    }
+                    row[free.len()] = error[axis];
+                    rows.fill_column(2 * number + axis, &row[..=free.len()]);
+                }
+            }
+            if let Some(normal) = normal.as_deref_mut() {
+                normal.add_columns(&rows);
             }
             Some(0.5 * squares)
         };

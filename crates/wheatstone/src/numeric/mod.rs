@@ -10,6 +10,7 @@ pub mod covariance;
 pub mod evidence;
 pub mod least_squares;
 pub mod levenberg_marquardt;
+pub mod panels;
 pub mod perceptron;
 pub mod random;
 pub mod sigmoid;

@@ -7,7 +7,7 @@ use super::{
     bundle::{Bundle, Shot, thinned},
     gather::Gathered,
     loss::Loss,
-    rig::{Terms, unknowns},
+    rig::{FIRST_DAMPING, Terms, unknowns},
 };
 use crate::{Error, Result, geometry::Vector3, progress::Progress};
 use nalgebra::Matrix3;
@@ -103,7 +103,8 @@ fn worse<L: Terms>(
     let free = (0..gathered.cameras)
         .map(|camera| unknowns(&held, camera > 0 || gathered.has_known()))
         .collect();
-    let bundle = Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares };
+    let bundle =
+        Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares, damping: FIRST_DAMPING };
     let mut state = choice.state.clone();
     for camera in &mut state.cameras {
         for value in camera.lens.parameters_mut().into_iter().take(2) {
@@ -118,7 +119,7 @@ fn worse<L: Terms>(
             * ((share - 1.0) * first.transform(chart.translation.into()).z);
     }
     let other = bundle.adjust(state, (60, 1e-5), progress)?;
-    Ok(2.0 * (other.cost - bundle.cost(&choice.state)))
+    Ok(2.0 * (other.sums.cost - bundle.cost(&choice.state)))
 }
 
 fn parallel(evidence: String) -> Error {
