@@ -32,6 +32,9 @@ pub(super) const POSE: usize = 6;
 /// Room for the unknowns of the camera with most of them.
 pub(super) const MOST_UNKNOWNS: usize = 32;
 
+/// Room for a row of them and an error, whole panels of eight.
+const ROW: usize = MOST_UNKNOWNS + 8;
+
 /// A camera on its way to the best fit; its rotation has determinant -1 if it is mirrored.
 #[derive(Clone, Debug)]
 pub(super) struct Placed<L> {
@@ -122,6 +125,7 @@ impl<L: AdjustableCamera> Placed<L> {
         let mut slopes = vec![[0.0; 2]; count];
         // A column a coordinate: its slopes by the unknowns, then its error.
         let mut rows = Panels::zeros(free.len() + 1, 2 * pairs.len());
+        let filled = (free.len() + 1).next_multiple_of(8);
         let evaluate = |unknowns: &[f64], mut normal: Option<&mut NormalEquations>| {
             let (camera, left) = start.moved(free, unknowns);
             let mut squares = 0.0;
@@ -136,7 +140,7 @@ impl<L: AdjustableCamera> Placed<L> {
                 }
                 let by_turn = -(by_point * turned.cross_matrix() * left);
                 for axis in 0..2 {
-                    let mut row = [0.0; MOST_UNKNOWNS + 1];
+                    let mut row = [0.0; ROW];
                     for (value, index) in row.iter_mut().zip(free) {
                         *value = match index {
                             0..3 => by_turn[(axis, *index)],
@@ -145,7 +149,7 @@ impl<L: AdjustableCamera> Placed<L> {
                         };
                     }
                     row[free.len()] = error[axis];
-                    rows.fill_column(2 * number + axis, &row[..=free.len()]);
+                    rows.fill_column(2 * number + axis, &row[..filled]);
                 }
             }
             if let Some(normal) = normal.as_deref_mut() {
@@ -176,7 +180,10 @@ pub(super) const SCOUTING: Patience = Patience { steps: 12, least_gain: 1e-3 };
 const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
 
 /// Points that show where a start leads, chosen at random: more cost time only.
-const SCOUTED: usize = 400;
+const SCOUTED: usize = 160;
+
+/// Points that decide whether what is seen lies on a plane: enough that chance does not.
+const LINEAR: usize = 4000;
 
 /// A step that gains less moves no unknown by a thousandth of its standard deviation.
 pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
@@ -236,8 +243,7 @@ impl Ladder {
         progress: &dyn Progress,
     ) -> Result<Adjusted<L>> {
         let pairs = pairs_of(self.method, camera, self.points_needed(), train)?;
-        // Ten times as many as decide: what lies on a plane is not to be a matter of chance.
-        let linear = linear_camera(camera, &some_of(&pairs, 10 * SCOUTED))?;
+        let linear = linear_camera(camera, &some_of(&pairs, LINEAR))?;
         let found = self.climb(&pairs, &linear, progress)?;
         let best = found
             .into_iter()

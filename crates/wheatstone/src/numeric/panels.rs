@@ -13,7 +13,7 @@ pub(super) const ROWS: usize = 8;
 pub(super) type Column = [f64; ROWS];
 
 /// A matrix; beyond its rows and columns stand zeros.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Panels {
     rows: usize,
     columns: usize,
@@ -51,11 +51,23 @@ impl Panels {
         self.values[row / ROWS * stride + column][row % ROWS] = value;
     }
 
-    /// Fills a column from its top.
+    /// Makes it one of nothing but zeros, of another shape, in the same memory.
+    pub fn clear(&mut self, rows: usize, columns: usize) {
+        (self.rows, self.columns) = (rows, columns);
+        self.values.clear();
+        self.values.resize(rows.div_ceil(ROWS) * self.stride(), [0.0; ROWS]);
+    }
+
+    /// Fills a column from its top. Quickest for whole panels of values: zeros below the last row.
     pub fn fill_column(&mut self, column: usize, values: &[f64]) {
         let stride = self.stride();
-        for (panel, values) in values.chunks(ROWS).enumerate() {
-            self.values[panel * stride + column][..values.len()].copy_from_slice(values);
+        let (whole, rest) = values.as_chunks::<ROWS>();
+        for (panel, values) in whole.iter().enumerate() {
+            self.values[panel * stride + column] = *values;
+        }
+        if !rest.is_empty() {
+            let last = &mut self.values[whole.len() * stride + column];
+            last[..rest.len()].copy_from_slice(rest);
         }
     }
 

@@ -6,7 +6,10 @@
 //! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
-use super::{loss::Loss, sums::ViewSums};
+use super::{
+    loss::Loss,
+    sums::{CellSums, ViewSums},
+};
 use crate::{
     Error, Result,
     camera::AdjustableCamera,
@@ -100,9 +103,10 @@ impl<'a> Bundle<'a> {
         let views: Vec<ViewSums> = (0..self.shots.len())
             .into_par_iter()
             .with_min_len(TOGETHER)
-            .map(|view| {
+            .map_init(CellSums::default, |cell, view| {
                 let chart = (&state.charts[view], self.loose[view]);
-                ViewSums::of((&self.shots[view], &state.cameras), chart, (&self.free, self.loss))
+                let seen = (&self.shots[view], state.cameras.as_slice());
+                ViewSums::of(seen, chart, (&self.free, self.loss), cell)
             })
             .collect();
         let count = self.unknowns();

@@ -67,10 +67,21 @@ fn errors<L: Lens>(state: &State<L>, shots: &[Shot]) -> Vec<f64> {
     all
 }
 
-/// The scale of Cauchy's function for these errors: three standard deviations, of normal errors of two
-/// coordinates whose median length is 1.18 of them.
+/// The scale of Cauchy's function for errors of this median: three standard deviations, of normal errors of
+/// two coordinates whose median length is 1.18 of them.
+fn scale_of(median: f64) -> f64 {
+    (3.0 * median / 1.18).clamp(1e-3, 1e3)
+}
+
 fn scale(errors: &[f64]) -> f64 {
-    (3.0 * median(errors) / 1.18).clamp(1e-3, 1e3)
+    scale_of(median(errors))
+}
+
+/// Whether two searches have come to the same place, by median error and focal length: what follows is
+/// then the same too.
+fn is_same(first: (f64, f64), second: (f64, f64)) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() < 0.01 * a.abs();
+    near(first.0, second.0) && near(first.1, second.1)
 }
 
 /// One camera with the charts that it saw, by itself: its state with the camera at the origin.
@@ -87,23 +98,34 @@ fn alone<L: Terms>(
     let kept = thinned(&own, SCOUTED);
     let loose = vec![true; kept.len()];
     let mut best: Option<(f64, State<L>)> = None;
+    let mut passed: Vec<(f64, f64)> = Vec::new();
     for start in planar::starts::<L>(&kept, 0) {
         let mut state = start;
-        let mut finite = false;
-        for terms in L::RUNGS {
+        let mut finite = true;
+        for (rung, terms) in L::RUNGS.iter().enumerate() {
+            let here = (median(&errors(&state, &kept)), state.cameras[0].lens.pinhole().focal[0]);
+            if rung == 1 && passed.iter().any(|other| is_same(*other, here)) {
+                finite = false;
+                break;
+            } else if rung == 1 {
+                passed.push(here);
+            }
             let bundle = Bundle {
                 shots: &kept,
                 loose: &loose,
                 free: vec![unknowns(terms, false)],
-                loss: Loss::Cauchy(scale(&errors(&state, &kept))),
+                loss: Loss::Cauchy(scale_of(here.0)),
                 damping: FIRST_DAMPING,
             };
             let found = bundle.adjust(state, SCOUTING, progress)?;
             state = found.state;
             finite = found.sums.cost.is_finite();
         }
+        if !finite {
+            continue;
+        }
         // Costs under different scales cannot be compared: medians can.
-        let error = if finite { median(&errors(&state, &kept)) } else { f64::INFINITY };
+        let error = median(&errors(&state, &kept));
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, state));
         }
@@ -233,14 +255,16 @@ pub(super) fn refine<L: Terms>(
     let mut state = state;
     // Few points bring cameras together as well as all do.
     let few = thinned(&usable, SCOUTED);
+    let mut damping = FIRST_DAMPING;
     for terms in [L::RUNGS[0], last] {
         let loss = Loss::Cauchy(scale(&errors(&state, &few)));
         let free = free(gathered, terms);
         let bundle = Bundle { shots: &few, loose: &loose, free, loss, damping: FIRST_DAMPING };
-        state = bundle.adjust(state, JOINING, progress)?.state;
+        let joined = bundle.adjust(state, JOINING, progress)?;
+        (state, damping) = (joined.state, joined.damping);
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
-    chosen(gathered, &state, (clean, loose), progress)
+    chosen(gathered, (&state, damping), (clean, loose), progress)
 }
 
 /// Each camera's unknowns that may change; the first one's pose does not where no place is known.
@@ -252,7 +276,7 @@ fn free(gathered: &Gathered, terms: &[usize]) -> Vec<Vec<usize>> {
 /// The best state of all points, with as many terms as predict best.
 fn chosen<L: Terms>(
     gathered: &Gathered,
-    state: &State<L>,
+    (state, damping): (&State<L>, f64),
     (clean, loose): (Vec<Shot>, Vec<bool>),
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
@@ -274,10 +298,16 @@ fn chosen<L: Terms>(
     // What there is no choice of need not be judged.
     let patience = if rungs.len() > 1 { JUDGING } else { FINAL };
     for terms in rungs {
-        let start = without_others(state, terms);
-        let near = of(&few, terms, FIRST_DAMPING).adjust(start, JOINING, progress)?;
-        let bundle = of(&clean, terms, near.damping);
-        let found = bundle.adjust(near.state, patience, progress)?;
+        // With all its terms the lens has been adjusted to few points already.
+        let (start, damping) = if *terms == L::RUNGS[L::RUNGS.len() - 1] {
+            (state.clone(), damping)
+        } else {
+            let start = without_others(state, terms);
+            let near = of(&few, terms, FIRST_DAMPING).adjust(start, JOINING, progress)?;
+            (near.state, near.damping)
+        };
+        let bundle = of(&clean, terms, damping);
+        let found = bundle.adjust(start, patience, progress)?;
         let worth = information(2.0 * found.sums.cost, points, unknowns(&bundle));
         if best.as_ref().is_none_or(|(least, ..)| worth < *least) {
             best = Some((worth, found, terms));

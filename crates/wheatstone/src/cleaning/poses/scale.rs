@@ -21,6 +21,9 @@ const FLAT: f64 = 1e-2;
 /// Five standard deviations.
 const CLEARLY: f64 = 25.0;
 
+/// So far above it that the last steps of a search cannot bring a chi-square down there.
+const FAR: f64 = 400.0 * CLEARLY;
+
 /// Points of what each camera saw of a view that are asked first.
 const ASKED: usize = 16;
 
@@ -118,8 +121,14 @@ fn worse<L: Terms>(
             * Vector3::z()
             * ((share - 1.0) * first.transform(chart.translation.into()).z);
     }
-    let other = bundle.adjust(state, (60, 1e-5), progress)?;
-    Ok(2.0 * (other.sums.cost - bundle.cost(&choice.state)))
+    let least = bundle.cost(&choice.state);
+    let rough = bundle.adjust(state, (60, 1e-2), progress)?;
+    let excess = 2.0 * (rough.sums.cost - least);
+    if excess > FAR * choice.sigma * choice.sigma {
+        return Ok(excess);
+    }
+    let other = bundle.adjust(rough.state, (60, 1e-5), progress)?;
+    Ok(2.0 * (other.sums.cost - least))
 }
 
 fn parallel(evidence: String) -> Error {

@@ -69,6 +69,7 @@ impl ViewSums {
         (shot, cameras): (&Shot, &[Posed<L>]),
         (world_from_chart, loose): (&Pose, bool),
         (free, loss): (&[Vec<usize>], Loss),
+        cell: &mut CellSums,
     ) -> Self {
         let count = free.iter().map(Vec::len).sum();
         let mut sums = Self {
@@ -78,7 +79,6 @@ impl ViewSums {
             chart: Matrix6::zeros(),
             chart_gradient: Vector6::zeros(),
         };
-        let mut cell = CellSums::default();
         for ((camera, seen), free) in cameras.iter().zip(shot).zip(free) {
             if seen.is_empty() {
                 sums.own.push(Block { triangle: Vec::new(), gradient: Vec::new() });
@@ -149,12 +149,14 @@ fn places(free: &[usize]) -> impl Iterator<Item = usize> {
 /// Sums of the points of one view in one camera, by the chart's place in the camera (a turn about its
 /// own origin in the camera's axes, a move), then the lens's free numbers.
 #[derive(Default)]
-struct CellSums {
+pub(super) struct CellSums {
     cost: f64,
     matrix: SMatrix<f64, WIDTH, WIDTH>,
     gradient: [f64; WIDTH],
     /// Unknowns that there are.
     used: usize,
+    /// A column a pixel's coordinate: its slopes, then its error.
+    rows: Panels,
 }
 
 impl CellSums {
@@ -176,7 +178,7 @@ impl CellSums {
         let count = lens.clone().parameters_mut().len().min(MOST_NUMBERS);
         let slopes = &mut slopes[..count];
         let Pose { rotation, translation } = camera_from_chart;
-        let mut rows = Panels::zeros(WIDTH, 2 * seen.len());
+        self.rows.clear(WIDTH, 2 * seen.len());
         self.cost = 0.0;
         for (index, (place, pixel)) in seen.iter().enumerate() {
             let turned = rotation * place.coords;
@@ -199,10 +201,10 @@ impl CellSums {
                 }
                 row[ERROR] = error[axis];
                 row.iter_mut().for_each(|value| *value *= root);
-                rows.fill_column(2 * index + axis, &row);
+                self.rows.fill_column(2 * index + axis, &row);
             }
         }
-        self.matrix.copy_from(&rows.square());
+        self.matrix.copy_from(&self.rows.square());
         self.gradient = std::array::from_fn(|place| self.matrix[(ERROR, place)]);
     }
 
