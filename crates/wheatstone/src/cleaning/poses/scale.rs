@@ -77,7 +77,7 @@ pub(super) fn check<L: Terms>(
             "the chart's normals spread by {spread:.2} degrees only, known to {sigma:.2}"
         )));
     }
-    let variance = (choice.sigma * choice.sigma).max(1e-12);
+    let variance = variance(choice);
     // Few points that tell focal lengths apart are enough; only where they do not are all asked.
     let few = thinned(&choice.clean, ASKED);
     for share in OTHERS {
@@ -93,6 +93,11 @@ pub(super) fn check<L: Terms>(
         }
     }
     Ok(())
+}
+
+/// Of one pixel coordinate; nothing is measured better than to a millionth.
+fn variance<L>(choice: &Choice<L>) -> f64 {
+    (choice.sigma * choice.sigma).max(1e-12)
 }
 
 /// By how much the least sum of squares grows for a share of the focal lengths that were found.
@@ -124,7 +129,7 @@ fn worse<L: Terms>(
     let least = bundle.cost(&choice.state);
     let rough = bundle.adjust(state, (60, 1e-2), progress)?;
     let excess = 2.0 * (rough.sums.cost - least);
-    if excess > FAR * choice.sigma * choice.sigma {
+    if excess > FAR * variance(choice) {
         return Ok(excess);
     }
     let other = bundle.adjust(rough.state, (60, 1e-5), progress)?;
