@@ -128,7 +128,7 @@ impl Calibration {
             (training, if validate { judge()? } else { None }, Vec::new())
         } else {
             let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
-            let judge = || evaluate::hold_out(method, data, seed, progress);
+            let judge = || evaluate::hold_out_of(method, data, (seed, Some(&fit)), progress);
             let (validation, held_out) = if validate { judge()? } else { None }.unzip();
             (training, validation, held_out.unwrap_or_default())
         };

@@ -5,8 +5,10 @@
 //! thin prism. The rational denominator and the numbering of all coefficients are OpenCV's
 //! (k1 to k6, p1, p2, s1 to s4).
 
-use super::{AdjustableCamera, CameraModel, pinhole::Pinhole, rising::stays_positive};
-use crate::geometry::{Pixel, Point3};
+use super::{
+    AdjustableCamera, CameraModel, pinhole::Pinhole, ray_by_newton, rising::stays_positive,
+};
+use crate::geometry::{Pixel, Point3, Ray};
 use nalgebra::{Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 
@@ -126,6 +128,14 @@ impl CameraModel for BrownConrady {
         self.rises(s).then(|| self.pinhole.pixel(to_x, to_y))
     }
 
+    fn ray(&self, pixel: Pixel) -> Option<Ray> {
+        let lens = self.radial.iter().chain(&self.tangential).chain(&self.rational);
+        if lens.chain(&self.prism).all(|value| *value == 0.0) {
+            return self.pinhole.ray(pixel);
+        }
+        ray_by_newton(|point| self.project(point), pixel)
+    }
+
     fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
         let [x, y, s] = Self::ideal(point)?;
         if !self.rises(s) {
@@ -151,7 +161,9 @@ impl AdjustableCamera for BrownConrady {
         }
         let [to_x, to_y] = self.distort(x, y, s, radial.factor);
         let stretch = self.stretch(x, y, s, &radial);
-        let by_k = |power: f64| [x * power / radial.denominator, y * power / radial.denominator];
+        let inverse = 1.0 / radial.denominator;
+        let (x_over, y_over) = (x * inverse, y * inverse);
+        let by_k = |power: f64| [x_over * power, y_over * power];
         let below = |power: f64| by_k(-power * radial.factor);
         let of_lens = [
             by_k(s),

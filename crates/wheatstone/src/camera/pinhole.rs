@@ -46,8 +46,9 @@ impl Pinhole {
         y: f64,
         z: f64,
     ) -> Matrix2x3<f64> {
+        let inverse = 1.0 / z;
         let row = |axis: usize| {
-            let scale = self.focal[axis] / z;
+            let scale = self.focal[axis] * inverse;
             let (by_x, by_y) = (stretch[(axis, 0)] * scale, stretch[(axis, 1)] * scale);
             [by_x, by_y, -(by_x * x + by_y * y)]
         };
@@ -64,9 +65,10 @@ impl Pinhole {
         slopes: &mut [[f64; 2]],
     ) {
         let own = [[distorted[0], 0.0], [0.0, distorted[1]], [1.0, 0.0], [0.0, 1.0]];
-        let lens = of_lens.iter().map(|[x, y]| [self.focal[0] * x, self.focal[1] * y]);
-        for (slope, value) in slopes.iter_mut().zip(own.into_iter().chain(lens)) {
-            *slope = value;
+        let Some((first, lens)) = slopes.split_first_chunk_mut::<4>() else { return };
+        *first = own;
+        for (slope, [x, y]) in lens.iter_mut().zip(of_lens) {
+            *slope = [self.focal[0] * x, self.focal[1] * y];
         }
     }
 }

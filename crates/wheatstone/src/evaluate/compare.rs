@@ -14,7 +14,7 @@ use crate::{
     },
     geometry::Point3,
     method::{
-        AnyMethod,
+        AnyMethod, Fit,
         auto::{self, Score},
         depth_is_observable,
     },
@@ -113,12 +113,12 @@ fn run(
     method: &AnyMethod,
     data: &Dataset,
     fold: &Fold,
-    (seed, from): (u64, Option<Point3>),
+    (seed, whole, from): (u64, Option<&Fit>, Option<Point3>),
     progress: &dyn Progress,
 ) -> Result<Outcome> {
     let (train, exam) = fold.divide(data);
     let start = Instant::now();
-    let fitted = method.fit_checked(&train, seed, progress);
+    let fitted = method.fit_part_checked(&train, whole, seed, progress);
     let seconds = start.elapsed().as_secs_f64();
     progress.check()?;
     let points = super::judged(&exam);
@@ -155,12 +155,13 @@ fn in_whole(fold: &Fold, mut errors: Vec<PointError>) -> Vec<PointError> {
     errors
 }
 
-/// Each fold's outcome for each method, all in parallel.
+/// Each fold's outcome for each method, all in parallel; `whole` is the fit to all points, where there is
+/// one method and it was made.
 fn run_all(
     methods: &[AnyMethod],
     data: &Dataset,
     folds: &[Fold],
-    seed: u64,
+    (seed, whole): (u64, Option<&Fit>),
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<Outcome>>> {
     let from = viewpoint(data);
@@ -171,7 +172,7 @@ fn run_all(
         .into_par_iter()
         .map(|task| {
             let (method, fold) = (&methods[task / folds.len()], &folds[task % folds.len()]);
-            let outcome = run(method, data, fold, (seed, from), &Muted(progress));
+            let outcome = run(method, data, fold, (seed, whole, from), &Muted(progress));
             progress.report("validating", done.fetch_add(1, Ordering::Relaxed) + 1, total);
             outcome
         })
@@ -227,7 +228,7 @@ pub fn compare(
     }
     let folds = folds(data);
     let floor = truth.and_then(|cameras| floor(cameras, data).ok());
-    let outcomes = run_all(methods, data, &folds, seed, progress)?;
+    let outcomes = run_all(methods, data, &folds, (seed, None), progress)?;
     let rows: Vec<MethodScore> = methods
         .iter()
         .zip(&outcomes)
@@ -290,7 +291,7 @@ pub fn divide(
         Some(_) => Vec::new(),
         None => {
             let (method, folds) = ([AnyMethod::named(REFERENCE)?], folds(data));
-            let mut outcomes = run_all(&method, data, &folds, seed, progress)?;
+            let mut outcomes = run_all(&method, data, &folds, (seed, None), progress)?;
             held_out(&folds, &outcomes.remove(0))
         }
     };
@@ -350,11 +351,21 @@ pub fn hold_out(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Option<(CrossValidation, Vec<Distance>)>> {
+    hold_out_of(method, data, (seed, None), progress)
+}
+
+/// [`hold_out`] beside the fit to all of the data.
+pub(crate) fn hold_out_of(
+    method: &AnyMethod,
+    data: &Dataset,
+    (seed, whole): (u64, Option<&Fit>),
+    progress: &dyn Progress,
+) -> Result<Option<(CrossValidation, Vec<Distance>)>> {
     let folds = folds(data);
     if folds.len() < 2 {
         return Ok(None);
     }
-    let outcomes = run_all(std::slice::from_ref(method), data, &folds, seed, progress)?;
+    let outcomes = run_all(std::slice::from_ref(method), data, &folds, (seed, whole), progress)?;
     let outcomes = outcomes.first().map_or(&[][..], Vec::as_slice);
     let Ok(all) = pooled(outcomes, &data.unit) else { return Ok(None) };
     let distances = outcomes.iter().flat_map(|outcome| outcome.distances.clone()).collect();

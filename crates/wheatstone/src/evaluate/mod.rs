@@ -8,6 +8,7 @@ mod floor;
 mod one_camera;
 
 pub use budget::{Budget, HeldOut, Part, Reference};
+pub(crate) use compare::hold_out_of;
 pub use compare::{
     Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate, divide, hold_out,
 };
@@ -109,10 +110,10 @@ pub fn point_errors(
         .enumerate()
         .filter_map(|(index, row)| {
             let world = row.world?;
-            let located = reconstructor.locate(&row.pixels)?;
+            let point = reconstructor.place(&row.pixels)?;
             Some(PointError {
                 row: index,
-                difference: located.point - world,
+                difference: point - world,
                 working_distance: (world - from).norm(),
             })
         })

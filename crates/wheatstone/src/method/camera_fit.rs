@@ -18,6 +18,7 @@ use crate::{
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
     numeric::{
         levenberg_marquardt::{NormalEquations, Patience, minimise},
+        panels::Panels,
         random::Random,
     },
     progress::Progress,
@@ -30,6 +31,9 @@ pub(super) const POSE: usize = 6;
 
 /// Room for the unknowns of the camera with most of them.
 pub(super) const MOST_UNKNOWNS: usize = 32;
+
+/// Room for a row of them and an error, whole panels of eight.
+const ROW: usize = MOST_UNKNOWNS + 8;
 
 /// A camera on its way to the best fit; its rotation has determinant -1 if it is mirrored.
 #[derive(Clone, Debug)]
@@ -51,7 +55,7 @@ pub(super) struct Adjusted<L> {
 
 /// Rotation matrix by its rotation vector, and the left Jacobian: the derivative of the turned
 /// vector y by the rotation vector is -[y]x times it.
-fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
+pub(super) fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
     let angle = by.norm();
     let cross = by.cross_matrix();
     let (first, second) = if angle < 1e-4 {
@@ -119,28 +123,37 @@ impl<L: AdjustableCamera> Placed<L> {
         start.translation += start.rotation * centre;
         let count = start.model.parameters_mut().len();
         let mut slopes = vec![[0.0; 2]; count];
+        // A column a coordinate: its slopes by the unknowns, then its error.
+        let mut rows = Panels::zeros(free.len() + 1, 2 * pairs.len());
+        let filled = (free.len() + 1).next_multiple_of(8);
         let evaluate = |unknowns: &[f64], mut normal: Option<&mut NormalEquations>| {
             let (camera, left) = start.moved(free, unknowns);
             let mut squares = 0.0;
-            for (world, pixel) in pairs {
+            for (number, (world, pixel)) in pairs.iter().enumerate() {
                 let turned = camera.rotation * (world.coords - centre);
                 let point = Point3::from(turned + camera.translation);
                 let (at, by_point) = camera.model.project_with_slopes(point, &mut slopes)?;
                 let error = at - pixel;
                 squares += error.norm_squared();
-                let Some(normal) = normal.as_deref_mut() else { continue };
-                let by_turn = -(by_point * turned.cross_matrix() * left);
-                let mut rows = [[0.0; MOST_UNKNOWNS]; 2];
-                for (place, index) in free.iter().enumerate() {
-                    let [x, y] = match index {
-                        0..3 => [by_turn[(0, *index)], by_turn[(1, *index)]],
-                        3..POSE => [by_point[(0, index - 3)], by_point[(1, index - 3)]],
-                        _ => slopes[index - POSE],
-                    };
-                    (rows[0][place], rows[1][place]) = (x, y);
+                if normal.is_none() {
+                    continue;
                 }
-                let used = free.len();
-                normal.add_pixel([&rows[0][..used], &rows[1][..used]], error.into());
+                let by_turn = -(by_point * turned.cross_matrix() * left);
+                for axis in 0..2 {
+                    let mut row = [0.0; ROW];
+                    for (value, index) in row.iter_mut().zip(free) {
+                        *value = match index {
+                            0..3 => by_turn[(axis, *index)],
+                            3..POSE => by_point[(axis, index - 3)],
+                            _ => slopes[index - POSE][axis],
+                        };
+                    }
+                    row[free.len()] = error[axis];
+                    rows.fill_column(2 * number + axis, &row[..filled]);
+                }
+            }
+            if let Some(normal) = normal.as_deref_mut() {
+                normal.add_columns(&rows);
             }
             Some(0.5 * squares)
         };
@@ -167,7 +180,10 @@ pub(super) const SCOUTING: Patience = Patience { steps: 12, least_gain: 1e-3 };
 const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
 
 /// Points that show where a start leads, chosen at random: more cost time only.
-const SCOUTED: usize = 400;
+const SCOUTED: usize = 160;
+
+/// Points that decide whether what is seen lies on a plane: enough that chance does not.
+const LINEAR: usize = 4000;
 
 /// A step that gains less moves no unknown by a thousandth of its standard deviation.
 pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
@@ -227,8 +243,7 @@ impl Ladder {
         progress: &dyn Progress,
     ) -> Result<Adjusted<L>> {
         let pairs = pairs_of(self.method, camera, self.points_needed(), train)?;
-        // Ten times as many as decide: what lies on a plane is not to be a matter of chance.
-        let linear = linear_camera(camera, &some_of(&pairs, 10 * SCOUTED))?;
+        let linear = linear_camera(camera, &some_of(&pairs, LINEAR))?;
         let found = self.climb(&pairs, &linear, progress)?;
         let best = found
             .into_iter()

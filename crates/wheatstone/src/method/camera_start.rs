@@ -10,9 +10,8 @@ use super::{
 use crate::{
     camera::{AdjustableCamera, pinhole::Pinhole},
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
-    numeric::least_squares::solve,
 };
-use nalgebra::Matrix3;
+use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// A camera model that a fit can start. The first four of its numbers are its pinhole's, the fifth is
 /// the first coefficient of its radial distortion.
@@ -82,19 +81,24 @@ impl<'a> Scan<'a> {
     /// Focal length and the coefficient of the cube, and the sum of squared errors of the radius, for
     /// the nearest point at this depth.
     fn profile<L: Lens>(&self, gap: f64) -> Option<(f64, f64, f64)> {
-        let (mut left, mut right) = (Vec::new(), Vec::new());
-        for [radius, along, seen] in &self.points {
-            let ideal = L::undistorted(*radius, along - self.nearest + gap)?;
-            left.extend([ideal, ideal * ideal * ideal]);
-            right.push(*seen);
+        let radii = self.points.iter().map(|[radius, along, seen]| {
+            Some((L::undistorted(*radius, along - self.nearest + gap)?, *seen))
+        });
+        let radii: Vec<(f64, f64)> = radii.collect::<Option<_>>()?;
+        let (mut matrix, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for (ideal, seen) in &radii {
+            let row = Vector2::new(*ideal, ideal * ideal * ideal);
+            matrix += row * row.transpose();
+            right += row * *seen;
         }
-        let found = solve(&left, 2, &right, 1)?;
-        let (focal, cubic) = (found[0], found[1]);
-        let error = |(a, seen): (&[f64], &f64)| {
-            let gap = focal * a[0] + cubic * a[1] - seen;
+        // The cube is tenths of the radius or less, and to be told from it by ten digits.
+        let told = matrix.determinant() > 1e-20 * matrix[(0, 0)] * matrix[(1, 1)];
+        let [focal, cubic] = (matrix.try_inverse().filter(|_| told)? * right).into();
+        let error = |(ideal, seen): &(f64, f64)| {
+            let gap = focal * ideal + cubic * ideal * ideal * ideal - seen;
             gap * gap
         };
-        let squares = left.chunks_exact(2).zip(&right).map(error).sum();
+        let squares = radii.iter().map(error).sum();
         (focal > 0.0).then_some((focal, cubic, squares))
     }
 }

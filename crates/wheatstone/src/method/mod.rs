@@ -56,6 +56,23 @@ pub trait Method: Sync + Send {
     /// [`Error::Cancelled`].
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit>;
 
+    /// As [`Method::fit`], for who asks of the map only where points are and how sure that is, such as of
+    /// points left out of `train`: what else a map can say may be missing. Where the fit to all points
+    /// is given, the one of several starts that was best there may be taken without trying the others.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::fit`].
+    fn fit_part(
+        &self,
+        train: &Dataset,
+        _whole: Option<&Fit>,
+        seed: u64,
+        progress: &dyn Progress,
+    ) -> Result<Fit> {
+        self.fit(train, seed, progress)
+    }
+
     /// In one line, what it is.
     fn summary(&self) -> &'static str;
 
@@ -81,12 +98,14 @@ pub struct Fit {
     pub curve: Vec<CurvePoint>,
     /// Which method was chosen and why, where there was a choice.
     pub choice: Option<Choice>,
+    /// Which of several starts was best, for methods that try some.
+    pub start: Option<u64>,
 }
 
 impl Fit {
     /// A fit that leaves nothing but the map.
     fn of(reconstructor: impl Into<AnyReconstructor>) -> Self {
-        Self { reconstructor: reconstructor.into(), curve: Vec::new(), choice: None }
+        Self { reconstructor: reconstructor.into(), curve: Vec::new(), choice: None, start: None }
     }
 }
 
@@ -153,6 +172,11 @@ pub trait Reconstructor: Sync + Send {
     /// likewise.
     fn looks(&self, _camera: usize, _pixel: Pixel) -> Option<Ray> {
         None
+    }
+
+    /// The point that [`Reconstructor::locate`] finds, for who asks nothing else of it.
+    fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
+        Some(self.locate(pixels)?.point)
     }
 
     /// How many numbers the fit adjusted to its points, effectively, for each coordinate that a point
@@ -269,6 +293,23 @@ impl AnyMethod {
         depth_is_observable(train)?;
         self.takes(train.cameras)?;
         self.fit(train, seed, progress)
+    }
+
+    /// [`AnyMethod::fit_checked`] by [`Method::fit_part`].
+    ///
+    /// # Errors
+    ///
+    /// As [`AnyMethod::fit_checked`].
+    pub(crate) fn fit_part_checked(
+        &self,
+        train: &Dataset,
+        whole: Option<&Fit>,
+        seed: u64,
+        progress: &dyn Progress,
+    ) -> Result<Fit> {
+        depth_is_observable(train)?;
+        self.takes(train.cameras)?;
+        self.fit_part(train, whole, seed, progress)
     }
 }
 

@@ -21,6 +21,7 @@ mod targets;
 use super::{
     AnyMethod, Fit, Located, Method, Plan, Reconstructor,
     dlt::{Dlt, DltReconstructor},
+    found_charts,
     neural_camera::Witness,
     unknown,
 };
@@ -153,6 +154,16 @@ fn input_row(pixels: &[Option<Pixel>]) -> Option<Vec<f64>> {
         .map(|all| all.iter().flat_map(|pixel| [pixel.x, pixel.y]).collect())
 }
 
+/// What a fit is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    Everything,
+    /// Where points are and how sure that is, from one start if that is known.
+    Points {
+        start: Option<u64>,
+    },
+}
+
 /// Points that all cameras saw.
 struct Samples {
     /// x and y of each camera.
@@ -197,6 +208,16 @@ impl Network {
         progress: &dyn Progress,
         observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
     ) -> Result<Fit> {
+        self.fit_for(train, (seed, progress), Asked::Everything, observe)
+    }
+
+    fn fit_for(
+        &self,
+        train: &Dataset,
+        (seed, progress): (u64, &dyn Progress),
+        asked: Asked,
+        observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
+    ) -> Result<Fit> {
         self.refuse_odd_settings()?;
         let Samples { inputs, points, views } = self.samples(train)?;
         match &self.training {
@@ -205,10 +226,17 @@ impl Network {
             }
             Training::Evidence(training) => {
                 let base = Dlt::default().cameras(train, progress).ok().map(DltReconstructor::bare);
-                let witness = Witness::fit(train, progress).ok();
+                // Charts whose places were found move with the cameras that watch over the network.
+                let watched = asked == Asked::Everything
+                    || found_charts::middles(train).iter().any(Option::is_some);
+                let witness = watched.then(|| Witness::fit(train, progress).ok()).flatten();
                 let lesson = evidence::Lesson { inputs, points, views, base, witness };
                 let frame = Targets::from_cameras(train, &lesson.points);
-                evidence::fit(self, training, lesson, (frame, train), (seed, progress))
+                let starts = match asked {
+                    Asked::Points { start: Some(start) } => start..start + 1,
+                    _ => 0..training.starts.max(1),
+                };
+                evidence::fit(self, (training, starts), lesson, (frame, train), (seed, progress))
             }
         }
     }
@@ -239,6 +267,17 @@ impl Network {
 impl Method for Network {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
         self.fit_observed(train, seed, progress, &mut |_, _| ())
+    }
+
+    fn fit_part(
+        &self,
+        train: &Dataset,
+        whole: Option<&Fit>,
+        seed: u64,
+        progress: &dyn Progress,
+    ) -> Result<Fit> {
+        let asked = Asked::Points { start: whole.and_then(|whole| whole.start) };
+        self.fit_for(train, (seed, progress), asked, &mut |_, _| ())
     }
 
     fn summary(&self) -> &'static str {
@@ -288,6 +327,11 @@ impl Reconstructor for NetworkReconstructor {
         let told = self.witness.as_ref().and_then(|witness| witness.residual(point, pixels));
         let (residual, residual_sigma) = told.unwrap_or((f64::NAN, f64::NAN));
         Some(Located { point, covariance, residual, residual_sigma })
+    }
+
+    fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
+        let unit = self.scaled_inputs(&input_row(pixels)?);
+        Some(self.targets.point(self.predict(pixels, &unit)?)?.0)
     }
 
     fn pixel_sigma(&self, camera: usize, _pixel: Pixel, world: Point3) -> Option<f64> {

@@ -4,14 +4,13 @@
 //! The factor is kept in panels of eight rows, each panel column by column, so that every inner loop
 //! runs through memory once. Sums run in the order of the columns, whatever the registers' width.
 
-use super::simd::{Real, Simd, WithSimd, add_products, on_widest};
+mod rows;
+
+use super::{
+    panels::{Column, ROWS},
+    simd::{Real, Simd, WithSimd, add_products, on_widest},
+};
 use nalgebra::DMatrix;
-
-/// Rows a panel.
-const ROWS: usize = 8;
-
-/// One column of a panel.
-type Column = [f64; ROWS];
 
 /// L of `A = L L'`.
 #[derive(Clone, Debug)]
@@ -139,6 +138,29 @@ fn subtract<S: Simd>(simd: S, (pivots, done): (&[Column], &[Column]), columns: &
     }
 }
 
+/// Takes one panel of L, what is before its triangle and that, from eight rows of right sides: their next
+/// eight columns.
+#[inline(always)]
+fn take_panel<S: Simd>(
+    simd: S,
+    (before, triangle): (&[Column], &[Column; ROWS]),
+    rows: &mut [Column],
+) {
+    let (done, columns) = rows.split_at_mut(before.len());
+    let columns = &mut columns[..ROWS];
+    subtract(simd, (before, done), columns);
+    let columns = f64::vectors_mut::<S>(columns.as_flattened_mut());
+    let strips = ROWS / f64::width::<S>();
+    for strip in 0..strips {
+        let mut vectors: [S::f64s; ROWS] =
+            std::array::from_fn(|column| columns[column * strips + strip]);
+        substitute(simd, &mut vectors, |row, column| triangle[column][row]);
+        for (column, vector) in vectors.into_iter().enumerate() {
+            columns[column * strips + strip] = vector;
+        }
+    }
+}
+
 /// Factors in place; says whether the matrix is positive definite.
 struct Factor<'a>(&'a mut Cholesky);
 
@@ -168,7 +190,7 @@ impl WithSimd for Factor<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let (panels, width) = (self.0.panels, f64::width::<S>());
+        let panels = self.0.panels;
         for own in 0..panels {
             let (above, below) = self.0.lower.split_at_mut((own + 1) * panels * ROWS);
             let above = &mut above[own * panels * ROWS..][..(own + 1) * ROWS];
@@ -179,20 +201,9 @@ impl WithSimd for Factor<'_> {
             if !factor_triangle(triangle) {
                 return false;
             }
+            let triangle = &*triangle;
             for panel in below.chunks_exact_mut(panels * ROWS) {
-                let (done, columns) = panel.split_at_mut(own * ROWS);
-                let columns = &mut columns[..ROWS];
-                subtract(simd, (before, done), columns);
-                let columns = f64::vectors_mut::<S>(columns.as_flattened_mut());
-                let strips = ROWS / width;
-                for strip in 0..strips {
-                    let mut rows: [S::f64s; ROWS] =
-                        std::array::from_fn(|column| columns[column * strips + strip]);
-                    substitute(simd, &mut rows, |row, column| triangle[column][row]);
-                    for (column, row) in rows.into_iter().enumerate() {
-                        columns[column * strips + strip] = row;
-                    }
-                }
+                take_panel(simd, (before, triangle), panel);
             }
         }
         true
@@ -246,7 +257,7 @@ impl WithSimd for Squares<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::{random::Random, simd::on_each};
+    use crate::numeric::{panels::Panels, random::Random, simd::on_each};
     use nalgebra::DVector;
 
     fn positive(size: usize) -> DMatrix<f64> {
@@ -266,6 +277,15 @@ mod tests {
             let right = DVector::from_fn(size, |i, _| libm::sin(i as f64));
             let solved = DVector::from_vec(found.solve(right.as_slice()));
             assert!((&whole * &solved - &right).norm() <= 1e-11 * right.norm());
+            let mut rows = Panels::zeros(3, size);
+            (0..size).for_each(|index| rows.set(1, index, right[index]));
+            found.take_lower(&mut rows);
+            let half = (0..size).map(|index| rows.get(1, index).powi(2)).sum::<f64>();
+            assert!((half - right.dot(&solved)).abs() < 1e-11 * half);
+            found.take_upper(&mut rows);
+            let gap = |index: usize| (rows.get(1, index) - solved[index]).abs();
+            assert!((0..size).all(|index| gap(index) <= 1e-11 * solved.norm()));
+            assert!((found.inverse() - reference.inverse()).norm() < 1e-11 * size as f64);
             let diagonal = DVector::from_vec(found.diagonal_of_inverse());
             assert!((diagonal - reference.inverse().diagonal()).norm() < 1e-11);
             let determinant =

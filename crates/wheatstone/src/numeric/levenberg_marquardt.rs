@@ -4,6 +4,7 @@
 //! Source: Marquardt 1963 (doi:10.1137/0111030); the damping rule is Nielsen's (Madsen, Nielsen &
 //! Tingleff 2004, "Methods for non-linear least squares problems", section 3.2).
 
+use super::panels::Panels;
 use crate::{Error, Result, progress::Progress};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -57,6 +58,18 @@ impl NormalEquations {
             let others = first[column..count].iter().zip(&second[column..count]);
             for (sum, (p, q)) in below[column..].iter_mut().zip(others) {
                 *sum += a * p + b * q;
+            }
+        }
+    }
+
+    /// Adds many residuals, a column each: its derivatives by the unknowns, and below them itself.
+    pub fn add_columns(&mut self, columns: &Panels) {
+        let square = columns.square();
+        let count = self.gradient.len().min(square.nrows().saturating_sub(1));
+        for column in 0..count {
+            self.gradient[column] += square[(count, column)];
+            for row in column..count {
+                self.matrix[(row, column)] += square[(row, column)];
             }
         }
     }
@@ -265,5 +278,10 @@ mod tests {
         assert_eq!(dense.matrix(), sparse.matrix());
         assert_eq!(dense.matrix()[(0, 2)], 3.0);
         assert_eq!(dense.gradient().as_slice(), [2.0, 0.0, 6.0]);
+        let mut columns = Panels::zeros(4, 1);
+        columns.fill_column(0, &[1.0, 0.0, 3.0, 2.0]);
+        let mut whole = NormalEquations::new(3);
+        whole.add_columns(&columns);
+        assert_eq!((whole.matrix(), whole.gradient()), (dense.matrix(), dense.gradient()));
     }
 }

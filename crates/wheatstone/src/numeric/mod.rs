@@ -11,6 +11,7 @@ pub mod evidence;
 pub mod least_squares;
 pub mod levenberg_marquardt;
 pub(crate) mod number;
+pub mod panels;
 pub mod perceptron;
 pub mod random;
 pub mod sigmoid;

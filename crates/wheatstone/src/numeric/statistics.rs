@@ -21,13 +21,13 @@ pub fn mean(values: &[f64]) -> f64 {
 /// 0 for no values.
 #[must_use]
 pub fn percentile(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
+    let mut values = values.to_vec();
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
     let position = share.clamp(0.0, 1.0) * last as f64;
     let below = position.floor() as usize;
-    let above = (below + 1).min(last);
-    sorted[below] + (sorted[above] - sorted[below]) * (position - below as f64)
+    let (_, least, more) = values.select_nth_unstable_by(below, f64::total_cmp);
+    let (least, next) = (*least, more.iter().copied().min_by(f64::total_cmp));
+    least + (next.unwrap_or(least) - least) * (position - below as f64)
 }
 
 /// The middle of the sample; 0 for no values.

@@ -167,6 +167,10 @@ fn methods_fit_any_number_of_cameras_and_refuse_what_determines_nothing() {
             assert_eq!(found.located, 200, "{}", method.name());
             // Even a network that has learned for a moment knows where the room is.
             assert!(found.mean_percent < 20.0, "{}: {found:?}", method.name());
+            for row in &exam.correspondences[..20] {
+                let located = fit.reconstructor.locate(&row.pixels).map(|located| located.point);
+                assert_eq!(fit.reconstructor.place(&row.pixels), located, "{}", method.name());
+            }
             let none = vec![None; cameras];
             assert!(fit.reconstructor.locate(&none).is_none());
             let mut one = none.clone();

@@ -6,7 +6,10 @@
 //! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
-use super::{loss::Loss, sums::ViewSums};
+use super::{
+    loss::Loss,
+    sums::{CellSums, ViewSums},
+};
 use crate::{
     Error, Result,
     camera::AdjustableCamera,
@@ -56,18 +59,24 @@ pub(super) struct Bundle<'a> {
     /// Which of each camera's unknowns may change: 0 to 5 its pose, then its lens's own numbers.
     pub(super) free: Vec<Vec<usize>>,
     pub(super) loss: Loss,
+    /// Of the first step.
+    pub(super) damping: f64,
 }
 
 /// How an adjustment ended.
 #[derive(Clone, Debug)]
 pub(super) struct Adjusted<L> {
     pub(super) state: State<L>,
-    pub(super) cost: f64,
+    /// What points say at that state, and how strongly the last step was damped.
+    pub(super) sums: Whole,
+    pub(super) damping: f64,
 }
 
 /// Sums of all views at one state.
-struct Whole {
-    cost: f64,
+#[derive(Clone, Debug)]
+pub(super) struct Whole {
+    /// Half the weighted sum of squares.
+    pub(super) cost: f64,
     cameras: DMatrix<f64>,
     gradient: DVector<f64>,
     views: Vec<ViewSums>,
@@ -94,9 +103,10 @@ impl<'a> Bundle<'a> {
         let views: Vec<ViewSums> = (0..self.shots.len())
             .into_par_iter()
             .with_min_len(TOGETHER)
-            .map(|view| {
+            .map_init(CellSums::default, |cell, view| {
                 let chart = (&state.charts[view], self.loose[view]);
-                ViewSums::of((&self.shots[view], &state.cameras), chart, (&self.free, self.loss))
+                let seen = (&self.shots[view], state.cameras.as_slice());
+                ViewSums::of(seen, chart, (&self.free, self.loss), cell)
             })
             .collect();
         let count = self.unknowns();
@@ -126,7 +136,7 @@ impl<'a> Bundle<'a> {
     ) -> Result<Adjusted<L>> {
         let mut state = start;
         let mut whole = self.sums(&state);
-        let (mut damping, mut raise) = (1e-3, 2.0);
+        let (mut damping, mut raise) = (self.damping, 2.0);
         for _ in 0..steps {
             progress.check()?;
             let Some(step) = whole.step(self, damping) else {
@@ -163,7 +173,7 @@ impl<'a> Bundle<'a> {
         if !whole.cost.is_finite() {
             return Err(lost());
         }
-        Ok(Adjusted { state, cost: whole.cost })
+        Ok(Adjusted { state, sums: whole, damping })
     }
 
     fn moved<L: AdjustableCamera>(&self, state: &State<L>, step: &Step) -> State<L> {
@@ -197,12 +207,7 @@ impl<'a> Bundle<'a> {
 
     /// Covariance of every chart's turn (radians) and place for pixel errors of this standard
     /// deviation; `None` where something is not determined.
-    pub(super) fn chart_covariances<L: AdjustableCamera + Sync>(
-        &self,
-        state: &State<L>,
-        sigma: f64,
-    ) -> Option<Vec<Matrix6<f64>>> {
-        let whole = self.sums(state);
+    pub(super) fn chart_covariances(&self, whole: &Whole, sigma: f64) -> Option<Vec<Matrix6<f64>>> {
         let (inverse, reduced, _) = whole.reduced(self, 0.0)?;
         let open = reduced.cholesky()?.inverse();
         let each =

@@ -22,6 +22,9 @@ const JOINING: (usize, f64) = (40, 1e-4);
 const JUDGING: (usize, f64) = (100, 1e-6);
 const FINAL: (usize, f64) = (100, 1e-8);
 
+/// Damping where nothing is known of how far the start is off.
+pub(super) const FIRST_DAMPING: f64 = 1e-3;
+
 /// Views that tell where one camera's search begins, and points of each: more cost time, and the
 /// adjustment of everything follows.
 const SCOUTED_VIEWS: usize = 20;
@@ -64,10 +67,21 @@ fn errors<L: Lens>(state: &State<L>, shots: &[Shot]) -> Vec<f64> {
     all
 }
 
-/// The scale of Cauchy's function for these errors: three standard deviations, of normal errors of two
-/// coordinates whose median length is 1.18 of them.
+/// The scale of Cauchy's function for errors of this median: three standard deviations, of normal errors of
+/// two coordinates whose median length is 1.18 of them.
+fn scale_of(median: f64) -> f64 {
+    (3.0 * median / 1.18).clamp(1e-3, 1e3)
+}
+
 fn scale(errors: &[f64]) -> f64 {
-    (3.0 * median(errors) / 1.18).clamp(1e-3, 1e3)
+    scale_of(median(errors))
+}
+
+/// Whether two searches have come to the same place, by median error and focal length: what follows is
+/// then the same too.
+fn is_same(first: (f64, f64), second: (f64, f64)) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() < 0.01 * a.abs();
+    near(first.0, second.0) && near(first.1, second.1)
 }
 
 /// One camera with the charts that it saw, by itself: its state with the camera at the origin.
@@ -75,7 +89,7 @@ fn alone<L: Terms>(
     shots: &[Shot],
     camera: usize,
     progress: &dyn Progress,
-) -> Result<Option<Adjusted<L>>> {
+) -> Result<Option<State<L>>> {
     let seen: Vec<usize> =
         (0..shots.len()).filter(|view| shots[*view][camera].len() >= LEAST).collect();
     let few = seen.len().min(SCOUTED_VIEWS);
@@ -83,32 +97,40 @@ fn alone<L: Terms>(
     let own: Vec<Shot> = scouted.iter().map(|view| vec![shots[*view][camera].clone()]).collect();
     let kept = thinned(&own, SCOUTED);
     let loose = vec![true; kept.len()];
-    let mut best: Option<Adjusted<L>> = None;
+    let mut best: Option<(f64, State<L>)> = None;
+    let mut passed: Vec<(f64, f64)> = Vec::new();
     for start in planar::starts::<L>(&kept, 0) {
         let mut state = start;
-        let mut cost = f64::INFINITY;
-        for terms in L::RUNGS {
+        let mut finite = true;
+        for (rung, terms) in L::RUNGS.iter().enumerate() {
+            let here = (median(&errors(&state, &kept)), state.cameras[0].lens.pinhole().focal[0]);
+            if rung == 1 && passed.iter().any(|other| is_same(*other, here)) {
+                finite = false;
+                break;
+            } else if rung == 1 {
+                passed.push(here);
+            }
             let bundle = Bundle {
                 shots: &kept,
                 loose: &loose,
                 free: vec![unknowns(terms, false)],
-                loss: Loss::Cauchy(scale(&errors(&state, &kept))),
+                loss: Loss::Cauchy(scale_of(here.0)),
+                damping: FIRST_DAMPING,
             };
             let found = bundle.adjust(state, SCOUTING, progress)?;
             state = found.state;
-            cost = found.cost;
+            finite = found.sums.cost.is_finite();
+        }
+        if !finite {
+            continue;
         }
         // Costs under different scales cannot be compared: medians can.
         let error = median(&errors(&state, &kept));
-        cost = if cost.is_finite() { error } else { f64::INFINITY };
-        if best.as_ref().is_none_or(|old| cost < old.cost) {
-            best = Some(Adjusted { state, cost });
+        if best.as_ref().is_none_or(|(least, _)| error < *least) {
+            best = Some((error, state));
         }
     }
-    Ok(best.map(|found| Adjusted {
-        state: with_all_views(found.state, shots, camera, &scouted),
-        ..found
-    }))
+    Ok(best.map(|(_, state)| with_all_views(state, shots, camera, &scouted)))
 }
 
 /// One camera's state with the charts of all views that it saw, where it was found from some.
@@ -188,7 +210,7 @@ fn joined<L: Terms>(shots: &[Shot], single: Vec<State<L>>) -> Result<State<L>> {
 /// The cameras and charts that explain the pixels best, from nothing but them.
 pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> Result<Choice<L>> {
     let shots = &gathered.shots;
-    let single: Vec<Result<Option<Adjusted<L>>>> = (0..gathered.cameras)
+    let single: Vec<Result<Option<State<L>>>> = (0..gathered.cameras)
         .into_par_iter()
         .map(|camera| alone::<L>(shots, camera, progress))
         .collect();
@@ -200,9 +222,9 @@ pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> R
                 "each camera must see {LEAST} points or more of a flat chart in several views"
             ),
         })?;
-        states.push(found.state);
+        states.push(found);
     }
-    let state = joined(shots, states)?;
+    let state = joined(&thinned(shots, SCOUTED), states)?;
     refine(gathered, state, progress)
 }
 
@@ -233,14 +255,16 @@ pub(super) fn refine<L: Terms>(
     let mut state = state;
     // Few points bring cameras together as well as all do.
     let few = thinned(&usable, SCOUTED);
+    let mut damping = FIRST_DAMPING;
     for terms in [L::RUNGS[0], last] {
         let loss = Loss::Cauchy(scale(&errors(&state, &few)));
         let free = free(gathered, terms);
-        let bundle = Bundle { shots: &few, loose: &loose, free, loss };
-        state = bundle.adjust(state, JOINING, progress)?.state;
+        let bundle = Bundle { shots: &few, loose: &loose, free, loss, damping: FIRST_DAMPING };
+        let joined = bundle.adjust(state, JOINING, progress)?;
+        (state, damping) = (joined.state, joined.damping);
     }
     let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
-    chosen(gathered, &state, (clean, loose), progress)
+    chosen(gathered, (&state, damping), (clean, loose), progress)
 }
 
 /// Each camera's unknowns that may change; the first one's pose does not where no place is known.
@@ -252,47 +276,53 @@ fn free(gathered: &Gathered, terms: &[usize]) -> Vec<Vec<usize>> {
 /// The best state of all points, with as many terms as predict best.
 fn chosen<L: Terms>(
     gathered: &Gathered,
-    state: &State<L>,
+    (state, damping): (&State<L>, f64),
     (clean, loose): (Vec<Shot>, Vec<bool>),
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
     let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
-    let mut best: Option<(f64, Choice<L>)> = None;
     let few = thinned(&clean, SCOUTED);
+    let points: usize = clean.iter().flatten().map(Vec::len).sum();
+    let of = |shots, terms, damping| Bundle {
+        shots,
+        loose: &loose,
+        free: free(gathered, terms),
+        loss: Loss::Squares,
+        damping,
+    };
+    let unknowns = |bundle: &Bundle| {
+        let charts = loose.iter().filter(|loose| **loose).count();
+        bundle.free.iter().map(Vec::len).sum::<usize>() + POSE * charts
+    };
+    let mut best: Option<(f64, Adjusted<L>, &'static [usize])> = None;
+    // What there is no choice of need not be judged.
+    let patience = if rungs.len() > 1 { JUDGING } else { FINAL };
     for terms in rungs {
-        let free = free(gathered, terms);
-        let of = |shots| Bundle { shots, loose: &loose, free: free.clone(), loss: Loss::Squares };
-        let start = without_others(state, terms);
-        let near = of(&few).adjust(start, JOINING, progress)?;
-        let bundle = of(&clean);
-        let found = bundle.adjust(near.state, JUDGING, progress)?;
-        let points: usize = clean.iter().flatten().map(Vec::len).sum();
-        let count = bundle.free.iter().map(Vec::len).sum::<usize>()
-            + POSE * loose.iter().filter(|l| **l).count();
-        let freedom = ((2 * points) as f64 - count as f64).max(1.0);
-        let worth = information(2.0 * found.cost, points, count);
-        if best.as_ref().is_none_or(|(least, _)| worth < *least) {
-            let sigma = (2.0 * found.cost / freedom).sqrt();
-            let choice = Choice {
-                state: found.state,
-                terms,
-                clean: Vec::new(),
-                loose: Vec::new(),
-                cost: found.cost,
-                sigma,
-                points,
-                charts: None,
-            };
-            best = Some((worth, choice));
+        // With all its terms the lens has been adjusted to few points already.
+        let (start, damping) = if *terms == L::RUNGS[L::RUNGS.len() - 1] {
+            (state.clone(), damping)
+        } else {
+            let start = without_others(state, terms);
+            let near = of(&few, terms, FIRST_DAMPING).adjust(start, JOINING, progress)?;
+            (near.state, near.damping)
+        };
+        let bundle = of(&clean, terms, damping);
+        let found = bundle.adjust(start, patience, progress)?;
+        let worth = information(2.0 * found.sums.cost, points, unknowns(&bundle));
+        if best.as_ref().is_none_or(|(least, ..)| worth < *least) {
+            best = Some((worth, found, terms));
         }
     }
-    let (_, choice) = best.ok_or_else(lost)?;
-    let free = free(gathered, choice.terms);
-    let bundle = Bundle { shots: &clean, loose: &loose, free, loss: Loss::Squares };
-    let found = bundle.adjust(choice.state, FINAL, progress)?;
-    let charts = bundle.chart_covariances(&found.state, choice.sigma);
-    let Adjusted { state, cost } = found;
-    Ok(Choice { state, cost, charts, clean, loose, ..choice })
+    let (_, mut found, terms) = best.ok_or_else(lost)?;
+    let bundle = of(&clean, terms, found.damping);
+    if rungs.len() > 1 {
+        found = bundle.adjust(found.state, FINAL, progress)?;
+    }
+    let cost = found.sums.cost;
+    let freedom = ((2 * points) as f64 - unknowns(&bundle) as f64).max(1.0);
+    let sigma = (2.0 * cost / freedom).sqrt();
+    let charts = bundle.chart_covariances(&found.sums, sigma);
+    Ok(Choice { state: found.state, terms, cost, charts, sigma, points, clean, loose })
 }
 
 fn without_others<L: Terms>(state: &State<L>, terms: &[usize]) -> State<L> {

@@ -7,7 +7,7 @@ use super::{
     bundle::{Bundle, Shot, thinned},
     gather::Gathered,
     loss::Loss,
-    rig::{Terms, unknowns},
+    rig::{FIRST_DAMPING, Terms, unknowns},
 };
 use crate::{Error, Result, geometry::Vector3, progress::Progress};
 use nalgebra::Matrix3;
@@ -20,6 +20,9 @@ const FLAT: f64 = 1e-2;
 
 /// Five standard deviations.
 const CLEARLY: f64 = 25.0;
+
+/// So far above it that the last steps of a search cannot bring a chi-square down there.
+const FAR: f64 = 400.0 * CLEARLY;
 
 /// Points of what each camera saw of a view that are asked first.
 const ASKED: usize = 16;
@@ -74,7 +77,7 @@ pub(super) fn check<L: Terms>(
             "the chart's normals spread by {spread:.2} degrees only, known to {sigma:.2}"
         )));
     }
-    let variance = (choice.sigma * choice.sigma).max(1e-12);
+    let variance = variance(choice);
     // Few points that tell focal lengths apart are enough; only where they do not are all asked.
     let few = thinned(&choice.clean, ASKED);
     for share in OTHERS {
@@ -92,6 +95,11 @@ pub(super) fn check<L: Terms>(
     Ok(())
 }
 
+/// Of one pixel coordinate; nothing is measured better than to a millionth.
+fn variance<L>(choice: &Choice<L>) -> f64 {
+    (choice.sigma * choice.sigma).max(1e-12)
+}
+
 /// By how much the least sum of squares grows for a share of the focal lengths that were found.
 fn worse<L: Terms>(
     gathered: &Gathered,
@@ -103,7 +111,8 @@ fn worse<L: Terms>(
     let free = (0..gathered.cameras)
         .map(|camera| unknowns(&held, camera > 0 || gathered.has_known()))
         .collect();
-    let bundle = Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares };
+    let bundle =
+        Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares, damping: FIRST_DAMPING };
     let mut state = choice.state.clone();
     for camera in &mut state.cameras {
         for value in camera.lens.parameters_mut().into_iter().take(2) {
@@ -117,8 +126,14 @@ fn worse<L: Terms>(
             * Vector3::z()
             * ((share - 1.0) * first.transform(chart.translation.into()).z);
     }
-    let other = bundle.adjust(state, (60, 1e-5), progress)?;
-    Ok(2.0 * (other.cost - bundle.cost(&choice.state)))
+    let least = bundle.cost(&choice.state);
+    let rough = bundle.adjust(state, (60, 1e-2), progress)?;
+    let excess = 2.0 * (rough.sums.cost - least);
+    if excess > FAR * variance(choice) {
+        return Ok(excess);
+    }
+    let other = bundle.adjust(rough.state, (60, 1e-5), progress)?;
+    Ok(2.0 * (other.sums.cost - least))
 }
 
 fn parallel(evidence: String) -> Error {

@@ -10,17 +10,25 @@ use super::{
 use crate::{
     camera::AdjustableCamera,
     geometry::{Pixel, Point3, Pose, Vector3},
+    numeric::panels::Panels,
 };
 use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Matrix6, SMatrix, Vector6};
 
-/// Room for a pose and the terms of the lens with most of them, nine of Brown's that are adjusted here: a
-/// multiple of what a processor adds at once.
+/// Room for a pose, the terms of the lens with most of them, nine of Brown's that are adjusted here, and
+/// the error: two panels.
 const WIDTH: usize = 16;
+
+/// Where the errors stand, beside the slopes by the unknowns.
+const ERROR: usize = WIDTH - 1;
+
+/// Numbers of the lens with most of them, Brown's.
+const MOST_NUMBERS: usize = 16;
 
 /// What a point that no camera can see costs, in pixels: as much as a gross error.
 const UNSEEN: f64 = 1e3;
 
 /// Sums of one view.
+#[derive(Clone, Debug)]
 pub(super) struct ViewSums {
     pub(super) cost: f64,
     /// One block a camera.
@@ -32,6 +40,7 @@ pub(super) struct ViewSums {
 }
 
 /// Sums of one camera's unknowns: the lower triangle row by row, and the gradient.
+#[derive(Clone, Debug)]
 pub(super) struct Block {
     triangle: Vec<f64>,
     gradient: Vec<f64>,
@@ -60,6 +69,7 @@ impl ViewSums {
         (shot, cameras): (&Shot, &[Posed<L>]),
         (world_from_chart, loose): (&Pose, bool),
         (free, loss): (&[Vec<usize>], Loss),
+        cell: &mut CellSums,
     ) -> Self {
         let count = free.iter().map(Vec::len).sum();
         let mut sums = Self {
@@ -69,7 +79,6 @@ impl ViewSums {
             chart: Matrix6::zeros(),
             chart_gradient: Vector6::zeros(),
         };
-        let mut cell = CellSums::default();
         for ((camera, seen), free) in cameras.iter().zip(shot).zip(free) {
             if seen.is_empty() {
                 sums.own.push(Block { triangle: Vec::new(), gradient: Vec::new() });
@@ -140,13 +149,14 @@ fn places(free: &[usize]) -> impl Iterator<Item = usize> {
 /// Sums of the points of one view in one camera, by the chart's place in the camera (a turn about its
 /// own origin in the camera's axes, a move), then the lens's free numbers.
 #[derive(Default)]
-struct CellSums {
+pub(super) struct CellSums {
     cost: f64,
-    /// Its lower triangle, until it is brought to the camera's unknowns.
     matrix: SMatrix<f64, WIDTH, WIDTH>,
     gradient: [f64; WIDTH],
     /// Unknowns that there are.
     used: usize,
+    /// A column a pixel's coordinate: its slopes, then its error.
+    rows: Panels,
 }
 
 impl CellSums {
@@ -157,55 +167,45 @@ impl CellSums {
         seen: &[(Point3, Pixel)],
         (free, loss): (&[usize], Loss),
     ) {
-        let terms: Vec<usize> =
-            free.iter().filter(|unknown| **unknown >= POSE).map(|unknown| unknown - POSE).collect();
-        (self.cost, self.gradient) = (0.0, [0.0; WIDTH]);
-        self.matrix.fill(0.0);
-        self.used = (POSE + terms.len()).min(WIDTH);
-        let mut slopes = vec![[0.0; 2]; lens.clone().parameters_mut().len()];
+        let mut terms = [0; WIDTH];
+        self.used = POSE;
+        for unknown in free.iter().filter(|unknown| **unknown >= POSE).take(ERROR - POSE) {
+            terms[self.used] = unknown - POSE;
+            self.used += 1;
+        }
+        let terms = &terms[POSE..self.used];
+        let mut slopes = [[0.0; 2]; MOST_NUMBERS];
+        let count = lens.clone().parameters_mut().len().min(MOST_NUMBERS);
+        let slopes = &mut slopes[..count];
         let Pose { rotation, translation } = camera_from_chart;
-        for (place, pixel) in seen {
+        self.rows.clear(WIDTH, 2 * seen.len());
+        self.cost = 0.0;
+        for (index, (place, pixel)) in seen.iter().enumerate() {
             let turned = rotation * place.coords;
             let point = Point3::from(turned + translation);
-            let Some((at, by_point)) = lens.project_with_slopes(point, &mut slopes) else {
+            let Some((at, by_point)) = lens.project_with_slopes(point, slopes) else {
                 self.cost += loss.of(UNSEEN * UNSEEN).0;
                 continue;
             };
             let error = at - pixel;
             let (cost, weight) = loss.of(error.norm_squared());
             self.cost += cost;
-            let rows = [0, 1].map(|axis| {
+            let root = weight.sqrt();
+            for axis in 0..2 {
                 let mut row = [0.0; WIDTH];
                 let [turn, along] = by_pose(&turned, &by_point, axis);
                 row[..3].copy_from_slice(turn.as_slice());
                 row[3..POSE].copy_from_slice(along.as_slice());
-                for (value, term) in row[POSE..].iter_mut().zip(&terms) {
+                for (value, term) in row[POSE..].iter_mut().zip(terms) {
                     *value = slopes[*term][axis];
                 }
-                row
-            });
-            self.add(&rows, [error.x * weight, error.y * weight], weight);
-        }
-        for column in 0..self.used {
-            for row in 0..column {
-                self.matrix[(row, column)] = self.matrix[(column, row)];
+                row[ERROR] = error[axis];
+                row.iter_mut().for_each(|value| *value *= root);
+                self.rows.fill_column(2 * index + axis, &row);
             }
         }
-    }
-
-    fn add(&mut self, [first, second]: &[[f64; WIDTH]; 2], [x, y]: [f64; 2], weight: f64) {
-        let used = self.used;
-        for column in 0..used {
-            let (a, b) = (first[column], second[column]);
-            self.gradient[column] += a * x + b * y;
-            let (a, b) = (a * weight, b * weight);
-            // Whole pairs are quicker than the exact triangle; what is above it is overwritten.
-            let start = column & !1;
-            let below = &mut self.matrix.data.0[column][start..used];
-            for ((sum, p), q) in below.iter_mut().zip(&first[start..]).zip(&second[start..]) {
-                *sum += a * p + b * q;
-            }
-        }
+        self.matrix.copy_from(&self.rows.square());
+        self.gradient = std::array::from_fn(|place| self.matrix[(ERROR, place)]);
     }
 
     fn part(&self, row: usize, column: usize) -> Matrix3<f64> {

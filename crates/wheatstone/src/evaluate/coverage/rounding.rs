@@ -86,7 +86,7 @@ impl Linear {
                 let moved = |by: f64| -> Option<Point3> {
                     let mut pixels = pixels.to_vec();
                     pixels.get_mut(camera)?.as_mut()?[axis] += by;
-                    Some(reconstructor.locate(&pixels)?.point)
+                    reconstructor.place(&pixels)
                 };
                 // Half the noise to both sides: the map is all but straight over the noise itself.
                 let step = 0.5 * sigma;
@@ -119,15 +119,16 @@ impl Linear {
             })
             .collect();
         let mut draw = |_| {
-            let mut error =
-                self.rest * Vector3::new(random.normal(), random.normal(), random.normal());
+            let rest = self.rest * Vector3::new(random.normal(), random.normal(), random.normal());
+            let mut error = Vector3::zeros();
             for (column, (half_width, normal)) in self.slopes.column_iter().zip(&parts) {
                 let uniform = random.uniform(-half_width, *half_width);
                 let more = if *normal > 0.0 { normal * random.normal() } else { 0.0 };
                 error += column * (uniform + more);
             }
-            error.norm_squared()
+            // What is drawn serves twice: its parts are as likely with the one's sign changed.
+            [(error + rest).norm_squared(), (error - rest).norm_squared()]
         };
-        (0..DRAWS).map(&mut draw).collect()
+        (0..DRAWS / 2).flat_map(&mut draw).collect()
     }
 }

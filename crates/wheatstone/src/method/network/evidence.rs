@@ -16,6 +16,7 @@ use crate::{
     progress::{Muted, Progress},
 };
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Mean to 0, standard deviation to 1: the decay's prior then suits every coordinate.
 fn standard(values: &[f64]) -> Scale {
@@ -35,15 +36,16 @@ fn start(settings: &Network, cameras: usize, random: &mut Random) -> Perceptron 
     perceptron
 }
 
-/// Trains for a while from several starts, then on from the one with the most evidence.
+/// Trains for a while from several starts, then on from the one with the most evidence, which is told.
 fn train(
     settings: &Network,
-    training: &Evidence,
+    (training, starts): (&Evidence, Range<u64>),
     batch: &Batch,
     (cameras, seed): (usize, u64),
     progress: &dyn Progress,
-) -> Result<(Perceptron, Trained)> {
-    let courses: Vec<Result<Course>> = (0..training.starts.max(1))
+) -> Result<(Perceptron, Trained, u64)> {
+    let courses: Vec<Result<Course>> = starts
+        .clone()
         .into_par_iter()
         .map(|number| {
             let perceptron = start(settings, cameras, &mut Random::stream(seed, number));
@@ -53,10 +55,12 @@ fn train(
         })
         .collect();
     let courses = courses.into_iter().collect::<Result<Vec<Course>>>()?;
-    let best = courses.into_iter().max_by(|a, b| a.log_evidence().total_cmp(&b.log_evidence()));
-    let mut best = best.ok_or(Error::Cancelled)?;
+    let best =
+        starts.zip(courses).max_by(|(_, a), (_, b)| a.log_evidence().total_cmp(&b.log_evidence()));
+    let (start, mut best) = best.ok_or(Error::Cancelled)?;
     best.go_on(batch, (training.steps, training.least_gain), progress)?;
-    best.finish(batch)
+    let (perceptron, trained) = best.finish(batch)?;
+    Ok((perceptron, trained, start))
 }
 
 /// What is learned from: pixels of all cameras, places, and the cameras without distortion.
@@ -129,7 +133,8 @@ impl FewViews<'_> {
                 kept.map(|(row, _)| row.clone()).collect()
             };
             let batch = Batch::new(&part(self.unit.0, false), &part(self.unit.1, false));
-            let (perceptron, _) = train(self.settings, &brief, &batch, (cameras, seed), progress)?;
+            let (perceptron, ..) =
+                train(self.settings, (&brief, 0..1), &batch, (cameras, seed), progress)?;
             for (input, target) in part(self.unit.0, true).iter().zip(&part(self.unit.1, true)) {
                 with += squared_distance(&perceptron.evaluate(input), target);
                 without += squared_distance(nothing, target);
@@ -155,7 +160,7 @@ fn silence(perceptron: &mut Perceptron, trained: &mut Trained, nothing: &[f64]) 
 
 pub(super) fn fit(
     settings: &Network,
-    training: &Evidence,
+    (training, starts): (&Evidence, Range<u64>),
     mut lesson: Lesson,
     (frame, dataset): (Targets, &Dataset),
     (seed, progress): (u64, &dyn Progress),
@@ -173,8 +178,8 @@ pub(super) fn fit(
     let unit = (scaled(inputs, &input_scales), scaled(&targets, &output_scales));
     let batch = Batch::new(&unit.0, &unit.1);
     let cameras = inputs[0].len() / 2;
-    let (mut perceptron, mut trained) =
-        train(settings, training, &batch, (cameras, seed), progress)?;
+    let (mut perceptron, mut trained, start) =
+        train(settings, (training, starts), &batch, (cameras, seed), progress)?;
     let nothing: Vec<f64> = output_scales.iter().map(|scale| scale.to_unit(0.0)).collect();
     let few = FewViews { settings, training, unit: (&unit.0, &unit.1), views: &lesson.views };
     if lesson.base.is_some() && few.network_does_harm(&nothing, (cameras, seed), progress)? {
@@ -204,5 +209,5 @@ pub(super) fn fit(
     }
     let curve = curve
         .map(|(step, square)| CurvePoint { epoch: step as u64, mean_square_error: square / count });
-    Ok(Fit { curve: curve.collect(), ..Fit::of(reconstructor) })
+    Ok(Fit { curve: curve.collect(), start: Some(start), ..Fit::of(reconstructor) })
 }

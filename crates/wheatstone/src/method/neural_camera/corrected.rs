@@ -1,10 +1,12 @@
 //! A fitted camera: where a point falls, and how sure that is.
 
 use super::{
-    evidence::{NOISE, Posterior, Settings},
+    evidence::Posterior,
     field::{Field, chained},
     fit::displaced,
     lens::{Lens, PARAMETERS},
+    settings::{NOISE, Settings},
+    slopes::Sloped,
 };
 use crate::{
     geometry::{Pixel, Point3, ProjectionMatrix, Ray},
@@ -126,7 +128,7 @@ impl CorrectedCamera {
     /// The camera at the posterior's mode, without functions that have no freedom.
     pub(super) fn new(lens: Lens, field: &Field, posterior: &Posterior) -> Option<Self> {
         let active = &posterior.active;
-        let covariance = &posterior.covariance;
+        let covariance = posterior.covariance();
         let lower = (0..active.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
         let optics = Optics {
             lens,
@@ -181,9 +183,8 @@ impl CorrectedCamera {
     /// How far a pixel of this point may be from its prediction.
     pub(super) fn spread(&self, world: Point3) -> Option<Spread> {
         let Optics { lens, field, weights } = &self.optics;
-        let seen = lens.project(world)?;
+        let (seen, slopes) = Sloped::new(lens).project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
-        let slopes = Lens::slopes_by_parameters(&lens.shifted(), world)?;
         let slopes = displaced(&slopes, &field.sum(&values, weights));
         let mut own = 0.0;
         let mut row_start = 0;

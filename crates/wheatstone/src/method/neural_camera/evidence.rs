@@ -8,131 +8,11 @@
 
 use super::{
     field::Field,
-    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL, PARAMETERS},
+    lens::FIRST_EXPECTED,
+    settings::{NOISE, SETTINGS, Settings, Variance},
 };
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use serde::{Deserialize, Serialize};
-use std::ops::Range;
-
-/// A function's prior variance in squared pixels, and the derivatives of its logarithm by the
-/// settings' logarithms: (setting, derivative).
-type Variance = (f64, [(usize, f64); 2]);
-
-/// What the priors and the noise are.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Settings {
-    /// Natural logarithms of, in this order: the pixel noise (px); the standard deviations of a
-    /// pixel's shape, of the principal point (focal lengths), of the radial and the tangential terms; the waves' (px) and their length (units
-    /// of the field); the parallax' (px) and the share of it that each degree keeps.
-    pub(super) logs: [f64; SETTINGS],
-}
-
-pub(super) const SETTINGS: usize = 9;
-pub(super) const NOISE: usize = 0;
-const SHAPE: usize = 1;
-const PRINCIPAL: usize = 2;
-const RADIAL: usize = 3;
-const TANGENTIAL: usize = 4;
-pub(super) const WAVES: usize = 5;
-pub(super) const LENGTH: usize = 6;
-pub(super) const PARALLAX: usize = 7;
-const DECAY: usize = 8;
-
-/// The settings that only the field has.
-pub(super) const OF_FIELD: Range<usize> = WAVES..SETTINGS;
-
-impl Settings {
-    /// Lowest and highest values of the settings (not their logarithms). Noise: a thousandth of a
-    /// pixel is better than any detector. Lengths: beyond twice the picture a wave is a constant.
-    const BOUNDS: [[f64; 2]; SETTINGS] = [
-        [1e-3, 100.0],
-        [1e-4, 1.0],
-        [1e-3, 3.0],
-        [1e-5, 3.0],
-        [1e-6, 0.3],
-        [1e-4, 100.0],
-        [0.05, 4.0],
-        [1e-4, 100.0],
-        [0.03, 1.0],
-    ];
-
-    /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
-    /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
-    /// by hundredths; corrections are of the order of a pixel to ten.
-    const SCALES: [f64; SETTINGS] =
-        [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY];
-
-    /// Where a search begins, for points that the bare camera misses by `noise` pixels.
-    pub(super) fn start(noise: f64) -> Self {
-        let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4];
-        Self { logs: values.map(libm::log) }
-    }
-
-    pub(super) fn value(&self, index: usize) -> f64 {
-        libm::exp(self.logs[index])
-    }
-
-    fn bounded(mut self, field: &Field) -> Self {
-        // Waves shorter than these are missing, so that a shorter length would ring.
-        let shortest = field.waves.last().map_or(0.0, |wave| RESOLVED / field.frequency(*wave));
-        self.logs[LENGTH] = self.logs[LENGTH].max(libm::log(shortest.max(f64::MIN_POSITIVE)));
-        for (log, [low, high]) in self.logs.iter_mut().zip(Self::BOUNDS) {
-            *log = log.clamp(libm::log(low), libm::log(high));
-        }
-        // What a port does to a ray at an angle is a series in the angle's powers: each degree more
-        // brings at most a factor of the widest angle.
-        self.logs[DECAY] = self.logs[DECAY].min(libm::log(field.view));
-        self
-    }
-
-    /// Prior variances of the field's functions.
-    fn field_variances(&self, field: &Field) -> Vec<Variance> {
-        let (length, area) = (self.value(LENGTH), field.area());
-        let waves = field.waves.iter().map(|wave| {
-            let turns = (length * field.frequency(*wave)).powi(2);
-            // The squared exponential kernel's spectral density, over the box's area.
-            let density = 2.0 * std::f64::consts::PI * length * length * libm::exp(-0.5 * turns);
-            let variance = self.value(WAVES).powi(2) * density / area;
-            (variance, [(WAVES, 2.0), (LENGTH, 2.0 - turns)])
-        });
-        let parallax = field.parallax.iter().map(|[x, y]| {
-            let degree = 2.0 * (x + y) as f64 - 2.0;
-            let log = 2.0 * self.logs[PARALLAX] + degree * self.logs[DECAY];
-            (libm::exp(log), [(PARALLAX, 2.0), (DECAY, degree)])
-        });
-        waves.chain(parallax).collect()
-    }
-
-    /// Precision of a number that is expected near 0, and the setting that gives it. What follows
-    /// the lens's own numbers comes in units of its standard deviation, which no setting changes.
-    fn lens_precision(&self, index: usize) -> (f64, Option<usize>) {
-        let setting = match index {
-            0..FIRST_OF_PRINCIPAL => SHAPE,
-            FIRST_OF_PRINCIPAL..FIRST_RADIAL => PRINCIPAL,
-            FIRST_RADIAL..FIRST_TANGENTIAL => RADIAL,
-            FIRST_TANGENTIAL..PARAMETERS => TANGENTIAL,
-            _ => return (1.0, None),
-        };
-        (1.0 / self.value(setting).powi(2), Some(setting))
-    }
-
-    /// Minus twice the logarithm of the prior of a lens and its correction, less a constant.
-    pub(super) fn penalty(&self, field: &Field, weights: &[[f64; 2]], numbers: &[f64]) -> f64 {
-        let lens = (FIRST_EXPECTED..numbers.len())
-            .map(|index| self.lens_precision(index).0 * numbers[index].powi(2));
-        let variances = self.field_variances(field);
-        let field = weights.iter().zip(&variances).map(|(weight, (variance, _))| {
-            let square = weight[0].powi(2) + weight[1].powi(2);
-            if square > 0.0 { square / variance } else { 0.0 }
-        });
-        lens.sum::<f64>() + field.sum::<f64>()
-    }
-
-    fn log_hyperprior(&self) -> f64 {
-        (0..SETTINGS).map(|index| -self.value(index) / Self::SCALES[index]).sum()
-    }
-}
+use crate::numeric::{cholesky::Cholesky, panels::Panels};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 /// Sums over the points of a camera, linearised about its present state: products of the field's
 /// functions F, the slopes J by the lens's numbers, and the errors e without any correction.
@@ -173,16 +53,22 @@ pub(super) struct Posterior {
     pub(super) effective: f64,
     /// The functions that have any freedom.
     pub(super) active: Vec<usize>,
-    /// Covariance of an active function's weight in x (or in y) with the lens held fixed.
-    pub(super) covariance: DMatrix<f64>,
+    /// What active functions are free to do with the lens held fixed.
+    freedom: Freedom,
     /// How active weights in x and y follow the lens's numbers (to be subtracted).
     pub(super) follow: [DMatrix<f64>; 2],
     /// Covariance of the lens's numbers.
     pub(super) lens_covariance: DMatrix<f64>,
 }
 
-/// Length times highest frequency at which the spectral density has fallen to a hundredth.
-const RESOLVED: f64 = 3.0;
+/// What the active functions' weights in x (or in y) may be with the lens held fixed.
+#[derive(Clone, Debug)]
+struct Freedom {
+    /// Of their precision, in units of their prior standard deviations.
+    factors: Cholesky,
+    /// Those.
+    scale: Vec<f64>,
+}
 
 /// A function whose prior leaves it less than this share of what noise would is left out.
 const NO_FREEDOM: f64 = 1e-5;
@@ -195,6 +81,37 @@ impl Sums {
         (0..variances.len()).filter(free).collect()
     }
 
+    /// The active functions' precision by the points, in units of their prior standard deviations: its lower
+    /// triangle.
+    fn whitened(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(active.len(), active.len());
+        for column in 0..active.len() {
+            for row in column..active.len() {
+                let product = self.field[(active[row], active[column])];
+                matrix[(row, column)] = precision * scale[row] * scale[column] * product;
+            }
+        }
+        matrix
+    }
+
+    /// Of x, then of y: what of the active functions mixes with each of the lens's numbers, then the
+    /// errors; in the same units.
+    fn sides(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> Panels {
+        let numbers = self.numbers.len();
+        let mut sides = Panels::zeros(2 * (numbers + 1), active.len());
+        for (axis, (mixed, errors)) in self.mixed.iter().zip(&self.field_errors).enumerate() {
+            let first = axis * (numbers + 1);
+            for (place, (index, scale)) in active.iter().zip(scale).enumerate() {
+                let factor = precision * scale;
+                for (number, value) in mixed.row(*index).iter().enumerate() {
+                    sides.set(first + number, place, factor * value);
+                }
+                sides.set(first + numbers, place, factor * errors[*index]);
+            }
+        }
+        sides
+    }
+
     /// The posterior under `settings`; `None` where the points do not determine the camera.
     pub(super) fn posterior(&self, field: &Field, settings: Settings) -> Option<Posterior> {
         let precision = 1.0 / settings.value(NOISE).powi(2);
@@ -202,41 +119,37 @@ impl Sums {
         let active = self.active(&variances, precision);
         let count = active.len();
         let scale: Vec<f64> = active.iter().map(|i| variances[*i].0.sqrt()).collect();
-        let whitened = DMatrix::from_fn(count, count, |i, j| {
-            let own = if i == j { 1.0 } else { 0.0 };
-            own + precision * scale[i] * scale[j] * self.field[(active[i], active[j])]
-        });
-        let factors = whitened.cholesky()?;
-        let sides = |axis: usize| {
-            let mixed = DMatrix::from_fn(count, self.numbers.len(), |i, j| {
-                precision * scale[i] * self.mixed[axis][(active[i], j)]
-            });
-            let errors = DVector::from_fn(count, |i, _| {
-                precision * scale[i] * self.field_errors[axis][active[i]]
-            });
-            (factors.solve(&mixed), factors.solve(&errors), mixed, errors)
-        };
-        let sides = [sides(0), sides(1)];
+        let factors = Cholesky::new(&self.whitened((&active, &scale), precision), |_| 1.0)?;
+        let numbers = self.numbers.len();
+        let mut sides = self.sides((&active, &scale), precision);
+        factors.take_lower(&mut sides);
+        let taken = sides.square();
+        factors.take_upper(&mut sides);
         // What is left of the lens's equations when the field has taken its part.
         let mut lens = &self.lens * precision;
         let mut lens_errors = &self.lens_errors * precision;
         let mut squares = self.squares * precision;
-        for index in FIRST_EXPECTED..self.numbers.len() {
+        for index in FIRST_EXPECTED..numbers {
             let (precision, _) = settings.lens_precision(index);
             lens[(index, index)] += precision;
             lens_errors[index] -= precision * self.numbers[index];
             squares += precision * self.numbers[index].powi(2);
         }
-        for (solved, solved_errors, mixed, errors) in &sides {
-            lens -= mixed.tr_mul(solved);
-            lens_errors -= mixed.tr_mul(solved_errors);
-            squares -= errors.dot(solved_errors);
+        for first in [0, numbers + 1] {
+            lens -= taken.view((first, first), (numbers, numbers));
+            lens_errors -= taken.view((first, first + numbers), (numbers, 1));
+            squares -= taken[(first + numbers, first + numbers)];
         }
         let lens_factors = lens.cholesky()?;
         let step = lens_factors.solve(&lens_errors);
         squares -= step.dot(&lens_errors);
-        let [x, y] = sides;
-        let white = [&x.1 - &x.0 * &step, &y.1 - &y.0 * &step];
+        let follow = [0, numbers + 1].map(|first| {
+            DMatrix::from_fn(count, numbers, |place, number| sides.get(first + number, place))
+        });
+        let white = [0, 1].map(|axis: usize| {
+            let errors = axis * (numbers + 1) + numbers;
+            DVector::from_fn(count, |place, _| sides.get(errors, place)) - &follow[axis] * &step
+        });
         let mut posterior = Posterior {
             settings,
             evidence: 0.0,
@@ -244,13 +157,13 @@ impl Sums {
             step,
             weights: vec![[0.0; 2]; variances.len()],
             effective: 0.0,
-            covariance: factors.inverse(),
-            follow: [x.0, y.0],
+            freedom: Freedom { factors, scale },
+            follow,
             lens_covariance: lens_factors.inverse(),
             active,
         };
-        posterior.judge(self, &variances, (&white, squares), (&factors, &lens_factors));
-        posterior.colour(&scale, &white);
+        posterior.judge(self, &variances, (&white, squares), &lens_factors);
+        posterior.colour(&white);
         Some(posterior)
     }
 
@@ -321,15 +234,14 @@ impl Posterior {
         sums: &Sums,
         variances: &[Variance],
         (white, squares): (&[DVector<f64>; 2], f64),
-        (factors, lens_factors): (&Cholesky<f64, Dyn>, &Cholesky<f64, Dyn>),
+        lens_factors: &nalgebra::Cholesky<f64, Dyn>,
     ) {
-        let half_determinant = |factors: &Cholesky<f64, Dyn>| {
-            factors.l_dirty().diagonal().iter().map(|value| libm::log(*value)).sum::<f64>()
-        };
+        let of_lens = lens_factors.l_dirty().diagonal();
         let rows = 2.0 * sums.points as f64;
         let settings = self.settings;
         let mut evidence = -rows * settings.logs[NOISE] - 0.5 * squares + settings.log_hyperprior();
-        evidence -= 2.0 * half_determinant(factors) + half_determinant(lens_factors);
+        evidence -= self.freedom.factors.log_determinant();
+        evidence -= of_lens.iter().map(|value| libm::log(*value)).sum::<f64>();
         let mut effective = sums.numbers.len() as f64;
         let mut prior_squares = 0.0;
         for index in FIRST_EXPECTED..sums.numbers.len() {
@@ -345,10 +257,10 @@ impl Posterior {
         }
         let follow = [&self.follow[0], &self.follow[1]];
         let lens_part = follow.map(|f| (f * &self.lens_covariance).component_mul(f).column_sum());
+        let own = self.freedom.factors.diagonal_of_inverse();
         for (place, index) in self.active.iter().enumerate() {
             let square = white[0][place].powi(2) + white[1][place].powi(2);
-            let spread =
-                2.0 * self.covariance[(place, place)] + lens_part[0][place] + lens_part[1][place];
+            let spread = 2.0 * own[place] + lens_part[0][place] + lens_part[1][place];
             effective += 2.0 - spread;
             prior_squares += square;
             for (setting, slope) in variances[*index].1 {
@@ -364,14 +276,21 @@ impl Posterior {
     }
 
     /// From weights in prior standard deviations to weights in pixels.
-    fn colour(&mut self, scale: &[f64], white: &[DVector<f64>; 2]) {
-        for (place, index) in self.active.iter().enumerate() {
-            self.weights[*index] = [0, 1].map(|axis| white[axis][place] * scale[place]);
-        }
-        for (place, scale) in scale.iter().enumerate() {
-            self.covariance.row_mut(place).scale_mut(*scale);
-            self.covariance.column_mut(place).scale_mut(*scale);
+    fn colour(&mut self, white: &[DVector<f64>; 2]) {
+        for (place, (index, scale)) in self.active.iter().zip(&self.freedom.scale).enumerate() {
+            self.weights[*index] = [0, 1].map(|axis| white[axis][place] * scale);
             self.follow.iter_mut().for_each(|follow| follow.row_mut(place).scale_mut(*scale));
         }
+    }
+
+    /// Covariance of the active functions' weights in x (or in y) with the lens held fixed.
+    pub(super) fn covariance(&self) -> DMatrix<f64> {
+        let Freedom { factors, scale } = &self.freedom;
+        let mut covariance = factors.inverse();
+        for (place, scale) in scale.iter().enumerate() {
+            covariance.row_mut(place).scale_mut(*scale);
+            covariance.column_mut(place).scale_mut(*scale);
+        }
+        covariance
     }
 }

@@ -54,9 +54,9 @@ impl Field {
             if half > 0.0 { half } else { 1.0 }
         });
         let mut field = Self { centre, half, view, waves: Vec::new(), parallax: Vec::new() };
-        let all = most + 1;
+        // A wave is not among the longest where those that are as long both ways are too many.
         let mut waves: Vec<[usize; 2]> =
-            (0..all * all).map(|index| [index / all, index % all]).collect();
+            (0..most).flat_map(|x| (0..most / (x + 1)).map(move |y| [x, y])).collect();
         waves.sort_by(|a, b| field.frequency(*a).total_cmp(&field.frequency(*b)).then(a.cmp(b)));
         waves.truncate(most);
         field.waves = waves;
@@ -106,8 +106,7 @@ impl Field {
         let place = |value: f64, axis: usize| (value - self.centre[axis]) / self.half[axis];
         let (x, y) = (place(pixel.x, 0), place(pixel.y, 1));
         let near = place(nearness, 2);
-        let most = |axis: usize| self.waves.iter().map(|wave| wave[axis]).max().unwrap_or(0);
-        let waves = [cosines(x / MARGIN, most(0)), cosines(y / MARGIN, most(1))];
+        let waves = [cosines(x / MARGIN, self.most(0)), cosines(y / MARGIN, self.most(1))];
         let powers = [legendre(x), legendre(y)];
         let (by_x, by_y) = (1.0 / self.half[0], 1.0 / self.half[1]);
         let mut all = Vec::with_capacity(self.len());
@@ -125,6 +124,38 @@ impl Field {
             ]);
         }
         all
+    }
+
+    /// Sum of the functions times `weights` at a place: a displacement in pixels, without slopes.
+    pub(super) fn displacement(
+        &self,
+        pixel: Pixel,
+        nearness: f64,
+        weights: &[[f64; 2]],
+    ) -> [f64; 2] {
+        let place = |value: f64, axis: usize| (value - self.centre[axis]) / self.half[axis];
+        let (x, y) = (place(pixel.x, 0), place(pixel.y, 1));
+        let (of_waves, of_parallax) = weights.split_at(self.waves.len().min(weights.len()));
+        let waves = [cosines(x / MARGIN, self.most(0)), cosines(y / MARGIN, self.most(1))];
+        let mut sums = [[0.0; 2]; 2];
+        for ([i, j], [by_x, by_y]) in self.waves.iter().zip(of_waves) {
+            let value = waves[0][*i].0 * waves[1][*j].0;
+            sums[0][0] += value * by_x;
+            sums[0][1] += value * by_y;
+        }
+        let powers = [legendre(x), legendre(y)];
+        for ([i, j], [by_x, by_y]) in self.parallax.iter().zip(of_parallax) {
+            let value = powers[0][*i].0 * powers[1][*j].0;
+            sums[1][0] += value * by_x;
+            sums[1][1] += value * by_y;
+        }
+        let near = place(nearness, 2);
+        [0, 1].map(|axis| sums[0][axis] + near * sums[1][axis])
+    }
+
+    /// Most half waves along an axis.
+    fn most(&self, axis: usize) -> usize {
+        self.waves.iter().map(|wave| wave[axis]).max().unwrap_or(0)
     }
 
     /// Sum of the functions times `weights` (x and y displacement in pixels), with slopes: one

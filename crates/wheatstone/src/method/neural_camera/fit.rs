@@ -2,22 +2,25 @@
 //! about them.
 
 use super::{
-    evidence::{LENGTH, NOISE, OF_FIELD, PARALLAX, Posterior, SETTINGS, Settings, Sums, WAVES},
+    evidence::{Posterior, Sums},
     field::{Field, chained},
-    lens::{
-        DIFFERENCE, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS,
-    },
+    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
     loose::LooseCharts,
     motions::Motions,
+    settings::{LENGTH, NOISE, OF_FIELD, PARALLAX, SETTINGS, Settings, WAVES},
+    slopes::{ByNumbers, Sloped},
 };
 
 use crate::{
     Error, Result,
     geometry::{Pixel, Point3, ProjectionMatrix},
-    numeric::levenberg_marquardt::{Patience, minimise},
+    numeric::{
+        levenberg_marquardt::{Patience, minimise},
+        panels::Panels,
+    },
     progress::Progress,
 };
-use nalgebra::{DMatrix, DVector, Matrix2, SMatrix};
+use nalgebra::Matrix2;
 
 /// Waves of a camera at most: about twelve half waves a side, which resolve lengths down to a fifth
 /// of half the picture; the strongest bumps of the synthetic rigs ask for a third.
@@ -110,22 +113,15 @@ fn least_squares(
     let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, mut normal| {
         let step: [f64; PARAMETERS] = step.try_into().ok()?;
         let lens = start.moved(&step);
-        let shifted = normal.is_some().then(|| {
-            let by = |index: usize, size: f64| {
-                let mut step = step;
-                step[index] += size;
-                start.moved(&step)
-            };
-            (0..PARAMETERS).map(|i| (by(i, DIFFERENCE), by(i, -DIFFERENCE))).collect::<Vec<_>>()
-        });
+        let sloped = Sloped::after(&lens, start, &step);
         let mut cost = 0.0;
         for (world, pixel) in pairs {
-            let error = lens.project(*world)?.pixel - pixel;
+            let (seen, slopes) = sloped.project(*world)?;
+            let error = seen.pixel - pixel;
             cost += 0.5 * error.norm_squared();
-            if let (Some(normal), Some(shifted)) = (normal.as_deref_mut(), &shifted) {
-                let slopes = Lens::slopes_by_parameters(shifted, *world)?;
-                normal.add(slopes.row(0).transpose().as_slice(), error.x);
-                normal.add(slopes.row(1).transpose().as_slice(), error.y);
+            if let Some(normal) = normal.as_deref_mut() {
+                let [x, y] = [0, 1].map(|axis| slopes.row(axis).transpose());
+                normal.add_pixel([x.as_slice(), y.as_slice()], error.into());
             }
         }
         let numbers = lens.numbers();
@@ -197,23 +193,23 @@ impl State<'_> {
 
     /// Sums about the present lens and weights; `None` where a point does not project.
     pub(super) fn sums(&self) -> Option<Sums> {
-        let (points, functions) = (self.pairs.len(), self.field.len());
-        let shifted = self.lens.shifted();
+        let points = self.pairs.len();
+        let sloped = Sloped::new(&self.lens);
         let numbers = self.numbers();
-        let mut field = DMatrix::zeros(points, functions);
-        let mut lens = [0, 1].map(|_| DMatrix::zeros(points, PARAMETERS));
-        let mut errors = [0, 1].map(|_| DVector::zeros(points));
+        let mut field = Panels::zeros(self.field.len(), points);
+        let mut sides = Panels::zeros(2 * SIDE, points);
         let mut motions = Motions::default();
         for (row, (world, pixel)) in self.placed().enumerate() {
-            let seen = self.lens.project(world)?;
+            let (seen, slopes) = sloped.project(world)?;
             let values = self.field.values(seen.pixel, seen.nearness);
-            values.iter().enumerate().for_each(|(index, value)| field[(row, index)] = value[0]);
-            let slopes = Lens::slopes_by_parameters(&shifted, world)?;
+            values.iter().enumerate().for_each(|(index, value)| field.set(index, row, value[0]));
             let sum = self.field.sum(&values, &self.weights);
             let slopes = displaced(&slopes, &sum);
             for axis in 0..2 {
-                lens[axis].view_mut((row, 0), (1, PARAMETERS)).copy_from(&slopes.row(axis));
-                errors[axis][row] = pixel[axis] - seen.pixel[axis];
+                for (number, slope) in slopes.row(axis).iter().enumerate() {
+                    sides.set(axis * SIDE + number, row, *slope);
+                }
+                sides.set(axis * SIDE + PARAMETERS, row, pixel[axis] - seen.pixel[axis]);
             }
             let by_chart = self.charts.as_ref().and_then(|charts| {
                 let by_world = [0, 1].map(|axis: usize| {
@@ -223,25 +219,8 @@ impl State<'_> {
             });
             motions.rows.extend(by_chart.map(|(first, slopes)| (row, first, slopes)));
         }
-        let mut sums = Sums {
-            field: field.tr_mul(&field),
-            mixed: [0, 1].map(|axis| {
-                let width = numbers.len() - PARAMETERS;
-                field.tr_mul(&lens[axis]).resize_horizontally(PARAMETERS + width, 0.0)
-            }),
-            field_errors: [field.tr_mul(&errors[0]), field.tr_mul(&errors[1])],
-            lens: (lens[0].tr_mul(&lens[0]) + lens[1].tr_mul(&lens[1])).resize(
-                numbers.len(),
-                numbers.len(),
-                0.0,
-            ),
-            lens_errors: (lens[0].tr_mul(&errors[0]) + lens[1].tr_mul(&errors[1]))
-                .resize_vertically(numbers.len(), 0.0),
-            squares: errors[0].norm_squared() + errors[1].norm_squared(),
-            points,
-            numbers,
-        };
-        motions.add_to(&mut sums, &field.transpose(), (&lens, &errors));
+        let mut sums = summed((&field, &sides), numbers);
+        motions.add_to(&mut sums, (&field, &sides));
         Some(sums)
     }
 
@@ -265,10 +244,9 @@ impl State<'_> {
         let mut squares = 0.0;
         for (world, pixel) in self.placed() {
             let seen = self.lens.project(world)?;
-            let values = self.field.values(seen.pixel, seen.nearness);
-            let [x, y] = self.field.sum(&values, &self.weights);
-            squares += (pixel.x - seen.pixel.x - x[0]).powi(2);
-            squares += (pixel.y - seen.pixel.y - y[0]).powi(2);
+            let [x, y] = self.field.displacement(seen.pixel, seen.nearness, &self.weights);
+            squares += (pixel.x - seen.pixel.x - x).powi(2);
+            squares += (pixel.y - seen.pixel.y - y).powi(2);
         }
         let precision = settings.value(NOISE).powi(-2);
         let penalty = settings.penalty(&self.field, &self.weights, &self.numbers());
@@ -316,6 +294,30 @@ impl State<'_> {
     }
 }
 
+/// Of each coordinate: its slopes by the lens's numbers, and its error.
+pub(super) const SIDE: usize = PARAMETERS + 1;
+
+/// Sums over points, a column each: of the field's functions, and of both coordinates' slopes and errors.
+fn summed((field, sides): (&Panels, &Panels), numbers: Vec<f64>) -> Sums {
+    let (mixed, own) = (field.product(sides), sides.square());
+    let lens = |first: usize| own.view((first, first), (PARAMETERS, PARAMETERS));
+    let errors = |first: usize| own.view((first, first + PARAMETERS), (PARAMETERS, 1));
+    let size = numbers.len();
+    Sums {
+        field: field.square(),
+        mixed: [0, SIDE].map(|first| {
+            let of_lens = mixed.columns(first, PARAMETERS).into_owned();
+            of_lens.resize_horizontally(size, 0.0)
+        }),
+        field_errors: [0, SIDE].map(|first| mixed.column(first + PARAMETERS).into_owned()),
+        lens: (lens(0) + lens(SIDE)).resize(size, size, 0.0),
+        lens_errors: (errors(0) + errors(SIDE)).column(0).into_owned().resize_vertically(size, 0.0),
+        squares: own[(PARAMETERS, PARAMETERS)] + own[(SIDE + PARAMETERS, SIDE + PARAMETERS)],
+        points: field.shape().1,
+        numbers,
+    }
+}
+
 /// Most Gauss-Newton steps at fixed settings. Two or three are the rule; where points lie so flat that
 /// focal length and distance are hard to tell apart the valley is long: ten steps left the held-out
 /// error of a target in water a third above that of sixty.
@@ -323,10 +325,7 @@ const MOST_STEPS: usize = 60;
 
 /// Slopes of the corrected pixel by the lens's numbers, from those of the plain pixel and
 /// from the field with its own slopes.
-pub(super) fn displaced(
-    slopes: &SMatrix<f64, 2, PARAMETERS>,
-    field: &[[f64; 4]; 2],
-) -> SMatrix<f64, 2, PARAMETERS> {
+pub(super) fn displaced(slopes: &ByNumbers, field: &[[f64; 4]; 2]) -> ByNumbers {
     let chain = Matrix2::from_fn(|row, column| {
         field[row][1 + column] + if row == column { 1.0 } else { 0.0 }
     });

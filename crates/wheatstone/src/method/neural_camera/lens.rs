@@ -6,7 +6,7 @@
 //! (Brown 1971, Photogrammetric Engineering 37:855-866).
 
 use crate::geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that a fit may change: rotation and translation, the five of the plane, the lens.
@@ -108,7 +108,7 @@ impl Lens {
     }
 
     /// A point in the camera's frame on the layout's plane, with derivatives.
-    fn lay_out(&self, point: Point3) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
+    pub(super) fn lay_out(&self, point: Point3) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
         let (x, y, z) = (point.x, point.y, point.z);
         if self.layout == Layout::Perspective {
             let (u, v) = (x / z, y / z);
@@ -137,7 +137,7 @@ impl Lens {
     }
 
     /// What the lens makes of a place on the layout's plane, with derivatives.
-    fn bent(&self, place: Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
+    pub(super) fn bent(&self, place: Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
         let [k1, k2, k3, p1, p2] = self.bend;
         let unit = place / self.reach;
         let (x, y) = (unit.x, unit.y);
@@ -158,7 +158,23 @@ impl Lens {
         ((unit * factor + sideways) * self.reach, slopes)
     }
 
-    fn plane_matrix(&self) -> Matrix2<f64> {
+    /// How a bent place changes with each of `bend`.
+    pub(super) fn bending(&self, place: Vector2<f64>) -> [Vector2<f64>; 5] {
+        let unit = place / self.reach;
+        let (x, y) = (unit.x, unit.y);
+        let s = x * x + y * y;
+        let along = place * s;
+        let sideways = |x: f64, y: f64| Vector2::new(x, y) * self.reach;
+        [
+            along,
+            along * s,
+            along * (s * s),
+            sideways(2.0 * x * y, s + 2.0 * y * y),
+            sideways(s + 2.0 * x * x, 2.0 * x * y),
+        ]
+    }
+
+    pub(super) fn plane_matrix(&self) -> Matrix2<f64> {
         let [fx, fy, skew, _, _] = self.plane;
         Matrix2::new(fx, skew, 0.0, fy)
     }
@@ -169,12 +185,21 @@ impl Lens {
         let point = self.camera_from_world.transform(world);
         let (place, by_point) = self.lay_out(point)?;
         let (bent, by_place) = self.bent(place);
+        self.seen(world, (bent, self.plane_matrix() * by_place * by_point))
+    }
+
+    /// A world point whose place on the bent plane is known, with the pixel's derivatives by the point's
+    /// place in the camera's frame.
+    pub(super) fn seen(
+        &self,
+        world: Point3,
+        (bent, by_point): (Vector2<f64>, Matrix2x3<f64>),
+    ) -> Option<Seen> {
         let pixel = self.plane_matrix() * bent + Vector2::new(self.plane[3], self.plane[4]);
-        let rotation = self.camera_from_world.rotation;
         let away = world - self.viewpoint;
         let nearness = 1.0 / away.norm();
         let nearness_slopes = away * -nearness.powi(3);
-        let slopes = self.plane_matrix() * by_place * by_point * rotation;
+        let slopes = by_point * self.camera_from_world.rotation;
         let finite = pixel.iter().all(|value| value.is_finite()) && nearness.is_finite();
         finite.then_some(Seen { pixel: Pixel::from(pixel), slopes, nearness, nearness_slopes })
     }
@@ -232,7 +257,7 @@ impl Lens {
     }
 
     /// Radians, the distance of the world's origin, shares and focal lengths: steps of like effect.
-    fn units(&self) -> [f64; PARAMETERS] {
+    pub(super) fn units(&self) -> [f64; PARAMETERS] {
         let (length, focal) = (self.camera_from_world.translation.norm(), self.plane[1].abs());
         let mut units = [1.0; PARAMETERS];
         units[3..6].fill(if length > 0.0 { length } else { 1.0 });
@@ -256,30 +281,6 @@ impl Lens {
         numbers
     }
 
-    /// Derivatives of the pixel by the lens's numbers, by central differences.
-    pub(super) fn slopes_by_parameters(
-        shifted: &[(Self, Self)],
-        world: Point3,
-    ) -> Option<SMatrix<f64, 2, PARAMETERS>> {
-        let mut slopes = SMatrix::<f64, 2, PARAMETERS>::zeros();
-        for (index, (ahead, behind)) in shifted.iter().enumerate() {
-            let (ahead, behind) = (ahead.project(world)?, behind.project(world)?);
-            let pixel = (ahead.pixel - behind.pixel) / (2.0 * DIFFERENCE);
-            slopes.set_column(index, &pixel);
-        }
-        Some(slopes)
-    }
-
-    /// The lens a small step ahead and behind in each number.
-    pub(super) fn shifted(&self) -> Vec<(Self, Self)> {
-        let by = |index: usize, size: f64| {
-            let mut step = [0.0; PARAMETERS];
-            step[index] = size;
-            self.moved(&step)
-        };
-        (0..PARAMETERS).map(|index| (by(index, DIFFERENCE), by(index, -DIFFERENCE))).collect()
-    }
-
     pub(super) fn is_consistent(&self) -> bool {
         let pose = &self.camera_from_world;
         let gap = pose.rotation * pose.rotation.transpose() - Matrix3::identity();
@@ -291,10 +292,6 @@ impl Lens {
             && pose.translation.iter().chain(&self.plane).chain(&self.bend).all(|v| v.is_finite())
     }
 }
-
-/// Step of the differences: the cube root of the machine's precision balances rounding and
-/// curvature.
-pub(super) const DIFFERENCE: f64 = 6e-6;
 
 /// A world point on the picture.
 #[derive(Clone, Debug)]

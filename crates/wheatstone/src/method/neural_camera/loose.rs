@@ -8,9 +8,10 @@
 
 use super::{
     POINTS_NEEDED,
-    evidence::{Posterior, SETTINGS, Settings},
+    evidence::Posterior,
     fit::{State, fit_state, undetermined},
     lens::PARAMETERS,
+    settings::{SETTINGS, Settings},
 };
 use crate::{
     Error, Result,
@@ -185,6 +186,6 @@ impl<'a> LooseCamera<'a> {
 
     /// Standard deviation of one pixel coordinate that neither camera nor charts explain.
     pub(crate) fn noise(&self) -> f64 {
-        self.settings.value(super::evidence::NOISE)
+        self.settings.value(super::settings::NOISE)
     }
 }

@@ -17,6 +17,8 @@ mod fit;
 mod lens;
 mod motions;
 mod places;
+mod settings;
+mod slopes;
 mod witness;
 pub(crate) mod loose;
 

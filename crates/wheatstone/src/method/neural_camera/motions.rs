@@ -1,7 +1,7 @@
 //! What charts that may move add to a camera's sums: a point tells of its own chart only.
 
-use super::{evidence::Sums, lens::PARAMETERS, loose::MOTION};
-use nalgebra::{DMatrix, DVector};
+use super::{evidence::Sums, fit::SIDE, lens::PARAMETERS, loose::MOTION};
+use crate::numeric::panels::Panels;
 
 /// Derivatives of points' pixels by their charts' motions.
 #[derive(Default)]
@@ -11,27 +11,23 @@ pub(super) struct Motions {
 }
 
 impl Motions {
-    /// Adds their part to sums that hold field and lens; `field` has a column a point, `lens` and
-    /// `errors` a row.
-    pub(super) fn add_to(
-        &self,
-        sums: &mut Sums,
-        field: &DMatrix<f64>,
-        (lens, errors): (&[DMatrix<f64>; 2], &[DVector<f64>; 2]),
-    ) {
+    /// Adds their part to sums that hold field and lens, from the points' columns of which those were made.
+    pub(super) fn add_to(&self, sums: &mut Sums, (field, sides): (&Panels, &Panels)) {
         for (row, first, slopes) in &self.rows {
             let first = PARAMETERS + first;
-            let values = field.column(*row);
-            for axis in 0..2 {
-                for (index, slope) in slopes[axis].iter().enumerate() {
+            for (axis, slopes) in slopes.iter().enumerate() {
+                let side = |number: usize| sides.get(axis * SIDE + number, *row);
+                for (index, slope) in slopes.iter().enumerate() {
                     let place = first + index;
-                    sums.mixed[axis].column_mut(place).axpy(*slope, &values, 1.0);
-                    sums.lens_errors[place] += slope * errors[axis][*row];
-                    for (number, own) in lens[axis].row(*row).iter().enumerate() {
-                        sums.lens[(place, number)] += slope * own;
-                        sums.lens[(number, place)] += slope * own;
+                    for function in 0..field.shape().0 {
+                        sums.mixed[axis][(function, place)] += slope * field.get(function, *row);
                     }
-                    for (other, by) in slopes[axis].iter().enumerate() {
+                    sums.lens_errors[place] += slope * side(PARAMETERS);
+                    for number in 0..PARAMETERS {
+                        sums.lens[(place, number)] += slope * side(number);
+                        sums.lens[(number, place)] += slope * side(number);
+                    }
+                    for (other, by) in slopes.iter().enumerate() {
                         sums.lens[(place, first + other)] += slope * by;
                     }
                 }

@@ -10,10 +10,11 @@
 
 use super::{
     corrected::Mode,
-    evidence::{NOISE, Posterior},
+    evidence::Posterior,
     fit::State,
     lens::PARAMETERS,
     loose::{Information, LooseChart, LooseCharts, MOTION},
+    settings::NOISE,
 };
 use crate::{
     dataset::Dataset,
