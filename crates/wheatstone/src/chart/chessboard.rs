@@ -2,6 +2,7 @@
 
 pub(super) mod fold;
 pub(super) mod growth;
+mod response;
 pub(super) mod saddle;
 pub(super) mod seed;
 

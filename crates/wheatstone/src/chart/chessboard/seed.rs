@@ -1,5 +1,6 @@
 //! A first piece of the board, by a general detector on the picture at one of several sizes.
 
+use super::response::{self, Peak};
 use crate::{
     chart::Detection,
     geometry::Pixel,
@@ -8,8 +9,11 @@ use crate::{
 use calib_targets::{
     ChessCorner,
     chessboard::{ChessboardDetector, ChessboardParams},
-    core::ImageRefiner,
-    detect::{DetectorConfig, default_chess_config, detect_corners},
+    core::AxisEstimate,
+};
+use chess_corners_core::{
+    Corner, CornerDescriptor, CornerRefiner, ImageView, OrientationMethod, RefineContext,
+    RefineStatus, SaddlePointConfig, SaddlePointRefiner, describe_corners, merge_corners_simple,
 };
 use std::collections::BTreeMap;
 
@@ -71,14 +75,17 @@ impl Scale {
         best
     }
 
-    fn apply(self, image: &GrayImage) -> GrayImage {
+    fn apply(self, image: &GrayImage) -> image::GrayImage {
         match self {
-            Self::Quarter => halve(&halve(image)),
-            Self::Half => halve(image),
-            Self::Full => image.clone(),
-            Self::Double => GrayImage::from_fn(2 * image.width(), 2 * image.height(), |x, y| {
-                image.sample(self.restore(Pixel::new(x as f64, y as f64)))
-            }),
+            Self::Quarter => halve(&halve(image)).to_8_bit(),
+            Self::Half => halve(image).to_8_bit(),
+            Self::Full => image.to_8_bit(),
+            Self::Double => {
+                let twice = GrayImage::from_fn(2 * image.width(), 2 * image.height(), |x, y| {
+                    image.sample(self.restore(Pixel::new(x as f64, y as f64)))
+                });
+                twice.to_8_bit()
+            }
         }
     }
 
@@ -101,51 +108,62 @@ pub(in crate::chart) fn corners(image: &GrayImage, scale: Scale, most: usize) ->
     found.map(|corner| scale.restore(corner.position.cast::<f64>())).collect()
 }
 
-/// The `most` strongest corners, in the pixels of the picture at this size.
+/// The `most` strongest corners, in the pixels of the picture at this size, the strongest first.
 fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
-    let picture = scale.apply(image).to_8_bit();
-    // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
-    if picture.width().min(picture.height()) < LEAST_SIDE {
+    let picture = scale.apply(image);
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let mut peaks = response::peaks(picture.as_raw(), width, height);
+    // Noise has corners everywhere. A board's are among the strongest, and the time to look at them
+    // closely and to sort them into a lattice must have a bound.
+    if is_texture(&peaks, width.min(height)) {
         return Vec::new();
     }
-    let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
-    if is_texture(&picture, &settings) {
+    peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    peaks.truncate(most);
+    let Some(view) = ImageView::from_u8_slice(width, height, picture.as_raw()) else {
         return Vec::new();
-    }
-    let mut corners = detect_corners(&picture, &settings);
-    // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
-    // into a lattice must have a bound.
-    corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    corners.truncate(most);
-    corners
+    };
+    let mut refiner = SaddlePointRefiner::new(SaddlePointConfig::default());
+    let context = RefineContext::new(Some(view), None);
+    let mut corners: Vec<Corner> = peaks
+        .iter()
+        .map(|peak| {
+            let found = refiner.refine(peak.place.map(|at| at as f32), context);
+            let accepted = found.status == RefineStatus::Accepted;
+            let [x, y] = if accepted { [found.x, found.y] } else { peak.centre };
+            Corner::new(x, y, peak.strength)
+        })
+        .collect();
+    let corners = merge_corners_simple(&mut corners, SAME);
+    let method = Some(OrientationMethod::RingFit);
+    let corners = describe_corners(picture.as_raw(), width, height, RING, corners, method);
+    corners.iter().filter_map(told).collect()
 }
 
-/// Whether a large picture is full of strong corners, by samples of it: no board has as many, and to find
-/// them all would take seconds. Noise has a few strong ones among many weak.
-fn is_texture(picture: &image::GrayImage, settings: &DetectorConfig) -> bool {
-    let (width, height) = (picture.width(), picture.height());
-    if width.min(height) < SAMPLES * SAMPLE {
-        return false;
-    }
-    let mut strengths = Vec::new();
-    for row in 0..SAMPLES {
-        for column in 0..SAMPLES {
-            let middle = |at: u32, size: u32| (2 * at + 1) * size / (2 * SAMPLES) - SAMPLE / 2;
-            let (x, y) = (middle(column, width), middle(row, height));
-            let sample = image::imageops::crop_imm(picture, x, y, SAMPLE, SAMPLE).to_image();
-            strengths.extend(detect_corners(&sample, settings).iter().map(|it| it.strength));
-        }
-    }
-    let most = strengths.iter().copied().fold(0.0, f32::max);
-    let strong = strengths.iter().filter(|it| **it > 0.5 * most).count();
-    let sampled = (SAMPLES * SAMPLES * SAMPLE * SAMPLE) as usize;
-    strong * (width * height) as usize > MOST_STRONG * sampled
+/// A corner as the search for lattices takes it.
+fn told(corner: &CornerDescriptor) -> Option<ChessCorner> {
+    let axes = corner.axes?.map(|axis| AxisEstimate {
+        angle: axis.angle,
+        fit_std_error: axis.fit_std_error,
+    });
+    Some(ChessCorner::new(nalgebra::Point2::new(corner.x, corner.y), axes, corner.response))
 }
 
-/// Samples across and down, and their side in pixels: a twentieth of 3 megapixels.
-const SAMPLES: u32 = 4;
-/// See [`SAMPLES`].
-const SAMPLE: u32 = 96;
+/// In pixels: corners nearer to each other are one.
+const SAME: f32 = 3.0;
+/// In pixels: the ring that tells the directions of a corner's edges.
+const RING: u32 = 5;
+
+/// Whether a picture of this shorter side is full of strong corners: no board has as many. Noise has a few
+/// strong ones among many weak.
+fn is_texture(peaks: &[Peak], side: usize) -> bool {
+    let most = peaks.iter().map(|peak| peak.strength).fold(0.0, f32::max);
+    let strong = peaks.iter().filter(|peak| peak.strength > 0.5 * most).count();
+    side >= LEAST_TEXTURE && strong > MOST_STRONG
+}
+
+/// In pixels: smaller pictures have no room for a texture.
+const LEAST_TEXTURE: usize = 384;
 /// Strong corners of a picture that are a texture: ten times those that are looked at.
 const MOST_STRONG: usize = 40_000;
 
@@ -174,6 +192,3 @@ pub(in crate::chart) fn find(
 
 /// In pixels: pictures that are looked at in half their size first.
 pub(in crate::chart) const LARGE: usize = 4_000_000;
-
-/// In pixels: a ring of radius 5, and one pixel to find a maximum among.
-const LEAST_SIDE: u32 = 13;
