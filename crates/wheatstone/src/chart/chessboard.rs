@@ -7,7 +7,7 @@ pub(super) mod saddle;
 pub(super) mod seed;
 
 use super::{
-    AnyChart, Chart, Shape, Sighting,
+    AnyChart, Chart, Shape, Sighting, Sigmas,
     lattice::{Labelled, Lattice, Origin},
     trimming::trim,
 };
@@ -72,10 +72,10 @@ impl Chessboard {
         let count = self.columns * self.rows;
         let seeds = seed::find(image, scale, count, MOST_CORNERS.max(4 * count));
         let seed = seeds.into_iter().next()?;
-        let growth::Grown { labels, dark_square } =
+        let growth::Grown { labels, dark_square, sigmas } =
             growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
         let parts = fold::parts(labels).into_iter();
-        let looks = parts.filter_map(|part| self.look_at(image, part, dark_square));
+        let looks = parts.filter_map(|part| self.look_at(image, part, dark_square, &sigmas));
         // The larger of two that are alike.
         looks.reduce(|best, other| if other.1 > best.1 { other } else { best })
     }
@@ -86,6 +86,7 @@ impl Chessboard {
         image: &GrayImage,
         mut labels: seed::Labels,
         dark_square: (i32, i32),
+        sigmas: &Sigmas,
     ) -> Option<(bool, usize, Sighting)> {
         trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
@@ -107,7 +108,7 @@ impl Chessboard {
         let first_square = (dark_square.0 + beside, dark_square.1);
         let sighting =
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
-        let sighting = growth::sigmas(image, &labels).told(sighting);
+        let sighting = sigmas.told(sighting);
         let placed = matches!(sighting, Sighting::Seen(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         // A whole board of other counts is whole at every size of the picture.

@@ -34,6 +34,8 @@ pub(in crate::chart) struct Grown {
     pub(in crate::chart) labels: Labels,
     /// The lowest labels of a dark square.
     pub(in crate::chart) dark_square: (i32, i32),
+    /// How certain they are.
+    pub(in crate::chart) sigmas: Sigmas,
 }
 
 /// Makes the most of a seed, though little more than `most_points` of it; `None` where it is no
@@ -84,9 +86,9 @@ pub(in crate::chart) fn grow(
         }
     }
     sharpen(image, &mut labels);
-    drop_uncertain(image, &mut labels);
+    let sigmas = drop_uncertain(image, &mut labels);
     let dark_square = if typical > 0.0 { (1, 0) } else { (0, 0) };
-    (labels.len() >= 4).then_some(Grown { labels, dark_square })
+    (labels.len() >= 4).then_some(Grown { labels, dark_square, sigmas })
 }
 
 /// Moves every corner to its saddle. Where there is none the corner stays: its squares were tested.
@@ -102,17 +104,20 @@ fn sharpen(image: &GrayImage, labels: &mut Labels) {
 }
 
 /// Drops corners that are far less certain than the others, at the picture's edge mostly, where a saddle
-/// wanders off.
-fn drop_uncertain(image: &GrayImage, labels: &mut Labels) {
+/// wanders off. Returns the sigmas of all.
+fn drop_uncertain(image: &GrayImage, labels: &mut Labels) -> Sigmas {
+    let mut sigmas = Sigmas::default();
     let all: Vec<((i32, i32), f64)> = labels
         .iter()
         .filter_map(|(label, at)| {
             let (along, down) = steps(labels, *label)?;
-            Some((*label, sigma(image, *at, window(along.norm().min(down.norm())))))
+            let sigma = sigma(image, *at, window(along.norm().min(down.norm())));
+            sigmas.add(*at, sigma);
+            Some((*label, sigma))
         })
         .collect();
     if all.is_empty() {
-        return;
+        return sigmas;
     }
     let typical = median(&all.iter().map(|(_, sigma)| *sigma).collect::<Vec<_>>());
     for (label, sigma) in all {
@@ -120,17 +125,7 @@ fn drop_uncertain(image: &GrayImage, labels: &mut Labels) {
             labels.remove(&label);
         }
     }
-}
-
-/// The sigmas of a board's corners.
-pub(in crate::chart) fn sigmas(image: &GrayImage, labels: &Labels) -> Sigmas {
-    let mut all = Sigmas::default();
-    for (label, at) in labels {
-        if let Some((along, down)) = steps(labels, *label) {
-            all.add(*at, sigma(image, *at, window(along.norm().min(down.norm()))));
-        }
-    }
-    all
+    sigmas
 }
 
 fn window(spacing: f64) -> f64 {
