@@ -3,11 +3,12 @@
 mod annotate;
 mod decode;
 pub mod filter;
+mod rounding;
 
 pub use annotate::{Annotated, Colour};
 pub use decode::{Limits, read_image, read_size};
 
-use crate::{Result, geometry::Pixel, numeric::simd::on_widest, storage};
+use crate::{Result, geometry::Pixel, storage};
 use std::path::Path;
 
 /// A grey picture. Values are 0 (black) to 255 (white); deeper pictures keep their fractions.
@@ -99,27 +100,10 @@ impl GrayImage {
     /// range (a 12-bit camera in a 16-bit file, say) they are first stretched over the whole of it.
     #[must_use]
     pub fn to_8_bit(&self) -> image::GrayImage {
-        // Sixteen at a time, whatever their order: the least is the least.
-        let (mut least, mut most) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
-        on_widest(|| {
-            for values in self.values.chunks(16) {
-                for (value, (low, high)) in values.iter().zip(least.iter_mut().zip(&mut most)) {
-                    *low = if *value < *low { *value } else { *low };
-                    *high = if *value > *high { *value } else { *high };
-                }
-            }
-        });
-        let low = least.into_iter().fold(f32::INFINITY, f32::min);
-        let high = most.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        let (low, high) = rounding::extremes(&self.values);
         let stretch = high > low && high - low < 64.0;
         let (offset, factor) = if stretch { (low, 255.0 / (high - low)) } else { (0.0, 1.0) };
-        let mut bytes = vec![0_u8; self.values.len()];
-        on_widest(|| {
-            for (byte, value) in bytes.iter_mut().zip(&self.values) {
-                // Within 0 and 255, where adding a half and cutting is rounding.
-                *byte = ((value - offset) * factor + 0.5).clamp(0.0, 255.0) as i32 as u8;
-            }
-        });
+        let bytes = rounding::bytes(&self.values, offset, factor);
         image::GrayImage::from_raw(self.width as u32, self.height as u32, bytes).unwrap_or_default()
     }
 

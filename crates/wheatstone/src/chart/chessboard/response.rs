@@ -1,7 +1,7 @@
 //! Where four squares may meet: peaks of the response of Bennett and Lasenby (2014,
 //! doi:10.1016/j.cviu.2013.10.008), in whole numbers, on as many pixels at once as registers hold.
 
-use crate::numeric::simd::on_widest;
+use crate::numeric::simd::{Simd, WithSimd, on_widest};
 use rayon::prelude::*;
 
 /// Their ring: sixteen places five pixels from the middle, clockwise from the top.
@@ -60,13 +60,9 @@ struct Responses {
 impl Responses {
     fn new(picture: &[u8], width: usize, rows: std::ops::Range<usize>) -> Self {
         let mut values = vec![0; width * rows.len()];
-        let mut sums = vec![0; width - 2 * REACH];
-        on_widest(|| {
-            for (row, out) in rows.clone().zip(values.chunks_exact_mut(width)) {
-                respond(picture, width, row, &mut sums, &mut out[REACH..width - REACH]);
-            }
-        });
-        Self { first: rows.start, width, values }
+        let first = rows.start;
+        on_widest(Respond { picture, width, rows, values: &mut values });
+        Self { first, width, values }
     }
 
     fn row(&self, row: usize) -> &[i16] {
@@ -113,6 +109,26 @@ impl Responses {
             ],
             strength: f32::from(value) / f32::from(FOLD),
         })
+    }
+}
+
+struct Respond<'a> {
+    picture: &'a [u8],
+    width: usize,
+    rows: std::ops::Range<usize>,
+    values: &'a mut [i16],
+}
+
+impl WithSimd for Respond<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let mut sums = vec![0; self.width - 2 * REACH];
+        for (row, out) in self.rows.zip(self.values.chunks_exact_mut(self.width)) {
+            let out = &mut out[REACH..self.width - REACH];
+            respond(self.picture, self.width, row, &mut sums, out);
+        }
     }
 }
 
