@@ -1,5 +1,6 @@
 //! The chessboard: points at the inner corners.
 
+mod edges;
 pub(super) mod fold;
 pub(super) mod growth;
 mod response;

@@ -2,6 +2,7 @@
 //! missing ones looked for where their neighbours say that they are, so that no lens model is needed.
 
 use super::{
+    edges,
     saddle::{refine, sigma},
     seed::{Labels, Seed},
 };
@@ -86,7 +87,10 @@ pub(in crate::chart) fn grow(
         }
     }
     sharpen(image, &mut labels);
-    let sigmas = drop_uncertain(image, &mut labels);
+    let mut sigmas = drop_uncertain(image, &mut labels);
+    if reach.is_infinite() {
+        settle(image, &mut labels, &mut sigmas);
+    }
     let dark_square = if typical > 0.0 { (1, 0) } else { (0, 0) };
     (labels.len() >= 4).then_some(Grown { labels, dark_square, sigmas })
 }
@@ -126,6 +130,18 @@ fn drop_uncertain(image: &GrayImage, labels: &mut Labels) -> Sigmas {
         }
     }
     sigmas
+}
+
+/// Moves every corner of plain squares to where its edges cross.
+fn settle(image: &GrayImage, labels: &mut Labels, sigmas: &mut Sigmas) {
+    let found: Vec<_> = labels
+        .keys()
+        .filter_map(|label| Some((*label, edges::crossing(image, labels, *label)?)))
+        .collect();
+    for (label, (at, sigma)) in found {
+        sigmas.add(at, sigma);
+        labels.insert(label, at);
+    }
 }
 
 fn window(spacing: f64) -> f64 {

@@ -43,7 +43,7 @@ pub(in crate::chart) fn fitting(image: &GrayImage, at: Pixel, sigma: f64) -> Opt
 }
 
 /// In pixels: what is left without noise, measured on rendered boards (see the decision on charts).
-const OWN_FAULT: f64 = 0.01;
+pub(super) const OWN_FAULT: f64 = 0.01;
 /// In grey levels: what rounding to whole ones leaves uncertain, the root of a twelfth.
 const ROUNDING: f64 = 0.29;
 
@@ -60,7 +60,7 @@ pub(in crate::chart) fn sigma(image: &GrayImage, at: Pixel, window: f64) -> f64 
 /// Standard deviation of the noise about a place, in grey levels, by Immerkær's mask (1996,
 /// doi:10.1006/cviu.1996.0060), which neither slopes nor edges along the axes excite; the median over a
 /// window does without those that do.
-fn noise(image: &GrayImage, at: Pixel) -> f64 {
+pub(super) fn noise(image: &GrayImage, at: Pixel) -> f64 {
     let (x, y) = (at.x.round() as isize, at.y.round() as isize);
     let value = |x: isize, y: isize| image.at(x, y);
     let seconds: Vec<[f32; NOISE_SIDE]> = (0..NOISE_SIDE as isize + 2)
