@@ -33,6 +33,9 @@ pub struct Chessboard {
 
 /// Ten times the corners of a large board.
 const MOST_CORNERS: usize = 4_000;
+/// Strong corners that are no board's and may be among those that are looked at first: photographed rooms have up to a
+/// hundred as strong as a board's.
+const FEW_CORNERS: usize = 100;
 
 impl Default for Chessboard {
     fn default() -> Self {
@@ -70,9 +73,27 @@ impl Chessboard {
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
+        let look = seed::Look::new(image, scale);
         let count = self.columns * self.rows;
-        let seeds = seed::find(image, scale, count, MOST_CORNERS.max(4 * count));
-        let seed = seeds.into_iter().next()?;
+        // A board's corners are among the strongest places, and few of these take little time.
+        let few = 2 * count + FEW_CORNERS;
+        let first = self.look_among(image, &look, few);
+        if look.count() <= few || first.as_ref().is_some_and(|(whole, ..)| *whole) {
+            return first;
+        }
+        let all = self.look_among(image, &look, MOST_CORNERS.max(4 * count));
+        let rank = |found: &Option<(bool, usize, Sighting)>| found.as_ref().map(|found| found.1);
+        if rank(&first) > rank(&all) { first } else { all }
+    }
+
+    /// The same, among the `most` strongest places.
+    fn look_among(
+        &self,
+        image: &GrayImage,
+        look: &seed::Look,
+        most: usize,
+    ) -> Option<(bool, usize, Sighting)> {
+        let seed = look.find(self.columns * self.rows, most).into_iter().next()?;
         let growth::Grown { labels, dark_square, sigmas } =
             growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
         let parts = fold::parts(labels).into_iter();

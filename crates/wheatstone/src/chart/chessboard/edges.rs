@@ -28,6 +28,8 @@ const MOST_MOVED: f64 = 0.5;
 /// What edges leave of the grey values at most: as a multiple of the noise, and as a share of the contrast. Rendered
 /// and photographed edges leave 1.5 and 0.05; marks inside the squares leave 0.3.
 const MOST_LEFT: (f64, f64) = (2.0, 0.1);
+/// The widest edge as a share of the window: beyond, blur hides what is fitted.
+const MOST_EDGE: f64 = 0.7;
 /// Sine of the least angle between the edges.
 const LEAST_ANGLE: f64 = 0.25;
 
@@ -182,10 +184,12 @@ impl Cross<'_> {
             }
             if length < SETTLED {
                 let variance = step.left / (step.count as f64 - 7.0);
-                let most = MOST_LEFT.0 * noise(self.image, self.start) + MOST_LEFT.1 * now[5].abs();
+                let plain = MOST_LEFT.1 * now[5].abs();
+                let left = variance.sqrt() - plain;
+                let clear = left <= 0.0 || left <= MOST_LEFT.0 * noise(self.image, self.start);
                 let inverse = factors.inverse();
                 let own = variance * (inverse[(0, 0)] + inverse[(1, 1)]) / 2.0;
-                let clear = variance.sqrt() <= most && now[6] < 0.7 * self.radius;
+                let clear = clear && now[6] < MOST_EDGE * self.radius;
                 let at = self.start + Vector2::new(now[0], now[1]);
                 return clear.then(|| (at, (own + OWN_FAULT * OWN_FAULT).sqrt()));
             }

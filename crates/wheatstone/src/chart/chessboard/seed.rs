@@ -104,40 +104,77 @@ impl Scale {
 
 /// The `most` strongest corners of a picture.
 pub(in crate::chart) fn corners(image: &GrayImage, scale: Scale, most: usize) -> Vec<Pixel> {
-    let found = strongest(image, scale, most).into_iter();
+    let found = Look::new(image, scale).strongest(most).into_iter();
     found.map(|corner| scale.restore(corner.position.cast::<f64>())).collect()
 }
 
-/// The `most` strongest corners, in the pixels of the picture at this size, the strongest first.
-fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
-    let picture = scale.apply(image);
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let mut peaks = response::peaks(picture.as_raw(), width, height);
-    // Noise has corners everywhere. A board's are among the strongest, and the time to look at them
-    // closely and to sort them into a lattice must have a bound.
-    if is_texture(&peaks, width.min(height)) {
-        return Vec::new();
+/// A picture at one size, and where squares may meet in it.
+pub(in crate::chart) struct Look {
+    scale: Scale,
+    picture: image::GrayImage,
+    /// The strongest first.
+    peaks: Vec<Peak>,
+}
+
+impl Look {
+    /// Finds the places at which squares may meet.
+    pub(in crate::chart) fn new(image: &GrayImage, scale: Scale) -> Self {
+        let picture = scale.apply(image);
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        let mut peaks = response::peaks(picture.as_raw(), width, height);
+        // To look at all of these closely would take seconds.
+        if is_texture(&peaks, width.min(height)) {
+            peaks.clear();
+        }
+        peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+        Self { scale, picture, peaks }
     }
-    peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    peaks.truncate(most);
-    let Some(view) = ImageView::from_u8_slice(width, height, picture.as_raw()) else {
-        return Vec::new();
-    };
-    let mut refiner = SaddlePointRefiner::new(SaddlePointConfig::default());
-    let context = RefineContext::new(Some(view), None);
-    let mut corners: Vec<Corner> = peaks
-        .iter()
-        .map(|peak| {
+
+    /// How many places there are.
+    pub(in crate::chart) fn count(&self) -> usize {
+        self.peaks.len()
+    }
+
+    /// The corners at the `most` strongest places, in the pixels of the picture at this size. Noise has places
+    /// everywhere. A board's are among the strongest, and the time to look at them closely and to sort them into a
+    /// lattice must have a bound.
+    fn strongest(&self, most: usize) -> Vec<ChessCorner> {
+        let (width, height) = (self.picture.width() as usize, self.picture.height() as usize);
+        let values = self.picture.as_raw();
+        let Some(view) = ImageView::from_u8_slice(width, height, values) else {
+            return Vec::new();
+        };
+        let mut refiner = SaddlePointRefiner::new(SaddlePointConfig::default());
+        let context = RefineContext::new(Some(view), None);
+        let places = self.peaks.iter().take(most).map(|peak| {
             let found = refiner.refine(peak.place.map(|at| at as f32), context);
             let accepted = found.status == RefineStatus::Accepted;
             let [x, y] = if accepted { [found.x, found.y] } else { peak.centre };
             Corner::new(x, y, peak.strength)
-        })
-        .collect();
-    let corners = merge_corners_simple(&mut corners, SAME);
-    let method = Some(OrientationMethod::RingFit);
-    let corners = describe_corners(picture.as_raw(), width, height, RING, corners, method);
-    corners.iter().filter_map(told).collect()
+        });
+        let corners = merge_corners_simple(&mut places.collect(), SAME);
+        let method = Some(OrientationMethod::RingFit);
+        let corners = describe_corners(values, width, height, RING, corners, method);
+        corners.iter().filter_map(told).collect()
+    }
+
+    /// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
+    pub(in crate::chart) fn find(&self, count: usize, most: usize) -> Vec<Seed> {
+        let corners = self.strongest(most);
+        let mut parameters = ChessboardParams::default();
+        parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
+        let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
+        let place = |p: nalgebra::Point2<f32>| self.scale.restore(p.cast::<f64>());
+        let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
+            labels: board
+                .corners
+                .iter()
+                .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
+                .collect(),
+            corners: corners.iter().map(|corner| place(corner.position)).collect(),
+        });
+        seeds.collect()
+    }
 }
 
 /// A corner as the search for lattices takes it.
@@ -174,20 +211,7 @@ pub(in crate::chart) fn find(
     count: usize,
     most: usize,
 ) -> Vec<Seed> {
-    let corners = strongest(image, scale, most);
-    let mut parameters = ChessboardParams::default();
-    parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
-    let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
-    let place = |p: nalgebra::Point2<f32>| scale.restore(p.cast::<f64>());
-    let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
-        labels: board
-            .corners
-            .iter()
-            .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
-            .collect(),
-        corners: corners.iter().map(|corner| place(corner.position)).collect(),
-    });
-    seeds.collect()
+    Look::new(image, scale).find(count, most)
 }
 
 /// In pixels: pictures that are looked at in half their size first.
