@@ -7,8 +7,13 @@ use super::{
     saddle::{OWN_FAULT, noise},
     seed::Labels,
 };
-use crate::{geometry::Pixel, imaging::GrayImage};
+use crate::{
+    geometry::Pixel,
+    imaging::GrayImage,
+    numeric::simd::{Simd, WithSimd, on_widest},
+};
 use nalgebra::{SMatrix, SVector, Vector2};
+use std::cmp::Ordering;
 
 /// The window's radius as a share of the distance of the lattice's lines, and its bounds in pixels.
 ///
@@ -17,8 +22,8 @@ use nalgebra::{SMatrix, SVector, Vector2};
 const WINDOW: (f64, f64, f64) = (0.4, 4.5, 10.0);
 /// Steps of the fit: good ones need three.
 const MOST_STEPS: usize = 8;
-/// In pixels: the fit has settled.
-const SETTLED: f64 = 1e-3;
+/// In pixels: after so short a step the next is a tenth of it, and a tenth of what noise does.
+const SETTLED: f64 = 3e-3;
 /// In pixels: the width of an edge to begin with, to each side. A pixel's own width and a lens make 1 to 2.
 const EDGE: f64 = 1.7;
 /// The narrowest edge, in pixels: half a pixel is its own blur.
@@ -69,6 +74,7 @@ impl Line {
     }
 
     /// How far a place is from the line through `corner`, and what that becomes as the corner moves.
+    #[inline(always)]
     fn distance(&self, from_corner: Vector2<f64>) -> (f64, Vector2<f64>) {
         let along = self.along.dot(&from_corner);
         let distance = self.across.dot(&from_corner) - 0.5 * self.bend * along * along;
@@ -77,6 +83,7 @@ impl Line {
 }
 
 /// An edge's height at a distance from its middle, as a share of `width`, from -1 to 1; and its slope.
+#[inline(always)]
 fn edge(distance: f64, width: f64) -> (f64, f64) {
     let x = distance / width;
     if x.abs() >= 1.0 {
@@ -85,16 +92,12 @@ fn edge(distance: f64, width: f64) -> (f64, f64) {
     (0.5 * x * (3.0 - x * x), 1.5 * (1.0 - x * x) / width)
 }
 
-/// What is fitted: the corner's two coordinates, the mean light and its slopes, the contrast, the edges' width.
+/// What is fitted: the mean light, its two slopes, the contrast, the corner's two coordinates, the edges' width.
 type Unknowns = SVector<f64, 7>;
-
-/// The normal equations of a step: products of slopes, their products with what is left, and its squares.
-struct Step {
-    normal: SMatrix<f64, 7, 7>,
-    right: Unknowns,
-    left: f64,
-    count: usize,
-}
+/// Places of the unknowns among the sums.
+const PLACES: [usize; 7] = [0, 1, 2, 3, 5, 6, 7];
+/// The place of what is left; in the middle of a square nothing after it tells anything.
+const LEFT: usize = 4;
 
 /// Two edges that cross.
 struct Cross<'a> {
@@ -106,6 +109,7 @@ struct Cross<'a> {
 
 impl Cross<'_> {
     /// The pixels of the window, with their places from its middle.
+    #[inline(always)]
     fn each(&self, mut visit: impl FnMut(Vector2<f64>, f64)) {
         let reach = self.radius as isize;
         let (column, row) = (self.start.x.round() as isize, self.start.y.round() as isize);
@@ -134,67 +138,100 @@ impl Cross<'_> {
         });
         let contrast = (products - heights * sum / count) / (squares - heights * heights / count);
         let mean = (sum - contrast * heights) / count;
-        Unknowns::from([0.0, 0.0, mean, 0.0, 0.0, contrast, EDGE])
-    }
-
-    fn step(&self, now: &Unknowns) -> Step {
-        let [x, y, mean, slope_x, slope_y, contrast, width] = *now.as_ref();
-        // Light multiplies what the board returns: its slopes are steeper on bright squares.
-        let ratio = (contrast / mean.max(1.0)).clamp(-1.0, 1.0);
-        let mut step =
-            Step { normal: SMatrix::zeros(), right: SVector::zeros(), left: 0.0, count: 0 };
-        self.each(|place, value| {
-            let from_corner = place - Vector2::new(x, y);
-            let [(d, move_d), (e, move_e)] = [0, 1].map(|line| self.lines[line].distance(from_corner));
-            let ((u, slope_u), (v, slope_v)) = (edge(d, width), edge(e, width));
-            let height = u * v;
-            let lit = 1.0 + ratio * height;
-            let light = slope_x * place.x + slope_y * place.y;
-            let left = value - mean - contrast * height - light * lit;
-            step.left += left * left;
-            step.count += 1;
-            let moved = contrast * (slope_u * v * move_d + u * slope_v * move_e);
-            let wider = -contrast * (slope_u * v * d + u * slope_v * e) / width;
-            let slopes = [moved.x, moved.y, 1.0, place.x * lit, place.y * lit, height, wider];
-            // In the middle of a square nothing tells where the corner is.
-            let used = if slope_u == 0.0 && slope_v == 0.0 { 2..6 } else { 0..7 };
-            for i in used.clone() {
-                step.right[i] += slopes[i] * left;
-                for j in used.start..=i {
-                    step.normal[(i, j)] += slopes[i] * slopes[j];
-                }
-            }
-        });
-        step
+        Unknowns::from([mean, 0.0, 0.0, contrast, 0.0, 0.0, EDGE])
     }
 
     /// The corner and its standard deviation along each axis.
     fn fit(&self) -> Option<(Pixel, f64)> {
         let mut now = self.first();
         for _ in 0..MOST_STEPS {
-            let step = self.step(&now);
-            let factors = step.normal.cholesky()?;
-            let mut change = factors.solve(&step.right);
-            let length = change.fixed_rows::<2>(0).norm();
+            let sums = on_widest(Sums { cross: self, now: &now });
+            let of = |row: usize, column: usize| sums.products[row][column];
+            let normal = SMatrix::<f64, 7, 7>::from_fn(|i, j| of(PLACES[i], PLACES[j]));
+            let right = Unknowns::from_fn(|i, _| of(PLACES[i], LEFT));
+            let factors = normal.cholesky()?;
+            let mut change = factors.solve(&right);
+            let length = change[4].hypot(change[5]);
             change *= (MOST_MOVED / length).min(1.0);
             now += change;
             now[6] = now[6].clamp(LEAST_EDGE, self.radius);
-            if !(now[0].hypot(now[1]) <= MOST_MOVED) {
+            let moved = Vector2::new(now[4], now[5]);
+            // Numbers that are none do not get on either.
+            if moved.norm().partial_cmp(&MOST_MOVED) != Some(Ordering::Less) {
                 return None;
             }
             if length < SETTLED {
-                let variance = step.left / (step.count as f64 - 7.0);
-                let plain = MOST_LEFT.1 * now[5].abs();
-                let left = variance.sqrt() - plain;
-                let clear = left <= 0.0 || left <= MOST_LEFT.0 * noise(self.image, self.start);
+                let variance = of(LEFT, LEFT) / (sums.count as f64 - 7.0);
                 let inverse = factors.inverse();
-                let own = variance * (inverse[(0, 0)] + inverse[(1, 1)]) / 2.0;
-                let clear = clear && now[6] < MOST_EDGE * self.radius;
-                let at = self.start + Vector2::new(now[0], now[1]);
-                return clear.then(|| (at, (own + OWN_FAULT * OWN_FAULT).sqrt()));
+                let own = variance * (inverse[(4, 4)] + inverse[(5, 5)]) / 2.0;
+                let sigma = (own + OWN_FAULT * OWN_FAULT).sqrt();
+                return self.is_plain(&now, variance.sqrt()).then(|| (self.start + moved, sigma));
             }
         }
         None
+    }
+
+    /// Whether edges are all that there is, by the standard deviation of what they leave.
+    fn is_plain(&self, now: &Unknowns, left: f64) -> bool {
+        let more = left - MOST_LEFT.1 * now[3].abs();
+        let plain = more <= 0.0 || more <= MOST_LEFT.0 * noise(self.image, self.start);
+        plain && now[6] < MOST_EDGE * self.radius
+    }
+}
+
+/// The sums that a step of the fit is taken from.
+struct Sums<'a> {
+    cross: &'a Cross<'a>,
+    now: &'a Unknowns,
+}
+
+/// Products of the model's slopes and of what it leaves, summed over the window.
+struct Summed {
+    products: [[f64; 8]; 8],
+    count: usize,
+}
+
+impl WithSimd for Sums<'_> {
+    type Output = Summed;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Summed {
+        let [mean, slope_x, slope_y, contrast, x, y, width] = *self.now.as_ref();
+        // Light multiplies what the board returns: its slopes are steeper on bright squares.
+        let ratio = (contrast / mean.max(1.0)).clamp(-1.0, 1.0);
+        let lines = &self.cross.lines;
+        let mut summed = Summed { products: [[0.0; 8]; 8], count: 0 };
+        self.cross.each(|place, value| {
+            let from_corner = place - Vector2::new(x, y);
+            let ((d, move_d), (e, move_e)) =
+                (lines[0].distance(from_corner), lines[1].distance(from_corner));
+            let ((u, slope_u), (v, slope_v)) = (edge(d, width), edge(e, width));
+            let height = u * v;
+            let lit = 1.0 + ratio * height;
+            let light = slope_x * place.x + slope_y * place.y;
+            let left = value - mean - contrast * height - light * lit;
+            summed.count += 1;
+            let mut terms = [1.0, place.x * lit, place.y * lit, height, left, 0.0, 0.0, 0.0];
+            let mut used = LEFT + 1;
+            if slope_u != 0.0 || slope_v != 0.0 {
+                let moved = contrast * (slope_u * v * move_d + u * slope_v * move_e);
+                let wider = -contrast * (slope_u * v * d + u * slope_v * e) / width;
+                terms[LEFT + 1..].copy_from_slice(&[moved.x, moved.y, wider]);
+                used = terms.len();
+            }
+            for (sums, one) in summed.products[..used].iter_mut().zip(terms) {
+                for (sum, other) in sums.iter_mut().zip(terms) {
+                    *sum += one * other;
+                }
+            }
+        });
+        // Where rows were left out, their columns were not.
+        for row in LEFT + 1..8 {
+            for column in 0..=LEFT {
+                summed.products[row][column] = summed.products[column][row];
+            }
+        }
+        summed
     }
 }
 

@@ -66,18 +66,21 @@ pub(in crate::chart) fn grow(
         labels.remove(&label);
     }
     sharpen(image, &mut labels);
+    let places = Places::new(&seed.corners);
+    let mut taken: Vec<Pixel> = labels.values().copied().collect();
     while labels.len() < most_points {
         let mut added = false;
         for label in frontier(&labels) {
-            let Some((at, spacing)) = propose(image, &labels, label, &seed.corners) else {
+            let Some((at, spacing)) = propose(image, &labels, label, &places) else {
                 continue;
             };
-            if labels.values().any(|other| (other - at).norm() < 0.5 * spacing) {
+            if taken.iter().any(|other| (other - at).norm() < 0.5 * spacing) {
                 continue;
             }
             labels.insert(label, at);
             if is_corner(&labels, label) {
                 added = true;
+                taken.push(at);
             } else {
                 labels.remove(&label);
             }
@@ -153,17 +156,36 @@ pub(in crate::chart) fn frontier(labels: &Labels) -> Vec<(i32, i32)> {
     growing::beside(labels.keys(), labels)
 }
 
+/// Corners from the picture's top to its bottom.
+struct Places(Vec<Pixel>);
+
+impl Places {
+    fn new(corners: &[Pixel]) -> Self {
+        let mut all = corners.to_vec();
+        all.sort_by(|a, b| a.y.total_cmp(&b.y));
+        Self(all)
+    }
+
+    /// The nearest to a place, nearer than `reach`.
+    fn nearest(&self, place: Pixel, reach: f64) -> Option<Pixel> {
+        let first = self.0.partition_point(|at| at.y <= place.y - reach);
+        let beside = self.0[first..].iter().take_while(|at| at.y < place.y + reach);
+        let far = |at: &Pixel| (at - place).norm();
+        let near = beside.copied().filter(|at| far(at) < reach);
+        near.min_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+}
+
 /// The corner that belongs to an empty place, and the distance to its neighbours.
 fn propose(
     image: &GrayImage,
     labels: &Labels,
     label: (i32, i32),
-    corners: &[Pixel],
+    places: &Places,
 ) -> Option<(Pixel, f64)> {
     let (expected, spacing) = predict(labels, label)?;
     let near = |at: &Pixel| (at - expected).norm();
-    let nearest = corners.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
-    let start = nearest.filter(|at| near(at) < MOST_DEVIATION * spacing).copied();
+    let start = places.nearest(expected, MOST_DEVIATION * spacing);
     let found = refine(image, start.unwrap_or(expected), window(spacing)).or(start)?;
     (near(&found) < MOST_DEVIATION * spacing).then_some((found, spacing))
 }
