@@ -33,9 +33,6 @@ pub struct Chessboard {
 
 /// Ten times the corners of a large board.
 const MOST_CORNERS: usize = 4_000;
-/// Strong corners that are no board's and may be among those that are looked at first: photographed rooms have up to a
-/// hundred as strong as a board's.
-const FEW_CORNERS: usize = 100;
 
 impl Default for Chessboard {
     fn default() -> Self {
@@ -76,7 +73,7 @@ impl Chessboard {
         let look = seed::Look::new(image, scale);
         let count = self.columns * self.rows;
         // A board's corners are among the strongest places, and few of these take little time.
-        let few = 2 * count + FEW_CORNERS;
+        let few = look.few(count);
         let first = self.look_among(image, &look, few);
         if look.count() <= few || first.as_ref().is_some_and(|(whole, ..)| *whole) {
             return first;

@@ -15,11 +15,12 @@ use crate::{
 use nalgebra::{SMatrix, SVector, Vector2};
 use std::cmp::Ordering;
 
-/// The window's radius as a share of the distance of the lattice's lines, and its bounds in pixels.
-///
-/// Measured on rendered boards (see the decision on speed): a little less than half keeps the next lines out of it,
-/// under blur too; wider ones cost more time than they gain.
-const WINDOW: (f64, f64, f64) = (0.4, 4.5, 10.0);
+/// The window's radius as a share of the distance of the lattice's lines, and the least radius in pixels: a little
+/// less than half keeps the next lines out of it, under blur too.
+const WINDOW: (f64, f64) = (0.4, 4.5);
+/// The widest window as a share of the picture's diagonal, and bounds in pixels. Measured on rendered boards (see the
+/// decision on speed): wider ones cost more time than they gain, and small pictures have little of it.
+const WIDEST: (f64, f64, f64) = (0.01, 8.0, 12.0);
 /// Steps of the fit: good ones need three.
 const MOST_STEPS: usize = 8;
 /// In pixels: after so short a step the next is a tenth of it, and a tenth of what noise does.
@@ -108,12 +109,12 @@ struct Cross<'a> {
 }
 
 impl Cross<'_> {
-    /// The pixels of the window, with their places from its middle.
+    /// The pixels of every so many rows of the window, with their places from its middle.
     #[inline(always)]
-    fn each(&self, mut visit: impl FnMut(Vector2<f64>, f64)) {
+    fn each(&self, rows: usize, mut visit: impl FnMut(Vector2<f64>, f64)) {
         let reach = self.radius as isize;
         let (column, row) = (self.start.x.round() as isize, self.start.y.round() as isize);
-        for y in row - reach..=row + reach {
+        for y in (row - reach..=row + reach).step_by(rows) {
             let down = y as f64 - self.start.y;
             let half = (self.radius * self.radius - down * down).max(0.0).sqrt() as isize;
             let first = column - half;
@@ -127,7 +128,7 @@ impl Cross<'_> {
     /// Mean and contrast, to begin with.
     fn first(&self) -> Unknowns {
         let (mut count, mut sum, mut heights, mut squares, mut products) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        self.each(|place, value| {
+        self.each(3, |place, value| {
             let [u, v] = [0, 1].map(|line| edge(self.lines[line].distance(place).0, EDGE).0);
             let height = u * v;
             count += 1.0;
@@ -201,7 +202,7 @@ impl WithSimd for Sums<'_> {
         let ratio = (contrast / mean.max(1.0)).clamp(-1.0, 1.0);
         let lines = &self.cross.lines;
         let mut summed = Summed { products: [[0.0; 8]; 8], count: 0 };
-        self.cross.each(|place, value| {
+        self.cross.each(1, |place, value| {
             let from_corner = place - Vector2::new(x, y);
             let ((d, move_d), (e, move_e)) =
                 (lines[0].distance(from_corner), lines[1].distance(from_corner));
@@ -242,7 +243,8 @@ pub(super) fn crossing(image: &GrayImage, labels: &Labels, label: (i32, i32)) ->
     let lines = [Line::through(labels, label, (1, 0))?, Line::through(labels, label, (0, 1))?];
     let sine = lines[0].along.perp(&lines[1].along).abs();
     let apart = lines[0].step.min(lines[1].step) * sine;
-    let radius = (WINDOW.0 * apart).min(WINDOW.2);
+    let diagonal = (image.width() as f64).hypot(image.height() as f64);
+    let radius = (WINDOW.0 * apart).min((WIDEST.0 * diagonal).clamp(WIDEST.1, WIDEST.2));
     if radius < WINDOW.1 || sine < LEAST_ANGLE || !image.contains(start, radius + 1.0) {
         return None;
     }

@@ -68,6 +68,7 @@ pub(in crate::chart) fn grow(
     sharpen(image, &mut labels);
     let places = Places::new(&seed.corners);
     let mut taken: Vec<Pixel> = labels.values().copied().collect();
+    let before = labels.len();
     while labels.len() < most_points {
         let mut added = false;
         for label in frontier(&labels) {
@@ -89,7 +90,9 @@ pub(in crate::chart) fn grow(
             break;
         }
     }
-    sharpen(image, &mut labels);
+    if labels.len() > before {
+        sharpen(image, &mut labels);
+    }
     let mut sigmas = drop_uncertain(image, &mut labels);
     if reach.is_infinite() {
         settle(image, &mut labels, &mut sigmas);

@@ -135,6 +135,14 @@ impl Look {
         self.peaks.len()
     }
 
+    /// How many of the strongest places those of a board of `count` points are likely to be among.
+    pub(in crate::chart) fn few(&self, count: usize) -> usize {
+        let last = count.min(self.peaks.len());
+        let floor = self.peaks[..last].last().map_or(0.0, |peak| LEAST_SHARE * peak.strength);
+        let strong = self.peaks.partition_point(|peak| peak.strength >= floor);
+        strong.min(2 * count + FEW)
+    }
+
     /// The corners at the `most` strongest places, in the pixels of the picture at this size. Noise has places
     /// everywhere. A board's are among the strongest, and the time to look at them closely and to sort them into a
     /// lattice must have a bound.
@@ -176,6 +184,12 @@ impl Look {
         seeds.collect()
     }
 }
+
+/// The strength of places that are looked at first, as a share of that of the last one that a board would need if it had
+/// all the strongest: light that halves across the board, and blur.
+const LEAST_SHARE: f32 = 0.25;
+/// Strong corners beside a board's that may be among those: photographed rooms have up to a hundred.
+const FEW: usize = 100;
 
 /// A corner as the search for lattices takes it.
 fn told(corner: &CornerDescriptor) -> Option<ChessCorner> {
