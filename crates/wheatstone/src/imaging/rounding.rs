@@ -24,7 +24,8 @@ impl WithSimd for Extremes<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> (f32, f32) {
-        let (mut low, mut high) = ([f32::INFINITY; SIDE_BY_SIDE], [f32::NEG_INFINITY; SIDE_BY_SIDE]);
+        let (mut low, mut high) =
+            ([f32::INFINITY; SIDE_BY_SIDE], [f32::NEG_INFINITY; SIDE_BY_SIDE]);
         let mut compare = |values: &[f32]| {
             for ((value, low), high) in values.iter().zip(&mut low).zip(&mut high) {
                 *low = if *value < *low { *value } else { *low };

@@ -127,7 +127,8 @@ impl Cross<'_> {
 
     /// Mean and contrast, to begin with.
     fn first(&self) -> Unknowns {
-        let (mut count, mut sum, mut heights, mut squares, mut products) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut count, mut sum, mut heights, mut squares, mut products) =
+            (0.0, 0.0, 0.0, 0.0, 0.0);
         self.each(3, |place, value| {
             let [u, v] = [0, 1].map(|line| edge(self.lines[line].distance(place).0, EDGE).0);
             let height = u * v;
@@ -152,7 +153,7 @@ impl Cross<'_> {
             let right = Unknowns::from_fn(|i, _| of(PLACES[i], LEFT));
             let factors = normal.cholesky()?;
             let mut change = factors.solve(&right);
-            let length = change[4].hypot(change[5]);
+            let length = Vector2::new(change[4], change[5]).norm();
             change *= (MOST_MOVED / length).min(1.0);
             now += change;
             now[6] = now[6].clamp(LEAST_EDGE, self.radius);
@@ -238,12 +239,16 @@ impl WithSimd for Sums<'_> {
 
 /// The corner with this label, and its standard deviation along each axis in pixels; `None` where squares are too small,
 /// too blurred or not plain, or the picture ends.
-pub(super) fn crossing(image: &GrayImage, labels: &Labels, label: (i32, i32)) -> Option<(Pixel, f64)> {
+pub(super) fn crossing(
+    image: &GrayImage,
+    labels: &Labels,
+    label: (i32, i32),
+) -> Option<(Pixel, f64)> {
     let start = *labels.get(&label)?;
     let lines = [Line::through(labels, label, (1, 0))?, Line::through(labels, label, (0, 1))?];
     let sine = lines[0].along.perp(&lines[1].along).abs();
     let apart = lines[0].step.min(lines[1].step) * sine;
-    let diagonal = (image.width() as f64).hypot(image.height() as f64);
+    let diagonal = Vector2::new(image.width() as f64, image.height() as f64).norm();
     let radius = (WINDOW.0 * apart).min((WIDEST.0 * diagonal).clamp(WIDEST.1, WIDEST.2));
     if radius < WINDOW.1 || sine < LEAST_ANGLE || !image.contains(start, radius + 1.0) {
         return None;

@@ -6,8 +6,22 @@ use rayon::prelude::*;
 
 /// Their ring: sixteen places five pixels from the middle, clockwise from the top.
 const RING: [(isize, isize); 16] = [
-    (0, -5), (2, -5), (3, -3), (5, -2), (5, 0), (5, 2), (3, 3), (2, 5), (0, 5), (-2, 5), (-3, 3), (-5, 2), (-5, 0),
-    (-5, -2), (-3, -3), (-2, -5),
+    (0, -5),
+    (2, -5),
+    (3, -3),
+    (5, -2),
+    (5, 0),
+    (5, 2),
+    (3, 3),
+    (2, 5),
+    (0, 5),
+    (-2, 5),
+    (-3, 3),
+    (-5, 2),
+    (-5, 0),
+    (-5, -2),
+    (-3, -3),
+    (-2, -5),
 ];
 /// What the ring reaches, in pixels.
 const REACH: usize = 5;
@@ -146,7 +160,7 @@ fn respond(picture: &[u8], width: usize, row: usize, sums: &mut [i16], out: &mut
     for quarter in 0..4 {
         let [a, b, c, d] = [0, 8, 4, 12].map(|turn| shifted(RING[quarter + turn]));
         let pixels = a.iter().zip(b).zip(c.iter().zip(d));
-        for (((sum, out), ((a, b), (c, d)))) in sums.iter_mut().zip(out.iter_mut()).zip(pixels) {
+        for ((sum, out), ((a, b), (c, d))) in sums.iter_mut().zip(out.iter_mut()).zip(pixels) {
             let [a, b, c, d] = [*a, *b, *c, *d].map(i16::from);
             *out += (a + b - c - d).abs() - (a - b).abs() - (c - d).abs();
             *sum += a + b + c + d;
@@ -181,7 +195,8 @@ mod tests {
             let found = peaks(&picture, 120, 150);
             assert!(!found.is_empty());
             for peak in &found {
-                let apart = [at.0 as f32 - 0.5 - peak.centre[0], at.1 as f32 - 0.5 - peak.centre[1]];
+                let apart =
+                    [at.0 as f32 - 0.5 - peak.centre[0], at.1 as f32 - 0.5 - peak.centre[1]];
                 assert!(apart[0].abs() < 0.6 && apart[1].abs() < 0.6, "{at:?}: {peak:?}");
                 // Of 8 x 170, the places that fall on edges take a part.
                 assert!(peak.strength > 500.0 && peak.strength <= 1360.0, "{peak:?}");
@@ -216,13 +231,17 @@ mod tests {
         for row in 5..45 {
             for column in 5..55 {
                 let at = |(x, y): (isize, isize)| {
-                    f64::from(picture[(row as isize + y) as usize * 60 + (column as isize + x) as usize])
+                    f64::from(
+                        picture[(row as isize + y) as usize * 60 + (column as isize + x) as usize],
+                    )
                 };
                 let ring = RING.map(at);
-                let sum: f64 =
-                    (0..4).map(|n| (ring[n] + ring[n + 8] - ring[n + 4] - ring[n + 12]).abs()).sum();
+                let sum: f64 = (0..4)
+                    .map(|n| (ring[n] + ring[n + 8] - ring[n + 4] - ring[n + 12]).abs())
+                    .sum();
                 let difference: f64 = (0..8).map(|n| (ring[n] - ring[n + 8]).abs()).sum();
-                let middle = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(at).iter().sum::<f64>() / 5.0;
+                let middle =
+                    [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(at).iter().sum::<f64>() / 5.0;
                 let mean = ring.iter().sum::<f64>() / 16.0;
                 let expected = sum - difference - 16.0 * (mean - middle).abs();
                 let found = f64::from(responses.row(row)[column]) / 5.0;

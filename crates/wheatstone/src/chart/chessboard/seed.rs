@@ -193,10 +193,9 @@ const FEW: usize = 100;
 
 /// A corner as the search for lattices takes it.
 fn told(corner: &CornerDescriptor) -> Option<ChessCorner> {
-    let axes = corner.axes?.map(|axis| AxisEstimate {
-        angle: axis.angle,
-        fit_std_error: axis.fit_std_error,
-    });
+    let axes = corner
+        .axes?
+        .map(|axis| AxisEstimate { angle: axis.angle, fit_std_error: axis.fit_std_error });
     Some(ChessCorner::new(nalgebra::Point2::new(corner.x, corner.y), axes, corner.response))
 }
 
