@@ -145,10 +145,13 @@ fn errors_are_what_sigmas_say() {
 fn a_board_is_found_among_stronger_corners() {
     let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.0);
     let picture = scene.render(&BOARD, 11);
-    // A fine pattern beside a board of little contrast, with more corners than the board.
+    // Squares at random beside a board of little contrast: more strong corners than the board has.
+    let mut random = Random::new(12);
+    let cells: Vec<f32> =
+        (0..92 * 54).map(|_| 255.0 * random.uniform(0.0, 2.0).floor() as f32).collect();
     let value = |x: usize, y: usize| {
-        let strong = if (x / 7 + y / 9) % 2 == 0 { 0.0 } else { 255.0 };
-        if x >= 560 || y < 60 { strong } else { 100.0 + 0.25 * picture.row(y)[x] }
+        let beside = x >= 560 || y < 60;
+        if beside { cells[y / 9 * 92 + x / 7] } else { 100.0 + 0.25 * picture.row(y)[x] }
     };
     let found = &readings(&BOARD, &GrayImage::from_fn(640, 480, value))[0];
     assert_eq!(found.len(), 54);
