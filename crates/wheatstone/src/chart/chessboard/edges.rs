@@ -31,8 +31,8 @@ const EDGE: f64 = 1.7;
 const LEAST_EDGE: f64 = 0.6;
 /// In pixels: farther from its saddle, and the fit has found something else.
 const MOST_MOVED: f64 = 0.5;
-/// What edges leave of the grey values at most: as a multiple of the noise, and as a share of the contrast. Rendered
-/// and photographed edges leave 1.5 and 0.05; marks inside the squares leave 0.3.
+/// What edges leave of the grey values at most: as a multiple of the noise, and as a share of the contrast. Judged, not
+/// measured: noise itself leaves 1, and a mark over a tenth of the window as much as a third.
 const MOST_LEFT: (f64, f64) = (2.0, 0.1);
 /// The widest edge as a share of the window: beyond, blur hides what is fitted.
 const MOST_EDGE: f64 = 0.7;

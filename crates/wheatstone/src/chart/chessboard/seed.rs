@@ -188,7 +188,7 @@ impl Look {
 /// The strength of places that are looked at first, as a share of that of the last one that a board would need if it had
 /// all the strongest: light that halves across the board, and blur.
 const LEAST_SHARE: f32 = 0.25;
-/// Strong corners beside a board's that may be among those: photographed rooms have up to a hundred.
+/// Strong corners beside a board's that may be among those. Where there are more, all are looked at.
 const FEW: usize = 100;
 
 /// A corner as the search for lattices takes it.
