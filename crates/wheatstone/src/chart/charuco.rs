@@ -146,7 +146,7 @@ impl Charuco {
             .collect();
         points.sort_unstable_by_key(|(id, _)| *id);
         let seen = Sighting::Seen(vec![Detection { points, ..Detection::default() }]);
-        match growth::sigmas(image, &grown.labels).told(seen) {
+        match grown.sigmas.told(seen) {
             Sighting::Seen(mut readings) => readings.pop(),
             Sighting::Unseen(_) => None,
         }

@@ -1,12 +1,14 @@
 //! The chessboard: points at the inner corners.
 
+mod edges;
 pub(super) mod fold;
 pub(super) mod growth;
+mod response;
 pub(super) mod saddle;
 pub(super) mod seed;
 
 use super::{
-    AnyChart, Chart, Shape, Sighting,
+    AnyChart, Chart, Shape, Sighting, Sigmas,
     lattice::{Labelled, Lattice, Origin},
     trimming::trim,
 };
@@ -68,13 +70,31 @@ impl Chessboard {
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
+        let look = seed::Look::new(image, scale);
         let count = self.columns * self.rows;
-        let seeds = seed::find(image, scale, count, MOST_CORNERS.max(4 * count));
-        let seed = seeds.into_iter().next()?;
-        let growth::Grown { labels, dark_square } =
+        // A board's corners are among the strongest places, and few of these take little time.
+        let few = look.few(count);
+        let first = self.look_among(image, &look, few);
+        if look.count() <= few || first.as_ref().is_some_and(|(whole, ..)| *whole) {
+            return first;
+        }
+        let all = self.look_among(image, &look, MOST_CORNERS.max(4 * count));
+        let rank = |found: &Option<(bool, usize, Sighting)>| found.as_ref().map(|found| found.1);
+        if rank(&first) > rank(&all) { first } else { all }
+    }
+
+    /// The same, among the `most` strongest places.
+    fn look_among(
+        &self,
+        image: &GrayImage,
+        look: &seed::Look,
+        most: usize,
+    ) -> Option<(bool, usize, Sighting)> {
+        let seed = look.find(self.columns * self.rows, most).into_iter().next()?;
+        let growth::Grown { labels, dark_square, sigmas } =
             growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
         let parts = fold::parts(labels).into_iter();
-        let looks = parts.filter_map(|part| self.look_at(image, part, dark_square));
+        let looks = parts.filter_map(|part| self.look_at(image, part, dark_square, &sigmas));
         // The larger of two that are alike.
         looks.reduce(|best, other| if other.1 > best.1 { other } else { best })
     }
@@ -85,6 +105,7 @@ impl Chessboard {
         image: &GrayImage,
         mut labels: seed::Labels,
         dark_square: (i32, i32),
+        sigmas: &Sigmas,
     ) -> Option<(bool, usize, Sighting)> {
         trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
@@ -106,7 +127,7 @@ impl Chessboard {
         let first_square = (dark_square.0 + beside, dark_square.1);
         let sighting =
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
-        let sighting = growth::sigmas(image, &labels).told(sighting);
+        let sighting = sigmas.told(sighting);
         let placed = matches!(sighting, Sighting::Seen(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         // A whole board of other counts is whole at every size of the picture.

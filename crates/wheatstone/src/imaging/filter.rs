@@ -1,6 +1,7 @@
 //! Linear filters and halving.
 
 use super::GrayImage;
+use crate::numeric::simd::{Simd, WithSimd, on_widest};
 use rayon::prelude::*;
 
 /// A Gaussian's weights for whole-pixel steps, out to four standard deviations (1e-4 of its mass
@@ -59,18 +60,34 @@ pub fn separable(image: &GrayImage, across: &[f32], down: &[f32]) -> GrayImage {
 pub fn halve(image: &GrayImage) -> GrayImage {
     let (width, height) = ((image.width() / 2).max(1), (image.height() / 2).max(1));
     if image.width() > 1 && image.height() > 1 {
-        let mut values = Vec::with_capacity(width * height);
-        for y in 0..height {
-            let (upper, lower) = (image.row(2 * y), image.row(2 * y + 1));
-            let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
-            values.extend(pairs.map(|(a, b)| (a[0] + a[1] + b[0] + b[1]) / 4.0));
-        }
+        let mut values = vec![0.0; width * height];
+        on_widest(Halve { image, values: &mut values });
         return GrayImage { width, height, values };
     }
     GrayImage::from_fn(width, height, |x, y| {
         let (x, y) = (2 * x as isize, 2 * y as isize);
         (image.at(x, y) + image.at(x + 1, y) + image.at(x, y + 1) + image.at(x + 1, y + 1)) / 4.0
     })
+}
+
+struct Halve<'a> {
+    image: &'a GrayImage,
+    values: &'a mut [f32],
+}
+
+impl WithSimd for Halve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (y, out) in self.values.chunks_exact_mut(self.image.width / 2).enumerate() {
+            let (upper, lower) = (self.image.row(2 * y), self.image.row(2 * y + 1));
+            let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+            for (value, (a, b)) in out.iter_mut().zip(pairs) {
+                *value = (a[0] + a[1] + b[0] + b[1]) / 4.0;
+            }
+        }
+    }
 }
 
 #[cfg(test)]

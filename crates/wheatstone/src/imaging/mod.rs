@@ -3,6 +3,7 @@
 mod annotate;
 mod decode;
 pub mod filter;
+mod rounding;
 
 pub use annotate::{Annotated, Colour};
 pub use decode::{Limits, read_image, read_size};
@@ -99,13 +100,10 @@ impl GrayImage {
     /// range (a 12-bit camera in a 16-bit file, say) they are first stretched over the whole of it.
     #[must_use]
     pub fn to_8_bit(&self) -> image::GrayImage {
-        let (low, high) = self
-            .values
-            .iter()
-            .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        let (low, high) = rounding::extremes(&self.values);
         let stretch = high > low && high - low < 64.0;
         let (offset, factor) = if stretch { (low, 255.0 / (high - low)) } else { (0.0, 1.0) };
-        let bytes = self.values.iter().map(|v| ((v - offset) * factor).round() as u8).collect();
+        let bytes = rounding::bytes(&self.values, offset, factor);
         image::GrayImage::from_raw(self.width as u32, self.height as u32, bytes).unwrap_or_default()
     }
 

@@ -60,7 +60,7 @@ pub(super) fn face_up(grown: Grown) -> Grown {
     }
     let dark_square = (grown.dark_square.1, grown.dark_square.0);
     let labels = grown.labels.into_iter().map(|((x, y), pixel)| ((y, x), pixel)).collect();
-    Grown { labels, dark_square }
+    Grown { labels, dark_square, sigmas: grown.sigmas }
 }
 
 /// The labels and one ring about them, so that squares on the board's rim have four corners too.

@@ -2,6 +2,7 @@
 //! missing ones looked for where their neighbours say that they are, so that no lens model is needed.
 
 use super::{
+    edges,
     saddle::{refine, sigma},
     seed::{Labels, Seed},
 };
@@ -34,6 +35,8 @@ pub(in crate::chart) struct Grown {
     pub(in crate::chart) labels: Labels,
     /// The lowest labels of a dark square.
     pub(in crate::chart) dark_square: (i32, i32),
+    /// How certain they are.
+    pub(in crate::chart) sigmas: Sigmas,
 }
 
 /// Makes the most of a seed, though little more than `most_points` of it; `None` where it is no
@@ -63,18 +66,22 @@ pub(in crate::chart) fn grow(
         labels.remove(&label);
     }
     sharpen(image, &mut labels);
+    let places = Places::new(&seed.corners);
+    let mut taken: Vec<Pixel> = labels.values().copied().collect();
+    let before = labels.len();
     while labels.len() < most_points {
         let mut added = false;
         for label in frontier(&labels) {
-            let Some((at, spacing)) = propose(image, &labels, label, &seed.corners) else {
+            let Some((at, spacing)) = propose(image, &labels, label, &places) else {
                 continue;
             };
-            if labels.values().any(|other| (other - at).norm() < 0.5 * spacing) {
+            if taken.iter().any(|other| (other - at).norm() < 0.5 * spacing) {
                 continue;
             }
             labels.insert(label, at);
             if is_corner(&labels, label) {
                 added = true;
+                taken.push(at);
             } else {
                 labels.remove(&label);
             }
@@ -83,10 +90,15 @@ pub(in crate::chart) fn grow(
             break;
         }
     }
-    sharpen(image, &mut labels);
-    drop_uncertain(image, &mut labels);
+    if labels.len() > before {
+        sharpen(image, &mut labels);
+    }
+    let mut sigmas = drop_uncertain(image, &mut labels);
+    if reach.is_infinite() {
+        settle(image, &mut labels, &mut sigmas);
+    }
     let dark_square = if typical > 0.0 { (1, 0) } else { (0, 0) };
-    (labels.len() >= 4).then_some(Grown { labels, dark_square })
+    (labels.len() >= 4).then_some(Grown { labels, dark_square, sigmas })
 }
 
 /// Moves every corner to its saddle. Where there is none the corner stays: its squares were tested.
@@ -102,17 +114,20 @@ fn sharpen(image: &GrayImage, labels: &mut Labels) {
 }
 
 /// Drops corners that are far less certain than the others, at the picture's edge mostly, where a saddle
-/// wanders off.
-fn drop_uncertain(image: &GrayImage, labels: &mut Labels) {
+/// wanders off. Returns the sigmas of all.
+fn drop_uncertain(image: &GrayImage, labels: &mut Labels) -> Sigmas {
+    let mut sigmas = Sigmas::default();
     let all: Vec<((i32, i32), f64)> = labels
         .iter()
         .filter_map(|(label, at)| {
             let (along, down) = steps(labels, *label)?;
-            Some((*label, sigma(image, *at, window(along.norm().min(down.norm())))))
+            let sigma = sigma(image, *at, window(along.norm().min(down.norm())));
+            sigmas.add(*at, sigma);
+            Some((*label, sigma))
         })
         .collect();
     if all.is_empty() {
-        return;
+        return sigmas;
     }
     let typical = median(&all.iter().map(|(_, sigma)| *sigma).collect::<Vec<_>>());
     for (label, sigma) in all {
@@ -120,17 +135,19 @@ fn drop_uncertain(image: &GrayImage, labels: &mut Labels) {
             labels.remove(&label);
         }
     }
+    sigmas
 }
 
-/// The sigmas of a board's corners.
-pub(in crate::chart) fn sigmas(image: &GrayImage, labels: &Labels) -> Sigmas {
-    let mut all = Sigmas::default();
-    for (label, at) in labels {
-        if let Some((along, down)) = steps(labels, *label) {
-            all.add(*at, sigma(image, *at, window(along.norm().min(down.norm()))));
-        }
+/// Moves every corner of plain squares to where its edges cross.
+fn settle(image: &GrayImage, labels: &mut Labels, sigmas: &mut Sigmas) {
+    let found: Vec<_> = labels
+        .keys()
+        .filter_map(|label| Some((*label, edges::crossing(image, labels, *label)?)))
+        .collect();
+    for (label, (at, sigma)) in found {
+        sigmas.add(at, sigma);
+        labels.insert(label, at);
     }
-    all
 }
 
 fn window(spacing: f64) -> f64 {
@@ -142,17 +159,36 @@ pub(in crate::chart) fn frontier(labels: &Labels) -> Vec<(i32, i32)> {
     growing::beside(labels.keys(), labels)
 }
 
+/// Corners from the picture's top to its bottom.
+struct Places(Vec<Pixel>);
+
+impl Places {
+    fn new(corners: &[Pixel]) -> Self {
+        let mut all = corners.to_vec();
+        all.sort_by(|a, b| a.y.total_cmp(&b.y));
+        Self(all)
+    }
+
+    /// The nearest to a place, nearer than `reach`.
+    fn nearest(&self, place: Pixel, reach: f64) -> Option<Pixel> {
+        let first = self.0.partition_point(|at| at.y <= place.y - reach);
+        let beside = self.0[first..].iter().take_while(|at| at.y < place.y + reach);
+        let far = |at: &Pixel| (at - place).norm();
+        let near = beside.copied().filter(|at| far(at) < reach);
+        near.min_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+}
+
 /// The corner that belongs to an empty place, and the distance to its neighbours.
 fn propose(
     image: &GrayImage,
     labels: &Labels,
     label: (i32, i32),
-    corners: &[Pixel],
+    places: &Places,
 ) -> Option<(Pixel, f64)> {
     let (expected, spacing) = predict(labels, label)?;
     let near = |at: &Pixel| (at - expected).norm();
-    let nearest = corners.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
-    let start = nearest.filter(|at| near(at) < MOST_DEVIATION * spacing).copied();
+    let start = places.nearest(expected, MOST_DEVIATION * spacing);
     let found = refine(image, start.unwrap_or(expected), window(spacing)).or(start)?;
     (near(&found) < MOST_DEVIATION * spacing).then_some((found, spacing))
 }

@@ -1,5 +1,6 @@
 //! A first piece of the board, by a general detector on the picture at one of several sizes.
 
+use super::response::{self, Peak};
 use crate::{
     chart::Detection,
     geometry::Pixel,
@@ -8,8 +9,11 @@ use crate::{
 use calib_targets::{
     ChessCorner,
     chessboard::{ChessboardDetector, ChessboardParams},
-    core::ImageRefiner,
-    detect::{DetectorConfig, default_chess_config, detect_corners},
+    core::AxisEstimate,
+};
+use chess_corners_core::{
+    Corner, CornerDescriptor, CornerRefiner, ImageView, OrientationMethod, RefineContext,
+    RefineStatus, SaddlePointConfig, SaddlePointRefiner, describe_corners, merge_corners_simple,
 };
 use std::collections::BTreeMap;
 
@@ -71,14 +75,17 @@ impl Scale {
         best
     }
 
-    fn apply(self, image: &GrayImage) -> GrayImage {
+    fn apply(self, image: &GrayImage) -> image::GrayImage {
         match self {
-            Self::Quarter => halve(&halve(image)),
-            Self::Half => halve(image),
-            Self::Full => image.clone(),
-            Self::Double => GrayImage::from_fn(2 * image.width(), 2 * image.height(), |x, y| {
-                image.sample(self.restore(Pixel::new(x as f64, y as f64)))
-            }),
+            Self::Quarter => halve(&halve(image)).to_8_bit(),
+            Self::Half => halve(image).to_8_bit(),
+            Self::Full => image.to_8_bit(),
+            Self::Double => {
+                let twice = GrayImage::from_fn(2 * image.width(), 2 * image.height(), |x, y| {
+                    image.sample(self.restore(Pixel::new(x as f64, y as f64)))
+                });
+                twice.to_8_bit()
+            }
         }
     }
 
@@ -97,55 +104,116 @@ impl Scale {
 
 /// The `most` strongest corners of a picture.
 pub(in crate::chart) fn corners(image: &GrayImage, scale: Scale, most: usize) -> Vec<Pixel> {
-    let found = strongest(image, scale, most).into_iter();
+    let found = Look::new(image, scale).strongest(most).into_iter();
     found.map(|corner| scale.restore(corner.position.cast::<f64>())).collect()
 }
 
-/// The `most` strongest corners, in the pixels of the picture at this size.
-fn strongest(image: &GrayImage, scale: Scale, most: usize) -> Vec<ChessCorner> {
-    let picture = scale.apply(image).to_8_bit();
-    // The detector subtracts its ring's reach from the sides without looking (chess-corners 2.1).
-    if picture.width().min(picture.height()) < LEAST_SIDE {
-        return Vec::new();
-    }
-    let settings = default_chess_config().with_refiner(ImageRefiner::saddle_point());
-    if is_texture(&picture, &settings) {
-        return Vec::new();
-    }
-    let mut corners = detect_corners(&picture, &settings);
-    // Noise has corners everywhere. A board's are among the strongest, and the time to sort them
-    // into a lattice must have a bound.
-    corners.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    corners.truncate(most);
-    corners
+/// A picture at one size, and where squares may meet in it.
+pub(in crate::chart) struct Look {
+    scale: Scale,
+    picture: image::GrayImage,
+    /// The strongest first.
+    peaks: Vec<Peak>,
 }
 
-/// Whether a large picture is full of strong corners, by samples of it: no board has as many, and to find
-/// them all would take seconds. Noise has a few strong ones among many weak.
-fn is_texture(picture: &image::GrayImage, settings: &DetectorConfig) -> bool {
-    let (width, height) = (picture.width(), picture.height());
-    if width.min(height) < SAMPLES * SAMPLE {
-        return false;
-    }
-    let mut strengths = Vec::new();
-    for row in 0..SAMPLES {
-        for column in 0..SAMPLES {
-            let middle = |at: u32, size: u32| (2 * at + 1) * size / (2 * SAMPLES) - SAMPLE / 2;
-            let (x, y) = (middle(column, width), middle(row, height));
-            let sample = image::imageops::crop_imm(picture, x, y, SAMPLE, SAMPLE).to_image();
-            strengths.extend(detect_corners(&sample, settings).iter().map(|it| it.strength));
+impl Look {
+    /// Finds the places at which squares may meet.
+    pub(in crate::chart) fn new(image: &GrayImage, scale: Scale) -> Self {
+        let picture = scale.apply(image);
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        let mut peaks = response::peaks(picture.as_raw(), width, height);
+        // To look at all of these closely would take seconds.
+        if is_texture(&peaks, width.min(height)) {
+            peaks.clear();
         }
+        peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+        Self { scale, picture, peaks }
     }
-    let most = strengths.iter().copied().fold(0.0, f32::max);
-    let strong = strengths.iter().filter(|it| **it > 0.5 * most).count();
-    let sampled = (SAMPLES * SAMPLES * SAMPLE * SAMPLE) as usize;
-    strong * (width * height) as usize > MOST_STRONG * sampled
+
+    /// How many places there are.
+    pub(in crate::chart) fn count(&self) -> usize {
+        self.peaks.len()
+    }
+
+    /// How many of the strongest places those of a board of `count` points are likely to be among.
+    pub(in crate::chart) fn few(&self, count: usize) -> usize {
+        let last = count.min(self.peaks.len());
+        let floor = self.peaks[..last].last().map_or(0.0, |peak| LEAST_SHARE * peak.strength);
+        let strong = self.peaks.partition_point(|peak| peak.strength >= floor);
+        strong.min(2 * count + FEW)
+    }
+
+    /// The corners at the `most` strongest places, in the pixels of the picture at this size. Noise has places
+    /// everywhere. A board's are among the strongest, and the time to look at them closely and to sort them into a
+    /// lattice must have a bound.
+    fn strongest(&self, most: usize) -> Vec<ChessCorner> {
+        let (width, height) = (self.picture.width() as usize, self.picture.height() as usize);
+        let values = self.picture.as_raw();
+        let Some(view) = ImageView::from_u8_slice(width, height, values) else {
+            return Vec::new();
+        };
+        let mut refiner = SaddlePointRefiner::new(SaddlePointConfig::default());
+        let context = RefineContext::new(Some(view), None);
+        let places = self.peaks.iter().take(most).map(|peak| {
+            let found = refiner.refine(peak.place.map(|at| at as f32), context);
+            let accepted = found.status == RefineStatus::Accepted;
+            let [x, y] = if accepted { [found.x, found.y] } else { peak.centre };
+            Corner::new(x, y, peak.strength)
+        });
+        let corners = merge_corners_simple(&mut places.collect(), SAME);
+        let method = Some(OrientationMethod::RingFit);
+        let corners = describe_corners(values, width, height, RING, corners, method);
+        corners.iter().filter_map(told).collect()
+    }
+
+    /// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
+    pub(in crate::chart) fn find(&self, count: usize, most: usize) -> Vec<Seed> {
+        let corners = self.strongest(most);
+        let mut parameters = ChessboardParams::default();
+        parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
+        let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
+        let place = |p: nalgebra::Point2<f32>| self.scale.restore(p.cast::<f64>());
+        let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
+            labels: board
+                .corners
+                .iter()
+                .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
+                .collect(),
+            corners: corners.iter().map(|corner| place(corner.position)).collect(),
+        });
+        seeds.collect()
+    }
 }
 
-/// Samples across and down, and their side in pixels: a twentieth of 3 megapixels.
-const SAMPLES: u32 = 4;
-/// See [`SAMPLES`].
-const SAMPLE: u32 = 96;
+/// The strength of places that are looked at first, as a share of that of the last one that a board would need if it had
+/// all the strongest: light that halves across the board, and blur.
+const LEAST_SHARE: f32 = 0.25;
+/// Strong corners beside a board's that may be among those. Where there are more, all are looked at.
+const FEW: usize = 100;
+
+/// A corner as the search for lattices takes it.
+fn told(corner: &CornerDescriptor) -> Option<ChessCorner> {
+    let axes = corner
+        .axes?
+        .map(|axis| AxisEstimate { angle: axis.angle, fit_std_error: axis.fit_std_error });
+    Some(ChessCorner::new(nalgebra::Point2::new(corner.x, corner.y), axes, corner.response))
+}
+
+/// In pixels: corners nearer to each other are one.
+const SAME: f32 = 3.0;
+/// In pixels: the ring that tells the directions of a corner's edges.
+const RING: u32 = 5;
+
+/// Whether a picture of this shorter side is full of strong corners: no board has as many. Noise has a few
+/// strong ones among many weak.
+fn is_texture(peaks: &[Peak], side: usize) -> bool {
+    let most = peaks.iter().map(|peak| peak.strength).fold(0.0, f32::max);
+    let strong = peaks.iter().filter(|peak| peak.strength > 0.5 * most).count();
+    side >= LEAST_TEXTURE && strong > MOST_STRONG
+}
+
+/// In pixels: smaller pictures have no room for a texture.
+const LEAST_TEXTURE: usize = 384;
 /// Strong corners of a picture that are a texture: ten times those that are looked at.
 const MOST_STRONG: usize = 40_000;
 
@@ -156,24 +224,8 @@ pub(in crate::chart) fn find(
     count: usize,
     most: usize,
 ) -> Vec<Seed> {
-    let corners = strongest(image, scale, most);
-    let mut parameters = ChessboardParams::default();
-    parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
-    let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
-    let place = |p: nalgebra::Point2<f32>| scale.restore(p.cast::<f64>());
-    let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
-        labels: board
-            .corners
-            .iter()
-            .map(|corner| ((corner.grid.u, corner.grid.v), place(corner.position)))
-            .collect(),
-        corners: corners.iter().map(|corner| place(corner.position)).collect(),
-    });
-    seeds.collect()
+    Look::new(image, scale).find(count, most)
 }
 
 /// In pixels: pictures that are looked at in half their size first.
 pub(in crate::chart) const LARGE: usize = 4_000_000;
-
-/// In pixels: a ring of radius 5, and one pixel to find a maximum among.
-const LEAST_SIDE: u32 = 13;

@@ -111,6 +111,54 @@ fn corners_of_rendered_boards_are_found_to_a_thirtieth_of_a_pixel() {
 }
 
 #[test]
+fn uneven_light_does_not_draw_corners_aside() {
+    let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.2);
+    let even = scene.render(&BOARD, 10);
+    let (across, down) = (0.5 / 640.0, -0.3 / 480.0);
+    let light = |x: usize, y: usize| 0.9 + across * (x as f64 - 320.0) + down * (y as f64 - 240.0);
+    let lit = GrayImage::from_fn(640, 480, |x, y| even.row(y)[x] * light(x, y) as f32);
+    let truth = scene.truth(&BOARD);
+    let found = &readings(&BOARD, &lit)[0];
+    assert!(rms(found, &truth) < 0.025, "rms {} px", rms(found, &truth));
+    // A saddle is drawn aside along the light's slope, by 0.01 to 0.03 px here.
+    let mean = found.iter().map(|(id, at)| at - truth[*id]).sum::<nalgebra::Vector2<f64>>();
+    assert!(mean.norm() / (found.len() as f64) < 0.005, "{mean}");
+}
+
+#[test]
+fn errors_are_what_sigmas_say() {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for seed in 20..24 {
+        let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.1);
+        let truth = scene.truth(&BOARD);
+        let Sighting::Seen(found) = BOARD.detect(&scene.render(&BOARD, seed)) else { panic!() };
+        for ((id, at), sigma) in found[0].points.iter().zip(&found[0].sigmas) {
+            squares += (at - truth[*id]).norm_squared() / (2.0 * sigma * sigma);
+            count += 1.0;
+        }
+    }
+    let ratio = f64::sqrt(squares / count);
+    assert!(count == 216.0 && (0.5..1.3).contains(&ratio), "{ratio} of {count}");
+}
+
+#[test]
+fn a_board_is_found_among_stronger_corners() {
+    let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.0);
+    let picture = scene.render(&BOARD, 11);
+    // Squares at random beside a board of little contrast: more strong corners than the board has.
+    let mut random = Random::new(12);
+    let cells: Vec<f32> =
+        (0..92 * 54).map(|_| 255.0 * random.uniform(0.0, 2.0).floor() as f32).collect();
+    let value = |x: usize, y: usize| {
+        let beside = x >= 560 || y < 60;
+        if beside { cells[y / 9 * 92 + x / 7] } else { 100.0 + 0.25 * picture.row(y)[x] }
+    };
+    let found = &readings(&BOARD, &GrayImage::from_fn(640, 480, value))[0];
+    assert_eq!(found.len(), 54);
+    assert!(rms(found, &scene.truth(&BOARD)) < 0.06);
+}
+
+#[test]
 fn colours_tell_which_way_up_a_board_of_odd_and_even_counts_is() {
     let upside_down = [FRONTAL[2], FRONTAL[3], FRONTAL[0], FRONTAL[1]];
     for corners in [FRONTAL, upside_down] {

@@ -73,8 +73,7 @@ fn look(image: &GrayImage, scale: Scale, count: usize) -> Found {
         let Some(grown) = growth::grow(image, seed, (4 * count).max(1_000), f64::INFINITY) else {
             continue;
         };
-        let sigmas = growth::sigmas(image, &grown.labels);
-        found.add(&grown.labels, |at| sigmas.of(at));
+        found.add(&grown.labels, |at| grown.sigmas.of(at));
         let parts = fold::parts(grown.labels);
         if parts.len() > 1 {
             parts.iter().for_each(|part| found.add(part, |_| None));
