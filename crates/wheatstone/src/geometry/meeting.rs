@@ -69,12 +69,11 @@ impl<N: Number> Normal<N> {
                 *value = *value * weight;
             }
         }
-        for place in 0..6 {
-            let (i, j) = PAIRS[place];
-            self.left[place] = self.left[place] + (heavy[0][i] * a[j] + heavy[1][i] * b[j]);
+        for (sum, (i, j)) in self.left.iter_mut().zip(PAIRS) {
+            *sum = *sum + (heavy[0][i] * a[j] + heavy[1][i] * b[j]);
         }
-        for i in 0..3 {
-            self.right[i] = self.right[i] + (heavy[0][i] * errors[0] + heavy[1][i] * errors[1]);
+        for (sum, (a, b)) in self.right.iter_mut().zip(heavy[0].iter().zip(&heavy[1])) {
+            *sum = *sum + (*a * errors[0] + *b * errors[1]);
         }
     }
 
@@ -121,10 +120,9 @@ impl<N: Number> Equations<N> {
     #[inline(always)]
     fn errors(&self, point: [N; 3], nearness: N) -> [N; 2] {
         let mut errors = self.right;
-        for axis in 0..2 {
-            let row = self.rows[axis];
+        for (error, row) in errors.iter_mut().zip(&self.rows) {
             let sum = row[0] * point[0] + row[1] * point[1] + row[2] * point[2];
-            errors[axis] = (sum - self.right[axis]) * nearness;
+            *error = (sum - *error) * nearness;
         }
         errors
     }
@@ -173,9 +171,9 @@ pub(crate) fn meet<N: Number>(
         let equations = Equations::new(camera, seen, near);
         let errors = equations.errors(point, near);
         let mut rows = equations.rows;
-        for axis in 0..2 {
-            for i in 0..3 {
-                rows[axis][i] = (rows[axis][i] - errors[axis] * zero.all(camera.rows[2][i])) * near;
+        for (row, error) in rows.iter_mut().zip(errors) {
+            for (value, depth) in row.iter_mut().zip(camera.rows[2]) {
+                *value = (*value - error * zero.all(depth)) * near;
             }
         }
         let rows = rows_in_pixels(seen.scale, rows);

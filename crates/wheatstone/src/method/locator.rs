@@ -151,7 +151,7 @@ impl<'a> Locator<'a> {
             for (what, points) in wanted.into_iter().flatten() {
                 *self.wanted.entry(what).or_default() += points;
             }
-            if self.done % PIECE == 0 {
+            if self.done.is_multiple_of(PIECE) {
                 self.make();
             }
         }

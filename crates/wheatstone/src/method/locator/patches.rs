@@ -137,7 +137,7 @@ impl Patches {
     pub(super) fn take(&mut self, slot: u32, made: Made) {
         self.index[slot as usize] = match made.0 {
             Some(patch) => {
-                self.patches.push(patch);
+                self.patches.push(*patch);
                 self.patches.len() as u32 - 1
             }
             None => 1,
@@ -146,7 +146,9 @@ impl Patches {
 
     /// Makes the patch of a slot.
     pub(super) fn make(&self, camera: &PlacedCamera, slot: u32) -> Made {
-        Made(self.patch(camera, slot as usize).filter(|patch| self.holds(camera, slot, patch)))
+        let made =
+            self.patch(camera, slot as usize).filter(|patch| self.holds(camera, slot, patch));
+        Made(made.map(Box::new))
     }
 
     /// A pixel by its place in a slot, each coordinate in -1..1.
@@ -248,7 +250,7 @@ impl Patch {
 const FIRSTS: [usize; PLACES] = [0, 4, 16, 20, 24, 28];
 
 /// A patch, where there can be one.
-pub(super) struct Made(Option<Patch>);
+pub(super) struct Made(Option<Box<Patch>>);
 
 /// Where a pixel looks: at, along and bend on the plane.
 fn told(camera: &PlacedCamera, pixel: Pixel) -> Option<[f64; PLACES]> {
