@@ -281,7 +281,7 @@ mod tests {
             (0..size).for_each(|index| rows.set(1, index, right[index]));
             found.take_lower(&mut rows);
             let half = (0..size).map(|index| rows.get(1, index).powi(2)).sum::<f64>();
-            assert!((half - right.dot(&solved)).abs() < 1e-11 * half);
+            assert!((half - right.dot(&solved)).abs() <= 1e-11 * half);
             found.take_upper(&mut rows);
             let gap = |index: usize| (rows.get(1, index) - solved[index]).abs();
             assert!((0..size).all(|index| gap(index) <= 1e-11 * solved.norm()));
