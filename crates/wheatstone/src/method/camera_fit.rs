@@ -180,10 +180,10 @@ pub(super) const SCOUTING: Patience = Patience { steps: 12, least_gain: 1e-3 };
 const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
 
 /// Points that show where a start leads, chosen at random: more cost time only.
-const SCOUTED: usize = 160;
+const SCOUTED: usize = 400;
 
 /// Points that decide whether what is seen lies on a plane: enough that chance does not.
-const LINEAR: usize = 4000;
+const LINEAR: usize = 10 * SCOUTED;
 
 /// A step that gains less moves no unknown by a thousandth of its standard deviation.
 pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
