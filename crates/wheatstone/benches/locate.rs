@@ -14,7 +14,7 @@ use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::volume::Volume,
     geometry::{PixelColumns, columns_of},
-    method::{AnyMethod, AnyReconstructor, Locator, network::Training},
+    method::{AnyMethod, AnyReconstructor, Locator, Places, network::Training},
     progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -65,11 +65,11 @@ impl World {
     /// Median nanoseconds a point, once what is made on demand is made.
     fn nanoseconds(&self, what: &str) -> f64 {
         let (pixels, mut locator) = (self.pixels(), self.locator(what));
-        black_box(locator.locate(&pixels));
+        let mut places = locator.locate(&pixels);
         let mut runs: Vec<f64> = (0..9)
             .map(|_| {
                 let start = Instant::now();
-                black_box(locator.locate(&pixels));
+                locator.locate_into(&pixels, black_box(&mut places));
                 start.elapsed().as_secs_f64()
             })
             .collect();
@@ -88,7 +88,10 @@ fn main() {
         let world = World::new(method, 1_000_000);
         on(threads.parse().unwrap(), || {
             let (pixels, mut locator) = (world.pixels(), world.locator(what));
-            (0..times.parse().unwrap()).for_each(|_: u32| _ = black_box(locator.locate(&pixels)));
+            let mut places = Places::default();
+            for _ in 0..times.parse::<u32>().unwrap() {
+                locator.locate_into(&pixels, black_box(&mut places));
+            }
         });
         return;
     }

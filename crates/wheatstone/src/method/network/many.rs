@@ -46,24 +46,32 @@ impl NetworkReconstructor {
 
     /// Puts the map's points in the place of its base's.
     fn correct(&self, forward: &Forward<f32>, pixels: &PixelColumns, points: &mut [Vec<f64>; 3]) {
+        /// Points worked on at once: inputs and outputs stay in the nearest cache.
+        const BLOCK: usize = 512;
+        let mut inputs = vec![[0.0_f32; BLOCK]; self.inputs.len()];
+        let mut outputs = [[0.0_f32; BLOCK]; 3];
         let count = pixels.points();
-        let mut inputs = vec![vec![0.0_f32; count]; self.inputs.len()];
-        let mut outputs = [0, 1, 2].map(|_| vec![0.0_f32; count]);
-        on_widest(Scaling { scales: &self.inputs, pixels, inputs: &mut inputs });
-        let columns: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-        forward.columns(&columns, &mut outputs.each_mut().map(Vec::as_mut_slice));
-        on_widest(Restoring { map: self, outputs: &outputs, points });
+        for start in (0..count).step_by(BLOCK) {
+            let length = BLOCK.min(count - start);
+            let part = pixels.part(start..start + length);
+            on_widest(Scaling { scales: &self.inputs, pixels: &part, inputs: &mut inputs });
+            let columns: Vec<&[f32]> = inputs.iter().map(|column| &column[..length]).collect();
+            forward.columns(&columns, &mut outputs.each_mut().map(|column| &mut column[..length]));
+            let own = points.each_mut().map(|column| &mut column[start..start + length]);
+            let outputs = outputs.each_ref().map(|column| &column[..length]);
+            on_widest(Restoring { map: self, outputs, points: own });
+        }
     }
 }
 
 /// Pixels to the network's inputs.
-struct Scaling<'a> {
+struct Scaling<'a, const B: usize> {
     scales: &'a [Scale],
     pixels: &'a PixelColumns<'a>,
-    inputs: &'a mut [Vec<f32>],
+    inputs: &'a mut [[f32; B]],
 }
 
-impl WithSimd for Scaling<'_> {
+impl<const B: usize> WithSimd for Scaling<'_, B> {
     type Output = ();
 
     #[inline(always)]
@@ -81,8 +89,8 @@ impl WithSimd for Scaling<'_> {
 /// The network's outputs to points.
 struct Restoring<'a> {
     map: &'a NetworkReconstructor,
-    outputs: &'a [Vec<f32>; 3],
-    points: &'a mut [Vec<f64>; 3],
+    outputs: [&'a [f32]; 3],
+    points: [&'a mut [f64]; 3],
 }
 
 impl WithSimd for Restoring<'_> {

@@ -1,0 +1,110 @@
+"""Cost against size: CPU seconds while one size doubles and all else stays, with the slope on log-log axes.
+
+    cargo bench --no-run && cargo build --release
+    python3 bench/scaling.py docs/pictures/scaling.svg
+
+Needs numpy for the chessboards' pictures. Each cost is the least of three runs, less that of the smallest work
+there is, so that a program's start is not counted.
+"""
+import json, math, os, pathlib, subprocess, sys, tempfile
+
+import numpy as np
+
+root = pathlib.Path(__file__).parent.parent / "target/release"
+os.environ["RAYON_NUM_THREADS"] = "1"
+
+
+def bench(name):
+    found = (path for path in (root / "deps").glob(f"{name}-*") if not path.suffix)
+    return max(found, key=lambda path: path.stat().st_mtime)
+
+
+def cpu(*command, times=3):
+    seconds = []
+    for _ in range(times):
+        child = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        _, status, used = os.wait4(child.pid, 0)
+        assert status == 0, command
+        seconds.append(used.ru_utime + used.ru_stime)
+    return min(seconds)
+
+
+def wheatstone(*words, times=1):
+    return cpu(root / "wheatstone", *words, times=times)
+
+
+def points(work):
+    wheatstone("synth", "--points", "--noise", "0.1", "--count", "400", "-o", work / "t.csv")
+    wheatstone("fit", work / "t.csv", "--method", "brown", "--no-validation", "-o", work / "m.json")
+    for count in (100_000, 200_000, 400_000, 800_000):
+        wheatstone("synth", "--random", count, "--noise", "0.1", "-o", work / "p.csv")
+        yield count, wheatstone("locate", work / "m.json", work / "p.csv", "-o", work / "o.csv", times=3)
+
+
+def views(work):
+    for count in (10, 20, 40, 80):
+        wheatstone("synth", "--points", "--hand-held", count, "--noise", "0.1", "-o", work / "h.csv")
+        yield count, wheatstone("fit", work / "h.csv", "--method", "brown", "--no-validation", "-o", work / "m.json", times=3)
+
+
+def cameras(work):
+    for count in (2, 4, 8, 16):
+        wheatstone("synth", "--points", "--cameras", count, "--noise", "0.1", "--count", "400", "-o", work / "c.csv")
+        yield count, wheatstone("fit", work / "c.csv", "--method", "brown", "--no-validation", "-o", work / "m.json", times=3)
+
+
+def epochs(_):
+    least = cpu(bench("kernels"), "training", "single", 1)
+    for count in (10_000, 20_000, 40_000, 80_000):
+        yield count, cpu(bench("kernels"), "training", "single", count) - least
+
+
+def pixels(work):
+    for width in (640, 1280, 2560, 5120):
+        y, x = np.mgrid[:width * 3 // 4, :width] / width
+        u, v = (x - 0.15 + 0.05 * y) / 0.07, (y - 0.1 - 0.04 * x) / 0.07
+        board = (np.floor(u) + np.floor(v)) % 2
+        grey = np.where((u > 0) & (u < 10) & (v > 0) & (v < 7), 40 + 170 * board, 210).astype(np.uint8)
+        path = work / f"{width}.pgm"
+        path.write_bytes(b"P5 %d %d 255\n" % (grey.shape[1], grey.shape[0]) + grey.tobytes())
+        told = subprocess.run([bench("chessboard"), "9x6", "5", path], capture_output=True, text=True, check=True).stdout
+        yield grey.size, json.loads(told)["milliseconds"] / 1000
+
+
+def slope(rows):
+    x, y = (np.log([row[k] for row in rows]) for k in (0, 1))
+    return np.polyfit(x, y, 1)[0]
+
+
+def panel(left, name, rows):
+    """One log-log plot of 190 by 170, its line and its slope."""
+    lx, ly = [math.log2(n) for n, _ in rows], [math.log2(max(s, 1e-9)) for _, s in rows]
+    px = lambda v: left + 45 + 125 * (v - lx[0]) / (lx[-1] - lx[0])
+    top = max(ly) + 0.3
+    py = lambda v: 30 + 105 * (top - v) / max(top - min(ly) + 0.3, 1)
+    dots = " ".join(f"{px(a):.1f},{py(b):.1f}" for a, b in zip(lx, ly))
+    text = lambda x, y, words, anchor="middle": f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="{anchor}">{words}</text>'
+    short = lambda n: f"{n / 1e6:g}M" if n >= 1e6 else f"{n / 1e3:g}k" if n >= 1000 else f"{n:g}"
+    marks = "".join(f'<circle cx="{px(a):.1f}" cy="{py(b):.1f}" r="3"/>' for a, b in zip(lx, ly))
+    ends = "".join(text(left + 40, py(b) + 4, f"{s:.2g} s", "end") for b, s in ((ly[0], rows[0][1]), (ly[-1], rows[-1][1])))
+    below = "".join(text(px(a), 158, short(round(n, -4) if n > 1e5 else n)) for a, (n, _) in ((lx[0], rows[0]), (lx[-1], rows[-1])))
+    return (f'<rect x="{left + 42}" y="25" width="136" height="115" class="frame"/><polyline points="{dots}"/>{marks}'
+            + text(left + 110, 16, f"{name}: slope {slope(rows):.2f}") + ends + below)
+
+
+def main():
+    kinds = {"points": points, "views": views, "cameras": cameras, "pixels": pixels, "epochs": epochs}
+    parts = []
+    with tempfile.TemporaryDirectory() as work:
+        for place, (name, measure) in enumerate(kinds.items()):
+            rows = list(measure(pathlib.Path(work)))
+            print(name, *(f"{size}: {seconds:.3f} s" for size, seconds in rows), f"slope {slope(rows):.2f}", flush=True)
+            parts.append(panel(190 * place, name, rows))
+    style = ("text{font:11px sans-serif;fill:#333}polyline{fill:none;stroke:#1f6fb2;stroke-width:1.5}circle{fill:#1f6fb2}"
+             ".frame{fill:none;stroke:#bbb}.back{fill:#fff}")
+    pathlib.Path(sys.argv[1]).write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 960 170" role="img" aria-label="Cost against size">'
+        f'<style>{style}</style><rect class="back" width="960" height="170"/>{"".join(parts)}</svg>\n')
+
+
+main()
