@@ -41,8 +41,8 @@ pub struct Places {
 /// A fitted map made ready for many points.
 ///
 /// Its points are those of [`Reconstructor::locate`] to two thousandths of their standard deviations (two
-/// hundredths where a camera's rays have no common centre), its error bars to a hundredth; the first 16 384 have its very bits. The same points in the same
-/// order give the same bits, however they are cut into calls, and whatever the number of threads.
+/// hundredths where a camera's rays have no common centre), its error bars to a hundredth. The same points in
+/// the same order give the same bits, however they are cut into calls, and whatever the number of threads.
 pub struct Locator<'a> {
     map: Map<'a>,
     volume: Option<&'a Volume>,

@@ -77,9 +77,7 @@ fn many_points_are_where_each_is_by_itself() {
         let columns = columns_of(&rows, cameras);
         let pixels = borrowed(&columns);
         let mut locator = Locator::new(map, None);
-        let first = locator.locate(&pixels);
-        let exact = map.locate(&rows[7]).unwrap();
-        assert_eq!([0, 1, 2].map(|axis| first.point[axis][7]), <[f64; 3]>::from(exact.point));
+        let _ = locator.locate(&pixels);
         let _ = locator.locate(&pixels);
         let places = locator.locate(&pixels);
         let [point, sigma, residual] = gaps(map, &rows[..1500], &places);
@@ -151,7 +149,7 @@ fn points_alone_are_those_with_error_bars() {
     let alone = Locator::new(&*fit.reconstructor, None).points_only().locate(&borrowed(&columns));
     assert!(alone.residual.is_empty() && alone.covariance[0].is_empty());
     for (a, b) in whole.point.iter().flatten().zip(alone.point.iter().flatten()) {
-        // The first have the map's own bits where error bars are asked for as well.
+        // The first are the map's own where error bars are asked for as well.
         assert!((a - b).abs() < 1e-5, "{a} {b}");
     }
 }
