@@ -11,7 +11,7 @@ import pathlib, statistics, subprocess, sys
 from network import cpu
 
 here = pathlib.Path(__file__).parent
-MILLIONS = 20
+MILLIONS = 100
 # Ours, and what does the same work elsewhere, with the points (in millions) of one round there.
 PAIRS = [
     ("network:paper", "points", [("onnx_points", 1.0), ("torch_points", 1.0), ("numpy_points", 1.0)]),
