@@ -48,7 +48,7 @@ def views(work):
 
 
 def cameras(work):
-    for count in (2, 4, 8, 16):
+    for count in (2, 3, 4, 6, 8):
         wheatstone("synth", "--points", "--cameras", count, "--noise", "0.1", "--count", "400", "-o", work / "c.csv")
         yield count, wheatstone("fit", work / "c.csv", "--method", "brown", "--no-validation", "-o", work / "m.json", times=3)
 
