@@ -37,12 +37,18 @@ def main():
         own, others = [], {name: [] for name, _ in peers}
         for _ in range(times):
             start = cpu([program, method, what, "1", "1"])
-            own.append(MILLIONS / max(cpu([program, method, what, str(1 + MILLIONS), "1"]) - start, 1e-9))
+            # Both fit the method first, which takes longer at one time than at another.
+            seconds = cpu([program, method, what, str(1 + MILLIONS), "1"]) - start
+            if seconds > 0.0:
+                own.append(MILLIONS / seconds)
             for name, millions in peers:
                 rounds = max(2, round(2 / millions))
                 seconds = theirs(name, rounds)
                 if seconds is not None:
                     others[name].append(rounds * millions / seconds)
+        if not own:
+            print(f"{method} {what}: too little work to tell")
+            continue
         ours = statistics.median(own)
         beside = [f"{name} {statistics.median(v):.2f} ({ours / statistics.median(v):.1f} times)" for name, v in others.items() if v]
         print(f"{method} {what}: {ours:.1f} M points/s", *beside, sep=", ", flush=True)

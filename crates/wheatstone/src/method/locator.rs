@@ -72,7 +72,7 @@ const TASK: usize = 2048;
 const PIECE: usize = 8 * TASK;
 
 /// Rays that miss each other by more pixels than this bend a point in ways that a single step does not
-/// follow to a thousandth of a standard deviation.
+/// follow to a thousandth of a standard deviation: judged from how far weights change over so many pixels.
 const MOST_RESIDUAL: f64 = 4.0;
 
 /// What may be made on demand: a patch of the base's or the witness's camera, or a box of spreads; each by
