@@ -11,8 +11,8 @@ use std::{
 use wheatstone::{
     Error,
     dataset::points_file::{
-        Cells, Column, Columns, ColumnsReader, ColumnsWriter, Rows, TextReader, header_line,
-        is_parquet,
+        Cells, Column, Columns, ColumnsReader, ColumnsWriter, Pieces, Rows, TextReader,
+        header_line, is_parquet,
     },
     storage::Output,
 };
@@ -61,6 +61,7 @@ impl Input {
     /// Reads in a thread of its own, which ends with the rows, with the first error, or when nobody
     /// listens any more. It is not waited for: it may itself wait for a producer.
     pub(crate) fn start(mut self) -> Receiver<Outcome<Rows>> {
+        keep_memory();
         let (sender, rows) = sync_channel(WAITING);
         std::thread::spawn(move || {
             while let Some(next) = self.next().transpose() {
@@ -89,6 +90,13 @@ impl Input {
     }
 }
 
+/// Has memory kept that was used once. The GNU C library else gives parts of a table back to the system, which
+/// clears them page by page each time; it keeps blocks up to the size of the largest that was ever freed.
+fn keep_memory() {
+    const LARGE: usize = 24 << 20;
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGE)));
+}
+
 /// Where rows go.
 pub(crate) struct Sink {
     /// Those of the columns that pass through, then those of the added ones.
@@ -97,6 +105,8 @@ pub(crate) struct Sink {
     to: To,
     /// Name for messages; none for standard output.
     path: Option<PathBuf>,
+    /// Text, in memory that is used again.
+    pieces: Pieces,
 }
 
 enum To {
@@ -106,10 +116,10 @@ enum To {
     Parquet(Option<Output>, Option<Box<ColumnsWriter<Output>>>),
 }
 
-/// Rows on their way to a thread that writes.
+/// Rows on their way to a thread that writes, until nothing more is to come.
 pub(crate) struct Writing {
-    sender: SyncSender<(Rows, Vec<Column>)>,
-    thread: JoinHandle<Outcome<Sink>>,
+    sender: Option<SyncSender<(Rows, Vec<Column>)>>,
+    thread: Option<JoinHandle<Outcome<Sink>>>,
 }
 
 impl Sink {
@@ -117,12 +127,13 @@ impl Sink {
     pub(crate) fn create(path: &Path, names: Vec<String>, delimiter: u8) -> Outcome<Self> {
         if is_parquet(path) {
             let to = To::Parquet(Some(Output::create(path)?), None);
-            return Ok(Self { names, delimiter, to, path: Some(path.into()) });
+            let (path, pieces) = (Some(path.into()), Pieces::default());
+            return Ok(Self { names, delimiter, to, path, pieces });
         }
         let standard = path.as_os_str() == "-";
         let to = if standard { To::Standard } else { To::Text(Output::create(path)?) };
         let path = (!standard).then(|| path.to_path_buf());
-        let mut sink = Self { names, delimiter, to, path };
+        let mut sink = Self { names, delimiter, to, path, pieces: Pieces::default() };
         let line = header_line(sink.names.iter().map(String::as_str), delimiter);
         sink.put(&line)?;
         Ok(sink)
@@ -137,15 +148,18 @@ impl Sink {
             }
             Ok(self)
         });
-        Writing { sender, thread }
+        Writing { sender: Some(sender), thread: Some(thread) }
     }
 
     /// Rows that passed through, with what is added to them, as many columns as were named.
     fn write(&mut self, rows: Rows, added: Vec<Column>) -> Outcome {
         let To::Parquet(output, writer) = &mut self.to else {
-            for piece in rows.text(&added, self.delimiter) {
-                self.put(&piece)?;
+            let mut pieces = std::mem::take(&mut self.pieces);
+            rows.write(&added, self.delimiter, &mut pieces);
+            for piece in pieces.iter() {
+                self.put(piece)?;
             }
+            self.pieces = pieces;
             return Ok(());
         };
         let mut columns = rows.into_columns()?;
@@ -197,19 +211,27 @@ impl Sink {
 impl Writing {
     /// Hands rows over. False where the thread has ended, which [`Writing::finish`] then tells of.
     pub(crate) fn write(&self, rows: Rows, added: Vec<Column>) -> bool {
-        self.sender.send((rows, added)).is_ok()
+        self.sender.as_ref().is_some_and(|sender| sender.send((rows, added)).is_ok())
     }
 
     /// Waits until all is written, and puts the file in its place.
-    pub(crate) fn finish(self) -> Outcome {
-        let Self { sender, thread } = self;
-        drop(sender);
-        match thread.join() {
-            Ok(sink) => sink?.finish(),
-            // It has said what happened.
-            Err(_) => {
-                Err(Failure::Output(std::io::Error::other("the thread that writes broke off")))
-            }
+    pub(crate) fn finish(mut self) -> Outcome {
+        match self.end() {
+            Some(sink) => sink?.finish(),
+            None => Err(Failure::Output(std::io::Error::other("the thread that writes broke off"))),
         }
+    }
+
+    /// Waits for the thread; none where it has broken off, and has said why.
+    fn end(&mut self) -> Option<Outcome<Sink>> {
+        drop(self.sender.take());
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for Writing {
+    /// What is not finished leaves nothing behind.
+    fn drop(&mut self) {
+        drop(self.end());
     }
 }

@@ -1,8 +1,11 @@
 //! Files read whole, and files written so that a failure leaves the old one as it was.
 
+mod pen;
+
 use crate::{Error, Result};
+use pen::Pen;
 use std::{
-    io::{BufWriter, Read, Write},
+    io::{Read, Write},
     path::{Path, PathBuf},
 };
 
@@ -56,7 +59,7 @@ pub fn open(path: &Path) -> Result<std::fs::File> {
 /// synced, renamed. Dropped before that, it leaves nothing.
 pub struct Output {
     path: PathBuf,
-    file: BufWriter<atomic_write_file::AtomicWriteFile>,
+    pen: Pen,
 }
 
 impl Output {
@@ -71,7 +74,7 @@ impl Output {
         }
         let file =
             atomic_write_file::AtomicWriteFile::open(path).map_err(|e| Error::writing(path, e))?;
-        Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 18, file) })
+        Ok(Self { path: path.into(), pen: Pen::new(file) })
     }
 
     /// Puts the finished file in its place.
@@ -80,9 +83,8 @@ impl Output {
     ///
     /// [`Error::Io`]; the old file, if there was one, is then untouched.
     pub fn commit(self) -> Result<()> {
-        let Self { path, file } = self;
-        file.into_inner()
-            .map_err(std::io::IntoInnerError::into_error)
+        let Self { path, pen } = self;
+        pen.finish()
             .and_then(atomic_write_file::AtomicWriteFile::commit)
             .map_err(|e| Error::writing(path, e))
     }
@@ -90,11 +92,11 @@ impl Output {
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.file.write(bytes)
+        self.pen.write(bytes)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
+        self.pen.flush()
     }
 }
 

@@ -7,12 +7,14 @@
 mod blocks;
 mod collected;
 mod columns;
+mod decimals;
 mod digits;
 mod faults;
 mod layout;
 mod parquet;
 mod records;
 mod rows;
+mod sheet;
 mod spelled;
 mod text;
 
@@ -21,6 +23,7 @@ pub use collected::Duplicates;
 pub use columns::{Cells, Column, Columns, Texts, Words};
 pub use parquet::{ColumnsReader, ColumnsWriter, is_parquet};
 pub use rows::{Rows, header_line};
+pub use sheet::Pieces;
 pub use text::{columns, write};
 
 use super::{Correspondence, Dataset};

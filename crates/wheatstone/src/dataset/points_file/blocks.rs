@@ -13,7 +13,7 @@ use std::{
     io::Read,
     path::Path,
     sync::{
-        Arc,
+        Arc, Mutex,
         mpsc::{Receiver, sync_channel},
     },
 };
@@ -71,6 +71,7 @@ impl TextReader {
             header: csv::StringRecord::new(),
             layout: Layout::default(),
             delimiter: b',',
+            spare: Mutex::default(),
         };
         let (held, line) = (Vec::new(), 1);
         let mut reader = Self { table: Arc::new(table), source, held, line, ended: false };
@@ -109,7 +110,7 @@ impl TextReader {
         let lines = self.held[..end].iter().filter(|byte| **byte == b'\n').count();
         self.line += lines as u64;
         self.held.drain(..end);
-        Ok(Table { path: path.into(), header, layout, delimiter })
+        Ok(Table { path: path.into(), header, layout, delimiter, spare: Mutex::default() })
     }
 
     /// The columns' names.
@@ -167,7 +168,9 @@ impl TextReader {
                     searched
                 };
                 if end > 0 {
-                    let rest = self.held.split_off(end);
+                    let mut rest = self.table.memory();
+                    rest.extend(&self.held[end..]);
+                    self.held.truncate(end);
                     return Ok(Some(std::mem::replace(&mut self.held, rest)));
                 }
                 if self.ended {

@@ -5,7 +5,7 @@
 //! left open ends with the text.
 
 use memchr::{memchr, memchr3};
-use std::borrow::Cow;
+use std::{borrow::Cow, io::Write};
 
 /// Where the cell that begins at `at` ends: at a delimiter, the end of its row, or the end of all.
 pub(super) fn cell_end(bytes: &[u8], at: usize, delimiter: u8) -> usize {
@@ -86,14 +86,14 @@ pub(super) fn cells(
 }
 
 /// Writes a cell, in quotes where it must be.
-pub(super) fn push_cell(out: &mut Vec<u8>, cell: &str, delimiter: u8) {
+pub(super) fn push_cell(out: &mut impl Write, cell: &str, delimiter: u8) {
     let bytes = cell.as_bytes();
-    if memchr3(delimiter, b'\n', b'\r', bytes).is_none() && memchr(b'"', bytes).is_none() {
-        return out.extend(bytes);
-    }
-    out.push(b'"');
-    out.extend(cell.replace('"', "\"\"").as_bytes());
-    out.push(b'"');
+    // All that is written to memory fits.
+    let _ = if memchr3(delimiter, b'\n', b'\r', bytes).is_none() && memchr(b'"', bytes).is_none() {
+        out.write_all(bytes)
+    } else {
+        write!(out, "\"{}\"", cell.replace('"', "\"\""))
+    };
 }
 
 #[cfg(test)]

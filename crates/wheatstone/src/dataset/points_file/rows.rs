@@ -1,15 +1,16 @@
 //! Some rows of a points file, on their way.
 
 use super::{
-    columns::{Column, Columns},
-    digits::push_number,
+    columns::{Cells, Column, Columns},
+    digits::{Digits, ROWS},
     layout::LARGEST,
     records::push_cell,
+    sheet::{Pieces, Sheet},
     spelled::Spelled,
 };
 use crate::{Result, geometry::PixelColumns};
 use rayon::prelude::*;
-use std::{io::Write, ops::Range};
+use std::ops::Range;
 
 /// Some rows: their pixels, and all else that they hold.
 #[derive(Clone, Debug)]
@@ -98,63 +99,104 @@ impl Rows {
         }
     }
 
-    /// The rows as text, with what is `added` to them: pieces of whole rows, one after the other. What was
-    /// text stays as it was written, but for quotes and spaces that say nothing.
-    #[must_use]
-    pub fn text(&self, added: &[Column], delimiter: u8) -> Vec<Vec<u8>> {
+    /// Writes the rows as text, with what is `added` to them. What was text stays as it was written, but for
+    /// quotes and spaces that say nothing.
+    pub fn write(&self, added: &[Column], delimiter: u8, pieces: &mut Pieces) {
         // Rows a task: large enough to pay for handing it over, small enough to balance.
         const TASK: usize = 1024;
         let count = self.count();
-        let task = |task: usize| {
-            let rows = task * TASK..count.min((task + 1) * TASK);
-            self.piece(rows, added, delimiter)
-        };
-        (0..count.div_ceil(TASK)).into_par_iter().map(task).collect()
-    }
-
-    fn piece(&self, rows: Range<usize>, added: &[Column], delimiter: u8) -> Vec<u8> {
-        // What shortest digits of a number take at most, but for rare ones.
-        const CELL: usize = 20;
         let own = match &self.held {
             Held::Columns(columns) => &columns.columns[..],
             Held::Text(_) => &[],
         };
-        let mut out = Vec::with_capacity(rows.len() * CELL * (own.len() + added.len() + 4));
-        for row in rows {
-            if let Held::Text(text) = &self.held {
-                text.push_row(&mut out, row);
+        let columns: Vec<&Column> = own.iter().map(|(_, column)| column).chain(added).collect();
+        let tasks = pieces.begin(count.div_ceil(TASK)).par_iter_mut().enumerate();
+        tasks.for_each(|(task, sheet)| {
+            let rows = task * TASK..count.min((task + 1) * TASK);
+            self.piece(rows, &columns, delimiter, sheet);
+        });
+    }
+
+    /// Writes some rows, of which the first is a multiple of [`ROWS`].
+    fn piece(&self, rows: Range<usize>, columns: &[&Column], delimiter: u8, out: &mut Sheet) {
+        // What shortest digits of a number take at most, but for rare ones.
+        const CELL: usize = 20;
+        let text = match &self.held {
+            Held::Columns(_) => None,
+            Held::Text(text) => Some(text),
+        };
+        out.begin(rows.len() * CELL * (columns.len() + if text.is_some() { 4 } else { 0 }));
+        let mut columns: Vec<Written> =
+            columns.iter().map(|column| Written::new(column, delimiter)).collect();
+        for row in rows.clone() {
+            if row % ROWS == 0 {
+                let block = row..rows.end.min(row + ROWS);
+                columns.iter_mut().for_each(|column| column.make(block.clone()));
             }
-            let columns = own.iter().map(|(_, column)| column).chain(added);
-            for (index, column) in columns.enumerate() {
-                if index > 0 || own.is_empty() {
+            if let Some(text) = text {
+                text.push_row(out, row);
+            }
+            for (index, column) in columns.iter().enumerate() {
+                if index > 0 || text.is_some() {
                     out.push(delimiter);
                 }
-                push(&mut out, column, row, delimiter);
+                column.push(out, row, delimiter);
             }
             out.push(b'\n');
         }
-        out
     }
 }
 
-/// Writes the cell of a column.
-fn push(out: &mut Vec<u8>, column: &Column, row: usize, delimiter: u8) {
-    match column {
-        Column::Numbers(cells) => {
-            if let Some(value) = cells.get(row)
-                && !value.is_nan()
-            {
-                push_number(out, *value);
+/// A column that is written as text.
+enum Written<'a> {
+    /// With the digits of so many rows from a multiple of [`ROWS`] on.
+    Numbers(&'a Cells<f64>, Box<Digits>),
+    /// The words as cells, and nothing before them.
+    Words(&'a [u8], Vec<Vec<u8>>),
+    Other(&'a Column),
+}
+
+impl<'a> Written<'a> {
+    fn new(column: &'a Column, delimiter: u8) -> Self {
+        let cell = |word: &&str| {
+            let mut cell = Vec::new();
+            push_cell(&mut cell, word, delimiter);
+            cell
+        };
+        match column {
+            Column::Numbers(cells) => Self::Numbers(cells, Box::default()),
+            Column::Words(words) => {
+                let cells = std::iter::once(Vec::new()).chain(words.words.iter().map(cell));
+                Self::Words(&words.places, cells.collect())
             }
+            Column::Integers(_) | Column::Texts(_) => Self::Other(column),
         }
-        Column::Integers(cells) => {
-            if let Some(value) = cells.get(row) {
-                // A vector takes all that is written to it.
-                let _ = write!(out, "{value}");
+    }
+
+    /// Makes rows ready.
+    fn make(&mut self, rows: Range<usize>) {
+        if let Self::Numbers(cells, digits) = self {
+            digits.make(&cells.values()[rows]);
+        }
+    }
+
+    /// Writes the cell of a row that was made ready.
+    #[inline]
+    fn push(&self, out: &mut Sheet, row: usize, delimiter: u8) {
+        match self {
+            Self::Numbers(cells, digits) => {
+                if let Some(value) = cells.get(row)
+                    && !value.is_nan()
+                {
+                    digits.push(out, row % ROWS, *value);
+                }
             }
+            Self::Words(places, cells) => out.extend(&cells[usize::from(places[row])]),
+            Self::Other(Column::Texts(texts)) => {
+                push_cell(out, texts.get(row).unwrap_or_default(), delimiter);
+            }
+            Self::Other(column) => out.extend(column.text(row).as_bytes()),
         }
-        Column::Texts(texts) => push_cell(out, texts.get(row).unwrap_or_default(), delimiter),
-        Column::Words(words) => push_cell(out, words.get(row).unwrap_or_default(), delimiter),
     }
 }
 

@@ -2,15 +2,20 @@
 
 use super::{
     columns::{Cells, Column, Columns, Texts},
+    decimals::number_at,
     faults,
     layout::{LARGEST, Layout},
     records::{cell, cell_end, cells, push_cell},
     rows::{Axis, Rows},
+    sheet::Sheet,
 };
 use crate::{Error, Result};
 use memchr::{memchr, memchr_iter};
 use rayon::prelude::*;
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::PathBuf,
+    sync::{Arc, Mutex},
+};
 
 /// What all rows of a table have in common.
 #[derive(Debug)]
@@ -19,6 +24,8 @@ pub(super) struct Table {
     pub(super) header: csv::StringRecord,
     pub(super) layout: Layout,
     pub(super) delimiter: u8,
+    /// Memory of rows that are done with.
+    pub(super) spare: Mutex<Vec<Vec<u8>>>,
 }
 
 /// Rows of a table as they were written.
@@ -94,7 +101,7 @@ impl Spelled {
     }
 
     /// Writes a row's cells, without the end of the row.
-    pub(super) fn push_row(&self, out: &mut Vec<u8>, row: usize) {
+    pub(super) fn push_row(&self, out: &mut Sheet, row: usize) {
         let row = self.rows[row];
         if row.plain {
             return out.extend(&self.text.as_bytes()[row.begin..row.end]);
@@ -153,7 +160,29 @@ impl Spelled {
     }
 }
 
+impl Drop for Spelled {
+    fn drop(&mut self) {
+        self.table.give_back(std::mem::take(&mut self.text).into_bytes());
+    }
+}
+
 impl Table {
+    /// Memory for text, which may have served before: the system clears what it gives anew.
+    pub(super) fn memory(&self) -> Vec<u8> {
+        self.spare.lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default()
+    }
+
+    fn give_back(&self, mut memory: Vec<u8>) {
+        // As many as are on their way at a time.
+        const MOST: usize = 8;
+        memory.clear();
+        if let Ok(mut spare) = self.spare.lock()
+            && spare.len() < MOST
+        {
+            spare.push(memory);
+        }
+    }
+
     fn fault(&self, fault: faults::Fault, line: u64, column: usize) -> Error {
         fault.at(&self.path, Some(line), &self.header[column])
     }
@@ -262,16 +291,25 @@ impl<'a> Reading<'a> {
         let (bytes, delimiter) = (text.as_bytes(), self.table.delimiter);
         let (mut at, mut index, mut plain, mut sound) = (begin, 0, true, true);
         let end = loop {
-            let end = cell_end(bytes, at, delimiter);
-            // Most cells begin and end with a letter or digit.
-            let bare = |place: usize| (b'#'..0x7F).contains(&bytes[place]);
-            let clean = at == end || (bare(at) && bare(end - 1));
-            plain &= clean || (cell(text, at, end).len() == end - at && bytes[at] != b'"');
-            if let Some(slot) = self.slots.get(index).copied().flatten() {
-                let value = if clean { value(&text[at..end]) } else { value(&cell(text, at, end)) };
-                sound &= value.is_some();
-                pixels[slot].push(value.unwrap_or(f64::NAN));
-            }
+            let slot = self.slots.get(index).copied().flatten();
+            let number = slot.and_then(|slot| Some((slot, bare_number(bytes, at, delimiter)?)));
+            let end = if let Some((slot, (value, end))) = number {
+                sound &= value.abs() <= LARGEST;
+                pixels[slot].push(value);
+                end
+            } else {
+                let end = cell_end(bytes, at, delimiter);
+                // Most cells begin and end with a letter or digit.
+                let bare = |place: usize| (b'#'..0x7F).contains(&bytes[place]);
+                let clean = at == end || (bare(at) && bare(end - 1));
+                plain &= clean || (cell(text, at, end).len() == end - at && bytes[at] != b'"');
+                if let Some(slot) = slot {
+                    let value = value(&cell(text, at, end));
+                    sound &= value.is_some();
+                    pixels[slot].push(value.unwrap_or(f64::NAN));
+                }
+                end
+            };
             index += 1;
             if bytes.get(end) != Some(&delimiter) {
                 break end;
@@ -295,6 +333,15 @@ impl<'a> Reading<'a> {
         let quoted = self.quotes && memchr(b'"', &bytes[begin..end]).is_some();
         Ok(Row { begin, end, line, plain: plain && !quoted })
     }
+}
+
+/// The number that is all of a cell, and where that ends: of most cells, whose end need not be looked for.
+#[inline]
+fn bare_number(bytes: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)> {
+    let (value, end) = number_at(bytes, at)?;
+    let next = bytes.get(end);
+    let ends = next.is_none_or(|byte| *byte == delimiter || matches!(byte, b'\n' | b'\r'));
+    ends.then_some((value, end))
 }
 
 /// A cell as a number, NaN for an empty one; none where it is no place.

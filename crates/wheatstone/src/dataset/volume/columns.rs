@@ -1,9 +1,9 @@
 //! The trust of many points, a register full at a time.
 
-use super::{EDGE, MOST_CAMERAS, Trust, Volume};
+use super::{EDGE, MOST_CAMERAS, Trust, Volume, straightened::Straightened};
 use crate::{
     geometry::{
-        Pixel, PixelColumns,
+        PixelColumns,
         meeting::{Sighting, StraightCamera, meet},
     },
     numeric::{
@@ -15,8 +15,8 @@ use crate::{
 /// Points looked up at once: their numbers stay in the nearest cache, and fill registers of any width.
 const BLOCK: usize = 64;
 
-/// What the table of a camera says of a block of points: at and along, x and y of each.
-type Looked = [[f64; BLOCK]; 4];
+/// What the table of a camera sums up to for a block of points.
+type Sums = [[f64; BLOCK]; 4];
 
 /// Points of which all trained cameras saw each.
 struct Block<'a> {
@@ -24,7 +24,7 @@ struct Block<'a> {
     cameras: &'a [StraightCamera],
     /// x and y of each point, a trained camera each.
     pixels: &'a [[[f64; BLOCK]; 2]],
-    looked: &'a mut [Looked],
+    sums: &'a mut [Sums],
     /// What becomes known: by what share of the edge each point lies beyond what was shown.
     beyond: &'a mut [f64; BLOCK],
 }
@@ -34,16 +34,10 @@ impl WithSimd for Block<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { volume, cameras, pixels, looked, beyond } = self;
+        let Self { volume, cameras, pixels, sums, beyond } = self;
         let own = || volume.cameras.iter().flatten();
-        for ((camera, [x, y]), looked) in own().zip(pixels).zip(looked.iter_mut()) {
-            for lane in 0..BLOCK {
-                let seen = camera.straightened.see(Pixel::new(x[lane], y[lane]));
-                for axis in 0..2 {
-                    looked[axis][lane] = seen.at[axis];
-                    looked[2 + axis][lane] = seen.along[axis];
-                }
-            }
+        for ((camera, pixels), sums) in own().zip(pixels).zip(sums.iter_mut()) {
+            look(simd, &camera.straightened, pixels, sums);
         }
         let zero = Doubles(simd, simd.splat_f64s(0.0));
         let one = zero.all(1.0);
@@ -58,12 +52,13 @@ impl WithSimd for Block<'_> {
         let most = zero.all(1.0 / (2.0 * volume.believed_miss()));
         for (group, out) in registers_mut::<S>(beyond).iter_mut().enumerate() {
             let mut furthest = zero.all(f64::NEG_INFINITY);
-            let each = own().zip(pixels).zip(looked.iter()).zip(&mut seen);
-            for (((camera, [x, y]), looked), seen) in each {
+            let each = own().zip(pixels).zip(sums.iter()).zip(&mut seen);
+            for (((camera, pixels), sums), seen) in each {
                 let take = |values: &[f64; BLOCK]| Doubles(simd, registers::<S>(values)[group]);
-                seen.at = [take(&looked[0]), take(&looked[1])];
-                seen.along = [take(&looked[2]), take(&looked[3])];
-                furthest = camera.straightened.furthest([take(x), take(y)], furthest);
+                let pixel = [take(&pixels[0]), take(&pixels[1])];
+                let sums = [take(&sums[0]), take(&sums[1]), take(&sums[2]), take(&sums[3])];
+                *seen = camera.straightened.sighting(pixel, sums);
+                furthest = camera.straightened.furthest(pixel, furthest);
             }
             let met = meet(cameras, &seen[..cameras.len()], zero);
             for hull in &volume.hulls {
@@ -73,6 +68,39 @@ impl WithSimd for Block<'_> {
             let beyond = missed.or_larger(furthest * zero.all(1.0 / EDGE));
             // What is not a number stays none.
             *out = (beyond + missed * zero).1;
+        }
+    }
+}
+
+/// Looks a block of points up in a camera's table: the places in registers, the sums one by one. (Closures over
+/// registers would not become part of it, and cost more than all the rest.)
+#[inline(always)]
+fn look<S: Simd>(simd: S, camera: &Straightened, pixels: &[[f64; BLOCK]; 2], sums: &mut Sums) {
+    // Added to a whole number it leaves that in the lowest bits.
+    const PLACES: f64 = (1_u64 << 52) as f64;
+    const LOWEST: u64 = 0xFFFF;
+    let (mut begin, mut along_x, mut along_y) =
+        ([PLACES; BLOCK], [[0.0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
+    for (group, out) in registers_mut::<S>(&mut begin).iter_mut().enumerate() {
+        let x = Doubles(simd, registers::<S>(&pixels[0])[group]);
+        let y = Doubles(simd, registers::<S>(&pixels[1])[group]);
+        let ((column, own_x), (row, own_y)) = (camera.along_axis(0, x), camera.along_axis(1, y));
+        for index in 0..3 {
+            registers_mut::<S>(&mut along_x[index])[group] = own_x[index].1;
+            registers_mut::<S>(&mut along_y[index])[group] = own_y[index].1;
+        }
+        *out = (Straightened::begin(column, row) + x.all(PLACES)).1;
+    }
+    // Each point's four sums stand together at first: they are added up in one register.
+    let mut together = [[0.0; 4]; BLOCK];
+    for (lane, together) in together.iter_mut().enumerate() {
+        let x = [along_x[0][lane], along_x[1][lane], along_x[2][lane]];
+        let y = [along_y[0][lane], along_y[1][lane], along_y[2][lane]];
+        *together = camera.sums((begin[lane].to_bits() & LOWEST) as usize, [x, y]);
+    }
+    for (index, sums) in sums.iter_mut().enumerate() {
+        for (sum, together) in sums.iter_mut().zip(&together) {
+            *sum = together[index];
         }
     }
 }
@@ -90,7 +118,7 @@ impl Volume {
         let trained = || self.cameras.iter().zip(pixels.cameras()).filter(|(c, _)| c.is_some());
         let cameras: Vec<StraightCamera> =
             self.cameras.iter().flatten().map(|camera| camera.straightened.camera()).collect();
-        let mut looked = vec![[[0.0; BLOCK]; 4]; whole];
+        let mut sums = vec![[[0.0; BLOCK]; 4]; whole];
         let mut lanes = vec![[[0.0; BLOCK]; 2]; whole];
         let mut trust = Vec::with_capacity(count);
         for start in (0..count).step_by(BLOCK) {
@@ -105,7 +133,7 @@ impl Volume {
                 volume: self,
                 cameras: &cameras,
                 pixels: &lanes,
-                looked: &mut looked,
+                sums: &mut sums,
                 beyond: &mut beyond,
             });
             trust.extend(beyond[..length].iter().enumerate().map(|(lane, beyond)| {

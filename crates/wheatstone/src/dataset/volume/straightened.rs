@@ -6,6 +6,8 @@
 //! common centre as behind a window, is of this form. Both are penalised tensor splines (Eilers &
 //! Marx 1996, doi:10.1214/ss/1038425655), found by one linear least squares.
 
+mod normal;
+
 use crate::{
     geometry::{
         Pixel, Point3, ProjectionMatrix,
@@ -16,7 +18,7 @@ use crate::{
         statistics::{median, percentile},
     },
 };
-use nalgebra::DMatrix;
+use normal::{Normal, bending};
 use serde::{Deserialize, Serialize};
 
 /// A projective camera with the table that makes it so.
@@ -128,32 +130,56 @@ impl Straightened {
         camera.is_consistent().then_some(camera)
     }
 
-    /// The spline functions that are not 0 at a pixel, with their values.
+    /// The first of the three spline functions along an axis that are not 0 at a place, counted from 0, and
+    /// their values.
     #[inline(always)]
-    fn functions(&self, pixel: Pixel) -> [(usize, f64); 9] {
-        let along = |axis: usize| {
-            let [start, cell] = self.grid[axis];
-            let place = ((pixel[axis] - start) / cell).clamp(0.0, CELLS[axis] as f64);
-            let first = (place as usize).min(CELLS[axis] - 1);
-            let f = place - first as f64;
-            (first, [0.5 * (1.0 - f) * (1.0 - f), 0.5 + f - f * f, 0.5 * f * f])
-        };
-        let ((column, x), (row, y)) = (along(0), along(1));
-        std::array::from_fn(|index| {
-            let (i, j) = (index % 3, index / 3);
-            ((row + j) * FUNCTIONS[0] + column + i, x[i] * y[j])
-        })
+    pub(super) fn along_axis<N: Number>(&self, axis: usize, pixel: N) -> (N, [N; 3]) {
+        // Added and taken away it rounds: 1.5 * 2^52.
+        const ROUND: f64 = 6_755_399_441_055_744.0;
+        let [start, cell] = self.grid[axis];
+        let (half, round) = (pixel.all(0.5), pixel.all(ROUND));
+        let place = ((pixel - pixel.all(start)) / pixel.all(cell)).or_larger(pixel.all(0.0));
+        let place = smaller(place, pixel.all(CELLS[axis] as f64));
+        let first = smaller((place - half + round) - round, pixel.all((CELLS[axis] - 1) as f64));
+        let (f, rest) = (place - first, pixel.all(1.0) - (place - first));
+        (first, [half * rest * rest, half + f - f * f, half * f * f])
     }
 
+    /// The sums of the table's coefficients from a place on, by the functions along both axes.
     #[inline(always)]
-    fn lookup(&self, pixel: Pixel) -> [f64; 4] {
-        let mut sum = [0.0; 4];
-        for (index, value) in self.functions(pixel) {
-            for (total, coefficient) in sum.iter_mut().zip(&self.table[index]) {
-                *total += value * coefficient;
+    pub(super) fn sums(&self, begin: usize, [x, y]: [[f64; 3]; 2]) -> [f64; 4] {
+        let mut sums = [0.0; 4];
+        for (row, y) in y.into_iter().enumerate() {
+            let begin = begin + row * FUNCTIONS[0];
+            for (coefficients, x) in self.table[begin..begin + 3].iter().zip(x) {
+                let value = x * y;
+                for (sum, coefficient) in sums.iter_mut().zip(coefficients) {
+                    *sum += value * coefficient;
+                }
             }
         }
-        sum
+        sums
+    }
+
+    /// Where the table's part begins that is for the functions that are first along both axes.
+    #[inline(always)]
+    pub(super) fn begin<N: Number>(column: N, row: N) -> N {
+        row * row.all(FUNCTIONS[0] as f64) + column
+    }
+
+    fn lookup(&self, pixel: Pixel) -> [f64; 4] {
+        let ((column, x), (row, y)) = (self.along_axis(0, pixel.x), self.along_axis(1, pixel.y));
+        self.sums(Self::begin(column, row) as usize, [x, y])
+    }
+
+    /// The spline functions that are not 0 at a pixel, with their values.
+    fn functions(&self, pixel: Pixel) -> [(usize, f64); 9] {
+        let ((column, x), (row, y)) = (self.along_axis(0, pixel.x), self.along_axis(1, pixel.y));
+        let begin = Self::begin(column, row) as usize;
+        std::array::from_fn(|index| {
+            let (i, j) = (index % 3, index / 3);
+            (begin + j * FUNCTIONS[0] + i, x[i] * y[j])
+        })
     }
 
     /// Where the projective camera sees a point, relative to the pixel; and the point's nearness in
@@ -220,17 +246,19 @@ impl Straightened {
     }
 
     /// Where a pixel lies on the projective camera's plane, whose steps count as pixels.
-    #[inline(always)]
     pub(super) fn see(&self, pixel: Pixel) -> Sighting<f64> {
-        let [x, y, along_x, along_y] = self.lookup(pixel);
-        let [middle, half] = self.nearness;
-        let along = [along_x / half, along_y / half];
-        Sighting {
-            at: [pixel.x + x - along[0] * middle, pixel.y + y - along[1] * middle],
-            along,
-            bend: [0.0; 2],
-            scale: [1.0, 0.0, 0.0, 1.0],
-        }
+        self.sighting([pixel.x, pixel.y], self.lookup(pixel))
+    }
+
+    /// [`Straightened::see`] by the sums of a pixel.
+    #[inline(always)]
+    pub(super) fn sighting<N: Number>(&self, pixel: [N; 2], sums: [N; 4]) -> Sighting<N> {
+        let (zero, one) = (pixel[0].all(0.0), pixel[0].all(1.0));
+        let (middle, half) = (zero.all(self.nearness[0]), zero.all(self.nearness[1]));
+        let along = [sums[2] / half, sums[3] / half];
+        let x = pixel[0] + sums[0] - along[0] * middle;
+        let y = pixel[1] + sums[1] - along[1] * middle;
+        Sighting { at: [x, y], along, bend: [zero; 2], scale: [one, zero, zero, one] }
     }
 
     /// By how much a pixel lies beyond the trained region of the picture, as a share of the region's
@@ -259,6 +287,12 @@ impl Straightened {
             && self.region.len() == REGION
             && self.region.iter().all(|[low, high]| high > low && (high - low).is_finite())
     }
+}
+
+#[inline(always)]
+fn smaller<N: Number>(a: N, b: N) -> N {
+    let zero = a.all(0.0);
+    zero - (zero - a).or_larger(zero - b)
 }
 
 /// Cosine and sine of every 15 degrees.
@@ -294,81 +328,4 @@ fn region(pairs: &[(Point3, Pixel)]) -> Vec<[f64; 2]> {
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
     };
     (0..REGION).map(reach).collect()
-}
-
-/// Normal equations of the table: the coefficients across, then those along the ray.
-struct Normal {
-    matrix: DMatrix<f64>,
-    right: DMatrix<f64>,
-}
-
-impl Normal {
-    fn new() -> Self {
-        Self { matrix: DMatrix::zeros(2 * ALL, 2 * ALL), right: DMatrix::zeros(2 * ALL, 2) }
-    }
-
-    fn add(&mut self, functions: &[(usize, f64); 9], near: f64, target: [f64; 2]) {
-        let both = |offset: usize, factor: f64| {
-            functions.iter().map(move |(index, value)| (index + offset, value * factor))
-        };
-        let unknowns = || both(0, 1.0).chain(both(ALL, near));
-        for (row, a) in unknowns() {
-            for (column, b) in unknowns() {
-                self.matrix[(row, column)] += a * b;
-            }
-            for (axis, value) in target.iter().enumerate() {
-                self.right[(row, axis)] += a * value;
-            }
-        }
-    }
-
-    fn solve(&self, bending: &DMatrix<f64>, stiffness: f64) -> Option<Vec<[f64; 4]>> {
-        let mut matrix = &self.matrix + bending * stiffness;
-        // Keeps what neither points nor bending determine at nothing; too little to matter else.
-        let ridge = 1e-9 * matrix.trace();
-        for k in 0..2 * ALL {
-            matrix[(k, k)] += ridge;
-        }
-        let found = matrix.cholesky()?.solve(&self.right);
-        let coefficients = (0..ALL)
-            .map(|k| [found[(k, 0)], found[(k, 1)], found[(ALL + k, 0)], found[(ALL + k, 1)]]);
-        Some(coefficients.collect())
-    }
-}
-
-/// The sum of squared second differences of both tables, as a quadratic form.
-fn bending() -> DMatrix<f64> {
-    let [columns, rows] = FUNCTIONS;
-    let mut form = DMatrix::zeros(2 * ALL, 2 * ALL);
-    let mut add = |terms: &[(usize, f64)]| {
-        for (i, a) in terms {
-            for (j, b) in terms {
-                form[(*i, *j)] += a * b;
-                form[(ALL + i, ALL + j)] += STIFFER_ALONG * a * b;
-            }
-        }
-    };
-    let at = |row: usize, column: usize| row * columns + column;
-    for row in 0..rows {
-        for column in 0..columns {
-            if column + 2 < columns {
-                let k = at(row, column);
-                add(&[(k, 1.0), (k + 1, -2.0), (k + 2, 1.0)]);
-            }
-            if row + 2 < rows {
-                let k = at(row, column);
-                add(&[(k, 1.0), (k + columns, -2.0), (k + 2 * columns, 1.0)]);
-            }
-            if row + 1 < rows && column + 1 < columns {
-                let (k, twist) = (at(row, column), 2.0_f64.sqrt());
-                add(&[
-                    (k, twist),
-                    (k + 1, -twist),
-                    (k + columns, -twist),
-                    (k + columns + 1, twist),
-                ]);
-            }
-        }
-    }
-    form
 }

@@ -2,7 +2,7 @@ use super::{Hull, Trust, Volume};
 use crate::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::Dataset,
-    geometry::{Pixel, Vector3},
+    geometry::{Pixel, PixelColumns, Vector3},
     numeric::random::Random,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -108,6 +108,27 @@ fn pixels_that_nothing_in_the_volume_could_show_are_outside() {
     assert_eq!(volume.trust(&[]), Trust::Outside);
     let nothing = Volume::of(&train.subset(|_, _| false));
     assert_eq!(nothing.trust(row), Trust::Outside);
+}
+
+#[test]
+fn many_points_are_trusted_as_each_is() {
+    let (rig, chart, train) = world("bump", 3, 15.0, Noise::Normal(0.1));
+    let volume = Volume::of(&with_gaps(&train, 0.2, 1));
+    let mut random = Random::new(4);
+    for exam in exams(&rig, &chart, Noise::Normal(0.1)) {
+        let mut rows: Vec<Vec<Option<Pixel>>> =
+            with_gaps(&exam, 0.1, 2).correspondences.into_iter().map(|row| row.pixels).collect();
+        for row in rows.iter_mut().step_by(5) {
+            let far = [30.0, 3000.0, 1e9][random.below(3)];
+            row[random.below(3)] = Some(Pixel::new(random.uniform(-far, far), 100.0));
+        }
+        let column = |camera: usize, axis: usize| -> Vec<f64> {
+            rows.iter().map(|row| row[camera].map_or(f64::NAN, |pixel| pixel[axis])).collect()
+        };
+        let columns = [0, 1, 2].map(|camera| [0, 1].map(|axis| column(camera, axis)));
+        let pixels = columns.iter().map(|[x, y]| [&x[..], &y[..]]).collect();
+        assert_eq!(volume.trust_columns(&PixelColumns::new(pixels)), volume.trust_all(&rows));
+    }
 }
 
 #[test]

@@ -12,12 +12,16 @@ use parquet::{
     file::{metadata::ColumnChunkMetaData, statistics::Statistics},
     schema::types::ColumnDescPtr,
 };
-use std::ops::Range;
+use pulp::bytemuck::cast_slice;
+use std::{ops::Range, sync::Arc};
 
-/// The pages of one column in a group of rows, in their own bytes.
+/// The pages of one column in a group of rows: their own bytes, and numbers that stay in their columns until
+/// they are written.
 #[derive(Default)]
 pub(super) struct Pages {
-    pub(super) bytes: Vec<u8>,
+    bytes: Vec<u8>,
+    /// After so many bytes come these numbers.
+    numbers: Vec<(usize, Arc<Column>, Range<usize>)>,
     /// Length of the dictionary's page, which comes first.
     dictionary: usize,
     rows: usize,
@@ -33,9 +37,16 @@ const RLE_DICTIONARY: i32 = 8;
 
 impl Pages {
     /// Adds a page with some rows of a column; of no other kinds than these two.
-    pub(super) fn add(&mut self, column: &Column, rows: Range<usize>) {
+    pub(super) fn add(&mut self, column: &Arc<Column>, rows: Range<usize>) {
         self.rows += rows.len();
-        match column {
+        match &**column {
+            Column::Numbers(cells) if cells.held().is_none() && cfg!(target_endian = "little") => {
+                let mut head = Vec::new();
+                all_held(&mut head, rows.len());
+                self.page(rows.len(), PLAIN, head.len() + 8 * rows.len());
+                self.bytes.extend(head);
+                self.numbers.push((self.bytes.len(), Arc::clone(column), rows));
+            }
             Column::Numbers(cells) => self.add_numbers(cells, rows),
             Column::Words(words) => self.add_words(words, rows),
             Column::Integers(_) | Column::Texts(_) => {}
@@ -44,22 +55,15 @@ impl Pages {
 
     fn add_numbers(&mut self, cells: &Cells<f64>, rows: Range<usize>) {
         let values = &cells.values()[rows.clone()];
-        let Some(held) = cells.held() else {
-            let mut head = Vec::new();
-            all_held(&mut head, rows.len());
-            self.page(rows.len(), PLAIN, head.len() + 8 * values.len());
-            self.bytes.extend(head);
-            return plain(&mut self.bytes, values);
-        };
-        let held: Vec<u8> = held[rows.clone()].iter().map(|held| u8::from(*held)).collect();
+        let held: Vec<u8> =
+            rows.clone().map(|row| u8::from(cells.held().is_none_or(|held| held[row]))).collect();
         let mut head = Vec::new();
         let count = some_held(&mut head, &held);
         self.nulls += rows.len() - count;
         self.page(rows.len(), PLAIN, head.len() + 8 * count);
         self.bytes.extend(head);
-        let there =
-            values.iter().zip(&held).filter(|(_, held)| **held == 1).map(|(value, _)| *value);
-        plain(&mut self.bytes, &there.collect::<Vec<f64>>());
+        let there = values.iter().zip(&held).filter(|(_, held)| **held == 1);
+        self.bytes.extend(there.flat_map(|(value, _)| value.to_le_bytes()));
     }
 
     fn add_words(&mut self, words: &Words, rows: Range<usize>) {
@@ -95,7 +99,7 @@ impl Pages {
 
     /// What the file's end says of this column; offsets are those in `bytes`.
     pub(super) fn close(&self, descriptor: ColumnDescPtr) -> Result<ColumnCloseResult> {
-        let length = self.bytes.len() as i64;
+        let length = self.length() as i64;
         let values = match self.dictionary {
             0 => vec![Encoding::PLAIN, Encoding::RLE],
             _ => vec![Encoding::PLAIN, Encoding::RLE, Encoding::RLE_DICTIONARY],
@@ -116,7 +120,7 @@ impl Pages {
             .set_statistics(statistics)
             .build()?;
         Ok(ColumnCloseResult {
-            bytes_written: self.bytes.len() as u64,
+            bytes_written: length as u64,
             rows_written: self.rows as u64,
             metadata,
             bloom_filter: None,
@@ -125,9 +129,29 @@ impl Pages {
         })
     }
 
+    /// Bytes of all pages.
+    pub(super) fn length(&self) -> usize {
+        let numbers: usize = self.numbers.iter().map(|(_, _, rows)| 8 * rows.len()).sum();
+        self.bytes.len() + numbers
+    }
+
+    /// The bytes of all pages, piece by piece.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = &[u8]> {
+        let ends = self.numbers.iter().map(|(end, ..)| *end);
+        let begins = std::iter::once(0).chain(ends.clone());
+        let own = begins.zip(ends.chain([self.bytes.len()]));
+        let numbers = self.numbers.iter().map(|(_, column, rows)| match &**column {
+            Column::Numbers(cells) => cast_slice(&cells.values()[rows.clone()]),
+            _ => &[],
+        });
+        let own = own.map(|(begin, end)| &self.bytes[begin..end]);
+        own.zip(numbers.chain([&[][..]])).flat_map(|(own, numbers)| [own, numbers])
+    }
+
     /// Begins anew, in the same memory.
     pub(super) fn clear(&mut self) {
         self.bytes.clear();
+        self.numbers.clear();
         (self.dictionary, self.rows, self.nulls) = (0, 0, 0);
     }
 }
@@ -179,14 +203,6 @@ fn some_held(bytes: &mut Vec<u8>, held: &[u8]) -> usize {
 fn close_levels(bytes: &mut [u8], begin: usize) {
     let length = (bytes.len() - begin - 4) as u32;
     bytes[begin..begin + 4].copy_from_slice(&length.to_le_bytes());
-}
-
-fn plain(bytes: &mut Vec<u8>, values: &[f64]) {
-    let begin = bytes.len();
-    bytes.resize(begin + 8 * values.len(), 0);
-    for (place, value) in bytes[begin..].chunks_exact_mut(8).zip(values) {
-        place.copy_from_slice(&value.to_le_bytes());
-    }
 }
 
 /// One value so many times.

@@ -22,7 +22,7 @@ use parquet::{
 };
 use rayon::prelude::*;
 use std::{
-    io::Write,
+    io::{Read, Write, empty},
     ops::Range,
     path::{Path, PathBuf},
     sync::Arc,
@@ -142,12 +142,12 @@ impl<W: Write + Send> ColumnsWriter<W> {
                 ended.collect::<Result<_, ParquetError>>()?;
             let mut group = file.next_row_group()?;
             for ((own, closed), chunk) in ended.into_iter().zip(&*chunks) {
-                let bytes = match (&own, chunk) {
-                    (Some(own), _) => own,
-                    (None, Chunk::Pages(pages)) => &pages.bytes,
+                let written = match (&own, chunk) {
+                    (Some(own), _) => Written::Bytes(own),
+                    (None, Chunk::Pages(pages)) => Written::Pages(pages),
                     (None, Chunk::Cells(_)) => continue,
                 };
-                group.append_column(&Written(bytes), closed)?;
+                group.append_column(&written, closed)?;
             }
             group.close()
         };
@@ -173,25 +173,41 @@ impl<W: Write + Send> ColumnsWriter<W> {
 }
 
 /// A column's pages in memory, as something to copy from.
-struct Written<'a>(&'a [u8]);
+enum Written<'a> {
+    Bytes(&'a [u8]),
+    Pages(&'a Pages),
+}
 
 impl Length for Written<'_> {
     fn len(&self) -> u64 {
-        self.0.len() as u64
+        match self {
+            Self::Bytes(bytes) => bytes.len() as u64,
+            Self::Pages(pages) => pages.length() as u64,
+        }
     }
 }
 
 impl<'a> ChunkReader for Written<'a> {
-    type T = &'a [u8];
+    type T = Box<dyn Read + 'a>;
 
-    fn get_read(&self, start: u64) -> Result<&'a [u8], ParquetError> {
-        let begin = usize::try_from(start).unwrap_or(usize::MAX).min(self.0.len());
-        Ok(&self.0[begin..])
+    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
+        let pieces: Vec<&'a [u8]> = match self {
+            Self::Bytes(bytes) => vec![bytes],
+            Self::Pages(pages) => pages.pieces().collect(),
+        };
+        let (mut all, mut left): (Self::T, _) = (Box::new(empty()), start);
+        for piece in pieces {
+            let skipped = left.min(piece.len() as u64);
+            left -= skipped;
+            all = Box::new(all.chain(&piece[skipped as usize..]));
+        }
+        Ok(all)
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
-        let rest = self.get_read(start)?;
-        Ok(Bytes::copy_from_slice(&rest[..length.min(rest.len())]))
+        let mut bytes = Vec::with_capacity(length.min(self.len() as usize));
+        self.get_read(start)?.take(length as u64).read_to_end(&mut bytes)?;
+        Ok(bytes.into())
     }
 }
 
