@@ -1,19 +1,47 @@
 //! How long cameras and charts take to be adjusted together, from nothing but a hand-held points file:
 //! `cargo bench --bench hand_held -- points.csv [times]` prints one JSON object. `tests/peers/stereo.py`
-//! makes the file, and runs OpenCV beside it.
+//! makes the file, and runs OpenCV beside it. The joint adjustment alone begins with the lenses that each
+//! camera's own pixels tell, as OpenCV's does; its time is told apart.
 
 #![allow(
     clippy::print_stdout,
     clippy::unwrap_used,
+    clippy::panic,
     reason = "a program for developers: its figures go to standard output, and it may panic"
 )]
 
 use std::{path::Path, time::Instant};
 use wheatstone::{
-    cleaning::poses::{self, Lenses, Placing},
-    dataset::points_file::{self, Duplicates},
+    camera::{AnyCamera, brown_conrady::BrownConrady},
+    cleaning::poses::{self, Lenses, Placing, SolvedPoses},
+    dataset::{
+        Dataset,
+        points_file::{self, Duplicates},
+    },
     progress::Silent,
 };
+
+/// What one camera saw.
+fn of_one(data: &Dataset, camera: usize) -> Dataset {
+    let mut one = Dataset { cameras: 1, ..data.clone() };
+    for row in &mut one.correspondences {
+        row.pixels = vec![row.pixels[camera]];
+    }
+    one
+}
+
+/// Seconds of each of several runs, by size, and what the last one found.
+fn timed(times: usize, run: impl Fn() -> SolvedPoses) -> (Vec<f64>, SolvedPoses) {
+    let mut seconds = Vec::new();
+    let mut found = run();
+    for _ in 0..times {
+        let start = Instant::now();
+        found = run();
+        seconds.push(start.elapsed().as_secs_f64());
+    }
+    seconds.sort_by(f64::total_cmp);
+    (seconds, found)
+}
 
 fn main() {
     let given: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
@@ -23,20 +51,25 @@ fn main() {
     // All terms and all points, as OpenCV has them: the same minimum.
     let placing =
         Placing { lenses: Lenses::Brown, all_terms: true, keep_gross: true, ..Placing::default() };
-    let mut seconds = Vec::new();
-    let mut found = None;
-    for _ in 0..times {
-        let start = Instant::now();
-        found = Some(poses::solve(&data, placing, &Silent).unwrap());
-        seconds.push(start.elapsed().as_secs_f64());
-    }
-    let found = found.unwrap();
-    seconds.sort_by(f64::total_cmp);
+    let lens = |camera: usize| -> BrownConrady {
+        let own = poses::solve(&of_one(&data, camera), placing, &Silent).unwrap();
+        match &own.cameras[0] {
+            AnyCamera::BrownConrady(lens) => *lens,
+            other => panic!("{other:?}"),
+        }
+    };
+    let lenses: Vec<BrownConrady> = (0..data.cameras).map(lens).collect();
+    let (whole, found) = timed(times, || poses::solve(&data, placing, &Silent).unwrap());
+    let (joint, near) =
+        timed(times, || poses::solve_near(&data, &lenses, placing, &Silent).unwrap());
     println!(
-        "{{\"median\": {}, \"least\": {}, \"rms\": {}, \"baseline\": {}}}",
-        seconds[seconds.len() / 2],
-        seconds[0],
+        "{{\"median\": {}, \"least\": {}, \"joint\": {}, \"joint_least\": {}, \"rms\": {}, \"joint_rms\": {}, \"baseline\": {}}}",
+        whole[whole.len() / 2],
+        whole[0],
+        joint[joint.len() / 2],
+        joint[0],
         found.rms,
+        near.rms,
         found.baselines.first().copied().unwrap_or(0.0)
     );
 }

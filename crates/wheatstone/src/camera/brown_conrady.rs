@@ -6,10 +6,20 @@
 //! (k1 to k6, p1, p2, s1 to s4).
 
 use super::{
-    AdjustableCamera, CameraModel, pinhole::Pinhole, ray_by_newton, rising::stays_positive,
+    AdjustableCamera, CameraModel,
+    pinhole::Pinhole,
+    ray_by_slopes,
+    rising::stays_positive,
+    trace::{Trace, Traced},
 };
-use crate::geometry::{Pixel, Point3, Ray};
-use nalgebra::{Matrix2, Matrix2x3};
+use crate::{
+    geometry::{Pixel, Point3, Ray},
+    numeric::{
+        number::{Doubles, Number},
+        simd::Simd,
+    },
+};
+use nalgebra::{Matrix2x3, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// A pinhole behind a distorting lens. A place `(x, y)` on the plane z = 1, at squared radius s, goes
@@ -45,12 +55,12 @@ impl Default for BrownConrady {
 }
 
 /// The radial part at one squared radius.
-struct Radial {
+struct Radial<N> {
     /// Numerator over denominator.
-    factor: f64,
+    factor: N,
     /// Its derivative by the squared radius.
-    slope: f64,
-    denominator: f64,
+    slope: N,
+    denominator: N,
 }
 
 impl BrownConrady {
@@ -73,12 +83,15 @@ impl BrownConrady {
     }
 
     /// The radial part, beyond the fold too.
-    fn radial(&self, s: f64) -> Radial {
-        let ([k1, k2, k3], [k4, k5, k6]) = (self.radial, self.rational);
-        let denominator = 1.0 + s * (k4 + s * (k5 + s * k6));
-        let factor = (1.0 + s * (k1 + s * (k2 + s * k3))) / denominator;
-        let denominator_slope = k4 + s * (2.0 * k5 + s * 3.0 * k6);
-        let numerator_slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
+    #[inline(always)]
+    fn radial<N: Number>(&self, s: N) -> Radial<N> {
+        let ([k1, k2, k3], [k4, k5, k6]) =
+            (self.radial.map(|k| s.all(k)), self.rational.map(|k| s.all(k)));
+        let [one, two, three] = [1.0, 2.0, 3.0].map(|value| s.all(value));
+        let denominator = one + s * (k4 + s * (k5 + s * k6));
+        let factor = (one + s * (k1 + s * (k2 + s * k3))) / denominator;
+        let denominator_slope = k4 + s * (two * k5 + s * three * k6);
+        let numerator_slope = k1 + s * (two * k2 + s * three * k3);
         let slope = (numerator_slope - factor * denominator_slope) / denominator;
         Radial { factor, slope, denominator }
     }
@@ -90,28 +103,73 @@ impl BrownConrady {
     }
 
     /// Where a place on the plane z = 1 goes on it, before the focal lengths.
-    fn distort(&self, x: f64, y: f64, s: f64, factor: f64) -> [f64; 2] {
-        let [p1, p2] = self.tangential;
-        let [s1, s2, s3, s4] = self.prism;
+    #[inline(always)]
+    fn distort<N: Number>(&self, [x, y, s]: [N; 3], factor: N) -> [N; 2] {
+        let [p1, p2] = self.tangential.map(|p| s.all(p));
+        let [s1, s2, s3, s4] = self.prism.map(|term| s.all(term));
+        let two = s.all(2.0);
         [
-            x * factor + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x) + s * (s1 + s * s2),
-            y * factor + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y + s * (s3 + s * s4),
+            x * factor + two * p1 * x * y + p2 * (s + two * x * x) + s * (s1 + s * s2),
+            y * factor + p1 * (s + two * y * y) + two * p2 * x * y + s * (s3 + s * s4),
         ]
     }
 
     /// Derivatives of [`BrownConrady::distort`] by the place.
-    fn stretch(&self, x: f64, y: f64, s: f64, radial: &Radial) -> Matrix2<f64> {
-        let [p1, p2] = self.tangential;
-        let [s1, s2, s3, s4] = self.prism;
-        let (along_x, along_y) = (2.0 * (s1 + 2.0 * s2 * s), 2.0 * (s3 + 2.0 * s4 * s));
+    #[inline(always)]
+    fn stretch<N: Number>(&self, [x, y, s]: [N; 3], radial: &Radial<N>) -> [[N; 2]; 2] {
+        let [p1, p2] = self.tangential.map(|p| s.all(p));
+        let [s1, s2, s3, s4] = self.prism.map(|term| s.all(term));
+        let [two, six] = [2.0, 6.0].map(|value| s.all(value));
+        let (along_x, along_y) = (two * (s1 + two * s2 * s), two * (s3 + two * s4 * s));
         let Radial { factor, slope, .. } = *radial;
-        let mixed = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
-        Matrix2::new(
-            factor + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x + x * along_x,
-            mixed + y * along_x,
-            mixed + x * along_y,
-            factor + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x + y * along_y,
-        )
+        let mixed = two * x * y * slope + two * p1 * x + two * p2 * y;
+        [
+            [
+                factor + two * x * x * slope + two * p1 * y + six * p2 * x + x * along_x,
+                mixed + y * along_x,
+            ],
+            [
+                mixed + x * along_y,
+                factor + two * y * y * slope + six * p1 * y + two * p2 * x + y * along_y,
+            ],
+        ]
+    }
+
+    /// Projects with all slopes, beyond the fold too.
+    #[inline(always)]
+    fn slopes<N: Number>(&self, point: [N; 3], slopes: &mut [[N; 2]]) -> Trace<N> {
+        let z = point[2];
+        let (x, y) = (point[0] / z, point[1] / z);
+        let s = x * x + y * y;
+        let radial = self.radial(s);
+        let place = self.distort([x, y, s], radial.factor);
+        let stretch = self.stretch([x, y, s], &radial);
+        let (one, two, zero) = (s.all(1.0), s.all(2.0), s.all(0.0));
+        let inverse = one / radial.denominator;
+        let (x_over, y_over) = (x * inverse, y * inverse);
+        let by_k = |power: N| [x_over * power, y_over * power];
+        let below = |power: N| by_k((zero - power) * radial.factor);
+        let (s2, s3) = (s * s, s * s * s);
+        let of_lens = [
+            by_k(s),
+            by_k(s2),
+            by_k(s3),
+            [two * x * y, s + two * y * y],
+            [s + two * x * x, two * x * y],
+            below(s),
+            below(s2),
+            below(s3),
+            [s, zero],
+            [s2, zero],
+            [zero, s],
+            [zero, s2],
+        ];
+        self.pinhole.slopes(place, of_lens, slopes);
+        Trace {
+            pixel: self.pinhole.pixels(place),
+            by_point: self.pinhole.by_point(stretch, [x, y, z]),
+            seen: z.held(0.0, f64::INFINITY) + radial.denominator.held(0.0, f64::INFINITY),
+        }
     }
 }
 
@@ -124,7 +182,7 @@ impl CameraModel for BrownConrady {
 
     fn project(&self, point: Point3) -> Option<Pixel> {
         let [x, y, s] = Self::ideal(point)?;
-        let [to_x, to_y] = self.distort(x, y, s, self.radial(s).factor);
+        let [to_x, to_y] = self.distort([x, y, s], self.radial(s).factor);
         self.rises(s).then(|| self.pinhole.pixel(to_x, to_y))
     }
 
@@ -133,7 +191,15 @@ impl CameraModel for BrownConrady {
         if lens.chain(&self.prism).all(|value| *value == 0.0) {
             return self.pinhole.ray(pixel);
         }
-        ray_by_newton(|point| self.project(point), pixel)
+        let slopes = |place: Vector2<f64>| {
+            let (_, by_point) = self.project_with_jacobian(Point3::new(place.x, place.y, 1.0))?;
+            Some(by_point.fixed_columns::<2>(0).into_owned())
+        };
+        let from = |start: Vector2<f64>| {
+            ray_by_slopes(|point| self.project(point), slopes, (start, pixel))
+        };
+        // The ideal lens's ray is near, but may be beyond a fold: the axis never is.
+        from(self.pinhole.place(pixel).into()).or_else(|| from(Vector2::zeros()))
     }
 
     fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
@@ -142,9 +208,11 @@ impl CameraModel for BrownConrady {
             return None;
         }
         let radial = self.radial(s);
-        let [to_x, to_y] = self.distort(x, y, s, radial.factor);
-        let stretch = self.stretch(x, y, s, &radial);
-        Some((self.pinhole.pixel(to_x, to_y), self.pinhole.by_point(&stretch, x, y, point.z)))
+        let [to_x, to_y] = self.distort([x, y, s], radial.factor);
+        let stretch = self.stretch([x, y, s], &radial);
+        let [along_x, along_y] = self.pinhole.by_point(stretch, [x, y, point.z]);
+        let by_point = Matrix2x3::from_rows(&[along_x.into(), along_y.into()]);
+        Some((self.pinhole.pixel(to_x, to_y), by_point))
     }
 }
 
@@ -154,33 +222,18 @@ impl AdjustableCamera for BrownConrady {
         point: Point3,
         slopes: &mut [[f64; 2]],
     ) -> Option<(Pixel, Matrix2x3<f64>)> {
-        let [x, y, s] = Self::ideal(point)?;
-        let radial = self.radial(s);
-        if radial.denominator <= 0.0 {
-            return None;
-        }
-        let [to_x, to_y] = self.distort(x, y, s, radial.factor);
-        let stretch = self.stretch(x, y, s, &radial);
-        let inverse = 1.0 / radial.denominator;
-        let (x_over, y_over) = (x * inverse, y * inverse);
-        let by_k = |power: f64| [x_over * power, y_over * power];
-        let below = |power: f64| by_k(-power * radial.factor);
-        let of_lens = [
-            by_k(s),
-            by_k(s * s),
-            by_k(s * s * s),
-            [2.0 * x * y, s + 2.0 * y * y],
-            [s + 2.0 * x * x, 2.0 * x * y],
-            below(s),
-            below(s * s),
-            below(s * s * s),
-            [s, 0.0],
-            [s * s, 0.0],
-            [0.0, s],
-            [0.0, s * s],
-        ];
-        self.pinhole.slopes([to_x, to_y], &of_lens, slopes);
-        Some((self.pinhole.pixel(to_x, to_y), self.pinhole.by_point(&stretch, x, y, point.z)))
+        self.slopes(point.into(), slopes).of_one()
+    }
+}
+
+impl Traced for BrownConrady {
+    #[inline(always)]
+    fn trace<S: Simd>(
+        &self,
+        point: [Doubles<S>; 3],
+        slopes: &mut [[Doubles<S>; 2]],
+    ) -> Trace<Doubles<S>> {
+        self.slopes(point, slopes)
     }
 }
 

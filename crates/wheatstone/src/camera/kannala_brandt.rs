@@ -3,8 +3,19 @@
 //! Source: Kannala & Brandt 2006 (doi:10.1109/TPAMI.2006.153), in the four-coefficient form that
 //! OpenCV's fisheye module uses.
 
-use super::{AdjustableCamera, CameraModel, pinhole::Pinhole, rising::stays_positive};
-use crate::geometry::{Pixel, Point3, Ray, Vector3};
+use super::{
+    AdjustableCamera, CameraModel,
+    pinhole::Pinhole,
+    rising::stays_positive,
+    trace::{MOST_NUMBERS, Trace, Traced},
+};
+use crate::{
+    geometry::{Pixel, Point3, Ray, Vector3},
+    numeric::{
+        number::{Doubles, Number},
+        simd::Simd,
+    },
+};
 use nalgebra::Matrix2x3;
 use serde::{Deserialize, Serialize};
 
@@ -35,45 +46,81 @@ impl KannalaBrandt {
         stays_positive([1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4], angle * angle)
     }
 
-    /// Projects, with the derivatives by the point; also the angle from the axis and the distorted
-    /// place on the unit picture. Goes on beyond the fold.
-    fn trace(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>, f64, [f64; 2])> {
-        let square = point.x * point.x + point.y * point.y;
-        let radius = square.sqrt();
-        let distance_square = square + point.z * point.z;
-        // On the axis the picture is that of a pinhole; the limits are exact to rounding.
-        let near = radius <= 1e-150 * distance_square;
-        if near && point.z <= 0.0 {
-            return None;
-        }
-        let angle = libm::atan2(radius, point.z);
+    /// Projects with all slopes, beyond the fold too; `angle_of` tells the angle from the axis by distance
+    /// from it and place along it.
+    #[inline(always)]
+    fn slopes<N: Number>(
+        &self,
+        [x, y, z]: [N; 3],
+        angle_of: impl Fn(N, N) -> N,
+        slopes: &mut [[N; 2]],
+    ) -> Trace<N> {
+        let square = x * x + y * y;
+        // On the axis the picture is that of a pinhole: so it is, to rounding, this far from it.
+        const NEAR: f64 = 1e-150;
+        let near = z.all(NEAR);
+        let radius = square.root().or_larger(near);
+        let distance_square = square + z * z;
+        let angle = angle_of(radius, z);
         let (distorted, slope) = self.distort(angle);
-        let scale = if near { 1.0 / point.z } else { distorted / radius };
-        let along = slope * point.z / distance_square - scale;
-        let (east, south) = if near { (0.0, 0.0) } else { (point.x / radius, point.y / radius) };
-        let by_depth = -slope / distance_square;
-        let [fx, fy] = self.pinhole.focal;
-        let by_point = Matrix2x3::new(
-            fx * (scale + east * east * along),
-            fx * east * south * along,
-            fx * point.x * by_depth,
-            fy * east * south * along,
-            fy * (scale + south * south * along),
-            fy * point.y * by_depth,
-        );
-        let place = [point.x * scale, point.y * scale];
-        Some((self.pinhole.pixel(place[0], place[1]), by_point, angle, place))
+        let scale = distorted / radius;
+        let along = slope * z / distance_square - scale;
+        let (east, south) = (x / radius, y / radius);
+        let by_depth = z.all(0.0) - slope / distance_square;
+        let [fx, fy] = [z.all(self.pinhole.focal[0]), z.all(self.pinhole.focal[1])];
+        let by_point = [
+            [fx * (scale + east * east * along), fx * east * south * along, fx * x * by_depth],
+            [fy * east * south * along, fy * (scale + south * south * along), fy * y * by_depth],
+        ];
+        let place = [x * scale, y * scale];
+        let unit = angle / radius;
+        let mut next = [x * unit, y * unit];
+        let mut of_lens = [next; 4];
+        for slope in &mut of_lens {
+            next = [next[0] * angle * angle, next[1] * angle * angle];
+            *slope = next;
+        }
+        self.pinhole.slopes(place, of_lens, slopes);
+        let pixel = self.pinhole.pixels(place);
+        // Behind the camera there is nothing on the axis.
+        Trace { pixel, by_point, seen: z.or_larger(radius - near).held(0.0, f64::INFINITY) }
     }
 
     /// The distorted angle and its derivative.
-    fn distort(&self, angle: f64) -> (f64, f64) {
+    #[inline(always)]
+    fn distort<N: Number>(&self, angle: N) -> (N, N) {
         let t2 = angle * angle;
-        let [k1, k2, k3, k4] = self.coefficients;
-        (
-            angle * (1.0 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4)))),
-            1.0 + t2 * (3.0 * k1 + t2 * (5.0 * k2 + t2 * (7.0 * k3 + t2 * 9.0 * k4))),
-        )
+        let one = angle.all(1.0);
+        let mut sums = [angle.all(0.0); 2];
+        for (k, power) in self.coefficients.into_iter().zip([3.0, 5.0, 7.0, 9.0]).rev() {
+            sums[0] = t2 * (angle.all(k) + sums[0]);
+            sums[1] = t2 * (angle.all(power * k) + sums[1]);
+        }
+        (angle * (one + sums[0]), one + sums[1])
     }
+}
+
+/// The angle from the axis of registers full of points, 0 to pi: `atan2(radius, z)` within some
+/// roundings, for a `radius` above 0.
+#[inline(always)]
+fn angle_of<N: Number>(radius: N, z: N) -> N {
+    let one = z.all(1.0);
+    let (ahead, distance) = (z.or_larger(z.all(0.0) - z), (radius * radius + z * z).root());
+    // The tangent of half the angle, halved twice more: an eighth of the angle is at most pi / 16.
+    let halved = |tangent: N| tangent / (one + (one + tangent * tangent).root());
+    let tangent = halved(halved(radius / (distance + ahead)));
+    let square = tangent * tangent;
+    // The series of the arcus tangent: of tan(pi / 16) the term after these is 6e-19.
+    const TERMS: i32 = 12;
+    let mut sum = z.all(0.0);
+    for term in (0..TERMS).rev() {
+        sum = z.all(1.0 / f64::from(2 * term + 1)) - square * sum;
+    }
+    let angle = z.all(8.0) * tangent * sum;
+    // 1 ahead, -1 behind: there it is what is missing to half a turn.
+    let side = z / ahead.or_larger(z.all(f64::MIN_POSITIVE));
+    let missing = z.all(std::f64::consts::PI) - angle - angle;
+    angle + (one - side) * z.all(0.5) * missing
 }
 
 impl CameraModel for KannalaBrandt {
@@ -93,8 +140,9 @@ impl CameraModel for KannalaBrandt {
     }
 
     fn project_with_jacobian(&self, point: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
-        let (pixel, by_point, angle, _) = self.trace(point)?;
-        self.rises(angle).then_some((pixel, by_point))
+        let found = self.project_with_slopes(point, &mut [[0.0; 2]; MOST_NUMBERS])?;
+        let radius = (point.x * point.x + point.y * point.y).sqrt();
+        self.rises(libm::atan2(radius, point.z)).then_some(found)
     }
 
     fn ray(&self, pixel: Pixel) -> Option<Ray> {
@@ -126,16 +174,18 @@ impl AdjustableCamera for KannalaBrandt {
         point: Point3,
         slopes: &mut [[f64; 2]],
     ) -> Option<(Pixel, Matrix2x3<f64>)> {
-        let (pixel, by_point, angle, place) = self.trace(point)?;
-        let radius = (point.x * point.x + point.y * point.y).sqrt();
-        let unit = if radius > 0.0 { angle / radius } else { 0.0 };
-        let (mut x, mut y) = (point.x * unit, point.y * unit);
-        let of_lens = [(); 4].map(|()| {
-            (x, y) = (x * angle * angle, y * angle * angle);
-            [x, y]
-        });
-        self.pinhole.slopes(place, &of_lens, slopes);
-        Some((pixel, by_point))
+        self.slopes(point.into(), libm::atan2, slopes).of_one()
+    }
+}
+
+impl Traced for KannalaBrandt {
+    #[inline(always)]
+    fn trace<S: Simd>(
+        &self,
+        point: [Doubles<S>; 3],
+        slopes: &mut [[Doubles<S>; 2]],
+    ) -> Trace<Doubles<S>> {
+        self.slopes(point, angle_of, slopes)
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! To add one: write `camera/<name>.rs` with a type that implements [`CameraModel`] and `Default`,
 //! then add its `mod` line and its row below. Only `parameters_mut` and `project` are needed: the
-//! rest has numerical defaults, which the contract tests also hold overrides against.
+//! rest has numerical defaults, which the contract tests also hold overrides against. A model that is
+//! fitted to pixels also says its slopes, for one point and for registers of them (`trace`).
 
 pub mod brown_conrady;
 pub mod bumped_lens;
@@ -10,13 +11,15 @@ pub mod flat_port;
 pub mod kannala_brandt;
 pub mod pinhole;
 mod rising;
+pub(crate) mod sightings;
+pub(crate) mod trace;
 pub mod tsai;
 
 use crate::{
     geometry::{Pixel, Point3, Pose, Ray, Vector3},
     registry::registry,
 };
-use nalgebra::{Matrix2, Matrix2x3};
+use nalgebra::{Matrix2, Matrix2x3, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Maps the camera's own frame (x right, y down, z forward, the user's unit) to its picture and
@@ -132,26 +135,35 @@ impl PosedCamera {
     }
 }
 
-/// Newton's method for the point of the plane z = 1 that projects to `pixel`: the ray through it
-/// from the origin.
+/// Newton's method for the point of the plane z = 1 that projects to `pixel`, by differences: the ray
+/// through it from the origin.
 pub(crate) fn ray_by_newton(
     project: impl Fn(Point3) -> Option<Pixel>,
     pixel: Pixel,
 ) -> Option<Ray> {
-    let at = |place: nalgebra::Vector2<f64>| project(Point3::new(place.x, place.y, 1.0));
-    let mut place = nalgebra::Vector2::zeros();
+    const STEP: f64 = 1e-6;
+    let slopes = |place: Vector2<f64>| {
+        let at = |x: f64, y: f64| project(Point3::new(place.x + x, place.y + y, 1.0));
+        let by = |x: f64, y: f64| Some((at(x, y)? - at(-x, -y)?) / (2.0 * STEP));
+        Some(Matrix2::from_columns(&[by(STEP, 0.0)?, by(0.0, STEP)?]))
+    };
+    ray_by_slopes(&project, slopes, (Vector2::zeros(), pixel))
+}
+
+/// As [`ray_by_newton`], from a place to begin with, with the derivatives of the pixel by the place.
+pub(crate) fn ray_by_slopes(
+    project: impl Fn(Point3) -> Option<Pixel>,
+    slopes: impl Fn(Vector2<f64>) -> Option<Matrix2<f64>>,
+    (start, pixel): (Vector2<f64>, Pixel),
+) -> Option<Ray> {
+    let at = |place: Vector2<f64>| project(Point3::new(place.x, place.y, 1.0));
+    let mut place = start;
     let mut error = pixel - at(place)?;
     for _ in 0..50 {
         if error.norm() < 1e-10 {
             break;
         }
-        const STEP: f64 = 1e-6;
-        let by = |x: f64, y: f64| {
-            let step = nalgebra::Vector2::new(x, y);
-            Some((at(place + step)? - at(place - step)?) / (2.0 * STEP))
-        };
-        let jacobian = Matrix2::from_columns(&[by(STEP, 0.0)?, by(0.0, STEP)?]);
-        let mut step = jacobian.try_inverse()? * error;
+        let mut step = slopes(place)?.try_inverse()? * error;
         // Halve the step until it helps: far from the solution the lens is not linear.
         let (moved, left) = (0..30).find_map(|_| {
             let moved = place + step;
@@ -173,7 +185,7 @@ pub(crate) fn jacobian_by_differences(
     point: Point3,
 ) -> Option<(Pixel, Matrix2x3<f64>)> {
     let step = 1e-6 * point.coords.norm().max(f64::MIN_POSITIVE);
-    let mut columns = [nalgebra::Vector2::zeros(); 3];
+    let mut columns = [Vector2::zeros(); 3];
     for (axis, column) in columns.iter_mut().enumerate() {
         let mut by = Vector3::zeros();
         by[axis] = step;

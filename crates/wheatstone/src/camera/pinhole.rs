@@ -1,8 +1,10 @@
 //! The ideal camera: straight lines stay straight.
 
 use super::CameraModel;
-use crate::geometry::{Pixel, Point3, Ray, Vector3};
-use nalgebra::{Matrix2, Matrix2x3};
+use crate::{
+    geometry::{Pixel, Point3, Ray, Vector3},
+    numeric::number::Number,
+};
 use serde::{Deserialize, Serialize};
 
 /// Focal lengths and principal point, in pixels.
@@ -37,38 +39,47 @@ impl Pinhole {
         ]
     }
 
+    /// [`Pinhole::pixel`] of one place, or of a register of them.
+    #[inline(always)]
+    pub(super) fn pixels<N: Number>(&self, [x, y]: [N; 2]) -> [N; 2] {
+        let along = |value: N, axis: usize| {
+            value.all(self.focal[axis]) * value + value.all(self.principal[axis])
+        };
+        [along(x, 0), along(y, 1)]
+    }
+
     /// Derivatives by the camera-frame point at depth `z` whose place on the plane z = 1 is `(x, y)`,
     /// where the lens has the derivatives `stretch` on that plane.
-    pub(super) fn by_point(
+    #[inline(always)]
+    pub(super) fn by_point<N: Number>(
         &self,
-        stretch: &Matrix2<f64>,
-        x: f64,
-        y: f64,
-        z: f64,
-    ) -> Matrix2x3<f64> {
-        let inverse = 1.0 / z;
+        stretch: [[N; 2]; 2],
+        [x, y, z]: [N; 3],
+    ) -> [[N; 3]; 2] {
+        let inverse = z.all(1.0) / z;
         let row = |axis: usize| {
-            let scale = self.focal[axis] * inverse;
-            let (by_x, by_y) = (stretch[(axis, 0)] * scale, stretch[(axis, 1)] * scale);
-            [by_x, by_y, -(by_x * x + by_y * y)]
+            let scale = z.all(self.focal[axis]) * inverse;
+            let (by_x, by_y) = (stretch[axis][0] * scale, stretch[axis][1] * scale);
+            [by_x, by_y, z.all(0.0) - (by_x * x + by_y * y)]
         };
-        let ([a, b, c], [d, e, f]) = (row(0), row(1));
-        Matrix2x3::new(a, b, c, d, e, f)
+        [row(0), row(1)]
     }
 
     /// Derivatives of the pixel by focal lengths, principal point and the lens's own numbers, where
     /// the lens brings the point to `distorted` and has the derivatives `of_lens` there.
-    pub(super) fn slopes(
+    #[inline(always)]
+    pub(super) fn slopes<N: Number, const LENS: usize>(
         &self,
-        distorted: [f64; 2],
-        of_lens: &[[f64; 2]],
-        slopes: &mut [[f64; 2]],
+        distorted: [N; 2],
+        of_lens: [[N; 2]; LENS],
+        slopes: &mut [[N; 2]],
     ) {
-        let own = [[distorted[0], 0.0], [0.0, distorted[1]], [1.0, 0.0], [0.0, 1.0]];
+        let (zero, one) = (distorted[0].all(0.0), distorted[0].all(1.0));
+        let own = [[distorted[0], zero], [zero, distorted[1]], [one, zero], [zero, one]];
         let Some((first, lens)) = slopes.split_first_chunk_mut::<4>() else { return };
         *first = own;
         for (slope, [x, y]) in lens.iter_mut().zip(of_lens) {
-            *slope = [self.focal[0] * x, self.focal[1] * y];
+            *slope = [zero.all(self.focal[0]) * x, zero.all(self.focal[1]) * y];
         }
     }
 }

@@ -13,12 +13,16 @@ use super::{
 };
 use crate::{
     Error, Result,
-    camera::AdjustableCamera,
+    camera::{
+        AdjustableCamera,
+        sightings::{Sightings, Stand, Sums},
+        trace::Traced,
+    },
     dataset::Dataset,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
     numeric::{
         levenberg_marquardt::{NormalEquations, Patience, minimise},
-        panels::Panels,
+        loss::Loss,
         random::Random,
     },
     progress::Progress,
@@ -31,9 +35,6 @@ pub(super) const POSE: usize = 6;
 
 /// Room for the unknowns of the camera with most of them.
 pub(super) const MOST_UNKNOWNS: usize = 32;
-
-/// Room for a row of them and an error, whole panels of eight.
-const ROW: usize = MOST_UNKNOWNS + 8;
 
 /// A camera on its way to the best fit; its rotation has determinant -1 if it is mirrored.
 #[derive(Clone, Debug)]
@@ -69,7 +70,7 @@ pub(super) fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
     (Pose::from_rotation_vector(Vector3::zeros(), by).rotation, left)
 }
 
-impl<L: AdjustableCamera> Placed<L> {
+impl<L: Traced> Placed<L> {
     fn moved(&self, free: &[usize], unknowns: &[f64]) -> (Self, Matrix3<f64>) {
         let (mut by, mut camera) = (Vector3::zeros(), self.clone());
         let mut own = camera.model.parameters_mut();
@@ -121,41 +122,23 @@ impl<L: AdjustableCamera> Placed<L> {
         let centre = pairs.iter().map(|p| p.0.coords).sum::<Vector3>() / pairs.len() as f64;
         let mut start = self.clone();
         start.translation += start.rotation * centre;
-        let count = start.model.parameters_mut().len();
-        let mut slopes = vec![[0.0; 2]; count];
-        // A column a coordinate: its slopes by the unknowns, then its error.
-        let mut rows = Panels::zeros(free.len() + 1, 2 * pairs.len());
-        let filled = (free.len() + 1).next_multiple_of(8);
-        let evaluate = |unknowns: &[f64], mut normal: Option<&mut NormalEquations>| {
+        let seen = Sightings::new(pairs.iter().map(|(world, pixel)| (world - centre, *pixel)));
+        let terms: Vec<usize> =
+            free.iter().filter(|index| **index >= POSE).map(|index| index - POSE).collect();
+        let mut own = POSE..;
+        let place = |index: &usize| if *index < POSE { Some(*index) } else { own.next() };
+        let places: Vec<usize> = free.iter().filter_map(place).collect();
+        let mut sums = Sums::default();
+        let evaluate = |unknowns: &[f64], normal: Option<&mut NormalEquations>| {
             let (camera, left) = start.moved(free, unknowns);
-            let mut squares = 0.0;
-            for (number, (world, pixel)) in pairs.iter().enumerate() {
-                let turned = camera.rotation * (world.coords - centre);
-                let point = Point3::from(turned + camera.translation);
-                let (at, by_point) = camera.model.project_with_slopes(point, &mut slopes)?;
-                let error = at - pixel;
-                squares += error.norm_squared();
-                if normal.is_none() {
-                    continue;
-                }
-                let by_turn = -(by_point * turned.cross_matrix() * left);
-                for axis in 0..2 {
-                    let mut row = [0.0; ROW];
-                    for (value, index) in row.iter_mut().zip(free) {
-                        *value = match index {
-                            0..3 => by_turn[(axis, *index)],
-                            3..POSE => by_point[(axis, index - 3)],
-                            _ => slopes[index - POSE][axis],
-                        };
-                    }
-                    row[free.len()] = error[axis];
-                    rows.fill_column(2 * number + axis, &row[..filled]);
-                }
+            let Placed { model, rotation, translation } = camera;
+            let stand = Stand { lens: &model, rotation, translation };
+            sums.take(&stand, (&seen, &terms), Loss::Squares);
+            if let Some(normal) = normal {
+                sums.turn(&left);
+                normal.add_square(&places, sums.unknowns, &sums.products);
             }
-            if let Some(normal) = normal.as_deref_mut() {
-                normal.add_columns(&rows);
-            }
-            Some(0.5 * squares)
+            (sums.unseen == 0).then_some(sums.cost)
         };
         let found = minimise(&start.unknowns(free), patience, progress, evaluate)?;
         let (mut camera, _) = start.moved(free, &found.parameters);

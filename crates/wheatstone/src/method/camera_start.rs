@@ -8,14 +8,14 @@ use super::{
     radial_alignment::{Aligned, Scaled},
 };
 use crate::{
-    camera::{AdjustableCamera, pinhole::Pinhole},
+    camera::{pinhole::Pinhole, trace::Traced},
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
 };
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// A camera model that a fit can start. The first four of its numbers are its pinhole's, the fifth is
 /// the first coefficient of its radial distortion.
-pub(crate) trait Lens: AdjustableCamera + Send + Sync {
+pub(crate) trait Lens: Traced {
     /// The model that a fit starts from; `first` is the coefficient of the cube in
     /// radius = a + first a^3.
     fn ideal(pinhole: Pinhole, first: f64) -> Self;

@@ -7,7 +7,7 @@
 //! 1976, doi:10.2307/1913974); its order is chosen by Schwarz's criterion (1978,
 //! doi:10.1214/aos/1176344136).
 
-use crate::{geometry::Pixel, numeric::least_squares::solve};
+use crate::{geometry::Pixel, numeric::least_squares::Factored};
 use serde::{Deserialize, Serialize};
 
 /// Variance of one pixel coordinate about its prediction.
@@ -47,37 +47,35 @@ fn harvey(places: &[[f64; 2]], squares: &[f64], order: usize) -> Option<(Vec<f64
     let rows: Vec<f64> =
         places.iter().flat_map(|p| std::iter::once(1.0).chain(monomials(*p, order))).collect();
     let width = rows.len() / places.len();
-    let log_variance = |terms: &[f64], row: &[f64]| -> f64 {
-        row.iter().zip(terms).map(|(value, term)| value * term).sum()
-    };
-    let likelihood = |terms: &[f64]| -> f64 {
-        let rows = rows.chunks_exact(width).zip(squares);
-        rows.map(|(row, square)| {
-            let log = log_variance(terms, row);
-            -log - 0.5 * square * libm::exp(-log)
-        })
-        .sum()
+    let factored = Factored::new(&rows, width)?;
+    // How likely the squares are, and each one's half as a share of its variance.
+    let judged = |terms: &[f64]| -> (f64, Vec<f64>) {
+        let mut shares = Vec::with_capacity(squares.len());
+        let mut likelihood = 0.0;
+        for (row, square) in rows.chunks_exact(width).zip(squares) {
+            let log: f64 = row.iter().zip(terms).map(|(value, term)| value * term).sum();
+            let share = 0.5 * square * libm::exp(-log);
+            likelihood += -log - share;
+            shares.push(share);
+        }
+        (likelihood, shares)
     };
     let mean = squares.iter().sum::<f64>() / (2 * squares.len()) as f64;
     let mut terms = vec![0.0; width];
     terms[0] = libm::log(mean);
-    let mut best = likelihood(&terms);
+    let (mut best, mut shares) = judged(&terms);
     for _ in 0..MOST_STEPS {
-        let scores: Vec<f64> = rows
-            .chunks_exact(width)
-            .zip(squares)
-            .map(|(row, square)| 0.5 * square * libm::exp(-log_variance(&terms, row)) - 1.0)
-            .collect();
-        let mut step = solve(&rows, width, &scores, 1)?;
+        shares.iter_mut().for_each(|share| *share -= 1.0);
+        let mut step = factored.solve(&shares)?;
         let better = (0..20).find_map(|_| {
             let moved: Vec<f64> = terms.iter().zip(step.iter()).map(|(t, s)| t + s).collect();
             step *= 0.5;
-            let reached = likelihood(&moved);
-            (reached > best).then_some((moved, reached))
+            let (reached, shares) = judged(&moved);
+            (reached > best).then_some((moved, reached, shares))
         });
-        let Some((moved, reached)) = better else { break };
+        let Some((moved, reached, found)) = better else { break };
         let gain = reached - best;
-        (terms, best) = (moved, reached);
+        (terms, best, shares) = (moved, reached, found);
         if gain < 1e-9 {
             break;
         }

@@ -35,9 +35,14 @@ impl Cholesky {
         let size = matrix.nrows();
         let panels = size.div_ceil(ROWS);
         let mut lower = vec![[0.0; ROWS]; panels * panels * ROWS];
-        for (column, values) in matrix.as_slice().chunks_exact(size.max(1)).enumerate() {
-            for (row, value) in values.iter().enumerate().skip(column) {
-                lower[row / ROWS * panels * ROWS + column][row % ROWS] = *value;
+        let values = matrix.as_slice();
+        for (panel, rows) in lower.chunks_exact_mut((panels * ROWS).max(1)).enumerate() {
+            let first = panel * ROWS;
+            let count = ROWS.min(size - first);
+            for (column, to) in rows.iter_mut().enumerate().take(first + count) {
+                let from = &values[column * size + first..][..count];
+                let below = column.saturating_sub(first);
+                to[below..count].copy_from_slice(&from[below..]);
             }
         }
         for index in 0..panels * ROWS {

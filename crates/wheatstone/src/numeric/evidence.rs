@@ -139,17 +139,32 @@ impl Course {
     ) -> Result<()> {
         let count = batch.samples() as f64;
         let mut expansion = Expansion::new(&self.network, batch);
-        for _ in 0..steps {
+        for step in 0..steps {
             if self.settled {
                 break;
             }
             progress.check()?;
             let weights = self.network.weights().to_vec();
             expansion.at(&weights, &self.noise);
+            let square = misfit(&self.errors, &self.noise);
+            self.history.push((square, f64::NEG_INFINITY));
+            // Nobody asks for the evidence of the first steps, unless one of them is the last.
+            let early = self.history.len() <= WARM_UP && step + 1 < steps;
+            if early {
+                self.step(&mut expansion);
+                if !self.settled {
+                    continue;
+                }
+            }
             let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
             let evidence =
                 state.log_evidence(&self.decay, (&self.noise, &self.errors, count), &weights);
-            self.history.push((misfit(&self.errors, &self.noise), evidence));
+            if let Some(last) = self.history.last_mut() {
+                last.1 = evidence;
+            }
+            if early {
+                break;
+            }
             let ten_ago = self.history.len().checked_sub(11).map(|place| self.history[place].1);
             let warm = self.history.len() > 2 * WARM_UP;
             self.settled = warm && ten_ago.is_some_and(|before| evidence - before < least_gain);

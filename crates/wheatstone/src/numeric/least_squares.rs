@@ -1,6 +1,6 @@
 //! Linear least squares by orthogonal factorisations.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 /// The direction that a matrix maps nearest to nothing.
 #[derive(Clone, Debug)]
@@ -46,6 +46,41 @@ pub fn null_vector(rows: &[f64], width: usize) -> Option<NullVector> {
     Some(NullVector { vector: right.row(order[0]).transpose(), least: share(0), second: share(1) })
 }
 
+/// A matrix made ready for many right-hand sides.
+#[derive(Clone, Debug)]
+pub struct Factored {
+    /// A = Q R, with as many columns as unknowns.
+    q: DMatrix<f64>,
+    r: DMatrix<f64>,
+}
+
+impl Factored {
+    /// `a` holds A row by row, `width` numbers a row; `None` where it is short of rank.
+    #[must_use]
+    pub fn new(a: &[f64], width: usize) -> Option<Self> {
+        let height = a.len() / width;
+        if height < width || a.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let qr = DMatrix::from_row_slice(height, width, a).qr();
+        let r = qr.r();
+        is_of_rank(&r).then(|| Self { q: qr.q(), r })
+    }
+
+    /// The `x` that makes `|A x - b|` least; `None` where `b` is not finite.
+    #[must_use]
+    pub fn solve(&self, b: &[f64]) -> Option<DVector<f64>> {
+        let right = self.q.tr_mul(&DVectorView::from_slice(b, self.q.nrows()));
+        right.iter().all(|v| v.is_finite()).then(|| self.r.solve_upper_triangular(&right))?
+    }
+}
+
+/// Whether no column of a triangle is told by the others.
+fn is_of_rank(r: &DMatrix<f64>) -> bool {
+    let diagonal = r.diagonal();
+    diagonal.amin() > 1e-13 * diagonal.amax()
+}
+
 /// The `x` that makes `|A x - B|` least, one column a right-hand side; `None` where A is short of
 /// rank. Both hold their numbers row by row.
 #[must_use]
@@ -58,8 +93,7 @@ pub fn solve(a: &[f64], width: usize, b: &[f64], sides: usize) -> Option<DMatrix
     let mut right = DMatrix::from_row_slice(height, sides, b);
     qr.q_tr_mul(&mut right);
     let r = qr.r();
-    let diagonal = r.diagonal();
-    if diagonal.amin() <= 1e-13 * diagonal.amax() {
+    if !is_of_rank(&r) {
         return None;
     }
     r.solve_upper_triangular(&right.rows(0, width).into_owned())
@@ -69,6 +103,20 @@ pub fn solve(a: &[f64], width: usize, b: &[f64], sides: usize) -> Option<DMatrix
 mod tests {
     use super::*;
     use crate::numeric::random::Random;
+
+    #[test]
+    fn what_is_factored_once_solves_as_what_is_solved_once() {
+        let mut random = Random::new(3);
+        let a: Vec<f64> = (0..60).map(|_| random.normal()).collect();
+        let factored = Factored::new(&a, 4).unwrap();
+        for _ in 0..3 {
+            let b: Vec<f64> = (0..15).map(|_| random.normal()).collect();
+            let wanted = solve(&a, 4, &b, 1).unwrap();
+            assert!((factored.solve(&b).unwrap() - wanted.column(0)).norm() < 1e-13);
+        }
+        assert!(factored.solve(&[f64::NAN; 15]).is_none());
+        assert!(Factored::new(&[1.0, 2.0, 2.0, 4.0, 3.0, 6.0], 2).is_none());
+    }
 
     #[test]
     fn finds_the_direction_that_a_matrix_forgets() {

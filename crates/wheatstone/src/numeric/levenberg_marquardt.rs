@@ -4,7 +4,6 @@
 //! Source: Marquardt 1963 (doi:10.1137/0111030); the damping rule is Nielsen's (Madsen, Nielsen &
 //! Tingleff 2004, "Methods for non-linear least squares problems", section 3.2).
 
-use super::panels::Panels;
 use crate::{Error, Result, progress::Progress};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -62,14 +61,18 @@ impl NormalEquations {
         }
     }
 
-    /// Adds many residuals, a column each: its derivatives by the unknowns, and below them itself.
-    pub fn add_columns(&mut self, columns: &Panels) {
-        let square = columns.square();
-        let count = self.gradient.len().min(square.nrows().saturating_sub(1));
-        for column in 0..count {
-            self.gradient[column] += square[(count, column)];
-            for row in column..count {
-                self.matrix[(row, column)] += square[(row, column)];
+    /// Adds many residuals, of whose slopes and errors these are the products with each other; each unknown
+    /// has its place among them, and the errors have one.
+    pub(crate) fn add_square<const N: usize>(
+        &mut self,
+        places: &[usize],
+        error: usize,
+        products: &[[f64; N]; N],
+    ) {
+        for (column, place) in places.iter().enumerate() {
+            self.gradient[column] += products[error][*place];
+            for (row, other) in places.iter().enumerate().skip(column) {
+                self.matrix[(row, column)] += products[*other][*place];
             }
         }
     }
@@ -278,10 +281,11 @@ mod tests {
         assert_eq!(dense.matrix(), sparse.matrix());
         assert_eq!(dense.matrix()[(0, 2)], 3.0);
         assert_eq!(dense.gradient().as_slice(), [2.0, 0.0, 6.0]);
-        let mut columns = Panels::zeros(4, 1);
-        columns.fill_column(0, &[1.0, 0.0, 3.0, 2.0]);
+        // The unknowns in another order, and one between that is none.
+        let row = [3.0, 1.0, 7.0, 0.0, 2.0];
+        let products = row.map(|one| row.map(|other| one * other));
         let mut whole = NormalEquations::new(3);
-        whole.add_columns(&columns);
+        whole.add_square(&[1, 3, 0], 4, &products);
         assert_eq!((whole.matrix(), whole.gradient()), (dense.matrix(), dense.gradient()));
     }
 }

@@ -3,6 +3,7 @@
 use crate::data::folder;
 use wheatstone::{
     Error,
+    camera::{AnyCamera, brown_conrady::BrownConrady},
     chart::{AnyChart, line_grid::LineGrid},
     cleaning::poses::{self, Gauge, Lenses, Placing},
     dataset::{
@@ -74,6 +75,26 @@ fn the_model_free_camera_reaches_the_floor_on_any_optics() {
         // The bar is 1.10; 1.00 to 1.01 is what it does.
         assert!(ratio <= 1.05, "{name}: {ratio:.3} times the floor");
     }
+}
+
+#[test]
+fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let (data, _) = waved(&rig, 12, NOISE, 6);
+    let placing = Placing { lenses: Lenses::Brown, all_terms: true, ..Placing::default() };
+    let whole = poses::solve(&data, placing, &Silent).unwrap();
+    let mut lenses: Vec<BrownConrady> = Vec::new();
+    for camera in &whole.cameras {
+        let AnyCamera::BrownConrady(lens) = camera else { panic!("{camera:?}") };
+        let mut off = *lens;
+        off.pinhole.focal = lens.pinhole.focal.map(|focal| 1.02 * focal);
+        lenses.push(off);
+    }
+    let near = poses::solve_near(&data, &lenses, placing, &Silent).unwrap();
+    assert!((near.rms - whole.rms).abs() < 1e-6 * whole.rms);
+    assert!((near.baselines[0] - whole.baselines[0]).abs() < 1e-3 * whole.baselines[0]);
+    let few = poses::solve_near(&data, &lenses[..1], placing, &Silent);
+    assert!(matches!(few, Err(Error::TooFew { got: 1, need: 2, .. })));
 }
 
 #[test]

@@ -6,17 +6,18 @@
 //! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
-use super::{
-    loss::Loss,
-    sums::{CellSums, ViewSums},
-};
+use super::{elimination::Step, sums::ViewSums};
 use crate::{
     Error, Result,
-    camera::AdjustableCamera,
+    camera::{
+        sightings::{Sightings, Sums},
+        trace::Traced,
+    },
     geometry::{Pixel, Point3, Pose, Vector3},
+    numeric::loss::Loss,
     progress::Progress,
 };
-use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Unknowns of a place and attitude.
@@ -77,9 +78,10 @@ pub(super) struct Adjusted<L> {
 pub(super) struct Whole {
     /// Half the weighted sum of squares.
     pub(super) cost: f64,
-    cameras: DMatrix<f64>,
-    gradient: DVector<f64>,
-    views: Vec<ViewSums>,
+    /// By the unknowns of all cameras.
+    pub(super) cameras: DMatrix<f64>,
+    pub(super) gradient: DVector<f64>,
+    pub(super) views: Vec<ViewSums>,
 }
 
 impl<'a> Bundle<'a> {
@@ -91,22 +93,28 @@ impl<'a> Bundle<'a> {
         self.free[..camera].iter().map(Vec::len).sum()
     }
 
-    /// Half the weighted sum of squares at a state.
-    pub(super) fn cost<L: AdjustableCamera + Sync>(&self, state: &State<L>) -> f64 {
-        self.sums(state).cost
+    /// What was seen, of each view in each camera, as sums are taken of it.
+    fn seen(&self) -> Vec<Vec<Sightings>> {
+        let of = |seen: &Vec<(Point3, Pixel)>| Sightings::new(seen.iter().copied());
+        self.shots.iter().map(|shot| shot.iter().map(of).collect()).collect()
     }
 
-    fn sums<L: AdjustableCamera + Sync>(&self, state: &State<L>) -> Whole {
-        // A view takes some microseconds: fewer are not worth another core.
-        const TOGETHER: usize = 4;
-        let first: Vec<usize> = (0..self.free.len()).map(|camera| self.first(camera)).collect();
-        let views: Vec<ViewSums> = (0..self.shots.len())
+    /// Half the weighted sum of squares at a state.
+    pub(super) fn cost<L: Traced>(&self, state: &State<L>) -> f64 {
+        self.sums(state, &self.seen()).cost
+    }
+
+    fn sums<L: Traced>(&self, state: &State<L>, seen: &[Vec<Sightings>]) -> Whole {
+        // Points that are worth another core: some tens of microseconds.
+        const TOGETHER: usize = 1000;
+        let points: usize = seen.iter().flatten().map(Sightings::len).sum();
+        let views: Vec<ViewSums> = (0..seen.len())
             .into_par_iter()
-            .with_min_len(TOGETHER)
-            .map_init(CellSums::default, |cell, view| {
+            .with_min_len(1 + TOGETHER * seen.len() / points.max(1))
+            .map_init(Sums::default, |sums, view| {
                 let chart = (&state.charts[view], self.loose[view]);
-                let seen = (&self.shots[view], state.cameras.as_slice());
-                ViewSums::of(seen, chart, (&self.free, self.loss), cell)
+                let seen = (seen[view].as_slice(), state.cameras.as_slice());
+                ViewSums::of(seen, chart, (&self.free, self.loss), sums)
             })
             .collect();
         let count = self.unknowns();
@@ -118,9 +126,8 @@ impl<'a> Bundle<'a> {
         };
         for view in &views {
             whole.cost += view.cost;
-            for (own, first) in view.own.iter().zip(&first) {
-                own.add_to(&mut whole.cameras, &mut whole.gradient, *first);
-            }
+            let counts = self.free.iter().map(Vec::len);
+            view.add_to(counts, &mut whole.cameras, &mut whole.gradient);
         }
         whole.cameras.fill_upper_triangle_with_lower_triangle();
         whole.views = views;
@@ -128,14 +135,15 @@ impl<'a> Bundle<'a> {
     }
 
     /// Adjusts until a step gains less than a share of the cost.
-    pub(super) fn adjust<L: AdjustableCamera + Send + Sync>(
+    pub(super) fn adjust<L: Traced>(
         &self,
         start: State<L>,
         (steps, least_gain): (usize, f64),
         progress: &dyn Progress,
     ) -> Result<Adjusted<L>> {
         let mut state = start;
-        let mut whole = self.sums(&state);
+        let seen = self.seen();
+        let mut whole = self.sums(&state, &seen);
         let (mut damping, mut raise) = (self.damping, 2.0);
         for _ in 0..steps {
             progress.check()?;
@@ -149,7 +157,7 @@ impl<'a> Bundle<'a> {
             };
             let tried = self.moved(&state, &step);
             // Most steps are good ones: what the next one needs is worked out with the cost.
-            let next = self.sums(&tried);
+            let next = self.sums(&tried, &seen);
             if next.cost.is_finite() && next.cost < whole.cost {
                 let gain = whole.cost - next.cost;
                 let expected = step.expected(&whole, damping);
@@ -176,7 +184,7 @@ impl<'a> Bundle<'a> {
         Ok(Adjusted { state, sums: whole, damping })
     }
 
-    fn moved<L: AdjustableCamera>(&self, state: &State<L>, step: &Step) -> State<L> {
+    fn moved<L: Traced>(&self, state: &State<L>, step: &Step) -> State<L> {
         let mut moved = state.clone();
         for (index, camera) in moved.cameras.iter_mut().enumerate() {
             let first = self.first(index);
@@ -203,94 +211,6 @@ impl<'a> Bundle<'a> {
             chart.translation += Vector3::new(step[3], step[4], step[5]);
         }
         moved
-    }
-
-    /// Covariance of every chart's turn (radians) and place for pixel errors of this standard
-    /// deviation; `None` where something is not determined.
-    pub(super) fn chart_covariances(&self, whole: &Whole, sigma: f64) -> Option<Vec<Matrix6<f64>>> {
-        let (inverse, reduced, _) = whole.reduced(self, 0.0)?;
-        let open = reduced.cholesky()?.inverse();
-        let each =
-            whole.views.iter().zip(&inverse).zip(self.loose).map(|((view, inverse), loose)| {
-                if !loose {
-                    return Matrix6::zeros();
-                }
-                let carried = inverse * view.mixed_matrix().transpose();
-                let through: Matrix6<f64> =
-                    (&carried * &open * carried.transpose()).fixed_view::<6, 6>(0, 0).into_owned();
-                (inverse + through) * (sigma * sigma)
-            });
-        Some(each.collect())
-    }
-}
-
-/// A step of everything.
-struct Step {
-    cameras: DVector<f64>,
-    charts: Vec<Vector6<f64>>,
-}
-
-impl Step {
-    /// How much the damped model expects of it.
-    fn expected(&self, whole: &Whole, damping: f64) -> f64 {
-        let mut gain = 0.0;
-        let mut add = |value: f64, gradient: f64, diagonal: f64| {
-            gain += 0.5 * value * (damping * diagonal * value - gradient);
-        };
-        for (index, value) in self.cameras.iter().enumerate() {
-            add(*value, whole.gradient[index], whole.cameras[(index, index)]);
-        }
-        for (view, step) in whole.views.iter().zip(&self.charts) {
-            for k in 0..POSE {
-                add(step[k], view.chart_gradient[k], view.chart[(k, k)]);
-            }
-        }
-        gain
-    }
-}
-
-impl Whole {
-    /// The charts' inverses, the cameras' matrix and right side with the charts eliminated.
-    #[allow(clippy::type_complexity, reason = "three parts of one elimination, used once each")]
-    fn reduced(
-        &self,
-        bundle: &Bundle,
-        damping: f64,
-    ) -> Option<(Vec<Matrix6<f64>>, DMatrix<f64>, DVector<f64>)> {
-        let mut matrix = self.cameras.clone();
-        for index in 0..matrix.nrows() {
-            let diagonal = matrix[(index, index)];
-            matrix[(index, index)] += damping * if diagonal > 0.0 { diagonal } else { 1.0 };
-        }
-        let mut right = -&self.gradient;
-        let mut inverses = Vec::with_capacity(self.views.len());
-        for (view, loose) in self.views.iter().zip(bundle.loose) {
-            if !loose {
-                inverses.push(Matrix6::zeros());
-                continue;
-            }
-            let mut chart = view.chart;
-            for k in 0..POSE {
-                chart[(k, k)] *= 1.0 + damping;
-            }
-            let inverse = chart.cholesky()?.inverse();
-            view.eliminate(&inverse, &mut matrix, &mut right);
-            inverses.push(inverse);
-        }
-        matrix.fill_upper_triangle_with_lower_triangle();
-        Some((inverses, matrix, right))
-    }
-
-    fn step(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
-        let (inverses, matrix, right) = self.reduced(bundle, damping)?;
-        let cameras = if right.is_empty() { right } else { matrix.cholesky()?.solve(&right) };
-        let charts = self
-            .views
-            .iter()
-            .zip(&inverses)
-            .map(|(view, inverse)| -(inverse * (view.chart_gradient + view.carried(&cameras))));
-        let charts: Vec<Vector6<f64>> = charts.collect();
-        cameras.iter().all(|value| value.is_finite()).then_some(Step { cameras, charts })
     }
 }
 

@@ -11,8 +11,8 @@
 //! are refused.
 
 mod bundle;
+mod elimination;
 mod gather;
-mod loss;
 mod planar;
 mod rig;
 mod scale;
@@ -20,7 +20,7 @@ mod sums;
 
 use crate::{
     Error, Result,
-    camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
+    camera::{AnyCamera, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
     dataset::Dataset,
     geometry::{Point3, Pose},
     numeric::statistics::median,
@@ -122,6 +122,8 @@ pub struct SolvedPoses {
     pub unplaced: Vec<String>,
     /// The lens that was used: a name of the registry of cameras.
     pub lens: &'static str,
+    /// The cameras, each in its own frame.
+    pub cameras: Vec<AnyCamera>,
     /// Root mean square distance of pixels from where cameras and charts say, gross errors left out.
     pub rms: f64,
     /// Points (a camera each) that stood out as gross errors.
@@ -217,12 +219,47 @@ pub fn solve(data: &Dataset, placing: Placing, progress: &dyn Progress) -> Resul
     }
 }
 
+/// As [`solve`], with Brown's lenses that are known nearly, one a camera in the data's order: from them the
+/// charts are placed and the cameras linked, then everything is adjusted together.
+///
+/// # Errors
+///
+/// As [`solve`]; [`Error::TooFew`] for fewer lenses than cameras.
+pub fn solve_near(
+    data: &Dataset,
+    lenses: &[BrownConrady],
+    placing: Placing,
+    progress: &dyn Progress,
+) -> Result<SolvedPoses> {
+    if lenses.len() < data.cameras {
+        return Err(Error::TooFew {
+            method: "charts placed by known lenses".into(),
+            what: "lenses, one a camera".into(),
+            need: data.cameras,
+            got: lenses.len(),
+        });
+    }
+    let gathered = Gathered::new(data, placing)?;
+    let near = rig::solve_near(&gathered, lenses, progress)?;
+    let brown = kept_to(&gathered, data, near, progress)?;
+    finish(&gathered, data, placing.gauge, (brown, "brown-conrady"), progress)
+}
+
 fn place<L: Terms>(
     gathered: &Gathered,
     data: &Dataset,
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
-    let found = rig::solve::<L>(gathered, progress)?;
+    kept_to(gathered, data, rig::solve::<L>(gathered, progress)?, progress)
+}
+
+/// The same with the places kept to that are known.
+fn kept_to<L: Terms>(
+    gathered: &Gathered,
+    data: &Dataset,
+    found: Choice<L>,
+    progress: &dyn Progress,
+) -> Result<Choice<L>> {
     match gathered.known_frame(data, &found.state) {
         None => Ok(found),
         // Known places are kept to, now that it is known where the cameras are.
@@ -265,6 +302,7 @@ fn finish<L: Terms>(
         views,
         unplaced: unplaced.collect(),
         lens,
+        cameras: choice.state.cameras.iter().map(|camera| camera.lens.clone().into()).collect(),
         rms: (2.0 * choice.cost / choice.points.max(1) as f64).sqrt(),
         gross: all.saturating_sub(choice.points),
         distance: median(&distances),

@@ -80,20 +80,26 @@ fn plane_map(pairs: &[(Pixel, Pixel)]) -> Option<Matrix3<f64>> {
         about_middle(pairs.iter().map(|pair| pair.0))?,
         about_middle(pairs.iter().map(|pair| pair.1))?,
     ];
-    let mut matrix = SMatrix::<f64, 8, 8>::zeros();
-    let mut right = SVector::<f64, 8>::zeros();
+    // Sums of the products of (x, y, 1) with each other: plain, and times the coordinates seen, and times
+    // these squared.
+    let mut sums = [Matrix3::zeros(); 4];
     for (a, b) in pairs {
         let (a, b) = (from.transform_point(a), to.transform_point(b));
-        let rows = [
-            ([a.x, a.y, 1.0, 0.0, 0.0, 0.0, -b.x * a.x, -b.x * a.y], b.x),
-            ([0.0, 0.0, 0.0, a.x, a.y, 1.0, -b.y * a.x, -b.y * a.y], b.y),
-        ];
-        for (row, value) in rows {
-            let row = SVector::<f64, 8>::from(row);
-            matrix.ger(1.0, &row, &row, 1.0);
-            right += row * value;
+        let product = a.to_homogeneous() * a.to_homogeneous().transpose();
+        for (sum, factor) in sums.iter_mut().zip([1.0, b.x, b.y, b.x * b.x + b.y * b.y]) {
+            *sum += product * factor;
         }
     }
+    let [plain, by_x, by_y, by_square] = sums;
+    let mut matrix = SMatrix::<f64, 8, 8>::zeros();
+    let mut right = SVector::<f64, 8>::zeros();
+    for (first, by) in [(0, &by_x), (3, &by_y)] {
+        matrix.fixed_view_mut::<3, 3>(first, first).copy_from(&plain);
+        matrix.fixed_view_mut::<2, 3>(6, first).copy_from(&-by.fixed_rows::<2>(0));
+        right.fixed_rows_mut::<3>(first).copy_from(&by.column(2));
+    }
+    matrix.fixed_view_mut::<2, 2>(6, 6).copy_from(&by_square.fixed_view::<2, 2>(0, 0));
+    right.fixed_rows_mut::<2>(6).copy_from(&-by_square.fixed_view::<2, 1>(0, 2));
     let h = matrix.cholesky()?.solve(&right);
     // The middle of the points is never on the horizon: its weight is 1.
     let map = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
@@ -116,10 +122,13 @@ fn pose_of(map: &Matrix3<f64>) -> Option<Pose> {
     let scale = 2.0 / (a.norm() + b.norm());
     let scale = if c.z < 0.0 { -scale } else { scale };
     let (a, b, translation): (Vector3, Vector3, Vector3) = (a * scale, b * scale, c * scale);
-    let rough = Matrix3::from_columns(&[a, b, a.cross(&b)]);
-    let svd = rough.svd(true, true);
-    let rotation = svd.u? * svd.v_t?;
-    let sound = rotation.determinant() > 0.0 && translation.iter().all(|v| v.is_finite());
+    // The nearest orthonormal pair: each takes half of what is missing to a right angle.
+    let (a, b) = (a.normalize(), b.normalize());
+    let (sum, difference) = ((a + b).normalize(), (a - b).normalize());
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let (first, second) = ((sum + difference) * half, (sum - difference) * half);
+    let rotation = Matrix3::from_columns(&[first, second, first.cross(&second)]);
+    let sound = rotation.iter().chain(&translation).all(|v| v.is_finite());
     sound.then_some(Pose { rotation, translation })
 }
 

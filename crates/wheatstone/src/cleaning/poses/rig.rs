@@ -3,14 +3,14 @@
 use super::{
     Choice, Gathered,
     bundle::{Adjusted, Bundle, POSE, Posed, Shot, State, lost, thinned},
-    loss::Loss,
     planar::{self, LEAST, view_error},
 };
 use crate::{
     Error, Result,
+    camera::{AnyCamera, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
     geometry::{Pixel, Point3, Pose},
     method::{Lens, information},
-    numeric::statistics::median,
+    numeric::{loss::Loss, statistics::median},
     progress::Progress,
 };
 use rayon::prelude::*;
@@ -32,16 +32,16 @@ const SCOUTED: usize = 24;
 
 /// Which of a lens's numbers may change, from few to many; the focal lengths and the principal point,
 /// the first four, always may.
-pub(super) trait Terms: Lens {
+pub(super) trait Terms: Lens + Into<AnyCamera> {
     const RUNGS: &'static [&'static [usize]];
 }
 
-impl Terms for crate::camera::brown_conrady::BrownConrady {
+impl Terms for BrownConrady {
     const RUNGS: &'static [&'static [usize]] =
         &[&[0, 1, 2, 3, 4], &[0, 1, 2, 3, 4, 5, 7, 8], &[0, 1, 2, 3, 4, 5, 6, 7, 8]];
 }
 
-impl Terms for crate::camera::kannala_brandt::KannalaBrandt {
+impl Terms for KannalaBrandt {
     const RUNGS: &'static [&'static [usize]] =
         &[&[0, 1, 2, 3, 4], &[0, 1, 2, 3, 4, 5], &[0, 1, 2, 3, 4, 5, 6, 7]];
 }
@@ -228,6 +228,24 @@ pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> R
     refine(gathered, state, progress)
 }
 
+/// The cameras and charts that explain the pixels best, from lenses that are known nearly.
+pub(super) fn solve_near<L: Terms>(
+    gathered: &Gathered,
+    lenses: &[L],
+    progress: &dyn Progress,
+) -> Result<Choice<L>> {
+    let shots = &gathered.shots;
+    let alone = |(camera, lens): (usize, &L)| {
+        let posed = Posed { lens: lens.clone(), camera_from_world: Pose::default() };
+        let state = State { cameras: vec![posed], charts: Vec::new() };
+        with_all_views(state, shots, camera, &[])
+    };
+    let known = lenses.iter().take(gathered.cameras).enumerate();
+    let states: Vec<State<L>> = known.map(alone).collect();
+    let state = joined(&thinned(shots, SCOUTED), states)?;
+    refine(gathered, state, progress)
+}
+
 /// From a state near the best one to the best, gross errors left out.
 pub(super) fn refine<L: Terms>(
     gathered: &Gathered,
@@ -321,7 +339,7 @@ fn chosen<L: Terms>(
     let cost = found.sums.cost;
     let freedom = ((2 * points) as f64 - unknowns(&bundle) as f64).max(1.0);
     let sigma = (2.0 * cost / freedom).sqrt();
-    let charts = bundle.chart_covariances(&found.sums, sigma);
+    let charts = found.sums.chart_covariances(&bundle, sigma);
     Ok(Choice { state: found.state, terms, cost, charts, sigma, points, clean, loose })
 }
 

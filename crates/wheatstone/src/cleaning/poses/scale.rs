@@ -6,10 +6,9 @@ use super::{
     Choice,
     bundle::{Bundle, Shot, thinned},
     gather::Gathered,
-    loss::Loss,
     rig::{FIRST_DAMPING, Terms, unknowns},
 };
-use crate::{Error, Result, geometry::Vector3, progress::Progress};
+use crate::{Error, Result, geometry::Vector3, numeric::loss::Loss, progress::Progress};
 use nalgebra::Matrix3;
 
 /// Focal lengths that must be told apart from the one found, as shares of it.

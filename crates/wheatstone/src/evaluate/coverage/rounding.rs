@@ -28,8 +28,8 @@ impl Ellipsoids {
             .into_par_iter()
             .enumerate()
             .filter_map(|(index, pixels)| {
-                Linear::at(reconstructor, pixels)
-                    .map(|map| map.distances(step, &mut Random::stream(DRAWS_SEED, index as u64)))
+                Linear::at(reconstructor, pixels, step)
+                    .map(|map| map.distances(&mut Random::stream(DRAWS_SEED, index as u64)))
             })
             .flatten_iter()
             .collect();
@@ -63,25 +63,26 @@ pub(super) fn raster(data: &Dataset) -> Option<f64> {
 /// A map near one point: how its errors follow from those of the pixels, in units in which the
 /// point's covariance is the identity.
 struct Linear {
-    /// By each pixel coordinate.
-    slopes: Matrix3xX<f64>,
-    /// Standard deviation of each pixel coordinate.
-    sigmas: Vec<f64>,
-    /// A root of what of the covariance is not the pixels'.
+    /// By each pixel coordinate's rounding, which is uniform from -1 to 1.
+    rounding: Matrix3xX<f64>,
+    /// A root of what of the covariance is not the rounding's, and is taken for normal.
     rest: Matrix3<f64>,
 }
 
 impl Linear {
-    fn at(reconstructor: &dyn Reconstructor, pixels: &[Option<Pixel>]) -> Option<Self> {
+    /// With pixels that were rounded to a raster of this `step`.
+    fn at(reconstructor: &dyn Reconstructor, pixels: &[Option<Pixel>], step: f64) -> Option<Self> {
         let located = reconstructor.locate(pixels)?;
         let whitened = located.covariance.cholesky()?.l().try_inverse()?;
-        let (mut columns, mut sigmas) = (Vec::new(), Vec::new());
+        let mut columns = Vec::new();
         for (camera, seen) in pixels.iter().enumerate() {
             let Some(seen) = seen else { continue };
             let sigma = reconstructor.pixel_sigma(camera, *seen, located.point)?;
             if sigma <= 0.0 {
                 return None;
             }
+            // Of a uniform error; three times its variance is the square of its half width.
+            let half_width = (3.0 * f64::min(step * step / 12.0, sigma * sigma)).sqrt();
             for axis in 0..2 {
                 let moved = |by: f64| -> Option<Point3> {
                     let mut pixels = pixels.to_vec();
@@ -90,41 +91,26 @@ impl Linear {
                 };
                 // Half the noise to both sides: the map is all but straight over the noise itself.
                 let step = 0.5 * sigma;
-                columns.push(whitened * (moved(step)? - moved(-step)?) / (2.0 * step));
-                sigmas.push(sigma);
+                let slope = whitened * (moved(step)? - moved(-step)?) / (2.0 * step);
+                columns.push(slope * half_width);
             }
         }
-        let slopes = Matrix3xX::from_columns(&columns);
-        let mut of_pixels = Matrix3::zeros();
-        for (column, sigma) in columns.iter().zip(&sigmas) {
-            of_pixels += column * column.transpose() * (sigma * sigma);
-        }
-        let rest = (Matrix3::identity() - of_pixels).symmetric_eigen();
+        let rounding = Matrix3xX::from_columns(&columns);
+        let of_rounding = &rounding * rounding.transpose() / 3.0;
+        let rest = (Matrix3::identity() - of_rounding).symmetric_eigen();
         let roots = rest.eigenvalues.map(|value| value.max(0.0).sqrt());
         let rest = rest.eigenvectors * Matrix3::from_diagonal(&roots);
-        Some(Self { slopes, sigmas, rest })
+        Some(Self { rounding, rest })
     }
 
-    /// Squared Mahalanobis distances of points whose pixels were rounded to a raster.
-    fn distances(&self, step: f64, random: &mut Random) -> Vec<f64> {
+    /// Squared Mahalanobis distances of points whose pixels were rounded.
+    fn distances(&self, random: &mut Random) -> Vec<f64> {
         const DRAWS: usize = 2048;
-        // Of a uniform error; what there is beyond it is taken for normal.
-        let rounding = step * step / 12.0;
-        let parts: Vec<(f64, f64)> = self
-            .sigmas
-            .iter()
-            .map(|sigma| {
-                let uniform = rounding.min(sigma * sigma);
-                ((3.0 * uniform).sqrt(), (sigma * sigma - uniform).sqrt())
-            })
-            .collect();
         let mut draw = |_| {
             let rest = self.rest * Vector3::new(random.normal(), random.normal(), random.normal());
             let mut error = Vector3::zeros();
-            for (column, (half_width, normal)) in self.slopes.column_iter().zip(&parts) {
-                let uniform = random.uniform(-half_width, *half_width);
-                let more = if *normal > 0.0 { normal * random.normal() } else { 0.0 };
-                error += column * (uniform + more);
+            for column in self.rounding.column_iter() {
+                error += column * random.uniform(-1.0, 1.0);
             }
             // What is drawn serves twice: its parts are as likely with the one's sign changed.
             [(error + rest).norm_squared(), (error - rest).norm_squared()]

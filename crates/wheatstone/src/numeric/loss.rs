@@ -4,7 +4,7 @@
 
 /// How an error counts.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Loss {
+pub(crate) enum Loss {
     /// By its square.
     Squares,
     /// By Cauchy's function, with this scale in pixels.
@@ -13,7 +13,7 @@ pub(super) enum Loss {
 
 impl Loss {
     /// Cost and weight of a squared error.
-    pub(super) fn of(self, square: f64) -> (f64, f64) {
+    pub(crate) fn of(self, square: f64) -> (f64, f64) {
         match self {
             Self::Squares => (0.5 * square, 1.0),
             Self::Cauchy(scale) => {
