@@ -4,39 +4,25 @@
 //! many points ask for one that it pays; what neither holds is worked out by the map itself.
 
 mod patches;
+mod places;
 mod plan;
 mod rig;
+mod sheet;
 mod spread;
 
+pub use places::Places;
 pub use plan::{Learned, PlacedCamera, Plan};
 
-use super::{Located, Reconstructor};
+use super::Reconstructor;
 use crate::{
-    dataset::volume::{Trust, Volume},
+    dataset::volume::Volume,
     geometry::{Pixel, PixelColumns},
 };
-use nalgebra::Matrix3;
+use places::{LOWER, Slots};
 use rayon::prelude::*;
 use rig::{Met, Rig};
 use spread::Spreads;
 use std::{collections::BTreeMap, ops::Range};
-
-/// Where points are, column by column, in the order of their pixels. NaN stands where a point was not
-/// located, and for figures that do not exist.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Places {
-    /// X, Y and Z, in world units.
-    pub point: [Vec<f64>; 3],
-    /// Covariance XX, XY, XZ, YY, YZ, ZZ, in squared world units; empty where it was not asked for.
-    pub covariance: [Vec<f64>; 6],
-    /// How badly the rays miss each other: root mean square over pixel coordinates. Empty where the
-    /// covariance is.
-    pub residual: Vec<f64>,
-    /// What noise and uncertainty of the fit let expect of it; empty where the covariance is.
-    pub residual_sigma: Vec<f64>,
-    /// Whether the pixels show what the fit was shown; empty where no volume was given.
-    pub trust: Vec<Trust>,
-}
 
 /// A fitted map made ready for many points.
 ///
@@ -68,8 +54,12 @@ struct Map<'a> {
 /// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
 const TASK: usize = 2048;
 
-/// After so many points what has come to pay is made.
-const PIECE: usize = 8 * TASK;
+/// What has come to pay is made whenever as many points as before have been located, but for the first and
+/// the last of these many: threads wait for each other then.
+const PIECES: [usize; 2] = [8 * TASK, 128 * TASK];
+
+/// So many points are worth sheets over the whole picture, which take some milliseconds.
+const MANY: usize = 4 * PIECES[0];
 
 /// Rays that miss each other by more pixels than this bend a point in ways that a single step does not
 /// follow to a thousandth of a standard deviation: judged from how far weights change over so many pixels.
@@ -90,15 +80,6 @@ impl Wanted {
         points as usize
             >= if matches!(self, Self::Spread(_)) { spread::NODES } else { patches::NODES }
     }
-}
-
-/// Where the figures of some points go.
-struct Slots<'p> {
-    point: [&'p mut [f64]; 3],
-    covariance: [&'p mut [f64]; 6],
-    residual: &'p mut [f64],
-    residual_sigma: &'p mut [f64],
-    trust: &'p mut [Trust],
 }
 
 impl<'a> Locator<'a> {
@@ -141,20 +122,28 @@ impl<'a> Locator<'a> {
         places.resize(pixels.points(), self.with_covariance, self.volume.is_some());
         let mut tasks = places.tasks(self.done);
         while !tasks.is_empty() {
-            let piece = PIECE - self.done % PIECE;
+            let piece = self.piece();
             let first = tasks[0].0.start;
             let others = tasks.split_off(tasks.partition_point(|(of, _)| of.start < first + piece));
             let own = std::mem::replace(&mut tasks, others);
-            self.done += own.iter().map(|(of, _)| of.len()).sum::<usize>();
+            let located = own.iter().map(|(of, _)| of.len()).sum::<usize>();
+            self.done += located;
             let run = |(of, slots): (Range<usize>, Slots)| self.task(&pixels.part(of), slots);
             let wanted: Vec<_> = own.into_par_iter().map(run).collect();
             for (what, points) in wanted.into_iter().flatten() {
                 *self.wanted.entry(what).or_default() += points;
             }
-            if self.done.is_multiple_of(PIECE) {
+            if located == piece {
                 self.make();
             }
         }
+    }
+
+    /// Points from those that are done to where what has come to pay is made.
+    fn piece(&self) -> usize {
+        let [least, most] = PIECES;
+        let step = (1 << self.done.max(1).ilog2()).clamp(least, most);
+        step - self.done % step
     }
 
     /// Makes what has come to pay.
@@ -169,6 +158,9 @@ impl<'a> Locator<'a> {
         for (what, made) in pay.into_iter().zip(made) {
             self.wanted.remove(&what);
             self.take(what, made);
+        }
+        if self.done >= MANY {
+            self.map.base.iter_mut().chain(&mut self.map.witness).for_each(Rig::cover);
         }
         // Pixels that mean nothing ask for ever new ones.
         const MOST: usize = 1 << 16;
@@ -217,49 +209,75 @@ impl<'a> Locator<'a> {
 
     /// Some points; what would have helped, and how many of them.
     fn task(&self, pixels: &PixelColumns, mut slots: Slots) -> BTreeMap<Wanted, u32> {
-        let (count, full) = (pixels.points(), self.with_covariance);
-        let Met { mut point, mut residual, mut nearness } = match &self.map.base {
-            Some(rig) => rig.meet(pixels),
-            None => Met::none(count),
-        };
-        let mut is_met: Vec<bool> = residual.iter().map(|miss| *miss <= MOST_RESIDUAL).collect();
-        let mut has_residual = self.map.base.is_some();
-        if let Some(learned) = &self.map.learned {
-            (learned.correct)(pixels, &mut point);
-            if self.map.base.is_none() {
-                is_met = point[2].iter().map(|z| z.is_finite()).collect();
-            }
-            has_residual = self.map.witness.is_some();
-            if let (Some(witness), true) = (&self.map.witness, full) {
-                Met { residual, nearness, .. } = witness.meet(pixels);
-                let known = is_met.iter_mut().zip(&residual);
-                known.for_each(|(met, miss)| *met &= *miss <= MOST_RESIDUAL);
-            }
-        }
-        for (slot, column) in slots.point.iter_mut().zip(&point) {
-            slot.copy_from_slice(column);
-        }
+        let (full, map) = (self.with_covariance, &self.map);
+        let has_rays = map.base.is_some() || (full && map.witness.is_some());
+        let mut nearness = vec![f64::NAN; if has_rays { pixels.points() } else { 0 }];
+        let lost = self.meet(pixels, &mut slots, &mut nearness);
         if full {
-            if has_residual {
-                slots.residual.copy_from_slice(&residual);
-            } else {
-                slots.residual.fill(f64::NAN);
-            }
             self.spread(pixels, &nearness, &mut slots);
         }
+        // Where nothing is known there are no error bars either.
+        let unsure = slots.covariance[0].iter().enumerate().filter(|(_, value)| !value.is_finite());
+        let known = |index: &usize| lost.binary_search(index).is_err();
+        let unsure: Vec<usize> = unsure.map(|(index, _)| index).filter(known).collect();
         let mut wanted = BTreeMap::new();
-        for (index, met) in is_met.into_iter().enumerate() {
-            let known = !full || slots.covariance[0][index].is_finite();
-            if !met || !known {
-                let row: Vec<Option<Pixel>> = pixels.point(index).collect();
-                self.ask(&mut wanted, &row, (met, nearness[index]));
-                slots.put(index, self.map.reconstructor.locate(&row).as_ref());
-            }
+        let mut one_by_one = |index: usize, is_met: bool| {
+            let row: Vec<Option<Pixel>> = pixels.point(index).collect();
+            let nearness = nearness.get(index).copied().unwrap_or(f64::NAN);
+            self.ask(&mut wanted, &row, (is_met, nearness));
+            slots.put(index, map.reconstructor.locate(&row).as_ref());
+        };
+        for index in lost {
+            one_by_one(index, false);
+        }
+        for index in unsure {
+            one_by_one(index, true);
         }
         if let Some(volume) = self.volume {
             slots.trust.copy_from_slice(&volume.trust_columns(pixels));
         }
         wanted
+    }
+
+    /// Where points are; those of which that is not known, in their order.
+    fn meet(&self, pixels: &PixelColumns, slots: &mut Slots, nearness: &mut [f64]) -> Vec<usize> {
+        let (full, map) = (self.with_covariance, &self.map);
+        let mut missed = vec![f64::NAN; if full { 0 } else { nearness.len() }];
+        let residual = if full { &mut *slots.residual } else { &mut missed[..] };
+        let mut lost = Vec::new();
+        let far = |residual: &[f64], lost: &mut Vec<usize>| {
+            let far = residual
+                .iter()
+                .enumerate()
+                .filter(|(_, miss)| miss.is_nan() || **miss > MOST_RESIDUAL);
+            lost.extend(far.map(|(index, _)| index));
+        };
+        if let Some(base) = &map.base {
+            let point = Some(slots.point.each_mut().map(|column| &mut **column));
+            base.meet(pixels, Met { point, residual, nearness });
+            far(residual, &mut lost);
+        }
+        let Some(learned) = &map.learned else {
+            if map.base.is_none() {
+                lost.extend(0..pixels.points());
+            }
+            return lost;
+        };
+        (learned.correct)(pixels, &mut slots.point);
+        if map.base.is_none() {
+            let nowhere = slots.point[2].iter().enumerate().filter(|(_, z)| !z.is_finite());
+            lost.extend(nowhere.map(|(index, _)| index));
+        }
+        match &map.witness {
+            Some(witness) if full => {
+                witness.meet(pixels, Met { point: None, residual, nearness });
+                far(residual, &mut lost);
+                lost.sort_unstable();
+                lost.dedup();
+            }
+            _ => residual.fill(f64::NAN),
+        }
+        lost
     }
 
     /// How sure points are.
@@ -312,74 +330,6 @@ impl<'a> Map<'a> {
     /// Whose rays tell how near points are.
     fn rays(&self) -> Option<&Rig<'a>> {
         if self.learned.is_some() { self.witness.as_ref() } else { self.base.as_ref() }
-    }
-}
-
-/// Where the six numbers of a covariance stand in it.
-const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-
-impl Slots<'_> {
-    /// Puts what the map said of a point.
-    fn put(&mut self, index: usize, found: Option<&Located>) {
-        let none = Located {
-            point: [f64::NAN; 3].into(),
-            covariance: Matrix3::repeat(f64::NAN),
-            residual: f64::NAN,
-            residual_sigma: f64::NAN,
-        };
-        let found = found.unwrap_or(&none);
-        for (axis, column) in self.point.iter_mut().enumerate() {
-            column[index] = found.point[axis];
-        }
-        if self.residual.is_empty() {
-            return;
-        }
-        for (place, column) in LOWER.into_iter().zip(&mut self.covariance) {
-            column[index] = found.covariance[place];
-        }
-        self.residual[index] = found.residual;
-        self.residual_sigma[index] = found.residual_sigma;
-    }
-}
-
-impl Places {
-    /// Makes room for so many points; what is in it is anything.
-    fn resize(&mut self, count: usize, with_covariance: bool, with_trust: bool) {
-        let figures = if with_covariance { count } else { 0 };
-        self.point.iter_mut().for_each(|column| column.resize(count, 0.0));
-        self.covariance.iter_mut().for_each(|column| column.resize(figures, 0.0));
-        self.residual.resize(figures, 0.0);
-        self.residual_sigma.resize(figures, 0.0);
-        self.trust.resize(if with_trust { count } else { 0 }, Trust::Outside);
-    }
-
-    /// Tasks after `done` points, and where each puts its figures.
-    fn tasks(&mut self, done: usize) -> Vec<(Range<usize>, Slots<'_>)> {
-        fn next<'p, T>(left: &mut &'p mut [T], length: usize) -> &'p mut [T] {
-            let length = length.min(left.len());
-            let (own, others) = std::mem::take(left).split_at_mut(length);
-            *left = others;
-            own
-        }
-        let count = self.point[0].len();
-        let mut point = self.point.each_mut().map(Vec::as_mut_slice);
-        let mut covariance = self.covariance.each_mut().map(Vec::as_mut_slice);
-        let (mut residual, mut sigma) = (&mut self.residual[..], &mut self.residual_sigma[..]);
-        let mut trust = &mut self.trust[..];
-        let (mut tasks, mut start) = (Vec::new(), 0);
-        while start < count {
-            let length = (TASK - (done + start) % TASK).min(count - start);
-            let slots = Slots {
-                point: point.each_mut().map(|column| next(column, length)),
-                covariance: covariance.each_mut().map(|column| next(column, length)),
-                residual: next(&mut residual, length),
-                residual_sigma: next(&mut sigma, length),
-                trust: next(&mut trust, length),
-            };
-            tasks.push((start..start + length, slots));
-            start += length;
-        }
-        tasks
     }
 }
 

@@ -13,6 +13,7 @@ mod sweep;
 pub use batch::{Batch, LANES, Lane, Workspace};
 pub use curvature::Curvature;
 pub use forward::Forward;
+pub(crate) use forward::{Samples, TOGETHER};
 pub use sweep::Sweep;
 
 use super::{random::Random, sigmoid::sigmoid};

@@ -30,6 +30,10 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
     /// As a double.
     fn double(self) -> f64;
 
+    /// One and another.
+    #[must_use]
+    fn plus(self, other: Self) -> Self;
+
     /// A slice as vectors; what does not fill one is left off.
     fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
 
@@ -59,6 +63,13 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
     }
 }
 
+/// Whether there are thirty-two registers and not sixteen: x86 has them where they are this wide.
+#[inline(always)]
+#[must_use]
+pub fn has_many_registers<T: Real, S: Simd>() -> bool {
+    size_of::<T::Vector<S>>() >= 64
+}
+
 /// `first[r]` and the sum over k of `factors[k][r] * vectors[k]`, in the order of k.
 #[inline(always)]
 pub fn add_products<'a, T: Real, S: Simd, const R: usize>(
@@ -86,6 +97,11 @@ impl Real for f64 {
     #[inline(always)]
     fn double(self) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
     }
 
     #[inline(always)]
@@ -199,6 +215,11 @@ impl Real for f32 {
     #[inline(always)]
     fn double(self) -> f64 {
         f64::from(self)
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
     }
 
     #[inline(always)]

@@ -4,13 +4,10 @@
 //! A patch is made by itself, from the camera alone, when pixels ask for it; it is used only where it
 //! says what the camera says.
 
-use super::plan::PlacedCamera;
+use super::{plan::PlacedCamera, sheet::Part};
 use crate::{
     geometry::Pixel,
-    numeric::{
-        number::{registers, registers_mut},
-        simd::Simd,
-    },
+    numeric::simd::{Real, Simd},
 };
 use nalgebra::Matrix4;
 use std::f64::consts::FRAC_PI_8;
@@ -28,11 +25,14 @@ const WIDTH: f64 = 0.05;
 
 /// A patch that is further from the camera than this somewhere, in pixels, is not used: a tenth of what
 /// the best detectors scatter by in a hundred points.
-const TOLERANCE: f64 = 1e-4;
+pub(super) const TOLERANCE: f64 = 1e-4;
 
 /// Numbers that a patch tells of a point: where it looks, u and v; pixels by steps on the plane, four; how
 /// u and v go with the nearness, and with its square.
 pub(super) const TOLD: usize = 10;
+
+/// Where the scale stands among what is told: pixels by steps on the plane, x by u, x by v, y by u, y by v.
+pub(super) const SCALES: [usize; 4] = [2, 3, 4, 5];
 
 /// Places of a pixel worked out for a patch.
 pub(super) const NODES: usize = 16;
@@ -40,13 +40,36 @@ pub(super) const NODES: usize = 16;
 /// Places on the plane that a patch tells: at, along and bend, of u and v each.
 const PLACES: usize = 6;
 
-/// The factors of a power of x, eight at a time: of u and v the powers of y; of the scale 1 and y; along and
-/// bend as u and v.
-const FACTORS: usize = 32;
+/// Factors of a power of x, in single precision: over a patch they amount to less than a twentieth, of which
+/// single precision errs by a thousandth of what a patch may.
+const FACTORS: usize = 16;
 
-/// One patch: factors by the power of x.
+/// The factors by the power of x.
+type Rows = [[f32; FACTORS]; 4];
+
+/// One patch; as the nearest cache has its lines.
 #[derive(Clone, Debug)]
-struct Patch([[f64; FACTORS]; 4]);
+#[repr(align(64))]
+struct Patch {
+    /// Of u and v, four powers of y; of the scale, four numbers without and four with y.
+    rows: Rows,
+    /// Where the patch's middle looks, in full.
+    middle: [f64; 2],
+    /// Of along and of bend as of u and v; nothing for a camera whose rays meet in its centre.
+    bends: Rows,
+}
+
+/// Where the factors of a place stand: u or v, and the power of y. Pairs of u and v, so that both are summed
+/// at once.
+const fn lane(axis: usize, power: usize) -> usize {
+    2 * power + axis
+}
+
+/// Where the factors of bend begin.
+const BEND: usize = 8;
+
+/// Where the factors of the scale begin, and those of its products with y.
+const SCALE: [usize; 2] = [8, 12];
 
 /// A camera's patches.
 pub(super) struct Patches {
@@ -55,6 +78,8 @@ pub(super) struct Patches {
     /// Which patch is where: 0 for one that is not made yet, 1 for one that cannot be.
     index: Vec<u32>,
     patches: Vec<Patch>,
+    /// What holds all of them.
+    covered: Option<Part>,
 }
 
 /// A pixel in its patch.
@@ -68,11 +93,16 @@ struct Place {
 impl Patches {
     pub(super) fn new(camera: &PlacedCamera) -> Self {
         let exponent = libm::floor(libm::log2(f64::max(WIDTH * camera.focal, 1.0)));
-        let none = Patch([[f64::NAN; FACTORS]; 4]);
+        let none = Patch {
+            rows: [[f32::NAN; FACTORS]; 4],
+            middle: [f64::NAN; 2],
+            bends: [[f32::NAN; FACTORS]; 4],
+        };
         Self {
             density: 1.0 / libm::exp2(exponent),
             index: vec![0; SIDE * SIDE],
             patches: vec![none.clone(), none],
+            covered: None,
         }
     }
 
@@ -98,29 +128,24 @@ impl Patches {
         told: &mut [[f64; B]; TOLD],
     ) {
         let at = self.place(x, y);
-        let Patch(rows) = &self.patches[self.index[at.slot] as usize];
-        let factors = if CURVED { FACTORS } else { FACTORS / 2 };
-        let mut sums = [0.0; FACTORS];
-        let x = simd.splat_f64s(at.x);
-        let all = registers_mut::<S>(&mut sums[..factors]);
-        let [zeroth, first, second, third] =
-            rows.each_ref().map(|row| registers::<S>(&row[..factors]));
-        for (k, sum) in all.iter_mut().enumerate() {
-            let high = simd.add_f64s(simd.mul_f64s(third[k], x), second[k]);
-            let middle = simd.add_f64s(simd.mul_f64s(high, x), first[k]);
-            *sum = simd.add_f64s(simd.mul_f64s(middle, x), zeroth[k]);
-        }
-        let y = at.y;
-        let cubic = |k: usize| sums[k] + y * (sums[k + 1] + y * (sums[k + 2] + y * sums[k + 3]));
+        let patch = &self.patches[self.index[at.slot] as usize];
+        let (x, y) = (at.x as f32, at.y as f32);
+        let sums = along(simd, &patch.rows, x);
+        let seen = down(&sums, 0, y);
         for axis in 0..2 {
-            told[axis][lane] = cubic(4 * axis);
-            if CURVED {
-                told[6 + axis][lane] = cubic(16 + 4 * axis);
-                told[8 + axis][lane] = cubic(24 + 4 * axis);
-            }
+            told[axis][lane] = patch.middle[axis] + f64::from(seen[axis]);
         }
         for place in 0..4 {
-            told[2 + place][lane] = sums[8 + place] + y * sums[12 + place];
+            let scale = sums[SCALE[0] + place] + y * sums[SCALE[1] + place];
+            told[2 + place][lane] = f64::from(scale);
+        }
+        if CURVED {
+            let sums = along(simd, &patch.bends, x);
+            let (along, bend) = (down(&sums, 0, y), down(&sums, BEND, y));
+            for axis in 0..2 {
+                told[6 + axis][lane] = f64::from(along[axis]);
+                told[8 + axis][lane] = f64::from(bend[axis]);
+            }
         }
     }
 
@@ -133,10 +158,18 @@ impl Patches {
         (known && self.index[slot] == 0).then_some(slot as u32)
     }
 
+    /// The part of the picture in which patches lie.
+    pub(super) fn covered(&self) -> Option<Part> {
+        self.covered
+    }
+
     /// Takes over what was made for a slot.
     pub(super) fn take(&mut self, slot: u32, made: Made) {
+        let [least, most] = [-1.0, 1.0].map(|end| self.pixel(slot as usize, end, end).into());
         self.index[slot as usize] = match made.0 {
             Some(patch) => {
+                let own = Part { least, most };
+                self.covered = Some(self.covered.map_or(own, |covered| covered.with(own)));
                 self.patches.push(*patch);
                 self.patches.len() as u32 - 1
             }
@@ -172,15 +205,23 @@ impl Patches {
                 }
             }
         }
-        let mut patch = Patch([[0.0; FACTORS]; 4]);
-        for (values, first) in values.iter().zip(FIRSTS) {
-            let factors = inverse * values * inverse.transpose();
-            for (power, row) in patch.0.iter_mut().enumerate() {
-                for (own, other) in row[first..].iter_mut().zip(factors.row(power).iter()) {
-                    *own = *other;
+        let mut middle = [0.0; 2];
+        let mut patch =
+            Patch { rows: [[0.0; FACTORS]; 4], middle: [0.0; 2], bends: [[0.0; FACTORS]; 4] };
+        for (place, values) in values.iter().enumerate() {
+            let mut factors = inverse * values * inverse.transpose();
+            let (axis, rows) = (place % 2, patch.rows_of(place));
+            if place < 2 {
+                middle[axis] = factors[(0, 0)];
+                factors[(0, 0)] = 0.0;
+            }
+            for (power, row) in rows.0.iter_mut().enumerate() {
+                for (down, factor) in factors.row(power).iter().enumerate() {
+                    row[rows.1 + lane(axis, down)] = *factor as f32;
                 }
             }
         }
+        patch.middle = middle;
         // Linear in the patch, from half-way to its borders.
         const AT: f64 = 0.5;
         let [right, left] = [AT, -AT].map(|x| self.scale(&patch, camera, [x, 0.0]));
@@ -188,9 +229,10 @@ impl Patches {
         let (right, left, below, above) = (right?, left?, below?, above?);
         for place in 0..4 {
             let sum = right[place] + left[place] + below[place] + above[place];
-            patch.0[0][8 + place] = sum / 4.0;
-            patch.0[1][8 + place] = (right[place] - left[place]) / (2.0 * AT);
-            patch.0[0][12 + place] = (below[place] - above[place]) / (2.0 * AT);
+            let [at, with_y] = SCALE.map(|first| first + place);
+            patch.rows[0][at] = (sum / 4.0) as f32;
+            patch.rows[1][at] = ((right[place] - left[place]) / (2.0 * AT)) as f32;
+            patch.rows[0][with_y] = ((below[place] - above[place]) / (2.0 * AT)) as f32;
         }
         Some(patch)
     }
@@ -222,38 +264,71 @@ impl Patches {
             };
             let told = patch.plane_at([x, y], near);
             let (u, v) = (truth[0] - told[0], truth[1] - told[1]);
-            let [a, b, c, d] = [8, 9, 10, 11].map(|place| patch.0[0][place]);
+            let [a, b, c, d] = [0, 1, 2, 3].map(|place| f64::from(patch.rows[0][SCALE[0] + place]));
             let (across, down) = (a * u + b * v, c * u + d * v);
             (across * across + down * down).sqrt() < TOLERANCE
         })
     }
 }
 
+/// The sums over the powers of x.
+#[inline(always)]
+fn along<S: Simd>(simd: S, rows: &Rows, x: f32) -> [f32; FACTORS] {
+    let mut sums = [0.0; FACTORS];
+    let x = simd.splat_f32s(x);
+    let [zeroth, first, second, third] = rows.each_ref().map(|row| f32::vectors::<S>(row));
+    for (k, sum) in f32::vectors_mut::<S>(&mut sums).iter_mut().enumerate() {
+        let high = simd.add_f32s(simd.mul_f32s(third[k], x), second[k]);
+        let middle = simd.add_f32s(simd.mul_f32s(high, x), first[k]);
+        *sum = simd.add_f32s(simd.mul_f32s(middle, x), zeroth[k]);
+    }
+    sums
+}
+
+/// The sums over the powers of y, of u and v.
+#[inline(always)]
+fn down(sums: &[f32; FACTORS], first: usize, y: f32) -> [f32; 2] {
+    let squared = y * y;
+    let mut halves = [0.0; 4];
+    for (k, half) in halves.iter_mut().enumerate() {
+        *half = sums[first + k] + squared * sums[first + 4 + k];
+    }
+    [halves[0] + y * halves[2], halves[1] + y * halves[3]]
+}
+
 impl Patch {
+    /// The factors among which those of a place stand, and from where on.
+    fn rows_of(&mut self, place: usize) -> (&mut Rows, usize) {
+        match place / 2 {
+            0 => (&mut self.rows, 0),
+            1 => (&mut self.bends, 0),
+            _ => (&mut self.bends, BEND),
+        }
+    }
+
     /// Where a place of the patch looks.
     fn plane_at(&self, [x, y]: [f64; 2], nearness: f64) -> [f64; 2] {
-        let told = |first: usize| {
+        let told = |rows: &Rows, first: usize, axis: usize| {
             let power = |power: usize| {
-                let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.0[power][first + k]);
+                let [a, b, c, d] =
+                    [0, 1, 2, 3].map(|k| f64::from(rows[power][first + lane(axis, k)]));
                 a + y * (b + y * (c + y * d))
             };
             power(0) + x * (power(1) + x * (power(2) + x * power(3)))
         };
         [0, 1].map(|axis| {
-            let [at, along, bend] = [axis, 2 + axis, 4 + axis].map(|place| told(FIRSTS[place]));
+            let at = self.middle[axis] + told(&self.rows, 0, axis);
+            let (along, bend) = (told(&self.bends, 0, axis), told(&self.bends, BEND, axis));
             at + nearness * (along + nearness * bend)
         })
     }
 }
 
-/// Where the factors of at, along and bend begin, of u and v each.
-const FIRSTS: [usize; PLACES] = [0, 4, 16, 20, 24, 28];
-
 /// A patch, where there can be one.
 pub(super) struct Made(Option<Box<Patch>>);
 
 /// Where a pixel looks: at, along and bend on the plane.
-fn told(camera: &PlacedCamera, pixel: Pixel) -> Option<[f64; PLACES]> {
+pub(super) fn told(camera: &PlacedCamera, pixel: Pixel) -> Option<[f64; PLACES]> {
     let [middle, half] = camera.nearness;
     let at = camera.plane_of(pixel, middle)?;
     if camera.is_central {

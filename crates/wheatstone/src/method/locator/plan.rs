@@ -37,7 +37,7 @@ pub struct PlacedCamera<'a> {
 }
 
 /// Points from columns of pixels: reads where the base would have them, and puts the map's instead.
-type Correcting<'a> = dyn Fn(&PixelColumns, &mut [Vec<f64>; 3]) + Sync + 'a;
+type Correcting<'a> = dyn Fn(&PixelColumns, &mut [&mut [f64]; 3]) + Sync + 'a;
 
 /// A map that is a formula.
 pub struct Learned<'a> {

@@ -3,6 +3,7 @@
 use super::{
     patches::{Patches, TOLD},
     plan::PlacedCamera,
+    sheet::{Part, Sheet},
 };
 use crate::{
     geometry::{
@@ -24,24 +25,18 @@ pub(super) struct Rig<'a> {
     straight: Vec<StraightCamera>,
     /// None for cameras without a lens.
     pub(super) patches: Vec<Option<Patches>>,
+    /// For each camera the part of the picture that was last tried, and the sheet over it.
+    sheets: Vec<Option<(Part, Option<Sheet>)>>,
 }
 
-/// Where points are, column by column; not numbers where the rays' meeting is not known.
-#[derive(Default)]
-pub(super) struct Met {
-    pub(super) point: [Vec<f64>; 3],
+/// Where the figures of points go, column by column, those that are wanted; not numbers where the rays'
+/// meeting is not known.
+pub(super) struct Met<'p> {
+    pub(super) point: Option<[&'p mut [f64]; 3]>,
     /// Root mean square over pixel coordinates.
-    pub(super) residual: Vec<f64>,
+    pub(super) residual: &'p mut [f64],
     /// To the first camera.
-    pub(super) nearness: Vec<f64>,
-}
-
-impl Met {
-    /// Nothing known of so many points.
-    pub(super) fn none(count: usize) -> Self {
-        let column = || vec![f64::NAN; count];
-        Self { point: [column(), column(), column()], residual: column(), nearness: column() }
-    }
+    pub(super) nearness: &'p mut [f64],
 }
 
 impl<'a> Rig<'a> {
@@ -59,17 +54,30 @@ impl<'a> Rig<'a> {
         Self {
             straight: cameras.iter().map(straight).collect(),
             patches: cameras.iter().map(patches).collect(),
+            sheets: cameras.iter().map(|_| None).collect(),
             cameras,
         }
     }
 
     /// Where points are.
-    pub(super) fn meet(&self, pixels: &PixelColumns) -> Met {
-        let mut met = Met::none(pixels.points());
+    pub(super) fn meet(&self, pixels: &PixelColumns, met: Met) {
         if pixels.cameras().len() == self.cameras.len() && self.cameras.len() <= MOST_CAMERAS {
-            on_widest(Meeting { rig: self, pixels, met: &mut met });
+            on_widest(Meeting { rig: self, pixels, met });
+        } else {
+            met.residual.fill(f64::NAN);
         }
-        met
+    }
+
+    /// Makes sheets over where there are patches.
+    pub(super) fn cover(&mut self) {
+        let lenses = self.cameras.iter().zip(&self.patches);
+        for ((camera, patches), sheet) in lenses.zip(&mut self.sheets) {
+            let covered = patches.as_ref().and_then(Patches::covered);
+            let tried = sheet.as_ref().map(|(part, _)| *part);
+            if let (Some(part), true) = (covered, covered != tried) {
+                *sheet = Some((part, Sheet::new(camera, part)));
+            }
+        }
     }
 
     /// The patches that a point asks for and that are not made yet: camera and slot.
@@ -97,10 +105,10 @@ fn range(camera: &PlacedCamera) -> [f64; 2] {
 }
 
 /// One run through columns.
-struct Meeting<'a, 'b> {
+struct Meeting<'a, 'p> {
     rig: &'a Rig<'a>,
     pixels: &'a PixelColumns<'a>,
-    met: &'b mut Met,
+    met: Met<'p>,
 }
 
 /// More cameras than this are not made ready: nobody has them.
@@ -114,7 +122,7 @@ impl WithSimd for Meeting<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rig, pixels, met } = self;
+        let Self { rig, pixels, mut met } = self;
         // Cameras without a lens see a step on the plane as a step in the picture.
         let mut told: Vec<Told> = vec![[[0.0; BLOCK]; TOLD]; rig.cameras.len()];
         for told in &mut told {
@@ -135,21 +143,33 @@ impl WithSimd for Meeting<'_, '_> {
                     told,
                 );
             }
-            let groups = registers::<S>(&out[0]).len();
-            for group in 0..groups {
+            // Whole blocks are written where they belong, the last one by way of `out`.
+            let mut columns = out.each_mut().map(|column| &mut column[..]);
+            if length == BLOCK {
+                for (column, own) in columns.iter_mut().zip(met.point.iter_mut().flatten()) {
+                    *column = &mut own[start..start + length];
+                }
+                columns[3] = &mut met.residual[start..start + length];
+                columns[4] = &mut met.nearness[start..start + length];
+            }
+            for group in 0..registers::<S>(columns[0]).len() {
                 for (seen, told) in seen.iter_mut().zip(&told) {
                     *seen = sighting(simd, told, group);
                 }
                 let found = meet(&rig.straight, seen, zero);
                 let residual = (found.squares * share).root();
                 let [x, y, z] = found.point;
-                for (column, value) in out.iter_mut().zip([x, y, z, residual, found.nearness]) {
+                for (column, value) in columns.iter_mut().zip([x, y, z, residual, found.nearness]) {
                     registers_mut::<S>(column)[group] = value.1;
                 }
             }
-            let columns = met.point.iter_mut().chain([&mut met.residual, &mut met.nearness]);
-            for (column, out) in columns.zip(&out) {
-                column[start..start + length].copy_from_slice(&out[..length]);
+            if length < BLOCK {
+                let points = met.point.iter_mut().flatten().zip(&out);
+                let [.., residual, nearness] = &out;
+                let rays = [(&mut met.residual, residual), (&mut met.nearness, nearness)];
+                for (column, out) in points.chain(rays) {
+                    column[start..start + length].copy_from_slice(&out[..length]);
+                }
             }
         }
     }
@@ -179,20 +199,33 @@ fn sighting<S: Simd>(simd: S, told: &Told, group: usize) -> Sighting<Doubles<S>>
 /// Where a camera's pixels look.
 #[inline(always)]
 fn look<S: Simd>(simd: S, (rig, index): (&Rig, usize), (x, y): (&[f64], &[f64]), told: &mut Told) {
+    let sheet = rig.sheets[index].as_ref().and_then(|(_, sheet)| sheet.as_ref());
     match &rig.patches[index] {
         None => {
             told[0][..x.len()].copy_from_slice(x);
             told[1][..y.len()].copy_from_slice(y);
         }
         Some(patches) if rig.cameras[index].is_central => {
-            for (lane, (x, y)) in x.iter().zip(y).enumerate() {
-                patches.look::<S, BLOCK, false>(simd, (*x, *y, lane), told);
-            }
+            look_through::<S, false>(simd, (patches, sheet), [x, y], told);
         }
-        Some(patches) => {
-            for (lane, (x, y)) in x.iter().zip(y).enumerate() {
-                patches.look::<S, BLOCK, true>(simd, (*x, *y, lane), told);
-            }
+        Some(patches) => look_through::<S, true>(simd, (patches, sheet), [x, y], told),
+    }
+}
+
+/// Where a camera with a lens looks: by its sheet, and by its patches where that does not reach.
+#[inline(always)]
+fn look_through<S: Simd, const CURVED: bool>(
+    simd: S,
+    (patches, sheet): (&Patches, Option<&Sheet>),
+    [x, y]: [&[f64]; 2],
+    told: &mut Told,
+) {
+    if let Some(sheet) = sheet {
+        sheet.tell::<S, BLOCK, CURVED>(simd, [x, y], told);
+    }
+    for (lane, (x, y)) in x.iter().zip(y).enumerate() {
+        if sheet.is_none_or(|sheet| !sheet.holds(*x, *y)) {
+            patches.look::<S, BLOCK, CURVED>(simd, (*x, *y, lane), told);
         }
     }
 }

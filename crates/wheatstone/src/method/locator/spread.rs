@@ -7,10 +7,7 @@
 use super::{super::Reconstructor, plan::PlacedCamera};
 use crate::{
     geometry::Pixel,
-    numeric::{
-        number::{registers, registers_mut},
-        simd::{Simd, WithSimd, on_widest},
-    },
+    numeric::simd::{Real, Simd, WithSimd, on_widest},
 };
 use nalgebra::{DMatrix, Matrix3};
 use std::f64::consts::PI;
@@ -33,7 +30,7 @@ const OCTAVE_BITS: u32 = 2;
 
 /// A box whose standard deviations are further from the map's than this share somewhere is not used: less
 /// than a tenth of how well a fit knows its own noise.
-const TOLERANCE: f64 = 0.005;
+const TOLERANCE: f64 = 0.008;
 
 /// Figures that a box tells: the covariance over the fourth power of the depth, XX, XY, XZ, YY, YZ, ZZ, which
 /// for projective cameras is a polynomial of second degree in the place in the picture and the nearness;
@@ -42,14 +39,21 @@ const FIGURES: usize = 8;
 
 /// Places along x and y, and along the nearness, at which a box's figures are worked out.
 const ACROSS: usize = 5;
-const DEEP: usize = 3;
+const DEEP: usize = 4;
 
-/// Figures worked out for a box, and as many terms: what noise does over a picture asks for the fourth degree,
-/// and boxes of half the width were no better with the second.
+/// Figures worked out for a box: what noise does over a picture asks for the fourth degree, and boxes of half
+/// the width were no better with the second.
 pub(super) const NODES: usize = ACROSS * ACROSS * DEEP;
 
-/// One box: the figures' factors of each term, by the powers of x, then y, then nearness.
-type Cell = [[f64; FIGURES]; NODES];
+/// Pairs of an even and an odd power of x that go with each power of y: about the fourth degree in all.
+const PAIRS: [usize; ACROSS] = [3, 2, 2, 1, 1];
+
+/// Pairs that go with each power of the nearness.
+const LAYER: usize = 9;
+
+/// One box: the figures' factors by the powers of nearness, then y, then pairs of powers of x; the even one's
+/// figures, then the odd one's. Single precision holds them a thousand times better than they are asked for.
+type Cell = [[f32; 2 * FIGURES]; LAYER * DEEP];
 
 /// Boxes of a map.
 pub(super) struct Spreads {
@@ -86,7 +90,7 @@ const FIRST: u64 = (1023 << OCTAVE_BITS) - LAYERS as u64 / 2;
 impl Spreads {
     pub(super) fn new(first: &PlacedCamera) -> Self {
         let exponent = libm::floor(libm::log2(f64::max(WIDTH * first.focal, 1.0)));
-        let none = [[f64::NAN; FIGURES]; NODES];
+        let none = [[f32::NAN; 2 * FIGURES]; LAYER * DEEP];
         Self {
             density: 1.0 / libm::exp2(exponent),
             index: vec![0; SIDE * SIDE * LAYERS],
@@ -207,23 +211,29 @@ pub(super) struct Made(Option<Box<Cell>>);
 /// The figures at a place of a box.
 #[inline(always)]
 fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64; FIGURES] {
-    let mut figures = [0.0; FIGURES];
-    let [x, y, near] = [simd.splat_f64s(x), simd.splat_f64s(y), simd.splat_f64s(near)];
-    for (k, figure) in registers_mut::<S>(&mut figures).iter_mut().enumerate() {
-        let mut deep = simd.splat_f64s(0.0);
-        for layer in own.chunks_exact(ACROSS * ACROSS).rev() {
-            let mut across = simd.splat_f64s(0.0);
-            for row in layer.chunks_exact(ACROSS).rev() {
-                let mut along = simd.splat_f64s(0.0);
-                for factors in row.iter().rev() {
-                    let factor = registers::<S>(factors)[k];
-                    along = simd.add_f64s(simd.mul_f64s(along, x), factor);
+    let mut halves = [0.0; 2 * FIGURES];
+    let squared = simd.splat_f32s((x * x) as f32);
+    let [down, near] = [simd.splat_f32s(y as f32), simd.splat_f32s(near as f32)];
+    for (k, half) in f32::vectors_mut::<S>(&mut halves).iter_mut().enumerate() {
+        let mut deep = simd.splat_f32s(0.0);
+        for layer in own.as_chunks::<LAYER>().0.iter().rev() {
+            let (mut across, mut end) = (simd.splat_f32s(0.0), LAYER);
+            for pairs in PAIRS.into_iter().rev() {
+                let mut along = simd.splat_f32s(0.0);
+                for factors in layer[end - pairs..end].iter().rev() {
+                    let factor = f32::vectors::<S>(factors)[k];
+                    along = simd.add_f32s(simd.mul_f32s(along, squared), factor);
                 }
-                across = simd.add_f64s(simd.mul_f64s(across, y), along);
+                across = simd.add_f32s(simd.mul_f32s(across, down), along);
+                end -= pairs;
             }
-            deep = simd.add_f64s(simd.mul_f64s(deep, near), across);
+            deep = simd.add_f32s(simd.mul_f32s(deep, near), across);
         }
-        *figure = deep;
+        *half = deep;
+    }
+    let (mut figures, x) = ([0.0; FIGURES], x as f32);
+    for (place, figure) in figures.iter_mut().enumerate() {
+        *figure = f64::from(halves[place] + x * halves[FIGURES + place]);
     }
     figures
 }
@@ -253,16 +263,27 @@ fn places() -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// From figures at the nodes to factors of the terms.
-fn through() -> Option<DMatrix<f64>> {
-    let powers = |place: [f64; 3]| {
-        (0..NODES).map(move |term| {
-            let (x, y, near) = (term % ACROSS, term / ACROSS % ACROSS, term / (ACROSS * ACROSS));
-            place[0].powi(x as i32) * place[1].powi(y as i32) * place[2].powi(near as i32)
+/// The terms of a box: powers of x, y and nearness, the pair in which it stands and which half of it.
+fn terms() -> impl Iterator<Item = ([i32; 3], usize, usize)> {
+    let pairs = (0..DEEP).flat_map(|near| {
+        PAIRS.into_iter().enumerate().flat_map(move |(y, pairs)| {
+            (0..pairs).map(move |pair| [2 * pair as i32, y as i32, near as i32])
         })
-    };
-    let rows: Vec<f64> = places().flat_map(powers).collect();
-    DMatrix::from_row_slice(NODES, NODES, &rows).try_inverse()
+    });
+    let halves = pairs.enumerate().flat_map(|(pair, [x, y, near])| {
+        [0, 1].map(|half| ([x + half, y, near], pair, half as usize))
+    });
+    // As many powers as there are places.
+    halves.filter(|([x, ..], ..)| *x < ACROSS as i32)
+}
+
+/// From figures at the nodes to factors of the terms, of least squares.
+fn through() -> Option<DMatrix<f64>> {
+    let value = |[x, y, near]: [f64; 3], [a, b, c]: [i32; 3]| x.powi(a) * y.powi(b) * near.powi(c);
+    let rows: Vec<f64> =
+        places().flat_map(|place| terms().map(move |(powers, ..)| value(place, powers))).collect();
+    let design = DMatrix::from_row_slice(NODES, terms().count(), &rows);
+    Some((design.transpose() * &design).try_inverse()? * design.transpose())
 }
 
 /// The box through the figures at its nodes.
@@ -270,12 +291,12 @@ fn fitted(
     through: &DMatrix<f64>,
     exact: &dyn Fn([f64; 3]) -> Option<[f64; FIGURES]>,
 ) -> Option<Cell> {
-    let mut own: Cell = [[0.0; FIGURES]; NODES];
-    for (node, place) in places().enumerate() {
-        let figures = exact(place)?;
-        for (term, factors) in own.iter_mut().enumerate() {
-            let share = through[(term, node)];
-            factors.iter_mut().zip(figures).for_each(|(sum, figure)| *sum += share * figure);
+    let figures: Vec<[f64; FIGURES]> = places().map(exact).collect::<Option<_>>()?;
+    let mut own: Cell = [[0.0; 2 * FIGURES]; LAYER * DEEP];
+    for (term, (_, pair, half)) in terms().enumerate() {
+        for (place, factor) in own[pair][half * FIGURES..][..FIGURES].iter_mut().enumerate() {
+            let share = |node: usize| through[(term, node)] * figures[node][place];
+            *factor = (0..NODES).map(share).sum::<f64>() as f32;
         }
     }
     Some(own)

@@ -8,6 +8,9 @@ use crate::{
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 
+/// So many points see what has come to pay made.
+const PIECE: usize = PIECES[0];
+
 fn world(name: &str, cameras: usize) -> (Rig, AnyChart, Dataset) {
     let rig = Rig::named(name, cameras).unwrap();
     let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
@@ -72,14 +75,16 @@ fn many_points_are_where_each_is_by_itself() {
         }
         let fit = fitting.fit_checked(&train, 0, &Silent).unwrap();
         let map = &*fit.reconstructor;
-        // Twice until patches and boxes are made, and a third time over them.
+        // Again and again, until patches, boxes and sheets are made, and once over them.
         let rows = crowd(&rig, &chart, PIECE);
         let columns = columns_of(&rows, cameras);
         let pixels = borrowed(&columns);
         let mut locator = Locator::new(map, None);
-        let _ = locator.locate(&pixels);
-        let _ = locator.locate(&pixels);
-        let places = locator.locate(&pixels);
+        let mut places = Places::default();
+        while !matches!(map.plan(), Plan::PointByPoint) && locator.done < MANY {
+            locator.locate_into(&pixels, &mut places);
+        }
+        locator.locate_into(&pixels, &mut places);
         let [point, sigma, residual] = gaps(map, &rows[..1500], &places);
         // Of rays without a common centre, pixels are weighed as at the middle of the depths.
         let most = if ["soloff", "neural-camera"].contains(&method) { 0.02 } else { 2e-3 };
@@ -121,7 +126,7 @@ fn what_is_far_off_or_not_seen_is_as_the_map_has_it() {
 fn any_number_of_threads_and_of_calls_gives_the_same_bits() {
     let (rig, chart, train) = world("paper", 2);
     let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
-    let columns = columns_of(&crowd(&rig, &chart, 2 * PIECE + 9000), 2);
+    let columns = columns_of(&crowd(&rig, &chart, MANY + PIECE + 9000), 2);
     let pixels = borrowed(&columns);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

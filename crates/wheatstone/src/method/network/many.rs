@@ -5,10 +5,7 @@ use super::{NetworkReconstructor, Noise, Scale, Targets};
 use crate::{
     geometry::{PixelColumns, Pose},
     method::{Learned, PlacedCamera},
-    numeric::{
-        perceptron::Forward,
-        simd::{Simd, WithSimd, on_widest},
-    },
+    numeric::perceptron::{Forward, Samples, TOGETHER},
 };
 use nalgebra::Matrix3;
 
@@ -45,99 +42,123 @@ impl NetworkReconstructor {
     }
 
     /// Puts the map's points in the place of its base's.
-    fn correct(&self, forward: &Forward<f32>, pixels: &PixelColumns, points: &mut [Vec<f64>; 3]) {
-        /// Points worked on at once: inputs and outputs stay in the nearest cache.
-        const BLOCK: usize = 512;
-        let mut inputs = vec![[0.0_f32; BLOCK]; self.inputs.len()];
-        let mut outputs = [[0.0_f32; BLOCK]; 3];
-        let count = pixels.points();
-        for start in (0..count).step_by(BLOCK) {
-            let length = BLOCK.min(count - start);
-            let part = pixels.part(start..start + length);
-            on_widest(Scaling { scales: &self.inputs, pixels: &part, inputs: &mut inputs });
-            let columns: Vec<&[f32]> = inputs.iter().map(|column| &column[..length]).collect();
-            forward.columns(&columns, &mut outputs.each_mut().map(|column| &mut column[..length]));
-            let own = points.each_mut().map(|column| &mut column[start..start + length]);
-            let outputs = outputs.each_ref().map(|column| &column[..length]);
-            on_widest(Restoring { map: self, outputs, points: own });
-        }
+    fn correct(&self, forward: &Forward<f32>, pixels: &PixelColumns, points: &mut [&mut [f64]; 3]) {
+        let scale = |scale: &Scale| [scale.low, 1.0 / (scale.high - scale.low)];
+        let columns = pixels.cameras().iter().flatten();
+        let inputs = columns.copied().zip(self.inputs.iter().map(scale)).collect();
+        let outputs = self.outputs.map(|scale| [scale.low, scale.high - scale.low]);
+        forward.samples(pixels.points(), Points { map: self, inputs, outputs, points });
     }
 }
 
-/// Pixels to the network's inputs.
-struct Scaling<'a, const B: usize> {
-    scales: &'a [Scale],
-    pixels: &'a PixelColumns<'a>,
-    inputs: &'a mut [[f32; B]],
-}
-
-impl<const B: usize> WithSimd for Scaling<'_, B> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let columns = self.pixels.cameras().iter().flatten();
-        for ((scale, column), input) in self.scales.iter().zip(columns).zip(self.inputs) {
-            let by = 1.0 / (scale.high - scale.low);
-            for (input, value) in input.iter_mut().zip(*column) {
-                *input = ((value - scale.low) * by) as f32;
-            }
-        }
-    }
-}
-
-/// The network's outputs to points.
-struct Restoring<'a> {
+/// Points on their way through the network.
+struct Points<'a, 'p> {
     map: &'a NetworkReconstructor,
-    outputs: [&'a [f32]; 3],
-    points: [&'a mut [f64]; 3],
+    /// Pixels, the least of them, and one over their range.
+    inputs: Vec<(&'a [f64], [f64; 2])>,
+    /// The least of each output and its range.
+    outputs: [[f64; 2]; 3],
+    points: &'a mut [&'p mut [f64]; 3],
 }
 
-impl WithSimd for Restoring<'_> {
-    type Output = ();
+/// One number of each point that is worked on at once.
+type Together = [f64; TOGETHER];
 
+impl Samples<f32> for Points<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { map, outputs, points } = self;
-        let scales = map.outputs.map(|scale| [scale.low, scale.high - scale.low]);
-        let [x, y, z] = points;
-        let [a, b, c] = outputs;
-        let starts = if map.base.is_some() { 1.0 } else { 0.0 };
-        let count = x.len().min(y.len()).min(z.len()).min(a.len()).min(b.len()).min(c.len());
-        let (x, y, z) = (&mut x[..count], &mut y[..count], &mut z[..count]);
-        let (a, b, c) = (&a[..count], &b[..count], &c[..count]);
-        let restored =
-            |axis: usize, value: f32| scales[axis][0] + f64::from(value) * scales[axis][1];
-        match &map.targets {
-            Targets::World {} => {
-                for index in 0..count {
-                    let base = |value: f64| if starts > 0.0 { value } else { 0.0 };
-                    x[index] = base(x[index]) + restored(0, a[index]);
-                    y[index] = base(y[index]) + restored(1, b[index]);
-                    z[index] = base(z[index]) + restored(2, c[index]);
-                }
-            }
-            Targets::InverseDepth { frame_from_world: Pose { rotation: r, translation: t } } => {
-                for index in 0..count {
-                    let base = [0, 1, 2].map(|row| {
-                        let along = r[(row, 0)] * x[index] + r[(row, 1)] * y[index];
-                        along + r[(row, 2)] * z[index] + t[row]
-                    });
-                    let near = 1.0 / base[2];
-                    let base = [base[0] * near, base[1] * near, near];
-                    let base = base.map(|value| if starts > 0.0 { value } else { 0.0 });
-                    let inverse = base[2] + restored(2, c[index]);
-                    // What lies behind the cameras is no point.
-                    let depth = if inverse > 0.0 { 1.0 / inverse } else { f64::NAN };
-                    let across = (base[0] + restored(0, a[index])) * depth;
-                    let down = (base[1] + restored(1, b[index])) * depth;
-                    let moved = [across - t[0], down - t[1], depth - t[2]];
-                    let turned = |axis: usize| {
-                        r[(0, axis)] * moved[0] + r[(1, axis)] * moved[1] + r[(2, axis)] * moved[2]
-                    };
-                    (x[index], y[index], z[index]) = (turned(0), turned(1), turned(2));
-                }
+    fn read(&self, first: usize, inputs: &mut [[f32; TOGETHER]]) {
+        for (input, (column, [low, by])) in inputs.iter_mut().zip(&self.inputs) {
+            let mut part = [0.0; TOGETHER];
+            let values = part_of(column, first, &mut part);
+            for (input, value) in input.iter_mut().zip(values) {
+                *input = ((value - low) * by) as f32;
             }
         }
+    }
+
+    #[inline(always)]
+    fn write(&mut self, first: usize, outputs: &[[f32; TOGETHER]]) {
+        let [a, b, c] = outputs else { return };
+        let mut restored = [[0.0; TOGETHER]; 3];
+        let all = restored.iter_mut().zip([a, b, c]).zip(self.outputs);
+        for ((restored, output), [low, range]) in all {
+            for (restored, output) in restored.iter_mut().zip(output) {
+                *restored = low + f64::from(*output) * range;
+            }
+        }
+        let mut base = [[0.0; TOGETHER]; 3];
+        if self.map.base.is_some() {
+            for (base, points) in base.iter_mut().zip(&*self.points) {
+                let mut part = [0.0; TOGETHER];
+                *base = *part_of(points, first, &mut part);
+            }
+        }
+        match &self.map.targets {
+            Targets::World {} => add(&mut base, &restored),
+            Targets::InverseDepth { frame_from_world } if self.map.base.is_some() => {
+                into_frame(frame_from_world, &mut base);
+                add(&mut base, &restored);
+                out_of_frame(frame_from_world, &mut base);
+            }
+            Targets::InverseDepth { frame_from_world } => {
+                base = restored;
+                out_of_frame(frame_from_world, &mut base);
+            }
+        }
+        for (points, own) in self.points.iter_mut().zip(&base) {
+            let last = points.len().min(first + TOGETHER);
+            points[first..last].copy_from_slice(&own[..last - first]);
+        }
+    }
+}
+
+/// A column's numbers from `first` on; the last few by way of `part`.
+#[inline(always)]
+fn part_of<'c>(column: &'c [f64], first: usize, part: &'c mut Together) -> &'c Together {
+    match column[first..].first_chunk() {
+        Some(whole) => whole,
+        None => {
+            let rest = &column[first..];
+            part[..rest.len()].copy_from_slice(rest);
+            part
+        }
+    }
+}
+
+#[inline(always)]
+fn add(sums: &mut [Together; 3], others: &[Together; 3]) {
+    for (sum, other) in sums.as_flattened_mut().iter_mut().zip(others.as_flattened()) {
+        *sum += other;
+    }
+}
+
+/// World points to X / Z, Y / Z and 1 / Z of the frame.
+#[inline(always)]
+fn into_frame(frame_from_world: &Pose, points: &mut [Together; 3]) {
+    let Pose { rotation: r, translation: t } = frame_from_world;
+    let [x, y, z] = points;
+    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        let mut turned = [0.0; 3];
+        for (row, turned) in turned.iter_mut().enumerate() {
+            *turned = r[(row, 0)] * *x + r[(row, 1)] * *y + r[(row, 2)] * *z + t[row];
+        }
+        let near = 1.0 / turned[2];
+        (*x, *y, *z) = (turned[0] * near, turned[1] * near, near);
+    }
+}
+
+/// X / Z, Y / Z and 1 / Z of the frame to world points; what lies behind it is no point.
+#[inline(always)]
+fn out_of_frame(frame_from_world: &Pose, points: &mut [Together; 3]) {
+    let Pose { rotation: r, translation: t } = frame_from_world;
+    let [x, y, z] = points;
+    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        let depth = if *z > 0.0 { 1.0 / *z } else { f64::NAN };
+        let moved = [*x * depth - t[0], *y * depth - t[1], depth - t[2]];
+        let mut turned = [0.0; 3];
+        for (axis, turned) in turned.iter_mut().enumerate() {
+            *turned = r[(0, axis)] * moved[0] + r[(1, axis)] * moved[1] + r[(2, axis)] * moved[2];
+        }
+        (*x, *y, *z) = (turned[0], turned[1], turned[2]);
     }
 }

@@ -71,7 +71,7 @@ impl NetworkReconstructor {
             start += first + 1;
             for output in 0..3 {
                 // The diagonal counts once, what lies beside it twice.
-                let below: f64 = row.iter().zip(slopes[output]).map(|(c, s)| c * s).sum();
+                let below = dot(row, &slopes[output][..=first]);
                 let product = 2.0 * below - row[first] * slopes[output][first];
                 for other in 0..3 {
                     sums[(output, other)] += product * slopes[other][first];
@@ -123,6 +123,19 @@ impl NetworkReconstructor {
             inputs.iter().zip(points).filter_map(square).collect();
         self.noise = Noise::Pixels { noise: PixelNoise::fit(&squares, determined * (2.0 / 3.0)) };
     }
+}
+
+/// Sum of the products of two rows, eight sums beside each other.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// J J': the covariance that unit noise of the pixels makes.

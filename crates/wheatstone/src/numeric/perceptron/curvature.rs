@@ -219,14 +219,16 @@ impl Curvature {
             for (input, value) in activations.iter_mut().take(inputs).enumerate() {
                 *value = given[(block * inputs + input) * registers + register];
             }
-            self.packed.forward(simd, activations);
+            self.packed.forward(simd, activations.as_chunks_mut::<1>().0, 0);
             for (output, deltas) in deltas.chunks_exact_mut(upper).enumerate() {
                 deltas[upper - outputs..].fill(simd.splat_f64s(0.0));
                 let weight = simd.splat_f64s(1.0 / variances[output].sqrt());
                 let slope = self.packed.output_slope(simd, activations[units - outputs + output]);
                 let slope = simd.mul_f64s(simd.mul_f64s(slope, weight), present[place]);
                 deltas[upper - outputs + output] = slope;
-                self.packed.backward(simd, activations, deltas);
+                let activations = activations.as_chunks::<1>().0;
+                let deltas = deltas.as_chunks_mut::<1>().0;
+                self.packed.backward(simd, activations, deltas, 0);
             }
         }
     }
@@ -296,7 +298,14 @@ impl Curvature {
             for (place, one) in a.iter().enumerate() {
                 let others = if first == second { &b[place..] } else { b };
                 let (own, after) = rest.split_at_mut(others.len());
-                own.iter_mut().zip(others).for_each(|(product, other)| *product = one * other);
+                // Whole registers by themselves: the rows are too short for a loop to find them.
+                let ((own, own_rest), (others, rest_of_others)) =
+                    (own.as_chunks_mut::<COLUMNS>(), others.as_chunks::<COLUMNS>());
+                for (own, others) in own.iter_mut().zip(others) {
+                    own.iter_mut().zip(others).for_each(|(product, other)| *product = one * other);
+                }
+                let ends = own_rest.iter_mut().zip(rest_of_others);
+                ends.for_each(|(product, other)| *product = one * other);
                 rest = after;
             }
         }

@@ -3,8 +3,18 @@
 use super::{Perceptron, packed::Packed};
 use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
 
-/// Numbers in the widest register there is.
-const WIDEST: usize = 16;
+/// Samples that are read and written at once: as many as the widest register holds.
+pub(crate) const TOGETHER: usize = 16;
+
+/// Where samples come from and outputs go. Kernels are compiled with what is written here, so that memory is
+/// read and written while the network computes.
+pub(crate) trait Samples<T> {
+    /// Fills the inputs, one entry each, of the samples from `first` on; what is beyond the last is anything.
+    fn read(&self, first: usize, inputs: &mut [[T; TOGETHER]]);
+
+    /// Takes the outputs of as many, one entry each.
+    fn write(&mut self, first: usize, outputs: &[[T; TOGETHER]]);
+}
 
 /// A network made ready to be evaluated at many samples. [`Perceptron::evaluate`] is the reference.
 #[derive(Clone, Debug)]
@@ -32,51 +42,70 @@ impl<T: Real> Forward<T> {
         }
         let lengths = inputs.iter().map(|column| column.len());
         let count = lengths.chain(outputs.iter().map(|column| column.len())).min().unwrap_or(0);
-        on_widest(Pass { packed: &self.packed, inputs, outputs, count });
+        self.samples(count, Columns { inputs, outputs, count });
+    }
+
+    /// Evaluates the network at so many samples.
+    pub(crate) fn samples(&self, count: usize, samples: impl Samples<T>) {
+        on_widest(Pass { packed: &self.packed, samples, count });
     }
 }
 
-/// One run through the columns.
-struct Pass<'a, 'b, T> {
-    packed: &'a Packed<T>,
+/// Samples that are there already.
+struct Columns<'a, 'b, T> {
     inputs: &'a [&'a [T]],
     outputs: &'a mut [&'b mut [T]],
     count: usize,
 }
 
-impl<T: Real> WithSimd for Pass<'_, '_, T> {
+impl<T: Real> Samples<T> for Columns<'_, '_, T> {
+    #[inline(always)]
+    fn read(&self, first: usize, inputs: &mut [[T; TOGETHER]]) {
+        let last = self.count.min(first + TOGETHER);
+        for (input, column) in inputs.iter_mut().zip(self.inputs) {
+            input[..last - first].copy_from_slice(&column[first..last]);
+        }
+    }
+
+    #[inline(always)]
+    fn write(&mut self, first: usize, outputs: &[[T; TOGETHER]]) {
+        let last = self.count.min(first + TOGETHER);
+        for (output, column) in outputs.iter().zip(&mut *self.outputs) {
+            column[first..last].copy_from_slice(&output[..last - first]);
+        }
+    }
+}
+
+/// One run through samples.
+struct Pass<'a, T, K> {
+    packed: &'a Packed<T>,
+    samples: K,
+    count: usize,
+}
+
+impl<T: Real, K: Samples<T>> WithSimd for Pass<'_, T, K> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Pass { packed, inputs, outputs, count } = self;
+        let Pass { packed, mut samples, count } = self;
         let (first, last) = packed.ends();
-        let width = T::width::<S>();
-        let mut units = vec![T::splat(simd, T::default()); packed.units()];
+        let mut inputs = vec![[T::default(); TOGETHER]; first];
+        let mut outputs = vec![[T::default(); TOGETHER]; last];
+        let mut units = vec![[T::splat(simd, T::default())]; packed.units()];
         let hidden_end = units.len() - last;
-        for start in (0..count).step_by(width) {
-            let end = count.min(start + width);
-            for (unit, column) in units.iter_mut().take(first).zip(inputs) {
-                // The last samples may not fill a register.
-                let mut part = [T::default(); WIDEST];
-                let whole = if end - start == width {
-                    &column[start..end]
-                } else {
-                    part[..end - start].copy_from_slice(&column[start..end]);
-                    &part[..width]
-                };
-                *unit = T::vectors::<S>(whole)[0];
-            }
-            packed.forward(simd, &mut units);
-            for (unit, column) in units[hidden_end..].iter().zip(&mut *outputs) {
-                if end - start == width {
-                    T::vectors_mut::<S>(&mut column[start..end])[0] = *unit;
-                } else {
-                    let mut part = [T::default(); WIDEST];
-                    T::vectors_mut::<S>(&mut part)[0] = *unit;
-                    column[start..end].copy_from_slice(&part[..end - start]);
+        for start in (0..count).step_by(TOGETHER) {
+            samples.read(start, &mut inputs);
+            for register in 0..TOGETHER / T::width::<S>() {
+                for (unit, input) in units.iter_mut().zip(&inputs) {
+                    *unit = [T::vectors::<S>(input)[register]];
+                }
+                packed.forward(simd, &mut units, 0);
+                for ([unit], output) in units[hidden_end..].iter().zip(&mut outputs) {
+                    T::vectors_mut::<S>(output)[register] = *unit;
                 }
             }
+            samples.write(start, &outputs);
         }
     }
 }
@@ -105,11 +134,11 @@ mod tests {
             .map(|result| result.iter_mut().map(Vec::as_mut_slice).collect())
             .collect();
         let mut next = slots.iter_mut();
+        let count = inputs[0].len();
         let widths = on_each(|| Pass {
             packed: &forward.packed,
-            inputs: &columns,
-            outputs: next.next().unwrap(),
-            count: inputs[0].len(),
+            samples: Columns { inputs: &columns, outputs: next.next().unwrap(), count },
+            count,
         });
         results.truncate(1 + widths.len());
         results

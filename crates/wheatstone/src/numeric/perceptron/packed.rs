@@ -2,7 +2,7 @@
 //! many samples as a register holds.
 
 use super::{OutputActivation, Perceptron};
-use crate::numeric::simd::{Real, Simd, add_products};
+use crate::numeric::simd::{Real, Simd, add_products, has_many_registers};
 
 /// Goes through `0..$count` in tiles of eight, four, two and one: sums that are kept apart hide each
 /// other's latency, and eight with what they are multiplied by fit into sixteen registers.
@@ -76,20 +76,27 @@ fn places(sizes: &[usize]) -> [Vec<usize>; 2] {
     [forward, backward]
 }
 
-/// The sigmoids of a tile, four at a time: as many chains as sixteen registers hold.
+/// The sigmoids of sums, eight or four at a time: as many chains as the registers hold.
 #[inline(always)]
-fn squashed<T: Real, S: Simd, const TILE: usize>(
-    simd: S,
-    mut sums: [T::Vector<S>; TILE],
-) -> [T::Vector<S>; TILE] {
-    let (fours, rest) = sums.as_chunks_mut::<4>();
+fn squash<T: Real, S: Simd>(simd: S, sums: &mut [T::Vector<S>]) {
+    let many = if has_many_registers::<T, S>() { sums.len() / 8 * 8 } else { 0 };
+    let (eights, rest) = sums.split_at_mut(many);
+    for eight in eights.as_chunks_mut::<8>().0 {
+        *eight = T::sigmoid(simd, *eight);
+    }
+    let (fours, rest) = rest.as_chunks_mut::<4>();
     for four in fours {
         *four = T::sigmoid(simd, *four);
     }
     for one in rest {
         [*one] = T::sigmoid(simd, [*one]);
     }
-    sums
+}
+
+/// What stands in one place of each unit.
+#[inline(always)]
+fn in_slot<V, const B: usize>(units: &[[V; B]], slot: usize) -> impl Iterator<Item = &V> {
+    units.iter().map(move |unit| &unit[slot])
 }
 
 impl<T: Real> Packed<T> {
@@ -124,30 +131,42 @@ impl<T: Real> Packed<T> {
         self.backward.iter_mut().zip(&self.places[1]).for_each(of_weights);
     }
 
-    /// Fills all layers' activations from the inputs, which stand first.
+    /// Fills all layers' activations from the inputs, which stand first: those in the place `slot` of each
+    /// unit.
     #[inline(always)]
-    pub(super) fn forward<S: Simd>(&self, simd: S, mut activations: &mut [T::Vector<S>]) {
+    pub(super) fn forward<S: Simd, const B: usize>(
+        &self,
+        simd: S,
+        mut activations: &mut [[T::Vector<S>; B]],
+        slot: usize,
+    ) {
+        if slot >= B {
+            return;
+        }
         let mut weights = self.forward.as_slice();
         let gain = T::splat(simd, self.gain);
         for (layer, pair) in self.sizes.windows(2).enumerate() {
             let (lower, upper) = activations.split_at_mut(pair[0]);
-            let squash = layer + 2 < self.sizes.len() || self.squashes_outputs;
+            let squashes = layer + 2 < self.sizes.len() || self.squashes_outputs;
             in_tiles!(pair[1], first, TILE, {
                 let (tile, rest) = weights.split_at((pair[0] + 1) * TILE);
                 weights = rest;
                 let (biases, tile) = tile.split_at(TILE);
                 let sums: [T::Vector<S>; TILE] =
                     std::array::from_fn(|unit| T::splat(simd, biases[unit]));
-                let mut sums = add_products::<T, S, TILE>(simd, sums, tile, lower.iter());
-                if squash {
+                let below = in_slot(lower, slot);
+                let mut sums = add_products::<T, S, TILE>(simd, sums, tile, below);
+                if squashes {
                     if self.scales {
                         for sum in &mut sums {
                             *sum = T::multiply(simd, gain, *sum);
                         }
                     }
-                    sums = squashed::<T, S, TILE>(simd, sums);
+                    squash::<T, S>(simd, &mut sums);
                 }
-                upper[first..first + TILE].copy_from_slice(&sums);
+                for (unit, sum) in upper[first..first + TILE].iter_mut().zip(sums) {
+                    unit[slot] = sum;
+                }
             });
             activations = upper;
         }
@@ -171,14 +190,18 @@ impl<T: Real> Packed<T> {
     }
 
     /// Fills the derivatives by the weighted sums of all layers but the inputs; those of the outputs
-    /// stand last.
+    /// stand last. In the place `slot` of each unit.
     #[inline(always)]
-    pub(super) fn backward<S: Simd>(
+    pub(super) fn backward<S: Simd, const B: usize>(
         &self,
         simd: S,
-        activations: &[T::Vector<S>],
-        deltas: &mut [T::Vector<S>],
+        activations: &[[T::Vector<S>; B]],
+        deltas: &mut [[T::Vector<S>; B]],
+        slot: usize,
     ) {
+        if slot >= B {
+            return;
+        }
         let mut weights = self.backward.as_slice();
         let mut end = deltas.len();
         for pair in self.sizes.windows(2).skip(1).rev() {
@@ -190,12 +213,13 @@ impl<T: Real> Packed<T> {
                 let (tile, rest) = weights.split_at(here * TILE);
                 weights = rest;
                 let zero = [T::splat(simd, T::default()); TILE];
-                let sums = add_products::<T, S, TILE>(simd, zero, tile, upper.iter());
+                let above = in_slot(upper, slot);
+                let sums = add_products::<T, S, TILE>(simd, zero, tile, above);
                 let places = lower[first..first + TILE].iter_mut();
                 for ((delta, activation), sum) in
                     places.zip(&here_activations[first..first + TILE]).zip(sums)
                 {
-                    *delta = T::multiply(simd, sum, self.slope(simd, *activation));
+                    delta[slot] = T::multiply(simd, sum, self.slope(simd, activation[slot]));
                 }
             });
             end -= here;

@@ -4,11 +4,12 @@
 //! so that sums are the same whatever the registers' width.
 
 use super::{Batch, LANES, Perceptron, packed::Packed};
-use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
+use crate::numeric::simd::{Real, Simd, WithSimd, has_many_registers, on_widest};
 
-/// Blocks of [`LANES`] samples that go forward and backward before their derivatives are added up: what
-/// they leave behind must stay in the nearest cache.
-const BLOCKS: usize = 8;
+/// Registers of samples that go forward and backward before their derivatives are added up, by how wide a
+/// register is: what they leave behind of the paper's network stays in the nearest cache.
+const GROUP: usize = 20;
+const WIDE_GROUP: usize = 10;
 
 /// Samples laid out, and every buffer: nothing is allocated from one pass to the next.
 #[derive(Clone, Debug)]
@@ -20,7 +21,9 @@ pub struct Sweep<T> {
     targets: Vec<T>,
     /// Block by block: 1 for a sample, 0 for padding.
     present: Vec<T>,
+    /// Unit by unit, the registers of a group.
     activations: Vec<T>,
+    /// As the activations, without inputs.
     deltas: Vec<T>,
     /// Weight by weight, sums over each lane's samples of the gradient.
     sums: Vec<T>,
@@ -42,8 +45,8 @@ impl<T: Real> Sweep<T> {
             inputs: nearest(&batch.inputs),
             targets: nearest(&batch.targets),
             present: batch.present(),
-            activations: zeros(BLOCKS * packed.units()),
-            deltas: zeros(BLOCKS * (packed.units() - inputs)),
+            activations: zeros(GROUP * packed.units()),
+            deltas: zeros(GROUP * (packed.units() - inputs)),
             sums: zeros(network.weights.len()),
             squares: zeros(outputs),
             totals: vec![0.0; outputs],
@@ -75,11 +78,10 @@ impl<T: Real> WithSimd for Pass<'_, T> {
         let Pass { sweep, factors, gradient } = self;
         sweep.sums.fill(T::default());
         sweep.squares.fill(T::default());
-        let blocks = sweep.present.len() / LANES;
-        for first in (0..blocks).step_by(BLOCKS) {
-            let last = blocks.min(first + BLOCKS);
-            sweep.both_ways(simd, first..last, factors);
-            sweep.add_up(simd, last - first);
+        if has_many_registers::<T, S>() {
+            sweep.add_all::<S, WIDE_GROUP>(simd, factors);
+        } else {
+            sweep.add_all::<S, GROUP>(simd, factors);
         }
         for (total, squares) in sweep.totals.iter_mut().zip(sweep.squares.as_chunks().0) {
             *total = sum_of_lanes(squares);
@@ -91,66 +93,88 @@ impl<T: Real> WithSimd for Pass<'_, T> {
 }
 
 /// The sum over the lanes, in one order.
-#[inline(always)]
+///
+/// Never inlined: compilers would take eight weights at once and gather their lanes, which is slower.
+#[inline(never)]
 fn sum_of_lanes<T: Real>(lanes: &[T; LANES]) -> f64 {
-    let eight: [f64; 8] = std::array::from_fn(|l| lanes[l].double() + lanes[l + 8].double());
-    let four: [f64; 4] = std::array::from_fn(|lane| eight[lane] + eight[lane + 4]);
+    let (mut eight, mut four) = ([T::default(); 8], [0.0; 4]);
+    for (lane, sum) in eight.iter_mut().enumerate() {
+        *sum = lanes[lane].plus(lanes[lane + 8]);
+    }
+    for (lane, sum) in four.iter_mut().enumerate() {
+        *sum = eight[lane].plus(eight[lane + 4]).double();
+    }
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
 impl<T: Real> Sweep<T> {
-    /// Takes blocks forward and backward, register by register.
+    /// Goes through all samples, `G` registers at a time.
     #[inline(always)]
-    fn both_ways<S: Simd>(&mut self, simd: S, blocks: std::ops::Range<usize>, factors: &[f64]) {
+    fn add_all<S: Simd, const G: usize>(&mut self, simd: S, factors: &[f64]) {
+        let registers = LANES / T::width::<S>();
+        let group = G / registers * registers;
+        let places = self.present.len() / T::width::<S>();
+        for first in (0..places).step_by(group) {
+            let count = group.min(places - first);
+            for slot in 0..count {
+                self.both_ways::<S, G>(simd, first, slot, factors);
+            }
+            self.add_up::<S, G>(simd, count);
+        }
+    }
+
+    /// Takes the samples of a register forward and backward, those of `slot` in the group that begins at
+    /// register `first`.
+    #[inline(always)]
+    fn both_ways<S: Simd, const G: usize>(
+        &mut self,
+        simd: S,
+        first: usize,
+        slot: usize,
+        factors: &[f64],
+    ) {
         let (inputs, outputs) = self.packed.ends();
         let units = self.packed.units();
-        let hidden_and_out = units - inputs;
+        let hidden = units - inputs - outputs;
         let registers = LANES / T::width::<S>();
         let samples = T::vectors::<S>(&self.inputs);
         let targets = T::vectors::<S>(&self.targets);
         let present = T::vectors::<S>(&self.present);
         let squares = T::vectors_mut::<S>(&mut self.squares);
-        let all_activations = T::vectors_mut::<S>(&mut self.activations).chunks_exact_mut(units);
-        let all_deltas = T::vectors_mut::<S>(&mut self.deltas).chunks_exact_mut(hidden_and_out);
-        let places = blocks.start * registers..blocks.end * registers;
-        for ((place, activations), deltas) in places.zip(all_activations).zip(all_deltas) {
-            let (block, register) = (place / registers, place % registers);
-            for (input, value) in activations.iter_mut().take(inputs).enumerate() {
-                *value = samples[(block * inputs + input) * registers + register];
-            }
-            self.packed.forward(simd, activations);
-            let found = activations[units - outputs..].iter().zip(factors);
-            let last = deltas[hidden_and_out - outputs..].iter_mut();
-            for (output, ((value, factor), delta)) in found.zip(last).enumerate() {
-                let wanted = targets[(block * outputs + output) * registers + register];
-                let error = T::subtract(simd, *value, wanted);
-                let error = T::multiply(simd, error, present[place]);
-                let sum = &mut squares[output * registers + register];
-                *sum = T::add(simd, *sum, T::multiply(simd, error, error));
-                let error = T::multiply(simd, error, T::splat(simd, T::nearest(*factor)));
-                *delta = T::multiply(simd, error, self.packed.output_slope(simd, *value));
-            }
-            self.packed.backward(simd, activations, deltas);
+        let activations = T::vectors_mut::<S>(&mut self.activations).as_chunks_mut::<G>().0;
+        let activations = &mut activations[..units];
+        let deltas = T::vectors_mut::<S>(&mut self.deltas).as_chunks_mut::<G>().0;
+        let deltas = &mut deltas[..hidden + outputs];
+        let (block, register) = ((first + slot) / registers, (first + slot) % registers);
+        for (input, value) in activations.iter_mut().take(inputs).enumerate() {
+            value[slot] = samples[(block * inputs + input) * registers + register];
         }
+        self.packed.forward(simd, activations, slot);
+        let found = activations[inputs + hidden..].iter().zip(factors);
+        let last = deltas[hidden..].iter_mut();
+        for (output, ((value, factor), delta)) in found.zip(last).enumerate() {
+            let wanted = targets[(block * outputs + output) * registers + register];
+            let error = T::subtract(simd, value[slot], wanted);
+            let error = T::multiply(simd, error, present[first + slot]);
+            let sum = &mut squares[output * registers + register];
+            *sum = T::add(simd, *sum, T::multiply(simd, error, error));
+            let error = T::multiply(simd, error, T::splat(simd, T::nearest(*factor)));
+            delta[slot] = T::multiply(simd, error, self.packed.output_slope(simd, value[slot]));
+        }
+        self.packed.backward(simd, activations, deltas, slot);
     }
 
-    /// Adds the products of derivatives and activations of so many blocks to the gradient's sums.
+    /// Adds the products of derivatives and activations of a group of so many registers to the gradient's
+    /// sums.
     #[inline(always)]
-    fn add_up<S: Simd>(&mut self, simd: S, blocks: usize) {
-        let units = self.packed.units();
-        let hidden_and_out = units - self.packed.sizes[0];
+    fn add_up<S: Simd, const G: usize>(&mut self, simd: S, count: usize) {
         let registers = LANES / T::width::<S>();
-        let activations = T::vectors::<S>(&self.activations);
-        let deltas = T::vectors::<S>(&self.deltas);
+        let activations = T::vectors::<S>(&self.activations).as_chunks::<G>().0;
+        let deltas = T::vectors::<S>(&self.deltas).as_chunks::<G>().0;
         let sums = T::vectors_mut::<S>(&mut self.sums);
         for register in 0..registers {
-            let samples = Products::<T, S> {
-                simd,
-                deltas: &deltas[register * hidden_and_out..blocks * registers * hidden_and_out],
-                activations: &activations[register * units..blocks * registers * units],
-                strides: (registers * hidden_and_out, registers * units),
-                registers,
-            };
+            let samples =
+                Products::<T, S, G> { simd, deltas, activations, register, registers, count };
             let (mut start, mut below_start, mut here_start) = (0, 0, 0);
             for pair in self.packed.sizes.windows(2) {
                 let (below, here) = (pair[0], pair[1]);
@@ -165,17 +189,19 @@ impl<T: Real> Sweep<T> {
     }
 }
 
-/// What one register's samples left behind: every block's deltas and activations, a stride apart.
-struct Products<'a, T: Real, S: Simd> {
+/// What a group left behind, unit by unit; of each block of samples, one register.
+struct Products<'a, T: Real, S: Simd, const G: usize> {
     simd: S,
-    deltas: &'a [T::Vector<S>],
-    activations: &'a [T::Vector<S>],
-    strides: (usize, usize),
-    /// How far apart the sums of two weights are.
+    deltas: &'a [[T::Vector<S>; G]],
+    activations: &'a [[T::Vector<S>; G]],
+    /// Which of a block's registers, and how many those are: so far apart are the sums of two weights.
+    register: usize,
     registers: usize,
+    /// Registers of the group.
+    count: usize,
 }
 
-impl<T: Real, S: Simd> Products<'_, T, S> {
+impl<T: Real, S: Simd, const G: usize> Products<'_, T, S, G> {
     /// One layer's weights: `(here, below)` sums.
     #[inline(always)]
     fn layer(
@@ -184,17 +210,30 @@ impl<T: Real, S: Simd> Products<'_, T, S> {
         (here_start, below_start): (usize, usize),
         (here, below): (usize, usize),
     ) {
+        let widest = if has_many_registers::<T, S>() { 4 } else { 2 };
         let mut unit = 0;
         while unit < here {
-            let tall = if here - unit >= 4 { 4 } else { 1 };
+            let tall = match here - unit {
+                2 => 1,
+                rest => rest.min(4),
+            };
             let mut input = 0;
             while input < below {
-                let wide = if below - input >= 2 { 2 } else { 1 };
+                let wide = match below - input {
+                    rest if rest >= widest => widest,
+                    1 => 1,
+                    _ => 2,
+                };
                 let sums = &mut sums[(unit * below + input) * self.registers..];
                 let from = (here_start + unit, below_start + input);
                 match (tall, wide) {
+                    (4, 4) => self.tile::<4, 4>(sums, below, from),
                     (4, 2) => self.tile::<4, 2>(sums, below, from),
                     (4, _) => self.tile::<4, 1>(sums, below, from),
+                    (3, 4) => self.tile::<3, 4>(sums, below, from),
+                    (3, 2) => self.tile::<3, 2>(sums, below, from),
+                    (3, _) => self.tile::<3, 1>(sums, below, from),
+                    (_, 4) => self.tile::<1, 4>(sums, below, from),
                     (_, 2) => self.tile::<1, 2>(sums, below, from),
                     _ => self.tile::<1, 1>(sums, below, from),
                 }
@@ -213,16 +252,16 @@ impl<T: Real, S: Simd> Products<'_, T, S> {
         (unit, input): (usize, usize),
     ) {
         let simd = self.simd;
+        let Some(deltas) = self.deltas[unit..].first_chunk::<TALL>() else { return };
+        let Some(activations) = self.activations[input..].first_chunk::<WIDE>() else { return };
         let place = |row: usize, column: usize| (row * below + column) * self.registers;
         let mut sums: [[T::Vector<S>; WIDE]; TALL] =
             std::array::from_fn(|r| std::array::from_fn(|c| rows[place(r, c)]));
-        let deltas = self.deltas.chunks(self.strides.0);
-        for (deltas, activations) in deltas.zip(self.activations.chunks(self.strides.1)) {
-            let Some(deltas) = deltas[unit..].first_chunk::<TALL>() else { return };
-            let Some(activations) = activations[input..].first_chunk::<WIDE>() else { return };
+        for slot in (self.register..self.count.min(G)).step_by(self.registers) {
             for (sums, delta) in sums.iter_mut().zip(deltas) {
                 for (sum, activation) in sums.iter_mut().zip(activations) {
-                    *sum = T::add(simd, *sum, T::multiply(simd, *delta, *activation));
+                    let product = T::multiply(simd, delta[slot], activation[slot]);
+                    *sum = T::add(simd, *sum, product);
                 }
             }
         }
@@ -236,10 +275,10 @@ impl<T: Real, S: Simd> Products<'_, T, S> {
     /// One layer's biases.
     #[inline(always)]
     fn biases(&self, sums: &mut [T::Vector<S>], (start, here): (usize, usize)) {
-        for unit in 0..here {
+        for (unit, deltas) in self.deltas[start..start + here].iter().enumerate() {
             let mut total = sums[unit * self.registers];
-            for deltas in self.deltas.chunks(self.strides.0) {
-                total = T::add(self.simd, total, deltas[start + unit]);
+            for slot in (self.register..self.count.min(G)).step_by(self.registers) {
+                total = T::add(self.simd, total, deltas[slot]);
             }
             sums[unit * self.registers] = total;
         }

@@ -1,0 +1,100 @@
+//! Where points are, in columns, and the parts of those that a task fills.
+
+use super::{super::Located, TASK};
+use crate::dataset::volume::Trust;
+use nalgebra::Matrix3;
+use std::ops::Range;
+
+/// Where points are, column by column, in the order of their pixels. NaN stands where a point was not
+/// located, and for figures that do not exist.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Places {
+    /// X, Y and Z, in world units.
+    pub point: [Vec<f64>; 3],
+    /// Covariance XX, XY, XZ, YY, YZ, ZZ, in squared world units; empty where it was not asked for.
+    pub covariance: [Vec<f64>; 6],
+    /// How badly the rays miss each other: root mean square over pixel coordinates. Empty where the
+    /// covariance is.
+    pub residual: Vec<f64>,
+    /// What noise and uncertainty of the fit let expect of it; empty where the covariance is.
+    pub residual_sigma: Vec<f64>,
+    /// Whether the pixels show what the fit was shown; empty where no volume was given.
+    pub trust: Vec<Trust>,
+}
+
+/// Where the figures of some points go.
+pub(super) struct Slots<'p> {
+    pub(super) point: [&'p mut [f64]; 3],
+    pub(super) covariance: [&'p mut [f64]; 6],
+    pub(super) residual: &'p mut [f64],
+    pub(super) residual_sigma: &'p mut [f64],
+    pub(super) trust: &'p mut [Trust],
+}
+
+/// Where the six numbers of a covariance stand in it.
+pub(super) const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+impl Slots<'_> {
+    /// Puts what the map said of a point.
+    pub(super) fn put(&mut self, index: usize, found: Option<&Located>) {
+        let none = Located {
+            point: [f64::NAN; 3].into(),
+            covariance: Matrix3::repeat(f64::NAN),
+            residual: f64::NAN,
+            residual_sigma: f64::NAN,
+        };
+        let found = found.unwrap_or(&none);
+        for (axis, column) in self.point.iter_mut().enumerate() {
+            column[index] = found.point[axis];
+        }
+        if self.residual.is_empty() {
+            return;
+        }
+        for (place, column) in LOWER.into_iter().zip(&mut self.covariance) {
+            column[index] = found.covariance[place];
+        }
+        self.residual[index] = found.residual;
+        self.residual_sigma[index] = found.residual_sigma;
+    }
+}
+
+impl Places {
+    /// Makes room for so many points; what is in it is anything.
+    pub(super) fn resize(&mut self, count: usize, with_covariance: bool, with_trust: bool) {
+        let figures = if with_covariance { count } else { 0 };
+        self.point.iter_mut().for_each(|column| column.resize(count, 0.0));
+        self.covariance.iter_mut().for_each(|column| column.resize(figures, 0.0));
+        self.residual.resize(figures, 0.0);
+        self.residual_sigma.resize(figures, 0.0);
+        self.trust.resize(if with_trust { count } else { 0 }, Trust::Outside);
+    }
+
+    /// Tasks after `done` points, and where each puts its figures.
+    pub(super) fn tasks(&mut self, done: usize) -> Vec<(Range<usize>, Slots<'_>)> {
+        fn next<'p, T>(left: &mut &'p mut [T], length: usize) -> &'p mut [T] {
+            let length = length.min(left.len());
+            let (own, others) = std::mem::take(left).split_at_mut(length);
+            *left = others;
+            own
+        }
+        let count = self.point[0].len();
+        let mut point = self.point.each_mut().map(Vec::as_mut_slice);
+        let mut covariance = self.covariance.each_mut().map(Vec::as_mut_slice);
+        let (mut residual, mut sigma) = (&mut self.residual[..], &mut self.residual_sigma[..]);
+        let mut trust = &mut self.trust[..];
+        let (mut tasks, mut start) = (Vec::new(), 0);
+        while start < count {
+            let length = (TASK - (done + start) % TASK).min(count - start);
+            let slots = Slots {
+                point: point.each_mut().map(|column| next(column, length)),
+                covariance: covariance.each_mut().map(|column| next(column, length)),
+                residual: next(&mut residual, length),
+                residual_sigma: next(&mut sigma, length),
+                trust: next(&mut trust, length),
+            };
+            tasks.push((start..start + length, slots));
+            start += length;
+        }
+        tasks
+    }
+}
