@@ -115,7 +115,7 @@ def sklearn_training(count):
     x, t, _, _ = lesson(np.float32)
 
     def work(count):
-        MLPRegressor((8, 8), activation="logistic", solver="sgd", batch_size=400, max_iter=count, tol=0.0,
+        MLPRegressor(hidden_layer_sizes=(8, 8), activation="logistic", solver="sgd", batch_size=400, max_iter=count, tol=0.0,
                      n_iter_no_change=count + 1, learning_rate_init=0.05).fit(x, t)
 
     return timed(work, count)
@@ -155,7 +155,7 @@ def scipy_steps(count):
         done = 0
         while done < count:
             found = least_squares(errors, start, slopes, method="trf", xtol=None, ftol=None,
-                                  gtol=None, max_nfev=count - done)
+                                  gtol=1e-15, max_nfev=count - done)
             done += found.nfev
 
     return timed(work, count)

@@ -199,7 +199,7 @@ impl Volume {
         let beyond_region = seen()
             .map(|(camera, pixel)| camera.straightened.beyond(pixel))
             .fold(f64::NEG_INFINITY, f64::max);
-        let met = meeting::meet(&cameras, &sightings, 0.0);
+        let met = meeting::meet::<_, KIND>(&cameras, &sightings[..], 0.0);
         let residual = (met.squares / (2 * cameras.len()) as f64).sqrt();
         let point = Vector3::from(met.point);
         residual.is_finite().then_some(Meeting { point, residual, beyond_region })
@@ -228,6 +228,9 @@ impl Volume {
 
 /// More cameras than this do not say more of where a point lies.
 const MOST_CAMERAS: usize = 16;
+
+/// What a straightened camera says of a point.
+const KIND: u8 = meeting::ALONG;
 
 #[cfg(test)]
 mod tests;

@@ -34,6 +34,19 @@ pub(crate) struct Sighting<N> {
     pub(crate) scale: [N; 4],
 }
 
+/// What all cameras say of a point, asked for again and again: copies of it would not stay in registers.
+pub(crate) trait Sightings<N> {
+    /// What one camera says.
+    fn of(&self, camera: usize) -> Sighting<N>;
+}
+
+impl<N: Copy> Sightings<N> for [Sighting<N>] {
+    #[inline(always)]
+    fn of(&self, camera: usize) -> Sighting<N> {
+        self[camera]
+    }
+}
+
 /// Where a point is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting<N> {
@@ -99,19 +112,25 @@ struct Equations<N> {
 impl<N: Number> Equations<N> {
     /// With the bend taken as it is at `nearness`.
     #[inline(always)]
-    fn new(camera: &StraightCamera, seen: &Sighting<N>, nearness: N) -> Self {
+    fn new<const KIND: u8>(camera: &StraightCamera, seen: &Sighting<N>, nearness: N) -> Self {
         let zero = nearness.all(0.0);
         let (mut rows, mut right) = ([[zero; 3]; 2], [zero; 2]);
         let depth = &camera.rows[2];
         for axis in 0..2 {
             let own = &camera.rows[axis];
-            let bend = seen.bend[axis] * nearness;
-            let at = seen.at[axis] - bend * nearness;
-            let along = seen.along[axis] + bend + bend;
+            let mut at = seen.at[axis];
+            if KIND & ALONG != 0 {
+                right[axis] = seen.along[axis];
+            }
+            if KIND & BENT != 0 {
+                let bend = seen.bend[axis] * nearness;
+                at = at - bend * nearness;
+                right[axis] = right[axis] + bend + bend;
+            }
             for i in 0..3 {
                 rows[axis][i] = zero.all(own[i]) - zero.all(depth[i]) * at;
             }
-            right[axis] = along + zero.all(depth[3]) * at - zero.all(own[3]);
+            right[axis] = right[axis] + zero.all(depth[3]) * at - zero.all(own[3]);
         }
         Self { rows, right }
     }
@@ -128,18 +147,31 @@ impl<N: Number> Equations<N> {
     }
 }
 
+/// What cameras say beside where they see a point: nothing but that, of cameras without a lens. What is not
+/// said is not read.
+pub(crate) const PLAIN: u8 = 0;
+/// A step on the plane is not one in the picture.
+pub(crate) const SCALED: u8 = 1;
+/// Rays have no common centre: the plane's point goes along with the nearness,
+pub(crate) const ALONG: u8 = 2;
+/// and with its square.
+pub(crate) const BENT: u8 = 4;
+
 /// Steps on the plane as pixels.
 #[inline(always)]
-fn in_pixels<N: Number>(scale: [N; 4], [u, v]: [N; 2]) -> [N; 2] {
+fn in_pixels<N: Number, const KIND: u8>(scale: [N; 4], [u, v]: [N; 2]) -> [N; 2] {
+    if KIND & SCALED == 0 {
+        return [u, v];
+    }
     [scale[0] * u + scale[1] * v, scale[2] * u + scale[3] * v]
 }
 
 /// Rows by steps on the plane as rows by pixels.
 #[inline(always)]
-fn rows_in_pixels<N: Number>(scale: [N; 4], rows: [[N; 3]; 2]) -> [[N; 3]; 2] {
+fn rows_in_pixels<N: Number, const KIND: u8>(scale: [N; 4], rows: [[N; 3]; 2]) -> [[N; 3]; 2] {
     let mut out = rows;
     for i in 0..3 {
-        [out[0][i], out[1][i]] = in_pixels(scale, [rows[0][i], rows[1][i]]);
+        [out[0][i], out[1][i]] = in_pixels::<N, KIND>(scale, [rows[0][i], rows[1][i]]);
     }
     out
 }
@@ -150,25 +182,27 @@ fn nearness<N: Number>(camera: &StraightCamera, [x, y, z]: [N; 3]) -> N {
     x.all(1.0) / (x.all(row[0]) * x + x.all(row[1]) * y + x.all(row[2]) * z + x.all(row[3]))
 }
 
-/// Where the rays of a point meet; `zero` is one of the numbers to compute with.
+/// Where the rays of a point meet, of cameras of this kind; `zero` is one of the numbers to compute with.
 #[inline(always)]
-pub(crate) fn meet<N: Number>(
+pub(crate) fn meet<N: Number, const KIND: u8>(
     cameras: &[StraightCamera],
-    seen: &[Sighting<N>],
+    sightings: &(impl Sightings<N> + ?Sized),
     zero: N,
 ) -> Meeting<N> {
     let mut first = Normal::new(zero);
-    for (camera, seen) in cameras.iter().zip(seen) {
-        let equations = Equations::new(camera, seen, zero.all(camera.nearness));
-        let rows = rows_in_pixels(seen.scale, equations.rows);
-        let right = in_pixels(seen.scale, equations.right);
+    for (index, camera) in cameras.iter().enumerate() {
+        let seen = sightings.of(index);
+        let equations = Equations::new::<KIND>(camera, &seen, zero.all(camera.nearness));
+        let rows = rows_in_pixels::<N, KIND>(seen.scale, equations.rows);
+        let right = in_pixels::<N, KIND>(seen.scale, equations.right);
         first.add(rows, right, zero.all(camera.weight * camera.nearness * camera.nearness));
     }
     let mut point = first.solve();
     let mut second = Normal::new(zero);
-    for (camera, seen) in cameras.iter().zip(seen) {
+    for (index, camera) in cameras.iter().enumerate() {
+        let seen = sightings.of(index);
         let near = nearness(camera, point);
-        let equations = Equations::new(camera, seen, near);
+        let equations = Equations::new::<KIND>(camera, &seen, near);
         let errors = equations.errors(point, near);
         let mut rows = equations.rows;
         for (row, error) in rows.iter_mut().zip(errors) {
@@ -176,18 +210,19 @@ pub(crate) fn meet<N: Number>(
                 *value = (*value - error * zero.all(depth)) * near;
             }
         }
-        let rows = rows_in_pixels(seen.scale, rows);
-        second.add(rows, in_pixels(seen.scale, errors), zero.all(camera.weight));
+        let rows = rows_in_pixels::<N, KIND>(seen.scale, rows);
+        second.add(rows, in_pixels::<N, KIND>(seen.scale, errors), zero.all(camera.weight));
     }
     let step = second.solve();
     for axis in 0..3 {
         point[axis] = point[axis] - step[axis];
     }
     let (mut squares, mut first_nearness) = (zero, zero);
-    for (index, (camera, seen)) in cameras.iter().zip(seen).enumerate() {
+    for (index, camera) in cameras.iter().enumerate() {
+        let seen = sightings.of(index);
         let near = nearness(camera, point);
-        let equations = Equations::new(camera, seen, near);
-        let [x, y] = in_pixels(seen.scale, equations.errors(point, near));
+        let equations = Equations::new::<KIND>(camera, &seen, near);
+        let [x, y] = in_pixels::<N, KIND>(seen.scale, equations.errors(point, near));
         squares = squares + (x * x + y * y + near.held(camera.range[0], camera.range[1]));
         if index == 0 {
             first_nearness = near;

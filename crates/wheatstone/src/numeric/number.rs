@@ -111,6 +111,56 @@ impl<S: Simd> Number for Doubles<S> {
     }
 }
 
+/// Two numbers side by side: neither waits for the other.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<N>(pub(crate) [N; 2]);
+
+/// Does to two pairs what is done to two numbers.
+macro_rules! both {
+    ($operation:ident, $method:ident) => {
+        impl<N: Number> $operation for Pair<N> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                let (Self([a, b]), Self([c, d])) = (self, other);
+                Self([a.$method(c), b.$method(d)])
+            }
+        }
+    };
+}
+
+both!(Add, add);
+both!(Sub, sub);
+both!(Mul, mul);
+both!(Div, div);
+
+impl<N: Number> Number for Pair<N> {
+    #[inline(always)]
+    fn all(self, value: f64) -> Self {
+        let all = self.0[0].all(value);
+        Self([all, all])
+    }
+
+    #[inline(always)]
+    fn or_larger(self, other: Self) -> Self {
+        let (Self([a, b]), Self([c, d])) = (self, other);
+        Self([a.or_larger(c), b.or_larger(d)])
+    }
+
+    #[inline(always)]
+    fn held(self, least: f64, most: f64) -> Self {
+        let Self([a, b]) = self;
+        Self([a.held(least, most), b.held(least, most)])
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        let Self([a, b]) = self;
+        Self([a.root(), b.root()])
+    }
+}
+
 /// Registers full of a slice's numbers; what does not fill one is left off.
 #[inline(always)]
 pub(crate) fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {

@@ -4,7 +4,7 @@
 //! the same bits at each: products and sums are never fused, and no sum may run across a
 //! register in an order that depends on its width.
 
-use super::sigmoid::{BOUND, EXPONENTIAL, LN2, ROUND};
+use super::sigmoid::{BOUND, LN2, ROUND, TAIL};
 use pulp::{Arch, bytemuck::cast};
 pub use pulp::{Simd, WithSimd};
 
@@ -136,7 +136,7 @@ impl Real for f64 {
 
     #[inline(always)]
     fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S::f64s; N] {
-        let mut whole = x;
+        let (mut whole, mut sums) = (x, x);
         for (x, whole) in x.iter_mut().zip(&mut whole) {
             *x = clamped_double(simd, simd.neg_f64s(*x));
             let scaled = simd.mul_f64s(*x, simd.splat_f64s(std::f64::consts::LOG2_E));
@@ -145,13 +145,20 @@ impl Real for f64 {
             *x = simd.sub_f64s(*x, simd.mul_f64s(*whole, simd.splat_f64s(LN2[0])));
             *x = simd.sub_f64s(*x, simd.mul_f64s(*whole, simd.splat_f64s(LN2[1])));
         }
-        let [others @ .., last] = EXPONENTIAL;
-        let mut sums = [simd.splat_f64s(last); N];
-        for factor in others.into_iter().rev() {
-            let factor = simd.splat_f64s(factor);
-            for (sum, r) in sums.iter_mut().zip(&x) {
-                *sum = simd.add_f64s(simd.mul_f64s(*sum, *r), factor);
+        for (sum, r) in sums.iter_mut().zip(&x) {
+            let square = simd.mul_f64s(*r, *r);
+            let mut halves = [square; 2];
+            for (half, [others @ .., last]) in halves.iter_mut().zip(TAIL) {
+                *half = simd.splat_f64s(last);
+                for factor in others.into_iter().rev() {
+                    let factor = simd.splat_f64s(factor);
+                    *half = simd.add_f64s(simd.mul_f64s(*half, square), factor);
+                }
             }
+            let [even, odd] = halves;
+            let tail = simd.add_f64s(even, simd.mul_f64s(*r, odd));
+            *sum = simd.add_f64s(*r, simd.mul_f64s(square, tail));
+            *sum = simd.add_f64s(simd.splat_f64s(1.0), *sum);
         }
         let one = simd.splat_f64s(1.0);
         for (sum, whole) in sums.iter_mut().zip(&whole) {

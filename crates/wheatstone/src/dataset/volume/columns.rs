@@ -1,10 +1,10 @@
 //! The trust of many points, a register full at a time.
 
-use super::{EDGE, MOST_CAMERAS, Trust, Volume, straightened::Straightened};
+use super::{EDGE, KIND, MOST_CAMERAS, Trust, Volume, straightened::Straightened};
 use crate::{
     geometry::{
         PixelColumns,
-        meeting::{Sighting, StraightCamera, meet},
+        meeting::{Sighting, Sightings, StraightCamera, meet},
     },
     numeric::{
         number::{Doubles, Number, registers, registers_mut},
@@ -21,6 +21,7 @@ type Sums = [[f64; BLOCK]; 4];
 /// Points of which all trained cameras saw each.
 struct Block<'a> {
     volume: &'a Volume,
+    tables: &'a [&'a Straightened],
     cameras: &'a [StraightCamera],
     /// x and y of each point, a trained camera each.
     pixels: &'a [[[f64; BLOCK]; 2]],
@@ -34,33 +35,21 @@ impl WithSimd for Block<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { volume, cameras, pixels, sums, beyond } = self;
-        let own = || volume.cameras.iter().flatten();
-        for ((camera, pixels), sums) in own().zip(pixels).zip(sums.iter_mut()) {
-            look(simd, &camera.straightened, pixels, sums);
+        let Self { volume, tables, cameras, pixels, sums, beyond } = self;
+        for ((table, pixels), sums) in tables.iter().zip(pixels).zip(sums.iter_mut()) {
+            look(simd, table, pixels, sums);
         }
         let zero = Doubles(simd, simd.splat_f64s(0.0));
         let one = zero.all(1.0);
-        let plain = Sighting {
-            at: [zero; 2],
-            along: [zero; 2],
-            bend: [zero; 2],
-            scale: [one, zero, zero, one],
-        };
-        let mut seen = [plain; MOST_CAMERAS];
         let share = zero.all(1.0 / (2 * cameras.len()) as f64);
         let most = zero.all(1.0 / (2.0 * volume.believed_miss()));
         for (group, out) in registers_mut::<S>(beyond).iter_mut().enumerate() {
             let mut furthest = zero.all(f64::NEG_INFINITY);
-            let each = own().zip(pixels).zip(sums.iter()).zip(&mut seen);
-            for (((camera, pixels), sums), seen) in each {
-                let take = |values: &[f64; BLOCK]| Doubles(simd, registers::<S>(values)[group]);
-                let pixel = [take(&pixels[0]), take(&pixels[1])];
-                let sums = [take(&sums[0]), take(&sums[1]), take(&sums[2]), take(&sums[3])];
-                *seen = camera.straightened.sighting(pixel, sums);
-                furthest = camera.straightened.furthest(pixel, furthest);
+            for (table, pixels) in tables.iter().zip(pixels) {
+                furthest = table.furthest(lanes(simd, pixels, group), furthest);
             }
-            let met = meet(cameras, &seen[..cameras.len()], zero);
+            let seen = Seen { simd, tables, pixels, sums, group };
+            let met = meet::<_, KIND>(cameras, &seen, zero);
             for hull in &volume.hulls {
                 furthest = hull.furthest(met.point, furthest);
             }
@@ -69,6 +58,38 @@ impl WithSimd for Block<'_> {
             // What is not a number stays none.
             *out = (beyond + missed * zero).1;
         }
+    }
+}
+
+/// A register full of each of some numbers of a block's points.
+#[inline(always)]
+fn lanes<S: Simd, const N: usize>(
+    simd: S,
+    values: &[[f64; BLOCK]; N],
+    group: usize,
+) -> [Doubles<S>; N] {
+    let mut lanes = [Doubles(simd, simd.splat_f64s(0.0)); N];
+    for (lane, values) in lanes.iter_mut().zip(values) {
+        lane.1 = registers::<S>(values)[group];
+    }
+    lanes
+}
+
+/// What the trained cameras say of a register full of points.
+struct Seen<'a, S> {
+    simd: S,
+    tables: &'a [&'a Straightened],
+    pixels: &'a [[[f64; BLOCK]; 2]],
+    sums: &'a [Sums],
+    group: usize,
+}
+
+impl<S: Simd> Sightings<Doubles<S>> for Seen<'_, S> {
+    #[inline(always)]
+    fn of(&self, camera: usize) -> Sighting<Doubles<S>> {
+        let pixel = lanes(self.simd, &self.pixels[camera], self.group);
+        let sums = lanes(self.simd, &self.sums[camera], self.group);
+        self.tables[camera].sighting(pixel, sums)
     }
 }
 
@@ -116,8 +137,9 @@ impl Volume {
             return (0..count).map(single).collect();
         }
         let trained = || self.cameras.iter().zip(pixels.cameras()).filter(|(c, _)| c.is_some());
-        let cameras: Vec<StraightCamera> =
-            self.cameras.iter().flatten().map(|camera| camera.straightened.camera()).collect();
+        let tables: Vec<&Straightened> =
+            self.cameras.iter().flatten().map(|camera| &camera.straightened).collect();
+        let cameras: Vec<StraightCamera> = tables.iter().map(|table| table.camera()).collect();
         let mut sums = vec![[[0.0; BLOCK]; 4]; whole];
         let mut lanes = vec![[[0.0; BLOCK]; 2]; whole];
         let mut trust = Vec::with_capacity(count);
@@ -131,6 +153,7 @@ impl Volume {
             let mut beyond = [f64::NAN; BLOCK];
             on_widest(Block {
                 volume: self,
+                tables: &tables,
                 cameras: &cameras,
                 pixels: &lanes,
                 sums: &mut sums,

@@ -254,8 +254,8 @@ impl Straightened {
     #[inline(always)]
     pub(super) fn sighting<N: Number>(&self, pixel: [N; 2], sums: [N; 4]) -> Sighting<N> {
         let (zero, one) = (pixel[0].all(0.0), pixel[0].all(1.0));
-        let (middle, half) = (zero.all(self.nearness[0]), zero.all(self.nearness[1]));
-        let along = [sums[2] / half, sums[3] / half];
+        let (middle, share) = (zero.all(self.nearness[0]), zero.all(1.0 / self.nearness[1]));
+        let along = [sums[2] * share, sums[3] * share];
         let x = pixel[0] + sums[0] - along[0] * middle;
         let y = pixel[1] + sums[1] - along[1] * middle;
         Sighting { at: [x, y], along, bend: [zero; 2], scale: [one, zero, zero, one] }

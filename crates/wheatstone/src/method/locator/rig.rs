@@ -8,10 +8,10 @@ use super::{
 use crate::{
     geometry::{
         Pixel, PixelColumns,
-        meeting::{Sighting, StraightCamera, meet},
+        meeting::{ALONG, BENT, Meeting, PLAIN, SCALED, Sighting, Sightings, StraightCamera, meet},
     },
     numeric::{
-        number::{Doubles, Number, registers, registers_mut},
+        number::{Doubles, Number, Pair, registers, registers_mut},
         simd::{Simd, WithSimd, on_widest},
     },
 };
@@ -62,7 +62,7 @@ impl<'a> Rig<'a> {
     /// Where points are.
     pub(super) fn meet(&self, pixels: &PixelColumns, met: Met) {
         if pixels.cameras().len() == self.cameras.len() && self.cameras.len() <= MOST_CAMERAS {
-            on_widest(Meeting { rig: self, pixels, met });
+            on_widest(Pass { rig: self, pixels, met });
         } else {
             met.residual.fill(f64::NAN);
         }
@@ -105,7 +105,7 @@ fn range(camera: &PlacedCamera) -> [f64; 2] {
 }
 
 /// One run through columns.
-struct Meeting<'a, 'p> {
+struct Pass<'a, 'p> {
     rig: &'a Rig<'a>,
     pixels: &'a PixelColumns<'a>,
     met: Met<'p>,
@@ -117,7 +117,7 @@ pub(super) const MOST_CAMERAS: usize = 32;
 /// What is told of a block of points by one camera.
 type Told = [[f64; BLOCK]; TOLD];
 
-impl WithSimd for Meeting<'_, '_> {
+impl WithSimd for Pass<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -128,10 +128,6 @@ impl WithSimd for Meeting<'_, '_> {
         for told in &mut told {
             (told[2], told[5]) = ([1.0; BLOCK], [1.0; BLOCK]);
         }
-        let zero = Doubles(simd, simd.splat_f64s(0.0));
-        let mut seen = [blind(zero); MOST_CAMERAS];
-        let seen = &mut seen[..rig.cameras.len().min(MOST_CAMERAS)];
-        let share = zero.all(1.0 / (2 * rig.cameras.len()) as f64);
         let mut out = [[0.0; BLOCK]; 5];
         for start in (0..pixels.points()).step_by(BLOCK) {
             let length = BLOCK.min(pixels.points() - start);
@@ -152,16 +148,14 @@ impl WithSimd for Meeting<'_, '_> {
                 columns[3] = &mut met.residual[start..start + length];
                 columns[4] = &mut met.nearness[start..start + length];
             }
-            for group in 0..registers::<S>(columns[0]).len() {
-                for (seen, told) in seen.iter_mut().zip(&told) {
-                    *seen = sighting(simd, told, group);
-                }
-                let found = meet(&rig.straight, seen, zero);
-                let residual = (found.squares * share).root();
-                let [x, y, z] = found.point;
-                for (column, value) in columns.iter_mut().zip([x, y, z, residual, found.nearness]) {
-                    registers_mut::<S>(column)[group] = value.1;
-                }
+            let lenses = || rig.cameras.iter().zip(&rig.patches).filter(|(_, lens)| lens.is_some());
+            let lens = (told.as_slice(), columns);
+            if lenses().any(|(camera, _)| !camera.is_central) {
+                meet_block::<S, { SCALED | ALONG | BENT }>(simd, &rig.straight, lens);
+            } else if lenses().next().is_some() {
+                meet_block::<S, SCALED>(simd, &rig.straight, lens);
+            } else {
+                meet_block::<S, PLAIN>(simd, &rig.straight, lens);
             }
             if length < BLOCK {
                 let points = met.point.iter_mut().flatten().zip(&out);
@@ -175,25 +169,54 @@ impl WithSimd for Meeting<'_, '_> {
     }
 }
 
-/// Of a camera that has said nothing yet.
+/// Where the rays of a block of points meet.
 #[inline(always)]
-fn blind<N: Number>(zero: N) -> Sighting<N> {
-    Sighting { at: [zero; 2], along: [zero; 2], bend: [zero; 2], scale: [zero; 4] }
+fn meet_block<S: Simd, const KIND: u8>(
+    simd: S,
+    cameras: &[StraightCamera],
+    (told, mut columns): (&[Told], [&mut [f64]; 5]),
+) {
+    let zero = Doubles(simd, simd.splat_f64s(0.0));
+    let share = zero.all(1.0 / (2 * cameras.len()) as f64);
+    // Two registers at a time: there is much that waits for one number.
+    for group in (0..registers::<S>(columns[0]).len()).step_by(2) {
+        let Meeting { point: [x, y, z], squares, nearness } =
+            meet::<_, KIND>(cameras, &Groups { simd, told, group }, Pair([zero, zero]));
+        let residual = (squares * Pair([share, share])).root();
+        for (column, Pair(pair)) in columns.iter_mut().zip([x, y, z, residual, nearness]) {
+            for (place, value) in registers_mut::<S>(column)[group..].iter_mut().zip(pair) {
+                *place = value.1;
+            }
+        }
+    }
 }
 
-/// What is told of a register full of points.
-#[inline(always)]
-fn sighting<S: Simd>(simd: S, told: &Told, group: usize) -> Sighting<Doubles<S>> {
-    let mut seen = blind(Doubles(simd, simd.splat_f64s(0.0)));
-    for axis in 0..2 {
-        seen.at[axis].1 = registers::<S>(&told[axis])[group];
-        seen.along[axis].1 = registers::<S>(&told[6 + axis])[group];
-        seen.bend[axis].1 = registers::<S>(&told[8 + axis])[group];
+/// What is told of two registers full of points.
+struct Groups<'a, S> {
+    simd: S,
+    told: &'a [Told],
+    group: usize,
+}
+
+impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
+    #[inline(always)]
+    fn of(&self, camera: usize) -> Sighting<Pair<Doubles<S>>> {
+        let told = &self.told[camera];
+        let zero = Doubles(self.simd, self.simd.splat_f64s(0.0));
+        let mut all = [Pair([zero, zero]); TOLD];
+        for (told, pair) in told.iter().zip(&mut all) {
+            for (register, place) in registers::<S>(told)[self.group..].iter().zip(&mut pair.0) {
+                place.1 = *register;
+            }
+        }
+        let [x, y, a, b, c, d, along_x, along_y, bend_x, bend_y] = all;
+        Sighting {
+            at: [x, y],
+            along: [along_x, along_y],
+            bend: [bend_x, bend_y],
+            scale: [a, b, c, d],
+        }
     }
-    for place in 0..4 {
-        seen.scale[place].1 = registers::<S>(&told[2 + place])[group];
-    }
-    seen
 }
 
 /// Where a camera's pixels look.

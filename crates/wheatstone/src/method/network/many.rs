@@ -79,33 +79,34 @@ impl Samples<f32> for Points<'_, '_> {
     #[inline(always)]
     fn write(&mut self, first: usize, outputs: &[[f32; TOGETHER]]) {
         let [a, b, c] = outputs else { return };
-        let mut restored = [[0.0; TOGETHER]; 3];
-        let all = restored.iter_mut().zip([a, b, c]).zip(self.outputs);
-        for ((restored, output), [low, range]) in all {
-            for (restored, output) in restored.iter_mut().zip(output) {
-                *restored = low + f64::from(*output) * range;
+        let mut own = [[0.0; TOGETHER]; 3];
+        let all = own.iter_mut().zip([a, b, c]).zip(self.outputs);
+        for ((own, output), [low, range]) in all {
+            for (own, output) in own.iter_mut().zip(output) {
+                *own = low + f64::from(*output) * range;
             }
         }
-        let mut base = [[0.0; TOGETHER]; 3];
+        let frame = match &self.map.targets {
+            Targets::World {} => None,
+            Targets::InverseDepth { frame_from_world } => Some(frame_from_world),
+        };
         if self.map.base.is_some() {
+            let mut base = [[0.0; TOGETHER]; 3];
             for (base, points) in base.iter_mut().zip(&*self.points) {
                 let mut part = [0.0; TOGETHER];
                 *base = *part_of(points, first, &mut part);
             }
-        }
-        match &self.map.targets {
-            Targets::World {} => add(&mut base, &restored),
-            Targets::InverseDepth { frame_from_world } if self.map.base.is_some() => {
-                into_frame(frame_from_world, &mut base);
-                add(&mut base, &restored);
-                out_of_frame(frame_from_world, &mut base);
+            if let Some(frame) = frame {
+                into_frame(frame, &mut base);
             }
-            Targets::InverseDepth { frame_from_world } => {
-                base = restored;
-                out_of_frame(frame_from_world, &mut base);
+            for (own, base) in own.as_flattened_mut().iter_mut().zip(base.as_flattened()) {
+                *own += base;
             }
         }
-        for (points, own) in self.points.iter_mut().zip(&base) {
+        if let Some(frame) = frame {
+            out_of_frame(frame, &mut own);
+        }
+        for (points, own) in self.points.iter_mut().zip(&own) {
             let last = points.len().min(first + TOGETHER);
             points[first..last].copy_from_slice(&own[..last - first]);
         }
@@ -122,13 +123,6 @@ fn part_of<'c>(column: &'c [f64], first: usize, part: &'c mut Together) -> &'c T
             part[..rest.len()].copy_from_slice(rest);
             part
         }
-    }
-}
-
-#[inline(always)]
-fn add(sums: &mut [Together; 3], others: &[Together; 3]) {
-    for (sum, other) in sums.as_flattened_mut().iter_mut().zip(others.as_flattened()) {
-        *sum += other;
     }
 }
 

@@ -47,6 +47,24 @@ impl Batch {
         let present = (0..padded).map(|place| if place < self.samples { 1.0 } else { 0.0 });
         present.map(T::nearest).collect()
     }
+
+    /// Inputs and targets in groups of so many samples, a multiple of [`LANES`]: group by group, column by
+    /// column.
+    pub(super) fn groups<T: Real>(&self, group: usize) -> [Vec<T>; 2] {
+        let blocks = self.samples.div_ceil(LANES);
+        [&self.inputs, &self.targets].map(|lanes| {
+            let width = lanes.len() / blocks.max(1);
+            let padded = self.samples.next_multiple_of(group);
+            let mut groups = vec![T::default(); padded * width];
+            for (place, lane) in lanes.iter().enumerate() {
+                let (first, column) = (place / width * LANES, place % width);
+                let start = (first / group * width + column) * group + first % group;
+                let slots = groups[start..start + LANES].iter_mut();
+                slots.zip(lane).for_each(|(slot, value)| *slot = T::nearest(*value));
+            }
+            groups
+        })
+    }
 }
 
 fn lay_out(rows: &[Vec<f64>]) -> Vec<Lane> {

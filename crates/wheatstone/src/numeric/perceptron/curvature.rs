@@ -62,9 +62,10 @@ pub struct Curvature {
     layers: Vec<Layer>,
     inputs: Vec<f64>,
     present: Vec<f64>,
-    /// Register by register, as the two passes leave them; deltas output by output.
-    activations: Vec<f64>,
-    deltas: Vec<f64>,
+    /// Unit by unit, as the two passes leave them.
+    activations: Vec<[f64; SAMPLES]>,
+    /// Output by output, unit by unit.
+    deltas: Vec<[f64; SAMPLES]>,
     /// Layer by layer, sample by sample, with the 1 that the biases are multiplied by.
     rows: Vec<Vec<f64>>,
     /// Products of deltas: pair by pair, sample by sample.
@@ -113,8 +114,8 @@ impl Curvature {
         Self {
             inputs: batch.inputs.as_flattened().to_vec(),
             present: batch.present(),
-            activations: vec![0.0; packed.units() * SAMPLES],
-            deltas: vec![0.0; (packed.units() - inputs) * outputs * SAMPLES],
+            activations: vec![[0.0; SAMPLES]; packed.units()],
+            deltas: vec![[0.0; SAMPLES]; (packed.units() - inputs) * outputs],
             rows: layers.iter().map(row).collect(),
             left: vec![0.0; tallest * SAMPLES],
             right: vec![0.0; widest * SAMPLES],
@@ -186,7 +187,7 @@ impl WithSimd for Pass<'_> {
         for first in (0..count).step_by(SAMPLES) {
             let samples = SAMPLES.min(count - first);
             curvature.both_ways(simd, (first, samples), variances);
-            curvature.turn::<S>(samples);
+            curvature.turn(samples);
             for index in 0..curvature.pairs.len() {
                 let (a, b) = curvature.pairs[index].layers;
                 curvature.multiply_deltas(simd, samples, (a, b));
@@ -211,41 +212,37 @@ impl Curvature {
         let registers = LANES / width;
         let given = f64::vectors::<S>(&self.inputs);
         let present = f64::vectors::<S>(&self.present);
-        let activations = f64::vectors_mut::<S>(&mut self.activations).chunks_exact_mut(units);
-        let deltas = f64::vectors_mut::<S>(&mut self.deltas).chunks_exact_mut(upper * outputs);
-        let places = first / width..(first + samples) / width;
-        for ((place, activations), deltas) in places.zip(activations).zip(deltas) {
-            let (block, register) = (place / registers, place % registers);
-            for (input, value) in activations.iter_mut().take(inputs).enumerate() {
-                *value = given[(block * inputs + input) * registers + register];
+        let (first, count) = (first / width, samples / width);
+        let place = |slot: usize, input: usize| {
+            let (block, register) = ((first + slot) / registers, (first + slot) % registers);
+            (block * inputs + input) * registers + register
+        };
+        for (input, unit) in self.activations.iter_mut().take(inputs).enumerate() {
+            for (slot, value) in f64::vectors_mut::<S>(unit).iter_mut().take(count).enumerate() {
+                *value = given[place(slot, input)];
             }
-            self.packed.forward(simd, activations.as_chunks_mut::<1>().0, 0);
-            for (output, deltas) in deltas.chunks_exact_mut(upper).enumerate() {
-                deltas[upper - outputs..].fill(simd.splat_f64s(0.0));
-                let weight = simd.splat_f64s(1.0 / variances[output].sqrt());
-                let slope = self.packed.output_slope(simd, activations[units - outputs + output]);
-                let slope = simd.mul_f64s(simd.mul_f64s(slope, weight), present[place]);
-                deltas[upper - outputs + output] = slope;
-                let activations = activations.as_chunks::<1>().0;
-                let deltas = deltas.as_chunks_mut::<1>().0;
-                self.packed.backward(simd, activations, deltas, 0);
+        }
+        self.packed.forward(simd, &mut self.activations, count);
+        for (output, deltas) in self.deltas.chunks_exact_mut(upper).enumerate() {
+            let last = &mut deltas[upper - outputs..];
+            last.fill([0.0; SAMPLES]);
+            let weight = simd.splat_f64s(1.0 / variances[output].sqrt());
+            let values = f64::vectors::<S>(&self.activations[units - outputs + output]);
+            let slopes = f64::vectors_mut::<S>(&mut last[output]).iter_mut().zip(values);
+            for ((slope, value), present) in slopes.zip(&present[first..]).take(count) {
+                let own = self.packed.output_slope(simd, *value);
+                *slope = simd.mul_f64s(simd.mul_f64s(own, weight), *present);
             }
+            self.packed.backward(simd, &self.activations, deltas, count);
         }
     }
 
     /// Lays the activations out sample by sample.
-    #[inline(always)]
-    fn turn<S: Simd>(&mut self, samples: usize) {
-        let (units, width) = (self.packed.units(), f64::width::<S>());
+    fn turn(&mut self, samples: usize) {
         for (layer, rows) in self.layers.iter().zip(&mut self.rows) {
-            let registers = self.activations.chunks_exact(units * width);
-            let rows = rows.chunks_exact_mut((layer.below + 1) * width);
-            for (register, rows) in registers.zip(rows).take(samples / width) {
-                let values = register[layer.first_below * width..].chunks_exact(width);
-                for (unit, values) in values.take(layer.below).enumerate() {
-                    let places = rows[unit..].iter_mut().step_by(layer.below + 1);
-                    places.zip(values).for_each(|(place, value)| *place = *value);
-                }
+            let below = &self.activations[layer.first_below..][..layer.below];
+            for (sample, row) in rows.chunks_exact_mut(layer.below + 1).take(samples).enumerate() {
+                row.iter_mut().zip(below).for_each(|(place, unit)| *place = unit[sample]);
             }
         }
     }
@@ -262,20 +259,19 @@ impl Curvature {
         let upper = self.packed.units() - inputs;
         let width = f64::width::<S>();
         let (a, b) = (self.layers[first], self.layers[second]);
-        let deltas = f64::vectors::<S>(&self.deltas);
         let left = f64::vectors_mut::<S>(&mut self.left);
         let mut rows = left.chunks_exact_mut(SAMPLES / width);
         for one in 0..a.here {
             for other in if first == second { one } else { 0 }..b.here {
                 let Some(row) = rows.next() else { return };
-                let registers = deltas.chunks_exact(upper * outputs).take(samples / width);
-                for (product, deltas) in row.iter_mut().zip(registers) {
-                    let mut sum = simd.splat_f64s(0.0);
-                    for deltas in deltas.chunks_exact(upper) {
-                        let pair = (deltas[a.first_here + one], deltas[b.first_here + other]);
-                        sum = simd.add_f64s(sum, simd.mul_f64s(pair.0, pair.1));
+                let row = &mut row[..samples / width];
+                for (output, deltas) in self.deltas.chunks_exact(upper).take(outputs).enumerate() {
+                    let of = f64::vectors::<S>(&deltas[a.first_here + one]);
+                    let by = f64::vectors::<S>(&deltas[b.first_here + other]);
+                    for (product, (a, b)) in row.iter_mut().zip(of.iter().zip(by)) {
+                        let own = simd.mul_f64s(*a, *b);
+                        *product = if output == 0 { own } else { simd.add_f64s(*product, own) };
                     }
-                    *product = sum;
                 }
             }
         }

@@ -3,8 +3,8 @@
 use super::{Perceptron, packed::Packed};
 use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
 
-/// Samples that are read and written at once: as many as the widest register holds.
-pub(crate) const TOGETHER: usize = 16;
+/// Samples that are read and written at once: a few registers of the widest.
+pub(crate) const TOGETHER: usize = 64;
 
 /// Where samples come from and outputs go. Kernels are compiled with what is written here, so that memory is
 /// read and written while the network computes.
@@ -90,22 +90,13 @@ impl<T: Real, K: Samples<T>> WithSimd for Pass<'_, T, K> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Pass { packed, mut samples, count } = self;
         let (first, last) = packed.ends();
-        let mut inputs = vec![[T::default(); TOGETHER]; first];
-        let mut outputs = vec![[T::default(); TOGETHER]; last];
-        let mut units = vec![[T::splat(simd, T::default())]; packed.units()];
-        let hidden_end = units.len() - last;
+        let mut units = vec![[T::default(); TOGETHER]; packed.units()];
+        let outputs = units.len() - last;
         for start in (0..count).step_by(TOGETHER) {
-            samples.read(start, &mut inputs);
-            for register in 0..TOGETHER / T::width::<S>() {
-                for (unit, input) in units.iter_mut().zip(&inputs) {
-                    *unit = [T::vectors::<S>(input)[register]];
-                }
-                packed.forward(simd, &mut units, 0);
-                for ([unit], output) in units[hidden_end..].iter().zip(&mut outputs) {
-                    T::vectors_mut::<S>(output)[register] = *unit;
-                }
-            }
-            samples.write(start, &outputs);
+            samples.read(start, &mut units[..first]);
+            let left = TOGETHER.min(count - start).div_ceil(T::width::<S>());
+            packed.forward(simd, &mut units, left);
+            samples.write(start, &units[outputs..]);
         }
     }
 }

@@ -1,31 +1,53 @@
-//! A perceptron's weights in the order in which register kernels use them, and the two passes over as
-//! many samples as a register holds.
+//! A perceptron's weights in the order in which register kernels use them, and the two passes over a
+//! group of samples.
 
 use super::{OutputActivation, Perceptron};
-use crate::numeric::simd::{Real, Simd, add_products, has_many_registers};
+use crate::numeric::simd::{Real, Simd, has_many_registers};
 
-/// Goes through `0..$count` in tiles of eight, four, two and one: sums that are kept apart hide each
-/// other's latency, and eight with what they are multiplied by fit into sixteen registers.
+/// Goes through `0..$count` in tiles of four, and what is left at once.
 macro_rules! in_tiles {
     ($count:expr, $first:ident, $tile:ident, $body:block) => {{
         let mut $first = 0;
-        while $first + 8 <= $count {
-            const $tile: usize = 8;
-            $body;
-            $first += 8;
-        }
         while $first + 4 <= $count {
             const $tile: usize = 4;
             $body;
             $first += 4;
         }
+        match $count - $first {
+            3 => {
+                const $tile: usize = 3;
+                $body;
+            }
+            2 => {
+                const $tile: usize = 2;
+                $body;
+            }
+            1 => {
+                const $tile: usize = 1;
+                $body;
+            }
+            _ => {}
+        }
+    }};
+}
+
+/// Goes through the registers `0..$count` of samples, four at a time where the sums of as many units fit into
+/// registers, and two at a time elsewhere.
+macro_rules! in_registers {
+    ($many:expr, $count:expr, $first:ident, $wide:ident, $body:block) => {{
+        let mut $first = 0;
+        while $many && $first + 4 <= $count {
+            const $wide: usize = 4;
+            $body;
+            $first += 4;
+        }
         while $first + 2 <= $count {
-            const $tile: usize = 2;
+            const $wide: usize = 2;
             $body;
             $first += 2;
         }
         while $first < $count {
-            const $tile: usize = 1;
+            const $wide: usize = 1;
             $body;
             $first += 1;
         }
@@ -36,9 +58,8 @@ macro_rules! in_tiles {
 #[derive(Clone, Debug)]
 pub(super) struct Packed<T> {
     pub(super) sizes: Vec<usize>,
-    gain: T,
-    /// Whether the gain is not one, and must be multiplied by.
-    scales: bool,
+    /// Where it is not one, and must be multiplied by.
+    gain: Option<T>,
     /// Whether the last layer goes through the sigmoid.
     squashes_outputs: bool,
     /// Layer by layer, tile by tile: biases, then the weights input by input.
@@ -76,27 +97,95 @@ fn places(sizes: &[usize]) -> [Vec<usize>; 2] {
     [forward, backward]
 }
 
-/// The sigmoids of sums, eight or four at a time: as many chains as the registers hold.
+/// The sigmoids of a gain times sums, in place: so many registers of each unit, a few at a time that do not
+/// wait for each other.
 #[inline(always)]
-fn squash<T: Real, S: Simd>(simd: S, sums: &mut [T::Vector<S>]) {
-    let many = if has_many_registers::<T, S>() { sums.len() / 8 * 8 } else { 0 };
-    let (eights, rest) = sums.split_at_mut(many);
-    for eight in eights.as_chunks_mut::<8>().0 {
-        *eight = T::sigmoid(simd, *eight);
-    }
-    let (fours, rest) = rest.as_chunks_mut::<4>();
-    for four in fours {
-        *four = T::sigmoid(simd, *four);
-    }
-    for one in rest {
-        [*one] = T::sigmoid(simd, [*one]);
+fn squash<T: Real, S: Simd, const N: usize>(
+    simd: S,
+    gain: Option<T>,
+    (units, count): (&mut [[T; N]], usize),
+) {
+    for unit in units {
+        let sums = &mut T::vectors_mut::<S>(unit)[..count];
+        if let Some(gain) = gain {
+            let gain = T::splat(simd, gain);
+            for sum in &mut *sums {
+                *sum = T::multiply(simd, gain, *sum);
+            }
+        }
+        let (fours, rest) = sums.as_chunks_mut::<4>();
+        for four in fours {
+            *four = T::sigmoid(simd, *four);
+        }
+        for one in rest {
+            [*one] = T::sigmoid(simd, [*one]);
+        }
     }
 }
 
-/// What stands in one place of each unit.
+/// So many registers of a unit's samples, from the `first` on.
 #[inline(always)]
-fn in_slot<V, const B: usize>(units: &[[V; B]], slot: usize) -> impl Iterator<Item = &V> {
-    units.iter().map(move |unit| &unit[slot])
+fn part<T: Real, S: Simd, const N: usize, const WIDE: usize>(
+    unit: &[T; N],
+    first: usize,
+) -> Option<&[T::Vector<S>; WIDE]> {
+    T::vectors::<S>(unit).get(first..)?.first_chunk()
+}
+
+/// `starts[u]` and the sum over the units below of their samples times `weights[below][u]`, in their order.
+#[inline(always)]
+fn weighted_sums<T: Real, S: Simd, const N: usize, const TILE: usize, const WIDE: usize>(
+    simd: S,
+    starts: [T; TILE],
+    weights: &[T],
+    (units, first): (&[[T; N]], usize),
+) -> [[T::Vector<S>; WIDE]; TILE] {
+    let mut sums = starts.map(|start| [T::splat(simd, start); WIDE]);
+    // Two at a time: there is as much to count as to compute otherwise.
+    let (weights, last) = weights.as_chunks::<TILE>().0.as_chunks::<2>();
+    let (pairs, last_unit) = units.as_chunks::<2>();
+    for (weights, units) in weights.iter().zip(pairs) {
+        for (weights, unit) in weights.iter().zip(units) {
+            add_unit::<T, S, N, TILE, WIDE>(simd, &mut sums, weights, (unit, first));
+        }
+    }
+    for (weights, unit) in last.iter().zip(last_unit) {
+        add_unit::<T, S, N, TILE, WIDE>(simd, &mut sums, weights, (unit, first));
+    }
+    sums
+}
+
+/// One unit's part of [`weighted_sums`].
+#[inline(always)]
+fn add_unit<T: Real, S: Simd, const N: usize, const TILE: usize, const WIDE: usize>(
+    simd: S,
+    sums: &mut [[T::Vector<S>; WIDE]; TILE],
+    weights: &[T; TILE],
+    (unit, first): (&[T; N], usize),
+) {
+    let Some(samples) = part::<T, S, N, WIDE>(unit, first) else { return };
+    for (sums, weight) in sums.iter_mut().zip(weights) {
+        let weight = T::splat(simd, *weight);
+        for (sum, sample) in sums.iter_mut().zip(samples) {
+            *sum = T::add(simd, *sum, T::multiply(simd, weight, *sample));
+        }
+    }
+}
+
+/// A few units' weighted sums of what is below them.
+#[inline(always)]
+fn lift<T: Real, S: Simd, const N: usize, const TILE: usize, const WIDE: usize>(
+    simd: S,
+    weights: &[T],
+    (lower, upper): (&[[T; N]], &mut [[T; N]]),
+    first: usize,
+) {
+    let Some((biases, weights)) = weights.split_first_chunk::<TILE>() else { return };
+    let below = (lower, first);
+    let sums = weighted_sums::<T, S, N, TILE, WIDE>(simd, *biases, weights, below);
+    for (unit, sums) in upper.iter_mut().zip(sums) {
+        T::vectors_mut::<S>(unit)[first..first + WIDE].copy_from_slice(&sums);
+    }
 }
 
 impl<T: Real> Packed<T> {
@@ -105,8 +194,7 @@ impl<T: Real> Packed<T> {
         let places = places(&network.sizes);
         Self {
             sizes: network.sizes.clone(),
-            gain: T::nearest(network.gain),
-            scales: network.gain != 1.0,
+            gain: (network.gain != 1.0).then(|| T::nearest(network.gain)),
             squashes_outputs: network.output == OutputActivation::Sigmoid,
             forward: vec![T::default(); places[0].len()],
             backward: vec![T::default(); places[1].len()],
@@ -131,43 +219,30 @@ impl<T: Real> Packed<T> {
         self.backward.iter_mut().zip(&self.places[1]).for_each(of_weights);
     }
 
-    /// Fills all layers' activations from the inputs, which stand first: those in the place `slot` of each
-    /// unit.
+    /// Fills all layers' activations from the inputs, which stand first: of each unit, so many registers.
     #[inline(always)]
-    pub(super) fn forward<S: Simd, const B: usize>(
+    pub(super) fn forward<S: Simd, const N: usize>(
         &self,
         simd: S,
-        mut activations: &mut [[T::Vector<S>; B]],
-        slot: usize,
+        mut activations: &mut [[T; N]],
+        count: usize,
     ) {
-        if slot >= B {
-            return;
-        }
+        let many = has_many_registers::<T, S>();
+        let count = count.min(N / T::width::<S>());
         let mut weights = self.forward.as_slice();
-        let gain = T::splat(simd, self.gain);
         for (layer, pair) in self.sizes.windows(2).enumerate() {
             let (lower, upper) = activations.split_at_mut(pair[0]);
-            let squashes = layer + 2 < self.sizes.len() || self.squashes_outputs;
-            in_tiles!(pair[1], first, TILE, {
+            in_tiles!(pair[1], unit, TILE, {
                 let (tile, rest) = weights.split_at((pair[0] + 1) * TILE);
                 weights = rest;
-                let (biases, tile) = tile.split_at(TILE);
-                let sums: [T::Vector<S>; TILE] =
-                    std::array::from_fn(|unit| T::splat(simd, biases[unit]));
-                let below = in_slot(lower, slot);
-                let mut sums = add_products::<T, S, TILE>(simd, sums, tile, below);
-                if squashes {
-                    if self.scales {
-                        for sum in &mut sums {
-                            *sum = T::multiply(simd, gain, *sum);
-                        }
-                    }
-                    squash::<T, S>(simd, &mut sums);
-                }
-                for (unit, sum) in upper[first..first + TILE].iter_mut().zip(sums) {
-                    unit[slot] = sum;
-                }
+                let units = &mut upper[unit..unit + TILE];
+                in_registers!(many, count, first, WIDE, {
+                    lift::<T, S, N, TILE, WIDE>(simd, tile, (lower, units), first);
+                });
             });
+            if layer + 2 < self.sizes.len() || self.squashes_outputs {
+                squash::<T, S, N>(simd, self.gain, (&mut upper[..pair[1]], count));
+            }
             activations = upper;
         }
     }
@@ -186,43 +261,60 @@ impl<T: Real> Packed<T> {
     fn slope<S: Simd>(&self, simd: S, activation: T::Vector<S>) -> T::Vector<S> {
         let rest = T::subtract(simd, T::splat(simd, T::nearest(1.0)), activation);
         let slope = T::multiply(simd, activation, rest);
-        if self.scales { T::multiply(simd, T::splat(simd, self.gain), slope) } else { slope }
+        match self.gain {
+            Some(gain) => T::multiply(simd, T::splat(simd, gain), slope),
+            None => slope,
+        }
     }
 
-    /// Fills the derivatives by the weighted sums of all layers but the inputs; those of the outputs
-    /// stand last. In the place `slot` of each unit.
+    /// Fills the derivatives by the weighted sums of all layers but the inputs, of so many registers; those of
+    /// the outputs stand last.
     #[inline(always)]
-    pub(super) fn backward<S: Simd, const B: usize>(
+    pub(super) fn backward<S: Simd, const N: usize>(
         &self,
         simd: S,
-        activations: &[[T::Vector<S>; B]],
-        deltas: &mut [[T::Vector<S>; B]],
-        slot: usize,
+        activations: &[[T; N]],
+        deltas: &mut [[T; N]],
+        count: usize,
     ) {
-        if slot >= B {
-            return;
-        }
+        let many = has_many_registers::<T, S>();
+        let count = count.min(N / T::width::<S>());
         let mut weights = self.backward.as_slice();
         let mut end = deltas.len();
         for pair in self.sizes.windows(2).skip(1).rev() {
             let (below, here) = (pair[0], pair[1]);
             let (lower, upper) = deltas[end - here - below..end].split_at_mut(below);
             let start = self.sizes[0] + end - here - below;
-            let here_activations = &activations[start..start + below];
-            in_tiles!(below, first, TILE, {
+            let activations = &activations[start..start + below];
+            in_tiles!(below, unit, TILE, {
                 let (tile, rest) = weights.split_at(here * TILE);
                 weights = rest;
-                let zero = [T::splat(simd, T::default()); TILE];
-                let above = in_slot(upper, slot);
-                let sums = add_products::<T, S, TILE>(simd, zero, tile, above);
-                let places = lower[first..first + TILE].iter_mut();
-                for ((delta, activation), sum) in
-                    places.zip(&here_activations[first..first + TILE]).zip(sums)
-                {
-                    delta[slot] = T::multiply(simd, sum, self.slope(simd, activation[slot]));
-                }
+                let (units, own) = (&mut lower[unit..unit + TILE], &activations[unit..unit + TILE]);
+                in_registers!(many, count, first, WIDE, {
+                    self.lower::<S, N, TILE, WIDE>(simd, tile, (upper, own), (units, first));
+                });
             });
             end -= here;
+        }
+    }
+
+    /// A few units' deltas from those above.
+    #[inline(always)]
+    fn lower<S: Simd, const N: usize, const TILE: usize, const WIDE: usize>(
+        &self,
+        simd: S,
+        weights: &[T],
+        (upper, activations): (&[[T; N]], &[[T; N]]),
+        (lower, first): (&mut [[T; N]], usize),
+    ) {
+        let above = (upper, first);
+        let sums = weighted_sums::<T, S, N, TILE, WIDE>(simd, [T::default(); TILE], weights, above);
+        for ((unit, sums), activation) in lower.iter_mut().zip(sums).zip(activations) {
+            let places = T::vectors_mut::<S>(unit)[first..first + WIDE].iter_mut();
+            let Some(activations) = part::<T, S, N, WIDE>(activation, first) else { return };
+            for ((delta, activation), sum) in places.zip(activations).zip(sums) {
+                *delta = T::multiply(simd, sum, self.slope(simd, *activation));
+            }
         }
     }
 }

@@ -6,22 +6,23 @@
 use super::{Batch, LANES, Perceptron, packed::Packed};
 use crate::numeric::simd::{Real, Simd, WithSimd, has_many_registers, on_widest};
 
-/// Registers of samples that go forward and backward before their derivatives are added up, by how wide a
-/// register is: what they leave behind of the paper's network stays in the nearest cache.
-const GROUP: usize = 20;
-const WIDE_GROUP: usize = 10;
+/// Bytes of a unit's samples that go forward and backward before their derivatives are added up: what they
+/// leave behind of the paper's network stays in the nearest cache.
+const GROUP: usize = 640;
+const SINGLES: usize = GROUP / size_of::<f32>();
+const DOUBLES: usize = GROUP / size_of::<f64>();
 
 /// Samples laid out, and every buffer: nothing is allocated from one pass to the next.
 #[derive(Clone, Debug)]
 pub struct Sweep<T> {
     packed: Packed<T>,
-    /// Block by block, input by input, [`LANES`] samples.
+    /// Group by group, input by input.
     inputs: Vec<T>,
-    /// Block by block, output by output.
+    /// Group by group, output by output.
     targets: Vec<T>,
-    /// Block by block: 1 for a sample, 0 for padding.
+    /// 1 for a sample, 0 for padding of the last [`LANES`].
     present: Vec<T>,
-    /// Unit by unit, the registers of a group.
+    /// Unit by unit, the samples of a group.
     activations: Vec<T>,
     /// As the activations, without inputs.
     deltas: Vec<T>,
@@ -37,16 +38,14 @@ impl<T: Real> Sweep<T> {
     pub fn new(network: &Perceptron, batch: &Batch) -> Self {
         let packed = Packed::new(network);
         let (inputs, outputs) = packed.ends();
-        let nearest = |lanes: &[super::Lane]| {
-            lanes.as_flattened().iter().map(|value| T::nearest(*value)).collect()
-        };
+        let [given, targets] = batch.groups(group::<T>());
         let zeros = |count: usize| vec![T::default(); count * LANES];
         Self {
-            inputs: nearest(&batch.inputs),
-            targets: nearest(&batch.targets),
+            inputs: given,
+            targets,
             present: batch.present(),
-            activations: zeros(GROUP * packed.units()),
-            deltas: zeros(GROUP * (packed.units() - inputs)),
+            activations: vec![T::default(); group::<T>() * packed.units()],
+            deltas: vec![T::default(); group::<T>() * (packed.units() - inputs)],
             sums: zeros(network.weights.len()),
             squares: zeros(outputs),
             totals: vec![0.0; outputs],
@@ -78,10 +77,10 @@ impl<T: Real> WithSimd for Pass<'_, T> {
         let Pass { sweep, factors, gradient } = self;
         sweep.sums.fill(T::default());
         sweep.squares.fill(T::default());
-        if has_many_registers::<T, S>() {
-            sweep.add_all::<S, WIDE_GROUP>(simd, factors);
+        if group::<T>() == SINGLES {
+            sweep.add_all::<S, SINGLES>(simd, factors);
         } else {
-            sweep.add_all::<S, GROUP>(simd, factors);
+            sweep.add_all::<S, DOUBLES>(simd, factors);
         }
         for (total, squares) in sweep.totals.iter_mut().zip(sweep.squares.as_chunks().0) {
             *total = sum_of_lanes(squares);
@@ -90,6 +89,11 @@ impl<T: Real> WithSimd for Pass<'_, T> {
             *slope = sum_of_lanes(sums);
         }
     }
+}
+
+/// Samples of a group.
+fn group<T>() -> usize {
+    GROUP / size_of::<T>()
 }
 
 /// The sum over the lanes, in one order.
@@ -108,73 +112,68 @@ fn sum_of_lanes<T: Real>(lanes: &[T; LANES]) -> f64 {
 }
 
 impl<T: Real> Sweep<T> {
-    /// Goes through all samples, `G` registers at a time.
+    /// Goes through all samples, `N` at a time.
     #[inline(always)]
-    fn add_all<S: Simd, const G: usize>(&mut self, simd: S, factors: &[f64]) {
-        let registers = LANES / T::width::<S>();
-        let group = G / registers * registers;
-        let places = self.present.len() / T::width::<S>();
-        for first in (0..places).step_by(group) {
-            let count = group.min(places - first);
-            for slot in 0..count {
-                self.both_ways::<S, G>(simd, first, slot, factors);
-            }
-            self.add_up::<S, G>(simd, count);
+    fn add_all<S: Simd, const N: usize>(&mut self, simd: S, factors: &[f64]) {
+        for group in 0..self.present.len().div_ceil(N) {
+            let count = N.min(self.present.len() - group * N) / T::width::<S>();
+            self.both_ways::<S, N>(simd, (group, count), factors);
+            self.add_up::<S, N>(simd, count);
         }
     }
 
-    /// Takes the samples of a register forward and backward, those of `slot` in the group that begins at
-    /// register `first`.
+    /// Takes so many registers of a group of samples forward and backward.
     #[inline(always)]
-    fn both_ways<S: Simd, const G: usize>(
+    fn both_ways<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        first: usize,
-        slot: usize,
+        (group, count): (usize, usize),
         factors: &[f64],
     ) {
         let (inputs, outputs) = self.packed.ends();
-        let units = self.packed.units();
-        let hidden = units - inputs - outputs;
         let registers = LANES / T::width::<S>();
-        let samples = T::vectors::<S>(&self.inputs);
-        let targets = T::vectors::<S>(&self.targets);
-        let present = T::vectors::<S>(&self.present);
+        let units = self.packed.units();
+        let activations = &mut self.activations.as_chunks_mut::<N>().0[..units];
+        let deltas = &mut self.deltas.as_chunks_mut::<N>().0[..units - inputs];
+        let samples = &self.inputs.as_chunks::<N>().0[group * inputs..][..inputs];
+        activations[..inputs].copy_from_slice(samples);
+        self.packed.forward(simd, activations, count);
+        let present = T::vectors::<S>(&self.present[group * N..]);
         let squares = T::vectors_mut::<S>(&mut self.squares);
-        let activations = T::vectors_mut::<S>(&mut self.activations).as_chunks_mut::<G>().0;
-        let activations = &mut activations[..units];
-        let deltas = T::vectors_mut::<S>(&mut self.deltas).as_chunks_mut::<G>().0;
-        let deltas = &mut deltas[..hidden + outputs];
-        let (block, register) = ((first + slot) / registers, (first + slot) % registers);
-        for (input, value) in activations.iter_mut().take(inputs).enumerate() {
-            value[slot] = samples[(block * inputs + input) * registers + register];
+        let found = &activations[units - outputs..];
+        let last = &mut deltas[units - inputs - outputs..];
+        let targets = &self.targets.as_chunks::<N>().0[group * outputs..];
+        for (output, factor) in factors.iter().enumerate().take(outputs) {
+            let factor = T::splat(simd, T::nearest(*factor));
+            let squares = &mut squares[output * registers..][..registers];
+            let wanted = T::vectors::<S>(&targets[output]).iter().zip(present);
+            let found = T::vectors::<S>(&found[output]).iter().zip(wanted);
+            let deltas = T::vectors_mut::<S>(&mut last[output]).iter_mut();
+            for (slot, (delta, (value, (wanted, present)))) in
+                deltas.zip(found).enumerate().take(count)
+            {
+                let error = T::subtract(simd, *value, *wanted);
+                let error = T::multiply(simd, error, *present);
+                let sum = &mut squares[slot % registers];
+                *sum = T::add(simd, *sum, T::multiply(simd, error, error));
+                let error = T::multiply(simd, error, factor);
+                *delta = T::multiply(simd, error, self.packed.output_slope(simd, *value));
+            }
         }
-        self.packed.forward(simd, activations, slot);
-        let found = activations[inputs + hidden..].iter().zip(factors);
-        let last = deltas[hidden..].iter_mut();
-        for (output, ((value, factor), delta)) in found.zip(last).enumerate() {
-            let wanted = targets[(block * outputs + output) * registers + register];
-            let error = T::subtract(simd, value[slot], wanted);
-            let error = T::multiply(simd, error, present[first + slot]);
-            let sum = &mut squares[output * registers + register];
-            *sum = T::add(simd, *sum, T::multiply(simd, error, error));
-            let error = T::multiply(simd, error, T::splat(simd, T::nearest(*factor)));
-            delta[slot] = T::multiply(simd, error, self.packed.output_slope(simd, value[slot]));
-        }
-        self.packed.backward(simd, activations, deltas, slot);
+        self.packed.backward(simd, activations, deltas, count);
     }
 
     /// Adds the products of derivatives and activations of a group of so many registers to the gradient's
     /// sums.
     #[inline(always)]
-    fn add_up<S: Simd, const G: usize>(&mut self, simd: S, count: usize) {
+    fn add_up<S: Simd, const N: usize>(&mut self, simd: S, count: usize) {
         let registers = LANES / T::width::<S>();
-        let activations = T::vectors::<S>(&self.activations).as_chunks::<G>().0;
-        let deltas = T::vectors::<S>(&self.deltas).as_chunks::<G>().0;
+        let activations = self.activations.as_chunks::<N>().0;
+        let deltas = self.deltas.as_chunks::<N>().0;
         let sums = T::vectors_mut::<S>(&mut self.sums);
         for register in 0..registers {
             let samples =
-                Products::<T, S, G> { simd, deltas, activations, register, registers, count };
+                Products::<T, S, N> { simd, deltas, activations, register, registers, count };
             let (mut start, mut below_start, mut here_start) = (0, 0, 0);
             for pair in self.packed.sizes.windows(2) {
                 let (below, here) = (pair[0], pair[1]);
@@ -190,10 +189,10 @@ impl<T: Real> Sweep<T> {
 }
 
 /// What a group left behind, unit by unit; of each block of samples, one register.
-struct Products<'a, T: Real, S: Simd, const G: usize> {
+struct Products<'a, T: Real, S: Simd, const N: usize> {
     simd: S,
-    deltas: &'a [[T::Vector<S>; G]],
-    activations: &'a [[T::Vector<S>; G]],
+    deltas: &'a [[T; N]],
+    activations: &'a [[T; N]],
     /// Which of a block's registers, and how many those are: so far apart are the sums of two weights.
     register: usize,
     registers: usize,
@@ -201,7 +200,7 @@ struct Products<'a, T: Real, S: Simd, const G: usize> {
     count: usize,
 }
 
-impl<T: Real, S: Simd, const G: usize> Products<'_, T, S, G> {
+impl<T: Real, S: Simd, const N: usize> Products<'_, T, S, N> {
     /// One layer's weights: `(here, below)` sums.
     #[inline(always)]
     fn layer(
@@ -251,23 +250,45 @@ impl<T: Real, S: Simd, const G: usize> Products<'_, T, S, G> {
         below: usize,
         (unit, input): (usize, usize),
     ) {
-        let simd = self.simd;
         let Some(deltas) = self.deltas[unit..].first_chunk::<TALL>() else { return };
         let Some(activations) = self.activations[input..].first_chunk::<WIDE>() else { return };
         let place = |row: usize, column: usize| (row * below + column) * self.registers;
-        let mut sums: [[T::Vector<S>; WIDE]; TALL] =
-            std::array::from_fn(|r| std::array::from_fn(|c| rows[place(r, c)]));
-        for slot in (self.register..self.count.min(G)).step_by(self.registers) {
-            for (sums, delta) in sums.iter_mut().zip(deltas) {
-                for (sum, activation) in sums.iter_mut().zip(activations) {
-                    let product = T::multiply(simd, delta[slot], activation[slot]);
-                    *sum = T::add(simd, *sum, product);
-                }
-            }
+        // Not from the sums that are there: no product would wait for those, which lie farther away.
+        let mut sums = [[T::splat(self.simd, T::default()); WIDE]; TALL];
+        let mut slot = self.register;
+        // Two at a time: there is as much to count as to compute otherwise.
+        while slot + self.registers < self.count {
+            self.add_slot(&mut sums, (deltas, activations), slot);
+            self.add_slot(&mut sums, (deltas, activations), slot + self.registers);
+            slot += 2 * self.registers;
+        }
+        if slot < self.count {
+            self.add_slot(&mut sums, (deltas, activations), slot);
         }
         for (r, sums) in sums.into_iter().enumerate() {
             for (c, sum) in sums.into_iter().enumerate() {
-                rows[place(r, c)] = sum;
+                let row = &mut rows[place(r, c)];
+                *row = T::add(self.simd, *row, sum);
+            }
+        }
+    }
+
+    /// One register's part of a tile.
+    #[inline(always)]
+    fn add_slot<const TALL: usize, const WIDE: usize>(
+        &self,
+        sums: &mut [[T::Vector<S>; WIDE]; TALL],
+        (deltas, activations): (&[[T; N]; TALL], &[[T; N]; WIDE]),
+        slot: usize,
+    ) {
+        if slot >= N / T::width::<S>() {
+            return;
+        }
+        for (sums, delta) in sums.iter_mut().zip(deltas) {
+            let delta = T::vectors::<S>(delta)[slot];
+            for (sum, activation) in sums.iter_mut().zip(activations) {
+                let product = T::multiply(self.simd, delta, T::vectors::<S>(activation)[slot]);
+                *sum = T::add(self.simd, *sum, product);
             }
         }
     }
@@ -275,12 +296,29 @@ impl<T: Real, S: Simd, const G: usize> Products<'_, T, S, G> {
     /// One layer's biases.
     #[inline(always)]
     fn biases(&self, sums: &mut [T::Vector<S>], (start, here): (usize, usize)) {
-        for (unit, deltas) in self.deltas[start..start + here].iter().enumerate() {
-            let mut total = sums[unit * self.registers];
-            for slot in (self.register..self.count.min(G)).step_by(self.registers) {
-                total = T::add(self.simd, total, deltas[slot]);
+        let mut unit = 0;
+        while unit + 4 <= here {
+            self.few_biases::<4>(&mut sums[unit * self.registers..], start + unit);
+            unit += 4;
+        }
+        while unit < here {
+            self.few_biases::<1>(&mut sums[unit * self.registers..], start + unit);
+            unit += 1;
+        }
+    }
+
+    /// The biases of a few units.
+    #[inline(always)]
+    fn few_biases<const TALL: usize>(&self, rows: &mut [T::Vector<S>], start: usize) {
+        let Some(deltas) = self.deltas[start..].first_chunk::<TALL>() else { return };
+        let mut sums: [T::Vector<S>; TALL] = std::array::from_fn(|row| rows[row * self.registers]);
+        for slot in (self.register..self.count.min(N / T::width::<S>())).step_by(self.registers) {
+            for (sum, delta) in sums.iter_mut().zip(deltas) {
+                *sum = T::add(self.simd, *sum, T::vectors::<S>(delta)[slot]);
             }
-            sums[unit * self.registers] = total;
+        }
+        for (row, sum) in sums.into_iter().enumerate() {
+            rows[row * self.registers] = sum;
         }
     }
 }

@@ -18,11 +18,11 @@ pub(super) fn add_matrix_product<S: Simd>(
         let rows: [&[f64]; ROWS] = std::array::from_fn(|row| &left[row * SAMPLES..][..samples]);
         let mut column = 0;
         while column + 2 <= registers {
-            add_tile::<S, 2>(simd, rows, (&right[column..], registers), &mut sums[column..]);
+            add_tile::<S, 2>(simd, rows, (right, registers, column), sums);
             column += 2;
         }
         if column < registers {
-            add_tile::<S, 1>(simd, rows, (&right[column..], registers), &mut sums[column..]);
+            add_tile::<S, 1>(simd, rows, (right, registers, column), sums);
         }
     }
 }
@@ -32,14 +32,14 @@ pub(super) fn add_matrix_product<S: Simd>(
 fn add_tile<S: Simd, const WIDE: usize>(
     simd: S,
     [a, b, c, d]: [&[f64]; ROWS],
-    (right, stride): (&[S::f64s], usize),
+    (right, width, first): (&[S::f64s], usize, usize),
     sums: &mut [S::f64s],
 ) {
     let mut tile: [[S::f64s; WIDE]; ROWS] =
-        std::array::from_fn(|row| std::array::from_fn(|column| sums[row * stride + column]));
+        std::array::from_fn(|row| std::array::from_fn(|column| sums[row * width + first + column]));
     let left = a.iter().zip(b).zip(c.iter().zip(d));
-    for (((a, b), (c, d)), right) in left.zip(right.chunks(stride)) {
-        let Some(right) = right.first_chunk::<WIDE>() else { return };
+    for (((a, b), (c, d)), right) in left.zip(right.chunks_exact(width)) {
+        let right = &right[first..first + WIDE];
         for (sums, factor) in tile.iter_mut().zip([a, b, c, d]) {
             let factor = simd.splat_f64s(*factor);
             for (sum, value) in sums.iter_mut().zip(right) {
@@ -48,6 +48,6 @@ fn add_tile<S: Simd, const WIDE: usize>(
         }
     }
     for (row, tile) in tile.into_iter().enumerate() {
-        sums[row * stride..row * stride + WIDE].copy_from_slice(&tile);
+        sums[row * width + first..][..WIDE].copy_from_slice(&tile);
     }
 }
