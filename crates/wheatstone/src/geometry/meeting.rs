@@ -6,6 +6,10 @@
 //! one Gauss-Newton step on the plane's errors, told in pixels, makes it the most likely one (Hartley &
 //! Sturm 1997, doi:10.1006/cviu.1997.0547) but for terms of the third order in the errors.
 
+mod two_views;
+
+pub(crate) use two_views::TwoViews;
+
 use crate::numeric::number::Number;
 
 /// A projective camera and how it counts.

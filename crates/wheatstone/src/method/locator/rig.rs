@@ -8,7 +8,10 @@ use super::{
 use crate::{
     geometry::{
         Pixel, PixelColumns,
-        meeting::{ALONG, BENT, Meeting, PLAIN, SCALED, Sighting, Sightings, StraightCamera, meet},
+        meeting::{
+            ALONG, BENT, Meeting, PLAIN, SCALED, Sighting, Sightings, StraightCamera, TwoViews,
+            meet,
+        },
     },
     numeric::{
         number::{Doubles, Number, Pair, registers, registers_mut},
@@ -23,6 +26,7 @@ const BLOCK: usize = 64;
 pub(super) struct Rig<'a> {
     pub(super) cameras: Vec<PlacedCamera<'a>>,
     straight: Vec<StraightCamera>,
+    two_views: Option<TwoViews>,
     /// None for cameras without a lens.
     pub(super) patches: Vec<Option<Patches>>,
     /// For each camera the part of the picture that was last tried, and the sheet over it.
@@ -51,8 +55,10 @@ impl<'a> Rig<'a> {
             }
         };
         let patches = |camera: &PlacedCamera| camera.sees.is_some().then(|| Patches::new(camera));
+        let straight: Vec<StraightCamera> = cameras.iter().map(straight).collect();
         Self {
-            straight: cameras.iter().map(straight).collect(),
+            two_views: TwoViews::new(&straight),
+            straight,
             patches: cameras.iter().map(patches).collect(),
             sheets: cameras.iter().map(|_| None).collect(),
             cameras,
@@ -151,11 +157,11 @@ impl WithSimd for Pass<'_, '_> {
             let lenses = || rig.cameras.iter().zip(&rig.patches).filter(|(_, lens)| lens.is_some());
             let lens = (told.as_slice(), columns);
             if lenses().any(|(camera, _)| !camera.is_central) {
-                meet_block::<S, { SCALED | ALONG | BENT }>(simd, &rig.straight, lens);
+                meet_block::<S, { SCALED | ALONG | BENT }>(simd, rig, lens);
             } else if lenses().next().is_some() {
-                meet_block::<S, SCALED>(simd, &rig.straight, lens);
+                meet_block::<S, SCALED>(simd, rig, lens);
             } else {
-                meet_block::<S, PLAIN>(simd, &rig.straight, lens);
+                meet_block::<S, PLAIN>(simd, rig, lens);
             }
             if length < BLOCK {
                 let points = met.point.iter_mut().flatten().zip(&out);
@@ -173,15 +179,18 @@ impl WithSimd for Pass<'_, '_> {
 #[inline(always)]
 fn meet_block<S: Simd, const KIND: u8>(
     simd: S,
-    cameras: &[StraightCamera],
+    rig: &Rig,
     (told, mut columns): (&[Told], [&mut [f64]; 5]),
 ) {
     let zero = Doubles(simd, simd.splat_f64s(0.0));
-    let share = zero.all(1.0 / (2 * cameras.len()) as f64);
+    let share = zero.all(1.0 / (2 * rig.cameras.len()) as f64);
     // Two registers at a time: there is much that waits for one number.
     for group in (0..registers::<S>(columns[0]).len()).step_by(2) {
-        let Meeting { point: [x, y, z], squares, nearness } =
-            meet::<_, KIND>(cameras, &Groups { simd, told, group }, Pair([zero, zero]));
+        let (told, zeros) = (Groups { simd, told, group }, Pair([zero, zero]));
+        let Meeting { point: [x, y, z], squares, nearness } = match &rig.two_views {
+            Some(two_views) => two_views.meet::<_, KIND>(&told, zeros),
+            None => meet::<_, KIND>(&rig.straight, &told, zeros),
+        };
         let residual = (squares * Pair([share, share])).root();
         for (column, Pair(pair)) in columns.iter_mut().zip([x, y, z, residual, nearness]) {
             for (place, value) in registers_mut::<S>(column)[group..].iter_mut().zip(pair) {
