@@ -4,6 +4,8 @@
 //! miss away (Sampson 1982, doi:10.1016/0146-664X(82)90101-0; for two views Lindstrom 2010,
 //! doi:10.1109/CVPR.2010.5539785), and the rays through what is then seen meet in the most likely point but for
 //! terms of the third order in the errors.
+//!
+//! There are loops here where closures would be shorter: those would not become part of a kernel.
 
 use super::{ALONG, BENT, Meeting, SCALED, Sighting, Sightings, StraightCamera, in_pixels};
 use crate::numeric::number::Number;
@@ -46,8 +48,23 @@ const MORE: f64 = 0.02;
 const LITTLE: f64 = 1e-4;
 
 #[inline(always)]
-fn affine<N: Number>(row: [f64; 3], [u, v]: [N; 2]) -> N {
-    u.all(row[0]) * u + u.all(row[1]) * v + u.all(row[2])
+fn linear<N: Number>(row: [f64; 3], [u, v]: [N; 2]) -> N {
+    u.all(row[0]) * u + u.all(row[1]) * v
+}
+
+#[inline(always)]
+fn affine<N: Number>(row: [f64; 3], place: [N; 2]) -> N {
+    linear(row, place) + place[0].all(row[2])
+}
+
+/// A number in each coordinate, everywhere the same.
+#[inline(always)]
+fn all<N: Number, const D: usize>(zero: N, values: [f64; D]) -> [N; D] {
+    let mut numbers = [zero; D];
+    for (number, value) in numbers.iter_mut().zip(values) {
+        *number = zero.all(value);
+    }
+    numbers
 }
 
 #[inline(always)]
@@ -109,7 +126,7 @@ impl TwoViews {
         zero: N,
     ) -> Meeting<N> {
         let seen = [sightings.of(0), sightings.of(1)];
-        let mut nearness = self.nearness.map(|near| zero.all(near));
+        let mut nearness = all(zero, self.nearness);
         if KIND & BENT != 0 {
             let ray = self.ray::<N, KIND>(&seen, nearness);
             let (above, below) = ray.depth();
@@ -136,14 +153,13 @@ impl TwoViews {
             + first.held(self.ranges[0][0], self.ranges[0][1])
             + near.held(self.ranges[1][0], self.ranges[1][1]);
         let [at, beside] = straight::<N, KIND>(&moved[0], nearness[0]);
-        let point = [0, 1, 2].map(|axis| {
-            let row = self.rays[axis];
-            let point = depth * affine(row, at) + zero.all(self.centre[axis]);
-            if KIND & (ALONG | BENT) == 0 {
-                return point;
+        let mut point = all(zero, self.centre);
+        for (point, row) in point.iter_mut().zip(self.rays) {
+            *point = depth * affine(row, at) + *point;
+            if KIND & (ALONG | BENT) != 0 {
+                *point = *point + linear(row, beside);
             }
-            point + (zero.all(row[0]) * beside[0] + zero.all(row[1]) * beside[1])
-        });
+        }
         Meeting { point, squares: squares + held, nearness: first }
     }
 
@@ -152,19 +168,25 @@ impl TwoViews {
     fn ray<N: Number, const KIND: u8>(&self, seen: &[Sighting<N>; 2], nearness: [N; 2]) -> Ray<N> {
         let [first, beside] = straight::<N, KIND>(&seen[0], nearness[0]);
         let [second, along] = straight::<N, KIND>(&seen[1], nearness[1]);
-        let mut begin = self.begin.map(|value| first[0].all(value));
+        let zero = first[0].all(0.0);
+        let mut begin = all(zero, self.begin);
         if KIND & (ALONG | BENT) != 0 {
             // It does not begin in the camera's centre.
             for (begin, row) in begin.iter_mut().zip(self.towards) {
-                let [u, v] = [0, 1].map(|axis| beside[axis].all(row[axis]) * beside[axis]);
-                *begin = *begin + (u + v);
+                *begin = *begin + linear(row, beside);
             }
         }
-        let towards = self.towards.map(|row| affine(row, first));
-        let by = [0, 1].map(|axis| towards[axis] - second[axis] * towards[2]);
-        let mut right = [0, 1].map(|axis| second[axis] * begin[2] - begin[axis]);
-        if KIND & (ALONG | BENT) != 0 {
-            right = [right[0] + along[0], right[1] + along[1]];
+        let mut towards = [zero; 3];
+        for (towards, row) in towards.iter_mut().zip(self.towards) {
+            *towards = affine(row, first);
+        }
+        let (mut by, mut right) = ([zero; 2], [zero; 2]);
+        for axis in 0..2 {
+            by[axis] = towards[axis] - second[axis] * towards[2];
+            right[axis] = second[axis] * begin[2] - begin[axis];
+            if KIND & (ALONG | BENT) != 0 {
+                right[axis] = right[axis] + along[axis];
+            }
         }
         Ray { begin, towards, second, by, right }
     }
@@ -180,10 +202,12 @@ impl TwoViews {
         let Ray { begin, towards, second, by, right } = ray;
         let miss = by[0] * right[1] - by[1] * right[0];
         // How it goes with the first camera's place, and with the second's.
-        let by_first = [0, 1].map(|column| {
-            let [u, v, depth] = self.towards.map(|row| miss.all(row[column]));
-            (u - second[0] * depth) * right[1] - (v - second[1] * depth) * right[0]
-        });
+        let mut by_first = [miss; 2];
+        for (column, slope) in by_first.iter_mut().enumerate() {
+            let [u, v, depth] = self.towards;
+            let [u, v, depth] = all(miss, [u[column], v[column], depth[column]]);
+            *slope = (u - second[0] * depth) * right[1] - (v - second[1] * depth) * right[0];
+        }
         let by_second = [
             (by[1] * begin[2] + towards[2] * right[1]) * miss.all(-1.0),
             by[0] * begin[2] + towards[2] * right[0],
@@ -198,17 +222,18 @@ impl TwoViews {
                 *slope = [x * *share, y * *share];
             }
         }
-        let ease = self.ease.map(|ease| miss.all(ease));
+        let ease = all(miss, self.ease);
         let pull = miss / (square(slopes[0]) * ease[0] + square(slopes[1]) * ease[1]);
-        let steps = [0, 1].map(|camera| {
+        let mut steps = [[[miss; 2]; 2]; 2];
+        for (camera, steps) in steps.iter_mut().enumerate() {
             let by = pull * ease[camera];
             let pixels = [slopes[camera][0] * by, slopes[camera][1] * by];
-            if KIND & SCALED == 0 {
-                return [pixels; 2];
+            *steps = [pixels; 2];
+            if KIND & SCALED != 0 {
+                let [u, v] = undone(seen[camera].scale, pixels);
+                steps[0] = [u * shares[camera], v * shares[camera]];
             }
-            let [u, v] = undone(seen[camera].scale, pixels);
-            [[u * shares[camera], v * shares[camera]], pixels]
-        });
+        }
         let told = square(steps[0][1]) + square(steps[1][1]);
         (steps, told)
     }
@@ -226,7 +251,11 @@ impl<N: Number> Ray<N> {
     /// Where the second camera sees the point of this depth, and the nearness to it.
     #[inline(always)]
     fn seen_at(&self, depth: N) -> ([N; 2], N) {
-        let [u, v, other] = [0, 1, 2].map(|row| self.begin[row] + self.towards[row] * depth);
+        let mut seen = self.begin;
+        for (seen, towards) in seen.iter_mut().zip(self.towards) {
+            *seen = *seen + towards * depth;
+        }
+        let [u, v, other] = seen;
         let near = depth.all(1.0) / other;
         ([u * near, v * near], near)
     }

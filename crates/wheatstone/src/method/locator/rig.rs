@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Points worked on at once: their numbers stay in the nearest cache.
-const BLOCK: usize = 64;
+const BLOCK: usize = 128;
 
 /// Cameras with their lenses in patches.
 pub(super) struct Rig<'a> {

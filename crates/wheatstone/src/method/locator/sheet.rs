@@ -2,7 +2,8 @@
 //! register full of points is told at once.
 //!
 //! A sheet is made by itself, from the camera alone, of where there are patches; it is used only where
-//! it says what the camera says.
+//! it says what the camera says. Only the plane is in double precision that is nearest to where pixels look: what a
+//! lens does beside that is small enough for singles, of which a register holds twice as many.
 
 use super::{
     patches::{SCALES, TOLD, TOLERANCE, told},
@@ -10,10 +11,7 @@ use super::{
 };
 use crate::{
     geometry::Pixel,
-    numeric::{
-        number::{registers, registers_mut},
-        simd::{Simd, has_many_registers},
-    },
+    numeric::simd::{Real, Simd, has_many_registers},
 };
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
@@ -65,6 +63,8 @@ impl Part {
 /// A camera's polynomials.
 pub(super) struct Sheet {
     part: Part,
+    /// Where pixels look but for what the polynomials say: u and v, by x, by y and constant.
+    plane: [[f64; 3]; 2],
     /// What a patch tells of a point, each number's.
     polynomials: [Polynomial; TOLD],
 }
@@ -73,7 +73,7 @@ pub(super) struct Sheet {
 #[derive(Clone, Debug, Default)]
 struct Polynomial {
     /// From the highest power of y down; of each the factors from the highest power of x down.
-    rows: Vec<Vec<f64>>,
+    rows: Vec<Vec<f32>>,
 }
 
 impl Sheet {
@@ -94,9 +94,16 @@ impl Sheet {
         // What an error on the plane does to pixels.
         let by = [1.0, near, near * near].map(|by| TOLERANCE / (2.0 * camera.focal * by));
         let mut polynomials: [Polynomial; TOLD] = Default::default();
+        let mut plane = [[0.0; 3]; 2];
         let mut slopes = [[DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)], Default::default()];
         for (order, place) in PLACES.into_iter().enumerate() {
-            let waves = waves(&values[place]);
+            let mut waves = waves(&values[place]);
+            if let Some(plane) = plane.get_mut(order) {
+                // The first waves are the powers themselves.
+                for (value, wave) in plane.iter_mut().zip([(1, 0), (0, 1), (0, 0)]) {
+                    *value = std::mem::take(&mut waves[wave]);
+                }
+            }
             polynomials[place] = Polynomial::new(&waves, by[order / 2])?;
         }
         for (axis, slopes) in slopes.iter_mut().enumerate() {
@@ -114,7 +121,7 @@ impl Sheet {
             let tolerance = SCALE_TOLERANCE * camera.focal;
             polynomials[place] = Polynomial::new(&waves(&scale), tolerance)?;
         }
-        let made = Self { part, polynomials };
+        let made = Self { part, plane, polynomials };
         made.follows(camera).then_some(made)
     }
 
@@ -132,20 +139,35 @@ impl Sheet {
         [x, y]: [&[f64]; 2],
         told: &mut [[f64; B]; TOLD],
     ) {
-        let (mut across, mut down) = ([0.0; B], [0.0; B]);
-        for (axis, (places, pixels)) in [(&mut across, x), (&mut down, y)].into_iter().enumerate() {
+        let (mut places, mut singles) = ([[0.0; B]; 2], [[0.0; B]; 2]);
+        for (axis, pixels) in [x, y].into_iter().enumerate() {
             let (least, most) = (self.part.least[axis], self.part.most[axis]);
             let (middle, by) = (0.5 * (least + most), 2.0 / (most - least));
-            for (place, pixel) in places.iter_mut().zip(pixels) {
+            for (place, pixel) in places[axis].iter_mut().zip(pixels) {
                 *place = (pixel - middle) * by;
             }
+            for (single, place) in singles[axis].iter_mut().zip(&places[axis]) {
+                *single = *place as f32;
+            }
         }
+        let [across, down] = &singles;
         let count = if CURVED { TOLD } else { PLACES[2] };
-        for (polynomial, told) in self.polynomials.iter().zip(told).take(count) {
+        let mut small = [0.0; B];
+        for (index, told) in told.iter_mut().enumerate().take(count) {
+            let polynomial = &self.polynomials[index];
             if has_many_registers::<f64, S>() {
-                polynomial.at::<S, 8>(simd, [&across, &down], told);
+                polynomial.at::<S, 8>(simd, [across, down], &mut small);
             } else {
-                polynomial.at::<S, 4>(simd, [&across, &down], told);
+                polynomial.at::<S, 4>(simd, [across, down], &mut small);
+            }
+            for (told, small) in told.iter_mut().zip(&small) {
+                *told = f64::from(*small);
+            }
+            if index < self.plane.len() {
+                let [by_x, by_y, constant] = self.plane[index];
+                for ((told, x), y) in told.iter_mut().zip(&places[0]).zip(&places[1]) {
+                    *told += by_x * x + by_y * y + constant;
+                }
             }
         }
     }
@@ -158,7 +180,13 @@ impl Sheet {
         tried.enumerate().all(|(index, place)| {
             let near = middle + half * [-1.0, 0.3, 1.0][index % 3];
             let Some(truth) = camera.plane_of(self.part.pixel(place), near) else { return false };
-            let told = self.polynomials.each_ref().map(|polynomial| polynomial.value(place));
+            let mut told = self
+                .polynomials
+                .each_ref()
+                .map(|own| f64::from(own.value(place.map(|x| x as f32))));
+            for (told, [by_x, by_y, constant]) in told.iter_mut().zip(self.plane) {
+                *told += by_x * place[0] + by_y * place[1] + constant;
+            }
             let [u, v] = [0, 1].map(|axis| {
                 let [at, along, bend] =
                     [PLACES[axis], PLACES[2 + axis], PLACES[4 + axis]].map(|place| told[place]);
@@ -189,34 +217,34 @@ impl Polynomial {
             (0..NODES).filter(|j| i + j > degree).for_each(|j| kept[(i, j)] = 0.0);
         }
         let factors = powers.transpose() * kept * powers;
-        let row = |y: usize| (0..=degree - y).rev().map(|x| factors[(x, y)]).collect();
+        let row = |y: usize| (0..=degree - y).rev().map(|x| factors[(x, y)] as f32).collect();
         Some(Self { rows: (0..=degree).rev().map(row).collect() })
     }
 
     /// Its value at a place.
-    fn value(&self, [x, y]: [f64; 2]) -> f64 {
-        let row = |row: &Vec<f64>| row.iter().fold(0.0, |sum, factor| sum * x + factor);
+    fn value(&self, [x, y]: [f32; 2]) -> f32 {
+        let row = |row: &Vec<f32>| row.iter().fold(0.0, |sum, factor| sum * x + factor);
         self.rows.iter().fold(0.0, |sum, factors| sum * y + row(factors))
     }
 
     /// Its values at places, `R` registers at a time: no sum waits for another.
     #[inline(always)]
-    fn at<S: Simd, const R: usize>(&self, simd: S, [x, y]: [&[f64]; 2], out: &mut [f64]) {
-        let (across, _) = registers::<S>(x).as_chunks::<R>();
-        let (down, _) = registers::<S>(y).as_chunks::<R>();
-        let (out, _) = registers_mut::<S>(out).as_chunks_mut::<R>();
+    fn at<S: Simd, const R: usize>(&self, simd: S, [x, y]: [&[f32]; 2], out: &mut [f32]) {
+        let (across, _) = f32::vectors::<S>(x).as_chunks::<R>();
+        let (down, _) = f32::vectors::<S>(y).as_chunks::<R>();
+        let (out, _) = f32::vectors_mut::<S>(out).as_chunks_mut::<R>();
         for ((x, y), out) in across.iter().zip(down).zip(out) {
-            let mut sums = [simd.splat_f64s(0.0); R];
+            let mut sums = [simd.splat_f32s(0.0); R];
             for factors in &self.rows {
-                let mut along = [simd.splat_f64s(0.0); R];
+                let mut along = [simd.splat_f32s(0.0); R];
                 for factor in factors {
-                    let factor = simd.splat_f64s(*factor);
+                    let factor = simd.splat_f32s(*factor);
                     for (sum, x) in along.iter_mut().zip(x) {
-                        *sum = simd.add_f64s(simd.mul_f64s(*sum, *x), factor);
+                        *sum = simd.add_f32s(simd.mul_f32s(*sum, *x), factor);
                     }
                 }
                 for ((sum, along), y) in sums.iter_mut().zip(along).zip(y) {
-                    *sum = simd.add_f64s(simd.mul_f64s(*sum, *y), along);
+                    *sum = simd.add_f32s(simd.mul_f32s(*sum, *y), along);
                 }
             }
             *out = sums;
