@@ -14,7 +14,7 @@ use super::Dataset;
 use crate::{
     geometry::{
         Pixel, Point3, Vector3,
-        meeting::{self, Sighting, StraightCamera},
+        meeting::{self, Cameras, Sighting},
     },
     numeric::statistics::{median, percentile},
 };
@@ -189,9 +189,9 @@ impl Volume {
     /// Where the rays of the trained cameras meet; `None` for fewer than two, or in front of none.
     fn meet(&self, pixels: &[Option<Pixel>]) -> Option<Meeting> {
         let seen = || self.seen(pixels).take(MOST_CAMERAS);
-        let cameras: Vec<StraightCamera> =
-            seen().map(|(camera, _)| camera.straightened.camera()).collect();
-        if cameras.len() < 2 {
+        let cameras =
+            Cameras::new(seen().map(|(camera, _)| camera.straightened.camera()).collect());
+        if cameras.count() < 2 {
             return None;
         }
         let sightings: Vec<Sighting<f64>> =
@@ -199,8 +199,11 @@ impl Volume {
         let beyond_region = seen()
             .map(|(camera, pixel)| camera.straightened.beyond(pixel))
             .fold(f64::NEG_INFINITY, f64::max);
-        let met = meeting::meet::<_, KIND>(&cameras, &sightings[..], 0.0);
-        let residual = (met.squares / (2 * cameras.len()) as f64).sqrt();
+        let mut met = cameras.meet::<_, KIND>(&sightings[..], 0.0);
+        if met.squares.is_nan() {
+            met = cameras.meet_all::<KIND>(&sightings);
+        }
+        let residual = (met.squares / (2 * cameras.count()) as f64).sqrt();
         let point = Vector3::from(met.point);
         residual.is_finite().then_some(Meeting { point, residual, beyond_region })
     }

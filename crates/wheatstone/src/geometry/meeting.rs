@@ -4,13 +4,13 @@
 //! its plane at `at + along * nearness + bend * nearness^2`, the nearness being `1 / P3 X`: any bundle of
 //! rays that are straight, or nearly, is of this form. A first point comes from the linear equations, and
 //! one Gauss-Newton step on the plane's errors, told in pixels, makes it the most likely one (Hartley &
-//! Sturm 1997, doi:10.1006/cviu.1997.0547) but for terms of the third order in the errors.
+//! Sturm 1997, doi:10.1006/cviu.1997.0547) but for terms of the third order in the errors. Two cameras have a
+//! shorter way.
 
 mod two_views;
 
-pub(crate) use two_views::TwoViews;
-
 use crate::numeric::number::Number;
+use two_views::TwoViews;
 
 /// A projective camera and how it counts.
 #[derive(Clone, Debug)]
@@ -186,9 +186,48 @@ fn nearness<N: Number>(camera: &StraightCamera, [x, y, z]: [N; 3]) -> N {
     x.all(1.0) / (x.all(row[0]) * x + x.all(row[1]) * y + x.all(row[2]) * z + x.all(row[3]))
 }
 
-/// Where the rays of a point meet, of cameras of this kind; `zero` is one of the numbers to compute with.
+/// Cameras made ready to say where points are that all of them see.
+#[derive(Clone, Debug)]
+pub(crate) struct Cameras {
+    each: Vec<StraightCamera>,
+    /// What is known of them beside that where there are two.
+    two_views: Option<TwoViews>,
+}
+
+impl Cameras {
+    pub(crate) fn new(each: Vec<StraightCamera>) -> Self {
+        Self { two_views: TwoViews::new(&each), each }
+    }
+
+    /// How many.
+    pub(crate) fn count(&self) -> usize {
+        self.each.len()
+    }
+
+    /// Where the rays of a point meet, of cameras of this kind; `zero` is one of the numbers to compute with.
+    /// The squares of two cameras are not numbers where the point is better asked for [by all](Self::meet_all).
+    #[inline(always)]
+    pub(crate) fn meet<N: Number, const KIND: u8>(
+        &self,
+        sightings: &(impl Sightings<N> + ?Sized),
+        zero: N,
+    ) -> Meeting<N> {
+        match &self.two_views {
+            Some(two_views) => two_views.meet::<N, KIND>(sightings, zero),
+            None => meet::<N, KIND>(&self.each, sightings, zero),
+        }
+    }
+
+    /// The same as any number of cameras would say it.
+    pub(crate) fn meet_all<const KIND: u8>(&self, sightings: &[Sighting<f64>]) -> Meeting<f64> {
+        meet::<f64, KIND>(&self.each, sightings, 0.0)
+    }
+}
+
+/// Where the rays of a point meet, of any number of cameras of this kind; `zero` is one of the numbers to
+/// compute with.
 #[inline(always)]
-pub(crate) fn meet<N: Number, const KIND: u8>(
+fn meet<N: Number, const KIND: u8>(
     cameras: &[StraightCamera],
     sightings: &(impl Sightings<N> + ?Sized),
     zero: N,

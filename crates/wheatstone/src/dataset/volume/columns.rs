@@ -4,7 +4,7 @@ use super::{EDGE, KIND, MOST_CAMERAS, Trust, Volume, straightened::Straightened}
 use crate::{
     geometry::{
         PixelColumns,
-        meeting::{Sighting, Sightings, StraightCamera, meet},
+        meeting::{Cameras, Sighting, Sightings},
     },
     numeric::{
         number::{Doubles, Number, registers, registers_mut},
@@ -22,7 +22,7 @@ type Sums = [[f64; BLOCK]; 4];
 struct Block<'a> {
     volume: &'a Volume,
     tables: &'a [&'a Straightened],
-    cameras: &'a [StraightCamera],
+    cameras: &'a Cameras,
     /// x and y of each point, a trained camera each.
     pixels: &'a [[[f64; BLOCK]; 2]],
     sums: &'a mut [Sums],
@@ -41,7 +41,7 @@ impl WithSimd for Block<'_> {
         }
         let zero = Doubles(simd, simd.splat_f64s(0.0));
         let one = zero.all(1.0);
-        let share = zero.all(1.0 / (2 * cameras.len()) as f64);
+        let share = zero.all(1.0 / (2 * cameras.count()) as f64);
         let most = zero.all(1.0 / (2.0 * volume.believed_miss()));
         for (group, out) in registers_mut::<S>(beyond).iter_mut().enumerate() {
             let mut furthest = zero.all(f64::NEG_INFINITY);
@@ -49,7 +49,7 @@ impl WithSimd for Block<'_> {
                 furthest = table.furthest(lanes(simd, pixels, group), furthest);
             }
             let seen = Seen { simd, tables, pixels, sums, group };
-            let met = meet::<_, KIND>(cameras, &seen, zero);
+            let met = cameras.meet::<_, KIND>(&seen, zero);
             for hull in &volume.hulls {
                 furthest = hull.furthest(met.point, furthest);
             }
@@ -139,7 +139,7 @@ impl Volume {
         let trained = || self.cameras.iter().zip(pixels.cameras()).filter(|(c, _)| c.is_some());
         let tables: Vec<&Straightened> =
             self.cameras.iter().flatten().map(|camera| &camera.straightened).collect();
-        let cameras: Vec<StraightCamera> = tables.iter().map(|table| table.camera()).collect();
+        let cameras = Cameras::new(tables.iter().map(|table| table.camera()).collect());
         let mut sums = vec![[[0.0; BLOCK]; 4]; whole];
         let mut lanes = vec![[[0.0; BLOCK]; 2]; whole];
         let mut trust = Vec::with_capacity(count);

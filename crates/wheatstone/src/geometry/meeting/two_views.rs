@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 /// What two projective cameras have to do with each other. Rows are by u, by v and constant, of a place on
 /// the first camera's plane.
 #[derive(Clone, Debug)]
-pub(crate) struct TwoViews {
+pub(super) struct TwoViews {
     /// The first camera's centre.
     centre: [f64; 3],
     /// From there to the point of depth one.
@@ -95,7 +95,7 @@ fn straight<N: Number, const KIND: u8>(seen: &Sighting<N>, nearness: N) -> [[N; 
 
 impl TwoViews {
     /// Of two cameras; `None` of any other number, and where the first has no centre.
-    pub(crate) fn new(cameras: &[StraightCamera]) -> Option<Self> {
+    pub(super) fn new(cameras: &[StraightCamera]) -> Option<Self> {
         let [first, second] = cameras else { return None };
         let linear =
             |camera: &StraightCamera| Matrix3::from_fn(|row, column| camera.rows[row][column]);
@@ -120,7 +120,7 @@ impl TwoViews {
     /// Where the rays of a point meet, of cameras of this kind; not numbers where one such step does not
     /// take the miss away.
     #[inline(always)]
-    pub(crate) fn meet<N: Number, const KIND: u8>(
+    pub(super) fn meet<N: Number, const KIND: u8>(
         &self,
         sightings: &(impl Sightings<N> + ?Sized),
         zero: N,

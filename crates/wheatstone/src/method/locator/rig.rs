@@ -9,8 +9,7 @@ use crate::{
     geometry::{
         Pixel, PixelColumns,
         meeting::{
-            ALONG, BENT, Meeting, PLAIN, SCALED, Sighting, Sightings, StraightCamera, TwoViews,
-            meet,
+            ALONG, BENT, Cameras, Meeting, PLAIN, SCALED, Sighting, Sightings, StraightCamera,
         },
     },
     numeric::{
@@ -25,8 +24,7 @@ const BLOCK: usize = 128;
 /// Cameras with their lenses in patches.
 pub(super) struct Rig<'a> {
     pub(super) cameras: Vec<PlacedCamera<'a>>,
-    straight: Vec<StraightCamera>,
-    two_views: Option<TwoViews>,
+    straight: Cameras,
     /// None for cameras without a lens.
     pub(super) patches: Vec<Option<Patches>>,
     /// For each camera the part of the picture that was last tried, and the sheet over it.
@@ -55,10 +53,8 @@ impl<'a> Rig<'a> {
             }
         };
         let patches = |camera: &PlacedCamera| camera.sees.is_some().then(|| Patches::new(camera));
-        let straight: Vec<StraightCamera> = cameras.iter().map(straight).collect();
         Self {
-            two_views: TwoViews::new(&straight),
-            straight,
+            straight: Cameras::new(cameras.iter().map(straight).collect()),
             patches: cameras.iter().map(patches).collect(),
             sheets: cameras.iter().map(|_| None).collect(),
             cameras,
@@ -187,10 +183,8 @@ fn meet_block<S: Simd, const KIND: u8>(
     // Two registers at a time: there is much that waits for one number.
     for group in (0..registers::<S>(columns[0]).len()).step_by(2) {
         let (told, zeros) = (Groups { simd, told, group }, Pair([zero, zero]));
-        let Meeting { point: [x, y, z], squares, nearness } = match &rig.two_views {
-            Some(two_views) => two_views.meet::<_, KIND>(&told, zeros),
-            None => meet::<_, KIND>(&rig.straight, &told, zeros),
-        };
+        let Meeting { point: [x, y, z], squares, nearness } =
+            rig.straight.meet::<_, KIND>(&told, zeros);
         let residual = (squares * Pair([share, share])).root();
         for (column, Pair(pair)) in columns.iter_mut().zip([x, y, z, residual, nearness]) {
             for (place, value) in registers_mut::<S>(column)[group..].iter_mut().zip(pair) {

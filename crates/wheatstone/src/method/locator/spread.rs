@@ -2,15 +2,19 @@
 //! worked out for each point anew.
 //!
 //! A box is made by itself, from the map alone, when points ask for it; it is used only where it says what
-//! the map says.
+//! the map says. Where it does not, its eighths are tried in its place.
+
+mod cell;
+
+pub(super) use cell::NODES;
 
 use super::{super::Reconstructor, plan::PlacedCamera};
 use crate::{
     geometry::Pixel,
-    numeric::simd::{Real, Simd, WithSimd, on_widest},
+    numeric::simd::{Simd, WithSimd, on_widest},
 };
+use cell::{Cell, FIGURES, NONE, Tell, fitted, through, told};
 use nalgebra::{DMatrix, Matrix3};
-use std::f64::consts::PI;
 
 /// Boxes along each side of the picture that can be told apart; the outermost are never made, for they
 /// get what lies beyond.
@@ -32,39 +36,25 @@ const OCTAVE_BITS: u32 = 2;
 /// than a tenth of how well a fit knows its own noise.
 const TOLERANCE: f64 = 0.008;
 
-/// Figures that a box tells: the covariance over the fourth power of the depth, XX, XY, XZ, YY, YZ, ZZ, which
-/// for projective cameras is a polynomial of second degree in the place in the picture and the nearness;
-/// what residual to expect; and nothing.
-const FIGURES: usize = 8;
-
-/// Places along x and y, and along the nearness, at which a box's figures are worked out.
-const ACROSS: usize = 5;
-const DEEP: usize = 4;
-
-/// Figures worked out for a box: what noise does over a picture asks for the fourth degree, and boxes of half
-/// the width were no better with the second.
-pub(super) const NODES: usize = ACROSS * ACROSS * DEEP;
-
-/// Pairs of an even and an odd power of x that go with each power of y: about the fourth degree in all.
-const PAIRS: [usize; ACROSS] = [3, 2, 2, 1, 1];
-
-/// Pairs that go with each power of the nearness.
-const LAYER: usize = 9;
-
-/// One box: the figures' factors by the powers of nearness, then y, then pairs of powers of x; the even one's
-/// figures, then the odd one's. Single precision holds them a thousand times better than they are asked for.
-type Cell = [[f32; 2 * FIGURES]; LAYER * DEEP];
-
 /// Boxes of a map.
 pub(super) struct Spreads {
     /// Boxes a pixel of the first camera.
     density: f64,
-    /// Which box is where: 0 for one that is not made yet, 1 for one that cannot be.
+    /// Which box is where: 0 for one that is not made yet, 1 for one that cannot be, and with [`SPLIT`] which
+    /// eighths there are.
     index: Vec<u32>,
+    /// The same of the eighths of those that could not be.
+    eighths: Vec<[u32; 8]>,
     boxes: Vec<Cell>,
     /// From figures at the nodes to factors of the terms.
     through: Option<DMatrix<f64>>,
 }
+
+/// Marks a box that could not be made, but its eighths perhaps.
+const SPLIT: u32 = 1 << 31;
+
+/// Slots of whole boxes; those of the first eighths of all follow, then those of the second.
+const SLOTS: usize = SIDE * SIDE * LAYERS;
 
 /// A point in its box.
 #[derive(Clone, Copy)]
@@ -90,11 +80,11 @@ const FIRST: u64 = (1023 << OCTAVE_BITS) - LAYERS as u64 / 2;
 impl Spreads {
     pub(super) fn new(first: &PlacedCamera) -> Self {
         let exponent = libm::floor(libm::log2(f64::max(WIDTH * first.focal, 1.0)));
-        let none = [[f32::NAN; 2 * FIGURES]; LAYER * DEEP];
         Self {
             density: 1.0 / libm::exp2(exponent),
-            index: vec![0; SIDE * SIDE * LAYERS],
-            boxes: vec![none, none],
+            index: vec![0; SLOTS],
+            eighths: Vec::new(),
+            boxes: vec![NONE; 2],
             through: through(),
         }
     }
@@ -126,24 +116,53 @@ impl Spreads {
         on_widest(Telling { spreads: self, points, covariance, residual_sigma });
     }
 
+    /// Which box a place is in, and where; as the index has it.
+    #[inline(always)]
+    fn found(&self, mut place: Place) -> (u32, Place) {
+        let found = self.index[place.slot];
+        if found & SPLIT == 0 {
+            return (found, place);
+        }
+        let mut part = 0;
+        for (axis, within) in place.within.iter_mut().enumerate() {
+            let is_upper = *within > 0.0;
+            part |= usize::from(is_upper) << axis;
+            *within = 2.0 * *within + if is_upper { -1.0 } else { 1.0 };
+        }
+        place.slot += (1 + part) * SLOTS;
+        (self.eighths[(found & !SPLIT) as usize][part], place)
+    }
+
     /// The box that a point asks for, where it is not made yet.
     pub(super) fn missing(&self, pixel: Pixel, nearness: f64) -> Option<u32> {
-        let slot = self.place(pixel.x, pixel.y, nearness).slot;
+        let place = self.place(pixel.x, pixel.y, nearness);
+        let slot = place.slot;
         let inner = |cell: usize, cells: usize| (1..cells - 1).contains(&cell);
         let within = inner(slot % SIDE, SIDE) && inner(slot / SIDE % SIDE, SIDE);
         let known = within && inner(slot / (SIDE * SIDE), LAYERS) && nearness > 0.0;
-        (known && self.index[slot] == 0).then_some(slot as u32)
+        let (found, place) = self.found(place);
+        (known && found == 0).then_some(place.slot as u32)
     }
 
     /// Takes over what was made for a slot.
     pub(super) fn take(&mut self, slot: u32, made: Made) {
-        self.index[slot as usize] = match made.0 {
+        let (whole, part) = (slot as usize % SLOTS, slot as usize / SLOTS);
+        let next = match made.0 {
             Some(own) => {
                 self.boxes.push(*own);
                 self.boxes.len() as u32 - 1
             }
+            None if part == 0 => {
+                self.eighths.push([0; 8]);
+                SPLIT | (self.eighths.len() as u32 - 1)
+            }
             None => 1,
         };
+        if part == 0 {
+            self.index[whole] = next;
+        } else {
+            self.eighths[(self.index[whole] & !SPLIT) as usize][part - 1] = next;
+        }
     }
 
     /// Makes the box of a slot.
@@ -169,7 +188,14 @@ impl Spreads {
     }
 
     /// Pixel and nearness of a place in a slot, each coordinate in -1..1.
-    fn seen(&self, slot: usize, [x, y, near]: [f64; 3]) -> (Pixel, f64) {
+    fn seen(&self, slot: usize, mut within: [f64; 3]) -> (Pixel, f64) {
+        if let Some(part) = (slot / SLOTS).checked_sub(1) {
+            for (axis, within) in within.iter_mut().enumerate() {
+                let is_upper = part >> axis & 1 == 1;
+                *within = 0.5 * (*within + if is_upper { 1.0 } else { -1.0 });
+            }
+        }
+        let (slot, [x, y, near]) = (slot % SLOTS, within);
         let along =
             |cell: usize, within: f64| (cell as f64 - BEFORE + 0.5 + 0.5 * within) / self.density;
         let pixel = Pixel::new(along(slot % SIDE, x), along(slot / SIDE % SIDE, y));
@@ -195,7 +221,8 @@ impl WithSimd for Telling<'_, '_, '_> {
         let Self { spreads, points: [x, y, nearness], covariance, residual_sigma } = self;
         for (index, sigma) in residual_sigma.iter_mut().enumerate() {
             let place = spreads.place(x[index], y[index], nearness[index]);
-            let own = &spreads.boxes[spreads.index[place.slot] as usize];
+            let (found, place) = spreads.found(place);
+            let own = &spreads.boxes[found as usize];
             let spread = Spread::of(&told(simd, own, place.within), 1.0 / nearness[index]);
             for (column, value) in covariance.iter_mut().zip(spread.covariance) {
                 column[index] = value;
@@ -207,100 +234,6 @@ impl WithSimd for Telling<'_, '_, '_> {
 
 /// A box, where there can be one.
 pub(super) struct Made(Option<Box<Cell>>);
-
-/// The figures at a place of a box.
-#[inline(always)]
-fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64; FIGURES] {
-    let mut halves = [0.0; 2 * FIGURES];
-    let squared = simd.splat_f32s((x * x) as f32);
-    let [down, near] = [simd.splat_f32s(y as f32), simd.splat_f32s(near as f32)];
-    for (k, half) in f32::vectors_mut::<S>(&mut halves).iter_mut().enumerate() {
-        let mut deep = simd.splat_f32s(0.0);
-        for layer in own.as_chunks::<LAYER>().0.iter().rev() {
-            let (mut across, mut end) = (simd.splat_f32s(0.0), LAYER);
-            for pairs in PAIRS.into_iter().rev() {
-                let mut along = simd.splat_f32s(0.0);
-                for factors in layer[end - pairs..end].iter().rev() {
-                    let factor = f32::vectors::<S>(factors)[k];
-                    along = simd.add_f32s(simd.mul_f32s(along, squared), factor);
-                }
-                across = simd.add_f32s(simd.mul_f32s(across, down), along);
-                end -= pairs;
-            }
-            deep = simd.add_f32s(simd.mul_f32s(deep, near), across);
-        }
-        *half = deep;
-    }
-    let (mut figures, x) = ([0.0; FIGURES], x as f32);
-    for (place, figure) in figures.iter_mut().enumerate() {
-        *figure = f64::from(halves[place] + x * halves[FIGURES + place]);
-    }
-    figures
-}
-
-/// [`told`], of one place.
-struct Tell<'a>(&'a Cell, [f64; 3]);
-
-impl WithSimd for Tell<'_> {
-    type Output = [f64; FIGURES];
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        told(simd, self.0, self.1)
-    }
-}
-
-/// Where Chebyshev's polynomial of degree `N` is 0: a polynomial through these is nearly the best.
-fn nodes<const N: usize>() -> [f64; N] {
-    std::array::from_fn(|k| libm::cos((2 * (N - k) - 1) as f64 * PI / (2 * N) as f64))
-}
-
-/// The nodes of a box.
-fn places() -> impl Iterator<Item = [f64; 3]> {
-    let (across, deep) = (nodes::<ACROSS>(), nodes::<DEEP>());
-    (0..NODES).map(move |place| {
-        [across[place % ACROSS], across[place / ACROSS % ACROSS], deep[place / (ACROSS * ACROSS)]]
-    })
-}
-
-/// The terms of a box: powers of x, y and nearness, the pair in which it stands and which half of it.
-fn terms() -> impl Iterator<Item = ([i32; 3], usize, usize)> {
-    let pairs = (0..DEEP).flat_map(|near| {
-        PAIRS.into_iter().enumerate().flat_map(move |(y, pairs)| {
-            (0..pairs).map(move |pair| [2 * pair as i32, y as i32, near as i32])
-        })
-    });
-    let halves = pairs.enumerate().flat_map(|(pair, [x, y, near])| {
-        [0, 1].map(|half| ([x + half, y, near], pair, half as usize))
-    });
-    // As many powers as there are places.
-    halves.filter(|([x, ..], ..)| *x < ACROSS as i32)
-}
-
-/// From figures at the nodes to factors of the terms, of least squares.
-fn through() -> Option<DMatrix<f64>> {
-    let value = |[x, y, near]: [f64; 3], [a, b, c]: [i32; 3]| x.powi(a) * y.powi(b) * near.powi(c);
-    let rows: Vec<f64> =
-        places().flat_map(|place| terms().map(move |(powers, ..)| value(place, powers))).collect();
-    let design = DMatrix::from_row_slice(NODES, terms().count(), &rows);
-    Some((design.transpose() * &design).try_inverse()? * design.transpose())
-}
-
-/// The box through the figures at its nodes.
-fn fitted(
-    through: &DMatrix<f64>,
-    exact: &dyn Fn([f64; 3]) -> Option<[f64; FIGURES]>,
-) -> Option<Cell> {
-    let figures: Vec<[f64; FIGURES]> = places().map(exact).collect::<Option<_>>()?;
-    let mut own: Cell = [[0.0; 2 * FIGURES]; LAYER * DEEP];
-    for (term, (_, pair, half)) in terms().enumerate() {
-        for (place, factor) in own[pair][half * FIGURES..][..FIGURES].iter_mut().enumerate() {
-            let share = |node: usize| through[(term, node)] * figures[node][place];
-            *factor = (0..NODES).map(share).sum::<f64>() as f32;
-        }
-    }
-    Some(own)
-}
 
 /// Whether a box says what the map says, in its corners and between.
 fn holds(
