@@ -23,22 +23,30 @@ def make(program, folder, given):
     if not seed.exists():
         run("synth", "--points", "--noise", "0.1", "-o", train)
         run("synth", "--random", "20000", "--noise", "0.1", "--seed", "1", "-o", seed)
-    if not model.exists():
+    if not given and not model.exists():
         run("fit", train, "--method", "dlt", "--no-validation", "-o", model)
     pixels = pyarrow.csv.read_csv(seed).select(["x1", "y1", "x2", "y2"])
-    return given or model, [column.to_numpy() for column in pixels.columns], pixels.column_names
+    return [column.to_numpy() for column in pixels.columns], pixels.column_names
 
 
-def tables(folder, millions, columns, names):
-    """The tables' paths; made where they are missing."""
-    import numpy as np, pyarrow as pa, pyarrow.parquet, pyarrow.csv
+def paths(folder, millions):
+    """Of the tables; what is very large is made as Parquet only."""
     parquet, csv = folder / f"in{millions}.parquet", folder / f"in{millions}.csv"
-    rng, missing = np.random.default_rng(millions), not parquet.exists()
+    return [parquet, csv] if millions * MILLION <= CSV_ROWS else [parquet]
+
+
+def tables(program, folder, given, counts):
+    """Makes what is missing of the model and the tables."""
+    import numpy as np, pyarrow as pa, pyarrow.parquet, pyarrow.csv
+    columns, names = make(program, folder, given)
     schema = pa.schema([(name, pa.float64()) for name in names])
-    wants_csv = millions * MILLION <= CSV_ROWS
-    if missing:
+    for millions in counts:
+        parquet, *csv = paths(folder, millions)
+        if parquet.exists():
+            continue
+        rng = np.random.default_rng(millions)
         with pa.parquet.ParquetWriter(parquet, schema) as binary:
-            text = pa.csv.CSVWriter(csv, schema) if wants_csv else None
+            text = pa.csv.CSVWriter(csv[0], schema) if csv else None
             for _ in range(millions):
                 moved = [np.resize(c, MILLION) + rng.uniform(-0.01, 0.01, MILLION) for c in columns]
                 batch = pa.table(moved, schema=schema)
@@ -47,7 +55,6 @@ def tables(folder, millions, columns, names):
                     text.write_table(batch)
             if text:
                 text.close()
-    return [parquet, csv] if wants_csv else [parquet]
 
 
 def measured(command):
@@ -90,6 +97,9 @@ def peer(source, target):
 def main():
     if sys.argv[1] == "--peer":
         return peer(*sys.argv[2:])
+    if sys.argv[1] == "--tables":
+        program, folder, given, *counts = sys.argv[2:]
+        return tables(program, pathlib.Path(folder), given, map(int, counts))
     arguments = sys.argv[1:]
     large = "--large" in arguments and (arguments.remove("--large") or True)
     given = None
@@ -99,10 +109,14 @@ def main():
     program = pathlib.Path(arguments[0]).resolve()
     folder = pathlib.Path(arguments[1] if len(arguments) > 1 else tempfile.mkdtemp())
     folder.mkdir(parents=True, exist_ok=True)
-    model, columns, names = make(program, folder, given)
+    counts = [1, 10, 100] if large else [1, 10]
+    # In a process of its own: a child's peak of memory begins with what its parent holds.
+    own = [sys.executable, __file__, "--tables", program, folder, given or "", *map(str, counts)]
+    subprocess.run(own, check=True)
+    model = given or folder / "model.json"
     print(f"{'':34} {'CPU ns/row':>10} {'M rows/s':>9} {'clock':>7} {'MB':>6}   (M rows/s on two cores if both are busy; by the clock)")
-    for millions in [1, 10, 100] if large else [1, 10]:
-        for source in tables(folder, millions, columns, names):
+    for millions in counts:
+        for source in paths(folder, millions):
             target = folder / f"out{source.suffix}"
             commands = {"wheatstone": [program, "-q", "locate", model, source, "-o", target]}
             if millions < 100:

@@ -116,9 +116,9 @@ enum To {
     Parquet(Option<Output>, Option<Box<ColumnsWriter<Output>>>),
 }
 
-/// Rows on their way to a thread that writes, until nothing more is to come.
-pub(crate) struct Writing {
-    sender: Option<SyncSender<(Rows, Vec<Column>)>>,
+/// Rows on their way to a thread that writes, with what was found out of them, until nothing more is to come.
+pub(crate) struct Writing<F> {
+    sender: Option<SyncSender<(Rows, F)>>,
     thread: Option<JoinHandle<Outcome<Sink>>>,
 }
 
@@ -139,11 +139,15 @@ impl Sink {
         Ok(sink)
     }
 
-    /// Writes in a thread of its own.
-    pub(crate) fn start(mut self) -> Writing {
+    /// Writes in a thread of its own, where `added` makes columns of what was found.
+    pub(crate) fn start<F: Send + 'static>(
+        mut self,
+        added: impl Fn(&Rows, F) -> Vec<Column> + Send + 'static,
+    ) -> Writing<F> {
         let (sender, located) = sync_channel(WAITING);
         let thread = std::thread::spawn(move || {
-            for (rows, added) in located {
+            for (rows, found) in located {
+                let added = added(&rows, found);
                 self.write(rows, added)?;
             }
             Ok(self)
@@ -208,10 +212,10 @@ impl Sink {
     }
 }
 
-impl Writing {
+impl<F> Writing<F> {
     /// Hands rows over. False where the thread has ended, which [`Writing::finish`] then tells of.
-    pub(crate) fn write(&self, rows: Rows, added: Vec<Column>) -> bool {
-        self.sender.as_ref().is_some_and(|sender| sender.send((rows, added)).is_ok())
+    pub(crate) fn write(&self, rows: Rows, found: F) -> bool {
+        self.sender.as_ref().is_some_and(|sender| sender.send((rows, found)).is_ok())
     }
 
     /// Waits until all is written, and puts the file in its place.
@@ -229,7 +233,7 @@ impl Writing {
     }
 }
 
-impl Drop for Writing {
+impl<F> Drop for Writing<F> {
     /// What is not finished leaves nothing behind.
     fn drop(&mut self) {
         drop(self.end());

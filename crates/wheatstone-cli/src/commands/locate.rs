@@ -89,46 +89,17 @@ impl Locate {
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
         refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
-        let writing = sink.start();
+        let covariance = self.covariance;
+        let writing = sink.start(move |rows, places| added(rows, places, &test, covariance));
         while let Some(rows) = rows.next()? {
-            let pixels = rows.pixels();
-            let places = locator.locate(&pixels);
+            let places = locator.locate(&rows.pixels());
             done += rows.count() as u64;
-            let added = self.added(places, &pixels, &test);
-            if !writing.write(rows, added) {
+            if !writing.write(rows, places) {
                 break;
             }
             counter.reach(done);
         }
         writing.finish()
-    }
-
-    /// The appended columns; empty where nothing was located or a figure does not exist.
-    fn added(&self, places: Places, pixels: &PixelColumns, test: &MismatchTest) -> Vec<Column> {
-        let mismatch = test.mismatches(pixels, &places);
-        let word = |(trust, x): (&Trust, &f64)| match trust {
-            _ if x.is_nan() => 0,
-            Trust::Inside => 1,
-            Trust::Edge => 2,
-            Trust::Outside => 3,
-        };
-        let trust = Words {
-            words: &["inside", "edge", "outside"],
-            places: places.trust.iter().zip(&places.point[0]).map(word).collect(),
-        };
-        let mismatch =
-            Words { words: &["yes"], places: mismatch.into_iter().map(u8::from).collect() };
-        let sigma = |axis: usize| places.covariance[axis].iter().map(|v| v.sqrt()).collect();
-        let sigmas: [Vec<f64>; 3] = [0, 3, 5].map(sigma);
-        let number = |values| Column::Numbers(Cells::finite(values));
-        let mut columns: Vec<Column> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
-        columns.extend(places.point.into_iter().chain(sigmas).map(number));
-        columns.push(number(places.residual));
-        columns.extend([Column::Words(trust), Column::Words(mismatch)]);
-        if self.covariance {
-            columns.extend(places.covariance.into_iter().map(number));
-        }
-        columns
     }
 
     /// The input's columns and the appended ones, each name once.
@@ -140,6 +111,33 @@ impl Locate {
         };
         columns.map(free).chain(appended().map(|name| (*name).into())).collect()
     }
+}
+
+/// The appended columns; empty where nothing was located or a figure does not exist.
+fn added(rows: &Rows, places: Places, test: &MismatchTest, covariance: bool) -> Vec<Column> {
+    let mismatch = test.mismatches(&rows.pixels(), &places);
+    let word = |(trust, x): (&Trust, &f64)| match trust {
+        _ if x.is_nan() => 0,
+        Trust::Inside => 1,
+        Trust::Edge => 2,
+        Trust::Outside => 3,
+    };
+    let trust = Words {
+        words: &["inside", "edge", "outside"],
+        places: places.trust.iter().zip(&places.point[0]).map(word).collect(),
+    };
+    let mismatch = Words { words: &["yes"], places: mismatch.into_iter().map(u8::from).collect() };
+    let sigma = |axis: usize| places.covariance[axis].iter().map(|v| v.sqrt()).collect();
+    let sigmas: [Vec<f64>; 3] = [0, 3, 5].map(sigma);
+    let number = |values| Column::Numbers(Cells::finite(values));
+    let mut columns: Vec<Column> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
+    columns.extend(places.point.into_iter().chain(sigmas).map(number));
+    columns.push(number(places.residual));
+    columns.extend([Column::Words(trust), Column::Words(mismatch)]);
+    if covariance {
+        columns.extend(places.covariance.into_iter().map(number));
+    }
+    columns
 }
 
 /// Rows as they come.

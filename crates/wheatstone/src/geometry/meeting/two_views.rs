@@ -364,6 +364,6 @@ mod tests {
         let none = Sighting { at: [0.0; 2], ..LENSES[0] };
         let sightings = [0, 1].map(|_| seen(&first, [1.0, 2.0, 9.0], &none));
         assert!(two_views.meet::<f64, SCALED>(&sightings[..], 0.0).squares.is_nan());
-        assert!(TwoViews::new(&[first.clone()]).is_none());
+        assert!(TwoViews::new(std::slice::from_ref(&first)).is_none());
     }
 }

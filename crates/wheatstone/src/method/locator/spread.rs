@@ -165,6 +165,12 @@ impl Spreads {
         }
     }
 
+    /// How many eighths there are in place of boxes.
+    #[cfg(test)]
+    pub(super) fn made_eighths(&self) -> usize {
+        self.eighths.as_flattened().iter().filter(|found| **found > 1).count()
+    }
+
     /// Makes the box of a slot.
     pub(super) fn make(
         &self,

@@ -21,7 +21,16 @@ fn world(name: &str, cameras: usize) -> (Rig, AnyChart, Dataset) {
 
 /// Enough points in a part of the space that patches and boxes are made.
 fn crowd(rig: &Rig, chart: &AnyChart, count: usize) -> Vec<Vec<Option<Pixel>>> {
-    let exam = random_correspondences(rig, chart, (80.0, 100.0), (Noise::Normal(0.1), 4), count);
+    crowd_between(rig, chart, (80.0, 100.0), count)
+}
+
+fn crowd_between(
+    rig: &Rig,
+    chart: &AnyChart,
+    depths: (f64, f64),
+    count: usize,
+) -> Vec<Vec<Option<Pixel>>> {
+    let exam = random_correspondences(rig, chart, depths, (Noise::Normal(0.1), 4), count);
     exam.correspondences.into_iter().map(|row| row.pixels).collect()
 }
 
@@ -143,6 +152,35 @@ fn any_number_of_threads_and_of_calls_gives_the_same_bits() {
         start += length;
     }
     assert_eq!(start, pixels.points());
+}
+
+#[test]
+fn where_a_box_does_not_hold_its_eighths_do() {
+    let (rig, chart, train) = world("paper", 2);
+    let fit = AnyMethod::named("dlt").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    // The nearest points, whose error bars change the fastest.
+    let rows = crowd_between(&rig, &chart, (50.0, 60.0), PIECE);
+    let columns = columns_of(&rows, 2);
+    let mut locator = Locator::new(&*fit.reconstructor, None);
+    let mut places = Places::default();
+    while locator.spreads.as_ref().unwrap().made_eighths() < 8 {
+        assert!(locator.done < 100 * PIECE);
+        locator.locate_into(&borrowed(&columns), &mut places);
+    }
+    locator.locate_into(&borrowed(&columns), &mut places);
+    // Between the places at which a box is tried the law of the noise may bend.
+    let mut gaps: Vec<f64> = Vec::new();
+    for (index, row) in rows[..4000].iter().enumerate() {
+        let exact = fit.reconstructor.locate(row).unwrap();
+        let mut most = (places.residual_sigma[index] / exact.residual_sigma - 1.0).abs();
+        for (axis, place) in [0, 3, 5].into_iter().enumerate() {
+            let sigma = exact.covariance[(axis, axis)].sqrt();
+            most = most.max((places.covariance[place][index].sqrt() / sigma - 1.0).abs());
+        }
+        gaps.push(most);
+    }
+    gaps.sort_by(f64::total_cmp);
+    assert!(gaps[3990] < 0.01 && gaps[3999] < 0.025, "{:?}", &gaps[3990..]);
 }
 
 #[test]
