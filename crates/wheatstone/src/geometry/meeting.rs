@@ -118,18 +118,13 @@ impl<N: Number> Equations<N> {
     #[inline(always)]
     fn new<const KIND: u8>(camera: &StraightCamera, seen: &Sighting<N>, nearness: N) -> Self {
         let zero = nearness.all(0.0);
+        let [at, along] = straight::<N, KIND>(seen, nearness);
         let (mut rows, mut right) = ([[zero; 3]; 2], [zero; 2]);
         let depth = &camera.rows[2];
         for axis in 0..2 {
-            let own = &camera.rows[axis];
-            let mut at = seen.at[axis];
-            if KIND & ALONG != 0 {
-                right[axis] = seen.along[axis];
-            }
-            if KIND & BENT != 0 {
-                let bend = seen.bend[axis] * nearness;
-                at = at - bend * nearness;
-                right[axis] = right[axis] + bend + bend;
+            let (own, at) = (&camera.rows[axis], at[axis]);
+            if KIND & (ALONG | BENT) != 0 {
+                right[axis] = along[axis];
             }
             for i in 0..3 {
                 rows[axis][i] = zero.all(own[i]) - zero.all(depth[i]) * at;
@@ -160,6 +155,21 @@ pub(crate) const SCALED: u8 = 1;
 pub(crate) const ALONG: u8 = 2;
 /// and with its square.
 pub(crate) const BENT: u8 = 4;
+
+/// A sighting as one of a straight ray, with the bend taken as it is at this nearness: where on the plane, and
+/// how that goes with the nearness.
+#[inline(always)]
+fn straight<N: Number, const KIND: u8>(seen: &Sighting<N>, nearness: N) -> [[N; 2]; 2] {
+    let (mut at, mut along) = (seen.at, seen.along);
+    if KIND & BENT != 0 {
+        for axis in 0..2 {
+            let bend = seen.bend[axis] * nearness;
+            at[axis] = at[axis] - bend * nearness;
+            along[axis] = along[axis] + bend + bend;
+        }
+    }
+    [at, along]
+}
 
 /// Steps on the plane as pixels.
 #[inline(always)]

@@ -7,7 +7,9 @@
 //!
 //! There are loops here where closures would be shorter: those would not become part of a kernel.
 
-use super::{ALONG, BENT, Meeting, SCALED, Sighting, Sightings, StraightCamera, in_pixels};
+use super::{
+    ALONG, BENT, Meeting, SCALED, Sighting, Sightings, StraightCamera, in_pixels, straight,
+};
 use crate::numeric::number::Number;
 use nalgebra::{Matrix3, Vector3};
 
@@ -76,21 +78,6 @@ fn square<N: Number>([x, y]: [N; 2]) -> N {
 #[inline(always)]
 fn undone<N: Number>([a, b, c, d]: [N; 4], [x, y]: [N; 2]) -> [N; 2] {
     [d * x - b * y, a * y - c * x]
-}
-
-/// A sighting as one of a straight ray, with the bend taken as it is at this nearness: where on the plane, and
-/// how that goes with the nearness.
-#[inline(always)]
-fn straight<N: Number, const KIND: u8>(seen: &Sighting<N>, nearness: N) -> [[N; 2]; 2] {
-    let (mut at, mut along) = (seen.at, seen.along);
-    if KIND & BENT != 0 {
-        for axis in 0..2 {
-            let bend = seen.bend[axis] * nearness;
-            at[axis] = at[axis] - bend * nearness;
-            along[axis] = along[axis] + bend + bend;
-        }
-    }
-    [at, along]
 }
 
 impl TwoViews {

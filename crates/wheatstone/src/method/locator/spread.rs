@@ -40,11 +40,12 @@ const TOLERANCE: f64 = 0.008;
 pub(super) struct Spreads {
     /// Boxes a pixel of the first camera.
     density: f64,
-    /// Which box is where: 0 for one that is not made yet, 1 for one that cannot be, and with [`SPLIT`] which
-    /// eighths there are.
+    /// Which box is where: 0 for one that is not made yet, and with [`SPLIT`] which eighths stand in place of one
+    /// that cannot be.
     index: Vec<u32>,
-    /// The same of the eighths of those that could not be.
+    /// Which box is each eighth's: 0 for one that is not made yet, 1 for one that cannot be.
     eighths: Vec<[u32; 8]>,
+    /// The first two tell nothing.
     boxes: Vec<Cell>,
     /// From figures at the nodes to factors of the terms.
     through: Option<DMatrix<f64>>,
