@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let calibration = Calibration::load(Path::new(model))?;
     let mut recording = Recording::open(Path::new(folder), PERIOD)?;
     let goal = (goal, recording.period());
-    let mut pilot = Pilot::new(calibration, recording.size()?, goal, (0, &Silent))?;
+    let mut pilot = Pilot::new(&calibration, recording.size()?, goal, (0, &Silent))?;
     let mut number = 0;
     let ended = pilot.drive(&mut recording, &mut |recording, pilot, _, step| {
         let [left, _] = &recording.pairs()[number];

@@ -35,23 +35,54 @@ pub fn separable(image: &GrayImage, across: &[f32], down: &[f32]) -> GrayImage {
         let padded: Vec<f32> = (-reach_x..width as isize + reach_x)
             .map(|x| source[x.clamp(0, width as isize - 1) as usize])
             .collect();
-        for (shift, weight) in across.iter().enumerate() {
-            for (sum, value) in out.iter_mut().zip(&padded[shift..]) {
-                *sum += weight * value;
-            }
-        }
+        let shifted: Vec<&[f32]> = (0..across.len()).map(|shift| &padded[shift..]).collect();
+        on_widest(Weighted { weights: across, rows: &shifted, out });
     });
     let mut values = vec![0.0_f32; width * height];
     values.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        for (shift, weight) in down.iter().enumerate() {
+        let row = |shift: usize| {
             let row =
                 (y as isize + shift as isize - reach_y).clamp(0, height as isize - 1) as usize;
-            for (sum, value) in out.iter_mut().zip(&rows[row * width..]) {
+            &rows[row * width..][..width]
+        };
+        let shifted: Vec<&[f32]> = (0..down.len()).map(row).collect();
+        on_widest(Weighted { weights: down, rows: &shifted, out });
+    });
+    GrayImage { width, height, values }
+}
+
+/// The weighted sum of rows, in their order, whatever the width of registers.
+struct Weighted<'a> {
+    weights: &'a [f32],
+    rows: &'a [&'a [f32]],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Weighted<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        // Sums that stay in registers.
+        const BLOCK: usize = 32;
+        let (blocks, rest) = self.out.as_chunks_mut::<BLOCK>();
+        for (number, out) in blocks.iter_mut().enumerate() {
+            let mut sums = [0.0; BLOCK];
+            for (weight, row) in self.weights.iter().zip(self.rows) {
+                let values = &row[number * BLOCK..][..BLOCK];
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += weight * value;
+                }
+            }
+            *out = sums;
+        }
+        rest.fill(0.0);
+        for (weight, row) in self.weights.iter().zip(self.rows) {
+            for (sum, value) in rest.iter_mut().zip(&row[blocks.len() * BLOCK..]) {
                 *sum += weight * value;
             }
         }
-    });
-    GrayImage { width, height, values }
+    }
 }
 
 /// Half the size: means of 2 x 2 pixels, an odd last row or column left out. Pixel (x, y) of the

@@ -10,8 +10,8 @@ use super::{
 use crate::{Calibration, Result, imaging::GrayImage, progress::Progress};
 
 /// What sees, remembers and decides.
-pub struct Pilot {
-    observer: Observer,
+pub struct Pilot<'a> {
+    observer: Observer<'a>,
     motion: OwnMotion,
     navigator: Navigator,
     period: f64,
@@ -33,7 +33,7 @@ pub struct Step {
     pub decision: Decision,
 }
 
-impl Pilot {
+impl<'a> Pilot<'a> {
     /// A pilot to a goal in the start frame, on coordinates from this calibration, for pictures of this
     /// size.
     ///
@@ -41,7 +41,7 @@ impl Pilot {
     ///
     /// Those of [`Observer::new`].
     pub fn new(
-        calibration: Calibration,
+        calibration: &'a Calibration,
         size: [usize; 2],
         (goal, period): (Ground, f64),
         (seed, progress): (u64, &dyn Progress),

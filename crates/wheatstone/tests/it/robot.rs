@@ -37,7 +37,7 @@ fn robot<'a>(world: &'a World, eyes: [Eye; 2], wheels: Wheels) -> SimulatedRobot
 #[test]
 fn the_floor_is_told_from_what_stands_on_it() {
     let (eyes, calibration) = calibrated(&World::new(1));
-    let mut observer = Observer::new(calibration, SIZE, &Silent).unwrap();
+    let mut observer = Observer::new(&calibration, SIZE, &Silent).unwrap();
     let (mut points, mut wrong, mut corners, mut astray) = (0, 0, 0, 0);
     for seed in [1, 4, 5, 10] {
         let world = World::new(seed);
@@ -75,7 +75,7 @@ fn the_floor_is_told_from_what_stands_on_it() {
 fn own_motion_is_found_from_pictures() {
     let world = World::new(11);
     let (eyes, calibration) = calibrated(&world);
-    let mut observer = Observer::new(calibration, SIZE, &Silent).unwrap();
+    let mut observer = Observer::new(&calibration, SIZE, &Silent).unwrap();
     let mut robot = robot(&world, eyes, Wheels { bias: 0.1, noise: 0.1, slips: 0.2, slip: 0.4 });
     let mut motion = OwnMotion::new(0);
     let turns = [0.0, 0.4, 0.4, 0.0, -0.5, -0.5, -0.3, 0.0, 0.3, 0.0];
@@ -105,7 +105,7 @@ fn the_robot_reaches_its_goal_without_running_into_anything() {
     let (eyes, calibration) = calibrated(&world);
     let mut robot = robot(&world, eyes, Wheels::default());
     let task = (world.goal(), robot.period());
-    let mut pilot = Pilot::new(calibration, SIZE, task, (0, &Silent)).unwrap();
+    let mut pilot = Pilot::new(&calibration, SIZE, task, (0, &Silent)).unwrap();
     let end = pilot.drive(&mut robot, &mut |_, _, _, _| Ok(())).unwrap();
     assert_eq!(end, Some(Decision::Arrived));
     assert!(robot.clearance() > 0.0);
@@ -126,7 +126,7 @@ fn knocked_and_covered_cameras_stop_the_robot() {
         let (eyes, calibration) = calibrated(&world);
         let mut robot = robot(&world, eyes, Wheels::default());
         let task = (world.goal(), robot.period());
-        let mut pilot = Pilot::new(calibration, SIZE, task, (0, &Silent)).unwrap();
+        let mut pilot = Pilot::new(&calibration, SIZE, task, (0, &Silent)).unwrap();
         let (mut looks, mut sound) = (0, 0);
         let end = pilot
             .drive(&mut robot, &mut |robot, _, _, step| {

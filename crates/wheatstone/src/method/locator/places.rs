@@ -1,7 +1,7 @@
 //! Where points are, in columns, and the parts of those that a task fills.
 
 use super::{super::Located, TASK};
-use crate::dataset::volume::Trust;
+use crate::{dataset::volume::Trust, geometry::Point3};
 use nalgebra::Matrix3;
 use std::ops::Range;
 
@@ -59,6 +59,18 @@ impl Slots<'_> {
 }
 
 impl Places {
+    /// Where a point is, and its covariance; `None` where it was not located, or that was not asked for.
+    #[must_use]
+    pub fn at(&self, index: usize) -> Option<(Point3, Matrix3<f64>)> {
+        let [x, y, z] = self.point.each_ref().map(|column| column[index]);
+        let mut covariance = Matrix3::zeros();
+        for ((row, column), values) in LOWER.into_iter().zip(&self.covariance) {
+            let value = *values.get(index)?;
+            (covariance[(row, column)], covariance[(column, row)]) = (value, value);
+        }
+        (!x.is_nan()).then(|| (Point3::new(x, y, z), covariance))
+    }
+
     /// Makes room for so many points; what is in it is anything.
     pub(super) fn resize(&mut self, count: usize, with_covariance: bool, with_trust: bool) {
         let figures = if with_covariance { count } else { 0 };

@@ -5,6 +5,7 @@ use super::NetworkReconstructor;
 use crate::{
     geometry::{Pixel, Point3},
     method::PixelNoise,
+    numeric::simd::{Simd, WithSimd, on_widest},
 };
 use nalgebra::{DMatrix, Matrix3, Point2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -57,27 +58,15 @@ impl NetworkReconstructor {
 
     /// What is not known about the weights, as covariance of the targets.
     fn covariance_of_weights(&self, unit: &[f64]) -> Matrix3<f64> {
-        let mut sums = Matrix3::zeros();
         if self.weight_covariance.is_empty() {
-            return sums;
+            return Matrix3::zeros();
         }
         let count = self.perceptron.weights().len();
         let mut rows = vec![0.0; 3 * count];
         self.perceptron.jacobian(unit, &mut rows);
         let slopes: [&[f64]; 3] = [0, 1, 2].map(|output| &rows[output * count..][..count]);
-        let mut start = 0;
-        for first in 0..count {
-            let row = &self.weight_covariance[start..=start + first];
-            start += first + 1;
-            for output in 0..3 {
-                // The diagonal counts once, what lies beside it twice.
-                let below = dot(row, &slopes[output][..=first]);
-                let product = 2.0 * below - row[first] * slopes[output][first];
-                for other in 0..3 {
-                    sums[(output, other)] += product * slopes[other][first];
-                }
-            }
-        }
+        let quadratic = Quadratic { triangle: &self.weight_covariance, slopes };
+        let sums = Matrix3::from(on_widest(quadratic));
         let spread = self.spread();
         spread * ((sums + sums.transpose()) / 2.0) * spread
     }
@@ -125,17 +114,61 @@ impl NetworkReconstructor {
     }
 }
 
-/// Sum of the products of two rows, eight sums beside each other.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let mut sums = [0.0; 8];
-    for (a, b) in a.iter().zip(b) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
+/// Twice the symmetric part of `slopes' C slopes` adds up in this, of a matrix that is kept as the rows of its
+/// lower triangle: it is read once for the three of them.
+struct Quadratic<'a> {
+    triangle: &'a [f64],
+    slopes: [&'a [f64]; 3],
+}
+
+impl WithSimd for Quadratic<'_> {
+    type Output = [[f64; 3]; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [[f64; 3]; 3] {
+        let mut sums = [[0.0; 3]; 3];
+        let mut start = 0;
+        for first in 0..self.slopes[0].len() {
+            let row = &self.triangle[start..=start + first];
+            start += first + 1;
+            let [a, b, c] = self.slopes;
+            let below = dots(row, [&a[..=first], &b[..=first], &c[..=first]]);
+            for (output, below) in below.into_iter().enumerate() {
+                // The diagonal counts once, what lies beside it twice.
+                let product = 2.0 * below - row[first] * self.slopes[output][first];
+                for (sums, slopes) in sums.iter_mut().zip(self.slopes) {
+                    sums[output] += product * slopes[first];
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Sums of the products of a row with three others, eight sums beside each other, whatever the width of
+/// registers.
+#[inline(always)]
+fn dots(row: &[f64], others: [&[f64]; 3]) -> [f64; 3] {
+    let (row, row_rest) = row.as_chunks::<8>();
+    let [a, b, c] = others;
+    let ([a, b, c], rests) = {
+        let ((a, x), (b, y), (c, z)) = (a.as_chunks::<8>(), b.as_chunks::<8>(), c.as_chunks::<8>());
+        ([a, b, c], [x, y, z])
+    };
+    let mut sums = [[0.0; 8]; 3];
+    for (((row, a), b), c) in row.iter().zip(a).zip(b).zip(c) {
+        for lane in 0..8 {
+            sums[0][lane] += row[lane] * a[lane];
+            sums[1][lane] += row[lane] * b[lane];
+            sums[2][lane] += row[lane] * c[lane];
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
+    let mut found = [0.0; 3];
+    for ((found, sums), rest) in found.iter_mut().zip(sums).zip(rests) {
+        *found = sums.iter().sum::<f64>();
+        *found += row_rest.iter().zip(rest).map(|(a, b)| a * b).sum::<f64>();
+    }
+    found
 }
 
 /// J J': the covariance that unit noise of the pixels makes.

@@ -1,6 +1,9 @@
 //! Distances over a raster.
 
-use crate::robot::map::CELL;
+use crate::{
+    numeric::simd::{Simd, WithSimd, on_widest},
+    robot::map::CELL,
+};
 
 /// From the middle of each cell to that of the nearest cell that `holds`, in centimetres; what is
 /// farther than `reach` cells counts as that.
@@ -10,21 +13,46 @@ use crate::robot::map::CELL;
 pub(super) fn distances(columns: usize, holds: &[bool], reach: usize) -> Vec<f32> {
     let squares = along_columns(columns, holds, reach);
     let mut found = squares.clone();
-    for (found, squares) in found.chunks_mut(columns).zip(squares.chunks(columns)) {
-        for aside in 1..reach.min(columns) {
-            let square = (aside * aside) as f32;
-            for (found, other) in found[aside..].iter_mut().zip(squares) {
-                *found = found.min(other + square);
+    on_widest(AlongRows { columns, squares: &squares, found: &mut found, reach });
+    found
+}
+
+/// From squared distances along the columns to distances, in centimetres.
+struct AlongRows<'a> {
+    columns: usize,
+    squares: &'a [f32],
+    /// The same squares at first.
+    found: &'a mut [f32],
+    reach: usize,
+}
+
+impl WithSimd for AlongRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let columns = self.columns;
+        let rows = self.found.chunks_mut(columns).zip(self.squares.chunks(columns));
+        for (found, squares) in rows {
+            for aside in 1..self.reach.min(columns) {
+                let square = (aside * aside) as f32;
+                lower(&mut found[aside..], squares, square);
+                lower(found, &squares[aside..], square);
             }
-            for (found, other) in found.iter_mut().zip(&squares[aside..]) {
-                *found = found.min(other + square);
+            for square in found {
+                *square = square.sqrt() * CELL as f32;
             }
-        }
-        for square in found {
-            *square = square.sqrt() * CELL as f32;
         }
     }
-    found
+}
+
+/// Lowers what is found to what others and a step aside come to, where that is less.
+#[inline(always)]
+fn lower(found: &mut [f32], others: &[f32], step: f32) {
+    for (found, other) in found.iter_mut().zip(others) {
+        let by_it = other + step;
+        *found = if by_it < *found { by_it } else { *found };
+    }
 }
 
 /// Squared distances along the columns.

@@ -33,6 +33,8 @@ pub(crate) struct Edges {
     pub all: Vec<Edge>,
     /// Which one lies at each pixel, row by row.
     map: Vec<u32>,
+    /// Whether one lies at each pixel or at one of its four neighbours.
+    near: Vec<bool>,
     width: usize,
     height: usize,
 }
@@ -55,14 +57,19 @@ impl Edges {
     #[must_use]
     pub(crate) fn new(gradient: &Gradient) -> Self {
         let (width, height) = (gradient.width, gradient.height);
-        let mut edges = Self { all: Vec::new(), map: vec![NONE; width * height], width, height };
+        let (map, near) = (vec![NONE; width * height], vec![false; width * height]);
+        let mut edges = Self { all: Vec::new(), map, near, width, height };
         for y in MARGIN..height.saturating_sub(MARGIN) {
             for x in MARGIN..width.saturating_sub(MARGIN) {
                 if gradient.square(y * width + x) < LEAST * LEAST {
                     continue;
                 }
                 if let Some(edge) = edge(gradient, x, y) {
-                    edges.map[y * width + x] = edges.all.len() as u32;
+                    let place = y * width + x;
+                    edges.map[place] = edges.all.len() as u32;
+                    for near in [place - width, place - 1, place, place + 1, place + width] {
+                        edges.near[near] = true;
+                    }
                     edges.all.push(edge);
                 }
             }
@@ -77,6 +84,14 @@ impl Edges {
         let inside = x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height;
         let number = if inside { self.map[y as usize * self.width + x as usize] } else { NONE };
         self.all.get(number as usize)
+    }
+
+    /// Whether there is one at a pixel or at one of its four neighbours.
+    #[must_use]
+    pub(crate) fn is_near(&self, x: isize, y: isize) -> bool {
+        // No edge is as close to the border as to be near a pixel beyond it.
+        let inside = x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height;
+        inside && self.near[y as usize * self.width + x as usize]
     }
 
     /// Columns and rows of the picture.

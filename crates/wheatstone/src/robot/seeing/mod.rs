@@ -25,16 +25,18 @@ pub use health::{Complaint, Health};
 use super::scene::Scene;
 use crate::{
     Calibration, Result,
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, PixelColumns, Point3, columns_of},
     imaging::GrayImage,
+    method::Locator,
     progress::Progress,
 };
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 
 /// What makes sense of pairs of pictures.
-pub struct Observer {
-    calibration: Calibration,
+pub struct Observer<'a> {
+    calibration: &'a Calibration,
+    /// The calibration's map, made ready for the thousand pairs of pixels that every look shows.
+    locator: Locator<'a>,
     atlas: Atlas,
     size: [usize; 2],
     health: Health,
@@ -75,20 +77,21 @@ const PLACED: f64 = 0.15;
 const ASIDE: f64 = 1.0;
 const ASIDE_ERRORS: f64 = 4.0;
 
-impl Observer {
+impl<'a> Observer<'a> {
     /// With a calibration, for pictures of this size.
     ///
     /// # Errors
     ///
     /// Those of [`Atlas::new`].
     pub fn new(
-        calibration: Calibration,
+        calibration: &'a Calibration,
         size: [usize; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let atlas = Atlas::new(&calibration, size, progress)?;
-        let health = Health::new(&calibration, &atlas);
-        Ok(Self { calibration, atlas, size, health })
+        let atlas = Atlas::new(calibration, size, progress)?;
+        let health = Health::new(calibration, &atlas);
+        let locator = Locator::new(&*calibration.reconstructor, None);
+        Ok(Self { calibration, locator, atlas, size, health })
     }
 
     /// The calibration's curves.
@@ -130,41 +133,59 @@ impl Observer {
         Observation { scene, corners, edges, floor_direction, complaint }
     }
 
-    fn located_corners(&self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
-        let located = |matched: &CornerMatch| {
-            let (point, covariance) = self.locate(matched.first, matched.second, 1.0)?;
+    fn located_corners(&mut self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
+        let pairs = matched.iter().map(|corner| Some(([corner.first, corner.second], 1.0)));
+        let located = self.located(&pairs.collect::<Vec<_>>());
+        let corner = |(matched, located): (&CornerMatch, Option<(Point3, Matrix3<f64>)>)| {
+            let (point, covariance) = located?;
             Some(SeenCorner { matched: *matched, point, covariance })
         };
-        matched.par_iter().filter_map(located).collect()
+        matched.iter().zip(located).filter_map(corner).collect()
     }
 
-    fn located_edges(&self, matched: Vec<EdgeMatch>) -> Vec<LocatedEdge> {
-        let located = |matched: EdgeMatch| {
-            let at = matched
-                .other
-                .and_then(|other| self.locate(matched.edge.at, other, matched.crossing));
-            LocatedEdge { matched, at: at.filter(|(point, _)| curve::above_floor(*point)) }
+    fn located_edges(&mut self, matched: Vec<EdgeMatch>) -> Vec<LocatedEdge> {
+        let pair =
+            |matched: &EdgeMatch| Some(([matched.edge.at, matched.other?], matched.crossing));
+        let located = self.located(&matched.iter().map(pair).collect::<Vec<_>>());
+        let edge = |(matched, at): (EdgeMatch, Option<(Point3, Matrix3<f64>)>)| LocatedEdge {
+            matched,
+            at: at.filter(|(point, _)| curve::above_floor(*point)),
         };
-        let mut edges: Vec<LocatedEdge> = matched.into_par_iter().map(located).collect();
+        let mut edges: Vec<LocatedEdge> = matched.into_iter().zip(located).map(edge).collect();
         ground::fill_in(&self.atlas, &mut edges);
         edges
     }
 
-    /// Where a pair of pixels points, and how sure that is if they were placed along the curve with
-    /// [`PLACED`] over the cosine `crossing`.
-    fn locate(&self, first: Pixel, second: Pixel, crossing: f64) -> Option<(Point3, Matrix3<f64>)> {
+    /// Where pairs of pixels point, and how sure that is if they were placed along the curve with
+    /// [`PLACED`] over a cosine, their crossing.
+    fn located(
+        &mut self,
+        pairs: &[Option<([Pixel; 2], f64)>],
+    ) -> Vec<Option<(Point3, Matrix3<f64>)>> {
+        let rows: Vec<Vec<Option<Pixel>>> = pairs
+            .iter()
+            .map(|pair| [0, 1].map(|camera| Some(pair.as_ref()?.0[camera])).to_vec())
+            .collect();
+        let columns = columns_of(&rows, 2);
+        let columns = PixelColumns::new(columns.iter().map(|[x, y]| [&x[..], &y[..]]).collect());
+        let places = self.locator.locate(&columns);
         let map = &self.calibration.reconstructor;
-        let located = map.locate(&[Some(first), Some(second)])?;
-        // Behind the robot, or beyond all walls.
-        if !(1.0..2000.0).contains(&located.point.z) {
-            return None;
-        }
-        // Maps without a noise of pixels have bars of their own; edges are found no better than charts.
-        let sigma = map.pixel_sigma(0, first, located.point).unwrap_or(PLACED).max(0.01);
-        let worse = (PLACED / (sigma * crossing.max(0.1))).max(1.0);
-        Some((located.point, located.covariance * (worse * worse)))
+        let located = |(index, pair): (usize, &Option<([Pixel; 2], f64)>)| {
+            let ([first, _], crossing) = (*pair)?;
+            let (point, covariance) = places.at(index)?;
+            // Behind the robot, or beyond all walls.
+            if !(1.0..2000.0).contains(&point.z) {
+                return None;
+            }
+            // Maps without a noise of pixels have bars of their own; edges are found no better than charts.
+            let sigma = map.pixel_sigma(0, first, point).unwrap_or(PLACED).max(0.01);
+            let worse = (PLACED / (sigma * crossing.max(0.1))).max(1.0);
+            Some((point, covariance * (worse * worse)))
+        };
+        pairs.iter().enumerate().map(located).collect()
     }
 }
+
 /// Mean grey level of a picture.
 fn mean_grey(picture: &GrayImage) -> f64 {
     let values = picture.values();

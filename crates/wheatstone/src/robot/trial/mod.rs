@@ -59,7 +59,7 @@ pub struct Look<'a> {
     /// What it came to.
     pub step: &'a Step,
     /// What it knows and believes after it.
-    pub pilot: &'a Pilot,
+    pub pilot: &'a Pilot<'a>,
 }
 
 /// Sees a trial from outside.
@@ -137,7 +137,7 @@ impl Trial {
         let random = Random::stream(self.seed, WHEELS);
         let robot = SimulatedRobot::new(&world, eyes, (Wheels::default(), sensor), random);
         let goal = (world.goal(), robot.period());
-        let mut pilot = Pilot::new(calibration, size, goal, (self.seed, progress))?;
+        let mut pilot = Pilot::new(&calibration, size, goal, (self.seed, progress))?;
         let mut robot = Watched { robot, clock, left: self.steps, shown: 0.0 };
         let mut tally = Tally::default();
         let decision = pilot.drive(&mut robot, &mut |robot, pilot, pictures, step| {
