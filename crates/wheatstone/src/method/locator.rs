@@ -217,9 +217,8 @@ impl<'a> Locator<'a> {
             self.spread(pixels, &nearness, &mut slots);
         }
         // Where nothing is known there are no error bars either.
-        let unsure = slots.covariance[0].iter().enumerate().filter(|(_, value)| !value.is_finite());
-        let known = |index: &usize| lost.binary_search(index).is_err();
-        let unsure: Vec<usize> = unsure.map(|(index, _)| index).filter(known).collect();
+        let mut unsure = those(slots.covariance[0], |value| !value.is_finite());
+        unsure.retain(|index| lost.binary_search(index).is_err());
         let mut wanted = BTreeMap::new();
         let mut one_by_one = |index: usize, is_met: bool| {
             let row: Vec<Option<Pixel>> = pixels.point(index).collect();
@@ -245,17 +244,11 @@ impl<'a> Locator<'a> {
         let mut missed = vec![f64::NAN; if full { 0 } else { nearness.len() }];
         let residual = if full { &mut *slots.residual } else { &mut missed[..] };
         let mut lost = Vec::new();
-        let far = |residual: &[f64], lost: &mut Vec<usize>| {
-            let far = residual
-                .iter()
-                .enumerate()
-                .filter(|(_, miss)| miss.is_nan() || **miss > MOST_RESIDUAL);
-            lost.extend(far.map(|(index, _)| index));
-        };
+        let is_far = |miss: f64| miss.is_nan() | (miss > MOST_RESIDUAL);
         if let Some(base) = &map.base {
             let point = Some(slots.point.each_mut().map(|column| &mut **column));
             base.meet(pixels, Met { point, residual, nearness });
-            far(residual, &mut lost);
+            lost = those(residual, is_far);
         }
         let Some(learned) = &map.learned else {
             if map.base.is_none() {
@@ -265,13 +258,12 @@ impl<'a> Locator<'a> {
         };
         (learned.correct)(pixels, &mut slots.point);
         if map.base.is_none() {
-            let nowhere = slots.point[2].iter().enumerate().filter(|(_, z)| !z.is_finite());
-            lost.extend(nowhere.map(|(index, _)| index));
+            lost = those(slots.point[2], |z| !z.is_finite());
         }
         match &map.witness {
             Some(witness) if full => {
                 witness.meet(pixels, Met { point: None, residual, nearness });
-                far(residual, &mut lost);
+                lost.extend(those(residual, is_far));
                 lost.sort_unstable();
                 lost.dedup();
             }
@@ -318,6 +310,19 @@ impl<'a> Locator<'a> {
             missing.into_iter().for_each(|(camera, slot)| note(Wanted::Witness(camera, slot)));
         }
     }
+}
+
+/// Where the few values are that a test holds of: many are passed over at once where it holds of none.
+fn those(values: &[f64], test: impl Fn(f64) -> bool) -> Vec<usize> {
+    const PART: usize = 32;
+    let mut found = Vec::new();
+    for (number, part) in values.chunks(PART).enumerate() {
+        if part.iter().fold(false, |any, value| any | test(*value)) {
+            let own = part.iter().enumerate().filter(|(_, value)| test(**value));
+            found.extend(own.map(|(index, _)| number * PART + index));
+        }
+    }
+    found
 }
 
 /// What was made on demand.

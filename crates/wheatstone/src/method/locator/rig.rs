@@ -248,6 +248,13 @@ fn look_through<S: Simd, const CURVED: bool>(
 ) {
     if let Some(sheet) = sheet {
         sheet.tell::<S, BLOCK, CURVED>(simd, [x, y], told);
+        let mut all = true;
+        for (x, y) in x.iter().zip(y) {
+            all &= sheet.holds(*x, *y);
+        }
+        if all {
+            return;
+        }
     }
     for (lane, (x, y)) in x.iter().zip(y).enumerate() {
         if sheet.is_none_or(|sheet| !sheet.holds(*x, *y)) {

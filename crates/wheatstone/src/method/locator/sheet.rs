@@ -47,7 +47,8 @@ impl Part {
     pub(super) fn holds(&self, x: f64, y: f64) -> bool {
         let [left, top] = self.least;
         let [right, bottom] = self.most;
-        x >= left && x <= right && y >= top && y <= bottom
+        // Without branches: a block of places is looked at in registers.
+        (x >= left) & (x <= right) & (y >= top) & (y <= bottom)
     }
 
     /// Where it lies from -1 to 1 in each direction.

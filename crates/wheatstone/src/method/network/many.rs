@@ -68,10 +68,16 @@ impl Samples<f32> for Points<'_, '_> {
     #[inline(always)]
     fn read(&self, first: usize, inputs: &mut [[f32; TOGETHER]]) {
         for (input, (column, [low, by])) in inputs.iter_mut().zip(&self.inputs) {
-            let mut part = [0.0; TOGETHER];
-            let values = part_of(column, first, &mut part);
-            for (input, value) in input.iter_mut().zip(values) {
-                *input = ((value - low) * by) as f32;
+            let values = &column[first..];
+            // Of a known length where there are enough: the loop then is a few registers.
+            if let Some(values) = values.first_chunk::<TOGETHER>() {
+                for (input, value) in input.iter_mut().zip(values) {
+                    *input = ((value - low) * by) as f32;
+                }
+            } else {
+                for (input, value) in input.iter_mut().zip(values) {
+                    *input = ((value - low) * by) as f32;
+                }
             }
         }
     }
@@ -79,17 +85,26 @@ impl Samples<f32> for Points<'_, '_> {
     #[inline(always)]
     fn write(&mut self, first: usize, outputs: &[[f32; TOGETHER]]) {
         let [a, b, c] = outputs else { return };
-        let mut own = [[0.0; TOGETHER]; 3];
-        let all = own.iter_mut().zip([a, b, c]).zip(self.outputs);
-        for ((own, output), [low, range]) in all {
-            for (own, output) in own.iter_mut().zip(output) {
-                *own = low + f64::from(*output) * range;
-            }
-        }
         let frame = match &self.map.targets {
             Targets::World {} => None,
             Targets::InverseDepth { frame_from_world } => Some(frame_from_world),
         };
+        if frame.is_none() && self.map.base.is_none() {
+            for ((points, output), scale) in self.points.iter_mut().zip([a, b, c]).zip(self.outputs)
+            {
+                let points = &mut points[first..];
+                match points.first_chunk_mut::<TOGETHER>() {
+                    Some(points) => unscaled(output, scale, points),
+                    None => unscaled(output, scale, points),
+                }
+            }
+            return;
+        }
+        let mut own = [[0.0; TOGETHER]; 3];
+        let all = own.iter_mut().zip([a, b, c]).zip(self.outputs);
+        for ((own, output), scale) in all {
+            unscaled(output, scale, own);
+        }
         if self.map.base.is_some() {
             let mut base = [[0.0; TOGETHER]; 3];
             for (base, points) in base.iter_mut().zip(&*self.points) {
@@ -110,6 +125,14 @@ impl Samples<f32> for Points<'_, '_> {
             let last = points.len().min(first + TOGETHER);
             points[first..last].copy_from_slice(&own[..last - first]);
         }
+    }
+}
+
+/// From what the network says to targets: the least of them and their range.
+#[inline(always)]
+fn unscaled(outputs: &[f32; TOGETHER], [low, range]: [f64; 2], targets: &mut [f64]) {
+    for (target, output) in targets.iter_mut().zip(outputs) {
+        *target = low + f64::from(*output) * range;
     }
 }
 

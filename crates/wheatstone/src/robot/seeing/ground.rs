@@ -124,23 +124,38 @@ pub(crate) fn strips(
     edges: &[LocatedEdge],
     [width, height]: [usize; 2],
 ) -> Vec<Option<Strip>> {
-    let mut columns: Vec<Vec<&LocatedEdge>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
+    let mut columns: Vec<Vec<Shown>> = vec![Vec::new(); (width as f64 / STRIP) as usize + 1];
     for edge in edges {
-        // Sampled every four pixels, an edge that lies may miss a strip: it counts for both beside.
-        let strip = (edge.matched.edge.at.x / STRIP) as usize;
-        let lies = edge.matched.edge.along().x.abs() > 0.5;
-        for number in [strip.saturating_sub(usize::from(lies)), strip, strip + usize::from(lies)] {
-            if number < columns.len() {
-                columns[number].push(edge);
+        // Sampled every four pixels, an edge that lies may miss a strip: it counts for both beside, where it
+        // would be there if it went on straight. The foot of a face aslant would else lie too far off.
+        let (at, along) = (edge.matched.edge.at, edge.matched.edge.along());
+        let strip = (at.x / STRIP) as usize;
+        let lies = along.x.abs() > 0.5;
+        let slope = if lies { along.y / along.x } else { 0.0 };
+        for number in strip.saturating_sub(usize::from(lies))..=strip + usize::from(lies) {
+            if let Some(column) = columns.get_mut(number) {
+                column.push(Shown { row: at.y + slope * (middle(number) - at.x), edge });
             }
         }
     }
-    let shown = |(number, edges): (usize, &mut Vec<&LocatedEdge>)| {
-        edges.sort_by(|a, b| b.matched.edge.at.y.total_cmp(&a.matched.edge.at.y));
-        let bottom = Pixel::new((number as f64 + 0.5) * STRIP, height as f64 - 1.0);
+    let shown = |(number, edges): (usize, &mut Vec<Shown>)| {
+        edges.sort_by(|a, b| b.row.total_cmp(&a.row));
+        let bottom = Pixel::new(middle(number), height as f64 - 1.0);
         strip(atlas, edges, (atlas.floor(bottom)?, bottom.x))
     };
     columns.iter_mut().enumerate().map(shown).collect()
+}
+
+/// The column in the middle of a strip.
+fn middle(strip: usize) -> f64 {
+    (strip as f64 + 0.5) * STRIP
+}
+
+/// An edge where a strip shows it.
+#[derive(Clone, Copy)]
+struct Shown<'a> {
+    row: f64,
+    edge: &'a LocatedEdge,
 }
 
 /// Floor longer than this without an edge is no floor, in centimetres: tiles are smaller.
@@ -150,17 +165,16 @@ const BARE: f64 = 60.0;
 const STANDS: f64 = 8.0;
 
 /// Goes up a strip of the picture from edge to edge, as long as they are the floor's.
-fn strip(atlas: &Atlas, edges: &[&LocatedEdge], (from, column): (Ground, f64)) -> Option<Strip> {
+fn strip(atlas: &Atlas, edges: &[Shown], (from, column): (Ground, f64)) -> Option<Strip> {
     let mut last: Option<(f64, f64)> = None;
     // Where the first edge after that is, if it is on the floor, of which that is not sure.
     let mut maybe: Option<Ground> = None;
     let mut limit = f64::INFINITY;
     let mut blocked = false;
-    for edge in edges {
-        let row = edge.matched.edge.at.y;
+    for Shown { row, edge } in edges {
         match edge.at {
             Some((point, covariance)) if is_floor(point) => {
-                last = Some((row, covariance.trace().sqrt()));
+                last = Some((*row, covariance.trace().sqrt()));
                 maybe = None;
             }
             Some((point, _)) => {
