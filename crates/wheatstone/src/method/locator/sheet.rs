@@ -92,8 +92,9 @@ impl Sheet {
             }
         }
         let near = middle + half;
-        // What an error on the plane does to pixels.
-        let by = [1.0, near, near * near].map(|by| TOLERANCE / (2.0 * camera.focal * by));
+        // What an error on the plane does to pixels; all of what is allowed here is made use of, and both
+        // coordinates of all cameras err at once.
+        let by = [1.0, near, near * near].map(|by| TOLERANCE / (5.0 * camera.focal * by));
         let mut polynomials: [Polynomial; TOLD] = Default::default();
         let mut plane = [[0.0; 3]; 2];
         let mut slopes = [[DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)], Default::default()];
