@@ -23,8 +23,9 @@ const NODES: usize = 24;
 /// millionth of a pixel by rounding.
 const MOST_DEGREE: usize = 20;
 
-/// How well the scale is to be known, as a share: it only weighs errors.
-const SCALE_TOLERANCE: f64 = 3e-3;
+/// How well the scale is to be known, as a share: it only weighs errors, and so large a share of them a point is
+/// off.
+const SCALE_TOLERANCE: f64 = 1e-3;
 
 /// Part of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
