@@ -23,8 +23,9 @@ const NODES: usize = 24;
 /// millionth of a pixel by rounding.
 const MOST_DEGREE: usize = 20;
 
-/// How well the scale is to be known, as a share: it only weighs errors.
-const SCALE_TOLERANCE: f64 = 3e-3;
+/// How well the scale is to be known, as a share: it only weighs errors, and so large a share of them a point is
+/// off.
+const SCALE_TOLERANCE: f64 = 1e-3;
 
 /// Part of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,8 +93,9 @@ impl Sheet {
             }
         }
         let near = middle + half;
-        // What an error on the plane does to pixels.
-        let by = [1.0, near, near * near].map(|by| TOLERANCE / (2.0 * camera.focal * by));
+        // What an error on the plane does to pixels; all of what is allowed here is made use of, and both
+        // coordinates of all cameras err at once.
+        let by = [1.0, near, near * near].map(|by| TOLERANCE / (5.0 * camera.focal * by));
         let mut polynomials: [Polynomial; TOLD] = Default::default();
         let mut plane = [[0.0; 3]; 2];
         let mut slopes = [[DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)], Default::default()];
@@ -204,22 +206,38 @@ impl Sheet {
 const PLACES: [usize; 6] = [0, 1, 6, 7, 8, 9];
 
 impl Polynomial {
-    /// The shortest one that departs from waves by no more than `tolerance`; `None` where it would be too long.
+    /// A short one that departs from waves by no more than `tolerance`; `None` where it would be too long.
     fn new(waves: &DMatrix<f64>, tolerance: f64) -> Option<Self> {
         // No wave is ever larger than one.
-        let beyond = |degree: usize| -> f64 {
-            let all = (0..NODES).flat_map(|i| (0..NODES).map(move |j| (i, j)));
-            all.filter(|(i, j)| i + j > degree).map(|at| waves[at].abs()).sum()
-        };
-        let degree = (0..=MOST_DEGREE).find(|degree| beyond(*degree) <= tolerance)?;
-        let powers = powers_of_waves();
-        let mut kept = waves.clone();
-        for i in 0..NODES {
-            (0..NODES).filter(|j| i + j > degree).for_each(|j| kept[(i, j)] = 0.0);
+        let all = || (0..NODES).flat_map(|i| (0..NODES).map(move |j| (i, j)));
+        let beyond = all().filter(|(i, j)| i + j > MOST_DEGREE).map(|at| waves[at].abs());
+        let mut left = tolerance - beyond.sum::<f64>();
+        if left.is_nan() || left < 0.0 {
+            return None;
         }
+        // Of each wave of y so many of x. A power of y is part of its own wave and of every other one above,
+        // so that those above must not be the longer ones.
+        let mut lengths: Vec<usize> = (0..=MOST_DEGREE).map(|y| MOST_DEGREE + 1 - y).collect();
+        loop {
+            let above = |y: usize| lengths.get(y + 2).copied().unwrap_or(0);
+            let last = |y: usize| waves[(lengths[y] - 1, y)].abs();
+            let ends = (0..=MOST_DEGREE).filter(|y| lengths[*y] > above(*y));
+            let least = ends.min_by(|a, b| last(*a).total_cmp(&last(*b)));
+            let Some(y) = least.filter(|y| last(*y) <= left) else { break };
+            left -= last(y);
+            lengths[y] -= 1;
+        }
+        let mut kept = waves.clone();
+        for (i, j) in all() {
+            if lengths.get(j).is_none_or(|length| i >= *length) {
+                kept[(i, j)] = 0.0;
+            }
+        }
+        let powers = powers_of_waves();
         let factors = powers.transpose() * kept * powers;
-        let row = |y: usize| (0..=degree - y).rev().map(|x| factors[(x, y)] as f32).collect();
-        Some(Self { rows: (0..=degree).rev().map(row).collect() })
+        let row = |y: usize| (0..lengths[y]).rev().map(|x| factors[(x, y)] as f32).collect();
+        let rows = lengths.iter().rposition(|length| *length > 0).map_or(0, |last| last + 1);
+        Some(Self { rows: (0..rows).rev().map(row).collect() })
     }
 
     /// Its value at a place.

@@ -248,3 +248,103 @@ pub(crate) fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Calibration,
+        dataset::{Correspondence, Dataset},
+        method::AnyMethod,
+        preparation::Prepared,
+        progress::Silent,
+        robot::{cameras::cameras, seeing::edges::Edge},
+    };
+    use nalgebra::Vector2;
+
+    const SIZE: [usize; 2] = [640, 480];
+
+    /// Of the robot's own cameras, fitted to points that they see without error.
+    fn atlas() -> Atlas {
+        let cameras = cameras().unwrap();
+        let along =
+            |from: f64, step: f64, count: i32| (0..count).map(move |i| from + step * f64::from(i));
+        let mut correspondences = Vec::new();
+        for z in along(40.0, 25.0, 6) {
+            for (x, y) in
+                along(-40.0, 10.0, 9).flat_map(|x| along(-20.0, 5.0, 6).map(move |y| (x, y)))
+            {
+                let point = Point3::new(x, y, z);
+                let pixels = cameras.iter().map(|camera| camera.project(point)).collect();
+                let world = Some(point);
+                correspondences.push(Correspondence {
+                    view: 0,
+                    id: None,
+                    pixels,
+                    world,
+                    board: None,
+                });
+            }
+        }
+        let data = Dataset { unit: "cm".into(), cameras: 2, views: Vec::new(), correspondences };
+        let method = AnyMethod::named("dlt").unwrap();
+        let calibration = Calibration::fit(&method, &Prepared::as_given(data), 0, false, &Silent);
+        Atlas::new(&calibration.unwrap(), SIZE, &Silent).unwrap()
+    }
+
+    /// The row in which a column shows where a wall aslant stands on the floor: `beyond` says how far behind its
+    /// foot a place on the floor is.
+    fn foot_row(atlas: &Atlas, column: f64, beyond: impl Fn(Ground) -> f64) -> Option<f64> {
+        let at = |row: f64| atlas.floor(Pixel::new(column, row)).map_or(f64::INFINITY, &beyond);
+        let (mut above, mut below) = (0.0, SIZE[1] as f64 - 1.0);
+        while below - above > 1e-6 {
+            let middle = 0.5 * (above + below);
+            *(if at(middle) > 0.0 { &mut above } else { &mut below }) = middle;
+        }
+        (at(below).abs() < 1e-3).then_some(below)
+    }
+
+    #[test]
+    fn floor_ends_at_the_foot_of_a_face_aslant_though_its_edge_is_seen_beside_the_strip() {
+        let atlas = atlas();
+        // The ground line z = 100 + 2.5 x, seen at some forty degrees.
+        let beyond = |place: Ground| (place.y - 100.0 - 2.5 * place.x) / libm::hypot(1.0, 2.5);
+        // An edge so many pixels above a place on the floor, and so high above it.
+        let located = |foot: Pixel, along: Vector2<f64>, [above, height]: [f64; 2]| {
+            let at = Pixel::new(foot.x, foot.y - above);
+            let towards_light = Vector2::new(along.y, -along.x).normalize();
+            let edge = Edge { at, towards_light, contrast: 1.0, grey: 1.0, chain: 0 };
+            let ground = atlas.floor(foot).unwrap();
+            let place = Point3::new(ground.x, -height, ground.y);
+            let matched = EdgeMatch { edge, other: Some(at), crossing: 1.0, floor: None };
+            LocatedEdge { matched, at: Some((place, Matrix3::identity() * 0.01)) }
+        };
+        let row = |column: f64| foot_row(&atlas, column, beyond);
+        let (mut edges, mut seen) = (Vec::new(), Vec::new());
+        for number in 0..SIZE[0] / STRIP as usize {
+            // Anywhere in its strip, and of every third strip not at all.
+            let column = (number as f64 + [0.02, 0.95, 0.5, 0.3][number % 4]) * STRIP;
+            let (Some(here), Some(there)) = (row(column), row(column + 1.0)) else { continue };
+            if !(30.0..400.0).contains(&here) {
+                continue;
+            }
+            let foot = Pixel::new(column, here);
+            edges.push(located(Pixel::new(column, here + 60.0), Vector2::x(), [0.0, 0.0]));
+            edges.push(located(foot, Vector2::x(), [25.0, 10.0]));
+            if number % 3 != 0 {
+                edges.push(located(foot, Vector2::new(1.0, there - here), [0.0, 0.0]));
+            }
+            seen.push(number);
+        }
+        let strips = strips(&atlas, &edges, SIZE);
+        // Those at both ends have a neighbour on one side only.
+        let within = &seen[1..seen.len() - 1];
+        assert!(within.len() > 50, "{}", within.len());
+        for number in within {
+            let to = strips[*number].as_ref().unwrap().stretch.to;
+            let (end, column) = (beyond(to), middle(*number));
+            // Never beyond the face; nearer by no more than what it is nearer beside the strip.
+            assert!(end < 0.1 && end > -0.012 * to.coords.norm(), "{end} cm at column {column}");
+        }
+    }
+}

@@ -162,17 +162,16 @@ impl<'a> Observer<'a> {
         &mut self,
         pairs: &[Option<([Pixel; 2], f64)>],
     ) -> Vec<Option<(Point3, Matrix3<f64>)>> {
-        let rows: Vec<Vec<Option<Pixel>>> = pairs
-            .iter()
-            .map(|pair| [0, 1].map(|camera| Some(pair.as_ref()?.0[camera])).to_vec())
-            .collect();
+        let rows: Vec<Vec<Option<Pixel>>> =
+            pairs.iter().flatten().map(|(pair, _)| pair.map(Some).to_vec()).collect();
         let columns = columns_of(&rows, 2);
         let columns = PixelColumns::new(columns.iter().map(|[x, y]| [&x[..], &y[..]]).collect());
         let places = self.locator.locate(&columns);
         let map = &self.calibration.reconstructor;
-        let located = |(index, pair): (usize, &Option<([Pixel; 2], f64)>)| {
+        let mut rows = 0..rows.len();
+        let located = |pair: &Option<([Pixel; 2], f64)>| {
             let ([first, _], crossing) = (*pair)?;
-            let (point, covariance) = places.at(index)?;
+            let (point, covariance) = places.at(rows.next()?)?;
             // Behind the robot, or beyond all walls.
             if !(1.0..2000.0).contains(&point.z) {
                 return None;
@@ -182,7 +181,7 @@ impl<'a> Observer<'a> {
             let worse = (PLACED / (sigma * crossing.max(0.1))).max(1.0);
             Some((point, covariance * (worse * worse)))
         };
-        pairs.iter().enumerate().map(located).collect()
+        pairs.iter().map(located).collect()
     }
 }
 
