@@ -7,9 +7,11 @@
 //! Sturm 1997, doi:10.1006/cviu.1997.0547) but for terms of the third order in the errors. Two cameras have a
 //! shorter way.
 
+mod polynomials;
 mod two_views;
 
 use crate::numeric::number::Number;
+pub(crate) use polynomials::{POWERS, PolynomialCamera, Polynomials, TERMS};
 use two_views::TwoViews;
 
 /// A projective camera and how it counts.

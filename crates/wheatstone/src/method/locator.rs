@@ -11,7 +11,7 @@ mod sheet;
 mod spread;
 
 pub use places::Places;
-pub use plan::{Learned, PlacedCamera, Plan};
+pub use plan::{Learned, PlacedCamera, Plan, PolynomialCameras};
 
 use super::Reconstructor;
 use crate::{
@@ -86,18 +86,19 @@ impl<'a> Locator<'a> {
     /// Of a map, and the volume by which trust is judged.
     #[must_use]
     pub fn new(reconstructor: &'a dyn Reconstructor, volume: Option<&'a Volume>) -> Self {
-        let (base, witness, learned) = match reconstructor.plan() {
-            Plan::PointByPoint => (Vec::new(), Vec::new(), None),
-            Plan::Cameras(cameras) => (cameras, Vec::new(), None),
-            Plan::Learned(mut learned) => (
-                std::mem::take(&mut learned.base),
-                std::mem::take(&mut learned.witness),
-                Some(learned),
-            ),
-        };
         let rig = |cameras: Vec<PlacedCamera<'a>>| (!cameras.is_empty()).then(|| Rig::new(cameras));
-        let map = Map { reconstructor, base: rig(base), witness: rig(witness), learned };
-        let spreads = map.rays().and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
+        let (base, witness, learned) = match reconstructor.plan() {
+            Plan::PointByPoint => (None, None, None),
+            Plan::Cameras(cameras) => (rig(cameras), None, None),
+            Plan::Polynomials(given) => (Some(Rig::of_polynomials(given)), None, None),
+            Plan::Learned(mut learned) => {
+                let (base, witness) = (&mut learned.base, &mut learned.witness);
+                (rig(std::mem::take(base)), rig(std::mem::take(witness)), Some(learned))
+            }
+        };
+        let map = Map { reconstructor, base, witness, learned };
+        let rays = map.rays().filter(|rig| !rig.knows_spread());
+        let spreads = rays.and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
         Self { map, volume, with_covariance: true, spreads, done: 0, wanted: BTreeMap::new() }
     }
 
@@ -278,6 +279,12 @@ impl<'a> Locator<'a> {
         slots.residual_sigma.fill(f64::NAN);
         for (column, place) in slots.covariance.iter_mut().zip(LOWER) {
             column.fill(constant.map_or(f64::NAN, |covariance| covariance[place]));
+        }
+        if let (None, Some(base)) = (&self.map.learned, &self.map.base) {
+            let points = slots.point.each_ref().map(|column| &**column);
+            if base.spread((pixels, points), &mut slots.covariance, slots.residual_sigma) {
+                return;
+            }
         }
         let first = pixels.cameras().first();
         if let (None, Some(spreads), Some([x, y])) = (constant, &self.spreads, first) {

@@ -31,7 +31,7 @@ pub(crate) use camera_start::Lens;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
-pub use locator::{Learned, Locator, PlacedCamera, Places, Plan};
+pub use locator::{Learned, Locator, PlacedCamera, Places, Plan, PolynomialCameras};
 pub use pixel_noise::PixelNoise;
 
 use crate::{

@@ -31,13 +31,15 @@ const MOST_ORDER: usize = 3;
 /// Points a term of the polynomial, at least.
 const POINTS_A_TERM: usize = 10;
 
+/// Exponents of the monomials of orders 1 to `order`.
+fn exponents(order: usize) -> impl Iterator<Item = [usize; 2]> {
+    (1..=order).flat_map(|sum| (0..=sum).map(move |along_y| [sum - along_y, along_y]))
+}
+
 /// Monomials of orders 1 to `order`.
 fn monomials([x, y]: [f64; 2], order: usize) -> Vec<f64> {
     let power = |value: f64, exponent: usize| (0..exponent).fold(1.0, |p, _| p * value);
-    (1..=order)
-        .flat_map(|sum| (0..=sum).map(move |along_y| (sum - along_y, along_y)))
-        .map(|(a, b)| power(x, a) * power(y, b))
-        .collect()
+    exponents(order).map(|[a, b]| power(x, a) * power(y, b)).collect()
 }
 
 /// A polynomial for the logarithm of half the mean square, and how likely it makes the squares.
@@ -140,9 +142,10 @@ impl PixelNoise {
         if self.terms.is_empty() {
             return self.level;
         }
-        let order = (1..=MOST_ORDER).find(|order| terms_of(*order) == self.terms.len());
-        let monomials = monomials(self.place(pixel), order.unwrap_or(0));
-        let log: f64 = self.terms.iter().zip(&monomials).map(|(t, m)| t * m).sum();
+        let powers = |value: f64| [1.0, value, value * value, value * value * value];
+        let [x, y] = self.place(pixel).map(powers);
+        let log: f64 =
+            self.terms.iter().zip(exponents(MOST_ORDER)).map(|(t, [a, b])| t * (x[a] * y[b])).sum();
         self.level * libm::exp(log)
     }
 

@@ -6,20 +6,24 @@
 //! two planes make it linear in Z.
 
 use super::{
-    AnyMethod, Fit, Located, Method, PixelNoise, PlacedCamera, Plan, Reconstructor, only_default,
-    sight::Sight,
+    AnyMethod, Fit, Located, Method, PixelNoise, PlacedCamera, Plan, PolynomialCameras,
+    Reconstructor, only_default, sight::Sight,
 };
 use crate::{
     Error, Result,
     dataset::Dataset,
-    geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
+    geometry::{
+        Pixel, Point3, ProjectionMatrix,
+        meeting::{self, POWERS, Polynomials, TERMS},
+        triangulation,
+    },
     numeric::{
         covariance::{Covariance, LeastSquaresSpread},
         least_squares::solve,
     },
     progress::Progress,
 };
-use nalgebra::{Matrix2, Matrix2x3, Matrix3x4};
+use nalgebra::{Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 
 /// There is nothing to set.
@@ -187,6 +191,21 @@ impl PolynomialCamera {
         (pixel, slopes)
     }
 
+    /// With the factors of all terms that a polynomial may have; `None` where it has others.
+    fn whole(&self) -> Option<meeting::PolynomialCamera> {
+        let place = |powers: &[u8; 3]| POWERS.iter().position(|known| known == powers);
+        let places: Vec<usize> = self.powers.iter().map(place).collect::<Option<_>>()?;
+        let (mut factors, mut covariance) = ([[0.0; TERMS]; 2], [[0.0; TERMS]; TERMS]);
+        for (own, (place, term)) in places.iter().zip(&self.terms).enumerate() {
+            (factors[0][*place], factors[1][*place]) = (term[0], term[1]);
+            for (other, second) in places[..=own].iter().enumerate() {
+                covariance[*place.max(second)][*place.min(second)] =
+                    self.covariance.between(own, other)?;
+            }
+        }
+        Some(meeting::PolynomialCamera { factors, covariance })
+    }
+
     fn is_consistent(&self) -> bool {
         self.powers.len() == self.terms.len()
             && self.noise.is_consistent()
@@ -249,33 +268,15 @@ impl SoloffReconstructor {
         (pixel, slopes)
     }
 
-    /// A camera made ready for many points: its rays are curves beside those of its start.
-    fn placed<'a>(&'a self, camera: &'a PolynomialCamera) -> Option<PlacedCamera<'a>> {
-        let (_, rotation, translation) = camera.start.decompose()?;
-        let mut rows = Matrix3x4::zeros();
-        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
-        rows.set_column(3, &translation);
-        let corners = (0..8).map(|corner| {
-            let place = |axis: usize| {
-                let side = if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
-                self.centre[axis] + side * self.half[axis]
-            };
-            1.0 / (rows * Point3::new(place(0), place(1), place(2)).to_homogeneous()).z
-        });
-        let (far, near) =
-            corners.fold((f64::INFINITY, 0.0_f64), |(far, near), v| (far.min(v), near.max(v)));
-        if far <= 0.0 {
-            return None;
-        }
-        let middle = 0.5 * (far + near);
-        let plain = PlacedCamera::plain(&camera.start)?;
-        PlacedCamera::new(
-            ProjectionMatrix(rows),
-            ([middle, 0.5 * (near - far)], false),
-            1.0,
-            Box::new(|world| Some(self.seen_by(camera, world))),
-            Box::new(move |pixel| Some(plain.place([pixel.x, pixel.y], middle)?.0)),
-        )
+    /// The cameras made ready for many points.
+    fn polynomials(&self) -> Option<PolynomialCameras<'_>> {
+        let cameras = self.cameras.iter().map(PolynomialCamera::whole).collect::<Option<_>>()?;
+        let starts = self.cameras.iter().map(|camera| PlacedCamera::plain(&camera.start));
+        Some(PolynomialCameras {
+            starts: starts.collect::<Option<_>>()?,
+            polynomials: Polynomials { cameras, centre: self.centre, half: self.half },
+            noise: self.cameras.iter().map(|camera| &camera.noise).collect(),
+        })
     }
 
     /// Where a camera, counted from 0, sees a world point.
@@ -312,9 +313,7 @@ impl Reconstructor for SoloffReconstructor {
     }
 
     fn plan(&self) -> Plan<'_> {
-        let cameras: Option<Vec<_>> =
-            self.cameras.iter().map(|camera| self.placed(camera)).collect();
-        cameras.map_or(Plan::PointByPoint, Plan::Cameras)
+        self.polynomials().map_or(Plan::PointByPoint, Plan::Polynomials)
     }
 
     fn unknowns(&self) -> Option<f64> {

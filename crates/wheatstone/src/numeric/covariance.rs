@@ -44,6 +44,13 @@ impl Covariance {
         Matrix2::new(first, mixed, mixed, second)
     }
 
+    /// The covariance of two of the numbers; `None` where there are not so many.
+    #[must_use]
+    pub fn between(&self, first: usize, second: usize) -> Option<f64> {
+        let (row, column) = (first.max(second), first.min(second));
+        self.0.get(row * (row + 1) / 2 + column).copied()
+    }
+
     /// Variance of a number that depends on the uncertain ones with these `slopes`.
     #[must_use]
     pub fn of_one(&self, slopes: &[f64]) -> f64 {

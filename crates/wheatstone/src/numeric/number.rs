@@ -17,6 +17,12 @@ pub(crate) trait Number:
     /// 0 where it lies between two numbers, and not a number elsewhere.
     fn held(self, least: f64, most: f64) -> Self;
 
+    /// 0 where it is less, 1 elsewhere.
+    fn beyond(self, most: f64) -> Self;
+
+    /// Whether all are 0, of numbers that are not negative.
+    fn is_zero(self) -> bool;
+
     /// The square root.
     fn root(self) -> Self;
 }
@@ -35,6 +41,16 @@ impl Number for f64 {
     #[inline(always)]
     fn held(self, least: f64, most: f64) -> Self {
         if self > least && self < most { 0.0 } else { Self::NAN }
+    }
+
+    #[inline(always)]
+    fn beyond(self, most: f64) -> Self {
+        if self < most { 0.0 } else { 1.0 }
+    }
+
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self <= 0.0
     }
 
     #[inline(always)]
@@ -106,6 +122,18 @@ impl<S: Simd> Number for Doubles<S> {
     }
 
     #[inline(always)]
+    fn beyond(self, most: f64) -> Self {
+        let simd = self.0;
+        let less = simd.less_than_f64s(self.1, simd.splat_f64s(most));
+        Self(simd, simd.select_f64s(less, simd.splat_f64s(0.0), simd.splat_f64s(1.0)))
+    }
+
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self.0.reduce_max_f64s(self.1) <= 0.0
+    }
+
+    #[inline(always)]
     fn root(self) -> Self {
         Self(self.0, self.0.sqrt_f64s(self.1))
     }
@@ -152,6 +180,18 @@ impl<N: Number> Number for Pair<N> {
     fn held(self, least: f64, most: f64) -> Self {
         let Self([a, b]) = self;
         Self([a.held(least, most), b.held(least, most)])
+    }
+
+    #[inline(always)]
+    fn beyond(self, most: f64) -> Self {
+        let Self([a, b]) = self;
+        Self([a.beyond(most), b.beyond(most)])
+    }
+
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        let Self([a, b]) = self;
+        a.is_zero() & b.is_zero()
     }
 
     #[inline(always)]

@@ -1,6 +1,9 @@
 //! What a map has to say of itself to be made ready for many points.
 
-use crate::geometry::{Pixel, PixelColumns, Point3, ProjectionMatrix, Vector3};
+use crate::{
+    geometry::{Pixel, PixelColumns, Point3, ProjectionMatrix, Vector3, meeting::Polynomials},
+    method::PixelNoise,
+};
 use nalgebra::{Matrix2x3, Matrix3};
 
 /// How a map locates many points.
@@ -9,6 +12,8 @@ pub enum Plan<'a> {
     PointByPoint,
     /// Where they explain all cameras' pixels best.
     Cameras(Vec<PlacedCamera<'a>>),
+    /// The same, of cameras that are polynomials of the world.
+    Polynomials(PolynomialCameras<'a>),
     /// From their pixels, straight away.
     Learned(Learned<'a>),
 }
@@ -34,6 +39,16 @@ pub struct PlacedCamera<'a> {
     pub sees: Option<(Box<Projecting<'a>>, Box<Looking<'a>>)>,
     /// Whether its rays meet in the projective camera's centre.
     pub is_central: bool,
+}
+
+/// Cameras that are polynomials of the world.
+pub struct PolynomialCameras<'a> {
+    /// The projective ones beside them, from whose point a search starts.
+    pub starts: Vec<PlacedCamera<'a>>,
+    /// The polynomials.
+    pub(in crate::method) polynomials: Polynomials,
+    /// How pixels scatter about them, a camera each.
+    pub(in crate::method) noise: Vec<&'a PixelNoise>,
 }
 
 /// Points from columns of pixels: reads where the base would have them, and puts the map's instead.

@@ -2,16 +2,18 @@
 
 use super::{
     patches::{Patches, TOLD},
-    plan::PlacedCamera,
+    plan::{PlacedCamera, PolynomialCameras},
     sheet::{Part, Sheet},
 };
 use crate::{
     geometry::{
         Pixel, PixelColumns,
         meeting::{
-            ALONG, BENT, Cameras, Meeting, PLAIN, SCALED, Sighting, Sightings, StraightCamera,
+            ALONG, BENT, Cameras, Meeting, PLAIN, Polynomials, SCALED, Sighting, Sightings,
+            StraightCamera,
         },
     },
+    method::PixelNoise,
     numeric::{
         number::{Doubles, Number, Pair, registers, registers_mut},
         simd::{Simd, WithSimd, on_widest},
@@ -25,6 +27,9 @@ const BLOCK: usize = 128;
 pub(super) struct Rig<'a> {
     pub(super) cameras: Vec<PlacedCamera<'a>>,
     straight: Cameras,
+    /// What finds a point from where the straight rays meet, of cameras that are polynomials; and how pixels
+    /// scatter about each.
+    polynomials: Option<(Polynomials, Vec<&'a PixelNoise>)>,
     /// None for cameras without a lens.
     pub(super) patches: Vec<Option<Patches>>,
     /// For each camera the part of the picture that was last tried, and the sheet over it.
@@ -43,22 +48,20 @@ pub(super) struct Met<'p> {
 
 impl<'a> Rig<'a> {
     pub(super) fn new(cameras: Vec<PlacedCamera<'a>>) -> Self {
-        let straight = |camera: &PlacedCamera| {
-            let row = |row: usize| [0, 1, 2, 3].map(|column| camera.projection.0[(row, column)]);
-            StraightCamera {
-                rows: [0, 1, 2].map(row),
-                nearness: camera.nearness[0],
-                weight: camera.weight,
-                range: range(camera),
-            }
-        };
         let patches = |camera: &PlacedCamera| camera.sees.is_some().then(|| Patches::new(camera));
         Self {
-            straight: Cameras::new(cameras.iter().map(straight).collect()),
+            straight: straight(&cameras),
+            polynomials: None,
             patches: cameras.iter().map(patches).collect(),
             sheets: cameras.iter().map(|_| None).collect(),
             cameras,
         }
+    }
+
+    /// Of cameras that are polynomials.
+    pub(super) fn of_polynomials(given: PolynomialCameras<'a>) -> Self {
+        let polynomials = Some((given.polynomials, given.noise));
+        Self { polynomials, ..Self::new(given.starts) }
     }
 
     /// Where points are.
@@ -68,6 +71,30 @@ impl<'a> Rig<'a> {
         } else {
             met.residual.fill(f64::NAN);
         }
+    }
+
+    /// How sure points are, where cameras say that themselves: covariances, and what residuals to expect.
+    pub(super) fn spread(
+        &self,
+        (pixels, points): (&PixelColumns, [&[f64]; 3]),
+        covariance: &mut [&mut [f64]; 6],
+        residual_sigma: &mut [f64],
+    ) -> bool {
+        let Some((polynomials, noise)) = &self.polynomials else { return false };
+        let variances = |(noise, [x, y]): (&&PixelNoise, &[&[f64]; 2])| {
+            x.iter().zip(*y).map(|(x, y)| noise.variance(Pixel::new(*x, *y))).collect()
+        };
+        let variances: Vec<Vec<f64>> = noise.iter().zip(pixels.cameras()).map(variances).collect();
+        if variances.len() < noise.len() {
+            return false;
+        }
+        polynomials.spread((points, &variances), covariance, residual_sigma);
+        true
+    }
+
+    /// Whether cameras say themselves how sure points are.
+    pub(super) fn knows_spread(&self) -> bool {
+        self.polynomials.is_some()
     }
 
     /// Makes sheets over where there are patches.
@@ -92,6 +119,20 @@ impl<'a> Rig<'a> {
             Some((camera, patches.as_ref()?.missing(pixel?)?))
         })
     }
+}
+
+/// Cameras by their projective ones.
+fn straight(cameras: &[PlacedCamera]) -> Cameras {
+    let straight = |camera: &PlacedCamera| {
+        let row = |row: usize| [0, 1, 2, 3].map(|column| camera.projection.0[(row, column)]);
+        StraightCamera {
+            rows: [0, 1, 2].map(row),
+            nearness: camera.nearness[0],
+            weight: camera.weight,
+            range: range(camera),
+        }
+    };
+    Cameras::new(cameras.iter().map(straight).collect())
 }
 
 /// The nearness of points for which a camera's patches hold.
@@ -183,13 +224,61 @@ fn meet_block<S: Simd, const KIND: u8>(
     // Two registers at a time: there is much that waits for one number.
     for group in (0..registers::<S>(columns[0]).len()).step_by(2) {
         let (told, zeros) = (Groups { simd, told, group }, Pair([zero, zero]));
-        let Meeting { point: [x, y, z], squares, nearness } =
-            rig.straight.meet::<_, KIND>(&told, zeros);
+        let mut met = rig.straight.meet::<_, KIND>(&told, zeros);
+        if let (PLAIN, Some((polynomials, _))) = (KIND, &rig.polynomials) {
+            met = refined(polynomials, &told, met);
+        }
+        let Meeting { point: [x, y, z], squares, nearness } = met;
         let residual = (squares * Pair([share, share])).root();
         for (column, Pair(pair)) in columns.iter_mut().zip([x, y, z, residual, nearness]) {
             for (place, value) in registers_mut::<S>(column)[group..].iter_mut().zip(pair) {
                 *place = value.1;
             }
+        }
+    }
+}
+
+/// Where polynomials have the points, a register at a time: they fill all registers.
+#[inline(always)]
+fn refined<S: Simd>(
+    polynomials: &Polynomials,
+    told: &Groups<S>,
+    mut met: Meeting<Pair<Doubles<S>>>,
+) -> Meeting<Pair<Doubles<S>>> {
+    for place in 0..2 {
+        let [Pair(x), Pair(y), Pair(z)] = met.point;
+        let Pair(nearness) = met.nearness;
+        let start = Meeting {
+            point: [x[place], y[place], z[place]],
+            squares: nearness[place],
+            nearness: nearness[place],
+        };
+        let found = polynomials.refine(&Half { told, place }, start);
+        for (Pair(pair), value) in met.point.iter_mut().zip(found.point) {
+            pair[place] = value;
+        }
+        met.squares.0[place] = found.squares;
+    }
+    met
+}
+
+/// What is told of the first register or of the second.
+struct Half<'a, 'b, S> {
+    told: &'a Groups<'b, S>,
+    place: usize,
+}
+
+impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
+    #[inline(always)]
+    fn of(&self, camera: usize) -> Sighting<Doubles<S>> {
+        let Sighting { at, along, bend, scale } = self.told.of(camera);
+        let place = self.place;
+        let two = |pairs: [Pair<Doubles<S>>; 2]| pairs.map(|Pair(pair)| pair[place]);
+        Sighting {
+            at: two(at),
+            along: two(along),
+            bend: two(bend),
+            scale: scale.map(|Pair(pair)| pair[place]),
         }
     }
 }

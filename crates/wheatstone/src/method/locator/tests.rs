@@ -96,7 +96,7 @@ fn many_points_are_where_each_is_by_itself() {
         locator.locate_into(&pixels, &mut places);
         let [point, sigma, residual] = gaps(map, &rows[..1500], &places);
         // Of rays without a common centre, pixels are weighed as at the middle of the depths.
-        let most = if ["soloff", "neural-camera"].contains(&method) { 0.02 } else { 2e-3 };
+        let most = if method == "neural-camera" { 0.02 } else { 2e-3 };
         assert!(point < most, "{method}: {point} standard deviations");
         assert!(sigma < 0.01, "{method}: {sigma} of a standard deviation");
         assert!(residual < 1e-3, "{method}: {residual} pixels");
