@@ -33,7 +33,10 @@ impl World {
     fn new(method: &str, points: usize) -> Self {
         let rig = Rig::named("paper", 2).unwrap();
         let chart: AnyChart = LineGrid::default().into();
-        let views = Stage::default().views().unwrap();
+        // A polynomial of the depth is for volumes that are thin, as in particle image velocimetry.
+        let (near, far, step) =
+            if method == "soloff" { (90.0, 110.0, 5.0) } else { (50.0, 140.0, 15.0) };
+        let views = Stage { near, far, step, ..Stage::default() }.views().unwrap();
         let noise = Noise::Normal(0.1);
         let train = chart_correspondences(&rig, &chart, &views, (noise, 3), Some(400));
         let (name, preset) = method.split_once(':').unwrap_or((method, "default"));
@@ -45,7 +48,7 @@ impl World {
             training.epochs = 100;
         }
         let map = method.fit_checked(&train, 0, &Silent).unwrap().reconstructor;
-        let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 4), points);
+        let exam = random_correspondences(&rig, &chart, (near, far), (noise, 4), points);
         let rows: Vec<_> = exam.correspondences.into_iter().map(|row| row.pixels).collect();
         Self { map, volume: Volume::of(&train), columns: columns_of(&rows, 2) }
     }

@@ -112,16 +112,6 @@ fn monomial(point: [f64; 3], powers: [u8; 3]) -> f64 {
     (0..3).map(|axis| power(point[axis], powers[axis])).product()
 }
 
-/// Derivative of a monomial along an axis.
-fn slope(point: [f64; 3], mut powers: [u8; 3], axis: usize) -> f64 {
-    let exponent = powers[axis];
-    if exponent == 0 {
-        return 0.0;
-    }
-    powers[axis] -= 1;
-    f64::from(exponent) * monomial(point, powers)
-}
-
 impl PolynomialCamera {
     /// Of points on scaled coordinates.
     fn fit(
@@ -179,12 +169,17 @@ impl PolynomialCamera {
     /// Where a point on scaled coordinates falls, with the derivatives by them.
     fn project(&self, point: [f64; 3]) -> (Pixel, Matrix2x3<f64>) {
         let (mut pixel, mut slopes) = (Pixel::origin(), Matrix2x3::zeros());
+        // All powers at once, and what they are derived to.
+        let along = point.map(|value| [1.0, value, value * value, value * value * value]);
+        let derived = along.map(|[one, value, square, _]| [0.0, one, 2.0 * value, 3.0 * square]);
         for (powers, term) in self.powers.iter().zip(&self.terms) {
-            let value = monomial(point, *powers);
+            let [a, b, c] = powers.map(usize::from);
+            let [x, y, z] = [along[0][a], along[1][b], along[2][c]];
+            let by = [derived[0][a] * y * z, x * derived[1][b] * z, x * y * derived[2][c]];
             for row in 0..2 {
-                pixel[row] += term[row] * value;
-                for axis in 0..3 {
-                    slopes[(row, axis)] += term[row] * slope(point, *powers, axis);
+                pixel[row] += term[row] * (x * y * z);
+                for (axis, by) in by.into_iter().enumerate() {
+                    slopes[(row, axis)] += term[row] * by;
                 }
             }
         }

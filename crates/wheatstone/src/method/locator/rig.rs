@@ -262,7 +262,7 @@ fn refined<S: Simd>(
     met
 }
 
-/// What is told of the first register or of the second.
+/// Where the points of the first register or of the second are seen.
 struct Half<'a, 'b, S> {
     told: &'a Groups<'b, S>,
     place: usize,
@@ -271,15 +271,13 @@ struct Half<'a, 'b, S> {
 impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
     #[inline(always)]
     fn of(&self, camera: usize) -> Sighting<Doubles<S>> {
-        let Sighting { at, along, bend, scale } = self.told.of(camera);
-        let place = self.place;
-        let two = |pairs: [Pair<Doubles<S>>; 2]| pairs.map(|Pair(pair)| pair[place]);
-        Sighting {
-            at: two(at),
-            along: two(along),
-            bend: two(bend),
-            scale: scale.map(|Pair(pair)| pair[place]),
+        let (simd, place) = (self.told.simd, self.told.group + self.place);
+        let zero = Doubles(simd, simd.splat_f64s(0.0));
+        let mut at = [zero; 2];
+        for (value, told) in at.iter_mut().zip(&self.told.told[camera]) {
+            value.1 = registers::<S>(told)[place];
         }
+        Sighting { at, along: [zero; 2], bend: [zero; 2], scale: [zero; 4] }
     }
 }
 
