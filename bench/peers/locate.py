@@ -18,6 +18,8 @@ PAIRS = [
     ("brown", "points", [("opencv_points", 0.1)]),
     ("brown", "bars", [("opencv_points", 0.1)]),
     ("dlt", "points", []),
+    ("soloff", "points", []),
+    ("soloff", "bars", []),
     ("neural-camera", "points", []),
     ("neural-camera", "bars", []),
     ("network", "points", []),

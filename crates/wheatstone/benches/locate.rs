@@ -36,7 +36,7 @@ impl World {
         // A polynomial of the depth is for volumes that are thin, as in particle image velocimetry.
         let (near, far, step) =
             if method == "soloff" { (90.0, 110.0, 5.0) } else { (50.0, 140.0, 15.0) };
-        let views = Stage { near, far, step, ..Stage::default() }.views().unwrap();
+        let views = Stage { near, far, step }.views().unwrap();
         let noise = Noise::Normal(0.1);
         let train = chart_correspondences(&rig, &chart, &views, (noise, 3), Some(400));
         let (name, preset) = method.split_once(':').unwrap_or((method, "default"));

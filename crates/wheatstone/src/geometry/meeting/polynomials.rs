@@ -132,8 +132,8 @@ impl Polynomials {
         }
         let by = normal.solve();
         let mut own = zero;
-        for axis in 0..3 {
-            own = own + by[axis] * normal.right[axis];
+        for (step, right) in by.iter().zip(&normal.right) {
+            own = own + *step * *right;
         }
         Step { by, own, left: (squares - own).or_larger(zero) }
     }
