@@ -11,7 +11,7 @@ mod polynomials;
 mod two_views;
 
 use crate::numeric::number::Number;
-pub(crate) use polynomials::{POWERS, PolynomialCamera, Polynomials, TERMS};
+pub(crate) use polynomials::{POWERS, Polynomials, SoloffPolynomial, TERMS};
 use two_views::TwoViews;
 
 /// A projective camera and how it counts.
@@ -96,14 +96,21 @@ impl<N: Number> Normal<N> {
         }
     }
 
-    /// The solution, by cofactors.
+    /// The cofactors of the left side, XX, XY, XZ, YY, YZ, ZZ, and one over its determinant: their product is its
+    /// inverse.
     #[inline(always)]
-    fn solve(&self) -> [N; 3] {
+    fn cofactors(&self) -> ([N; 6], N) {
         let [xx, xy, xz, yy, yz, zz] = self.left;
-        let [x, y, z] = self.right;
         let (a, b, c) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
         let (d, e, f) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
-        let by = xx.all(1.0) / (xx * a + xy * b + xz * c);
+        ([a, b, c, d, e, f], xx.all(1.0) / (xx * a + xy * b + xz * c))
+    }
+
+    /// The solution.
+    #[inline(always)]
+    fn solve(&self) -> [N; 3] {
+        let [x, y, z] = self.right;
+        let ([a, b, c, d, e, f], by) = self.cofactors();
         [(a * x + b * y + c * z) * by, (b * x + d * y + e * z) * by, (c * x + e * y + f * z) * by]
     }
 }

@@ -280,11 +280,10 @@ impl<'a> Locator<'a> {
         for (column, place) in slots.covariance.iter_mut().zip(LOWER) {
             column.fill(constant.map_or(f64::NAN, |covariance| covariance[place]));
         }
-        if let (None, Some(base)) = (&self.map.learned, &self.map.base) {
+        if let Some(base) = self.map.base.as_ref().filter(|base| base.knows_spread()) {
             let points = slots.point.each_ref().map(|column| &**column);
-            if base.spread((pixels, points), &mut slots.covariance, slots.residual_sigma) {
-                return;
-            }
+            base.spread((pixels, points), &mut slots.covariance, slots.residual_sigma);
+            return;
         }
         let first = pixels.cameras().first();
         if let (None, Some(spreads), Some([x, y])) = (constant, &self.spreads, first) {

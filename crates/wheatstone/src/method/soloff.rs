@@ -14,7 +14,7 @@ use crate::{
     dataset::Dataset,
     geometry::{
         Pixel, Point3, ProjectionMatrix,
-        meeting::{self, POWERS, Polynomials, TERMS},
+        meeting::{POWERS, Polynomials, SoloffPolynomial, TERMS},
         triangulation,
     },
     numeric::{
@@ -187,7 +187,7 @@ impl PolynomialCamera {
     }
 
     /// With the factors of all terms that a polynomial may have; `None` where it has others.
-    fn whole(&self) -> Option<meeting::PolynomialCamera> {
+    fn whole(&self) -> Option<SoloffPolynomial> {
         let place = |powers: &[u8; 3]| POWERS.iter().position(|known| known == powers);
         let places: Vec<usize> = self.powers.iter().map(place).collect::<Option<_>>()?;
         let (mut factors, mut covariance) = ([[0.0; TERMS]; 2], [[0.0; TERMS]; TERMS]);
@@ -198,7 +198,7 @@ impl PolynomialCamera {
                     self.covariance.between(own, other)?;
             }
         }
-        Some(meeting::PolynomialCamera { factors, covariance })
+        Some(SoloffPolynomial { factors, covariance })
     }
 
     fn is_consistent(&self) -> bool {

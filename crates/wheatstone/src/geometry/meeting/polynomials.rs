@@ -1,6 +1,8 @@
 //! Where the rays of cameras meet that are polynomials of the world: Gauss-Newton steps on the pixels' errors,
 //! from where projective cameras beside them would have the point.
 //!
+//! The polynomials are those of Soloff, Adrian & Liu 1997 (doi:10.1088/0957-0233/8/12/008), equation 26.
+//!
 //! There are loops here where closures would be shorter: those would not become part of a kernel.
 
 mod spread;
@@ -40,10 +42,10 @@ const WITH_SQUARE: usize = 16;
 
 /// A camera that is a polynomial of the world.
 #[derive(Clone, Debug)]
-pub(crate) struct PolynomialCamera {
-    /// The factors of [`POWERS`], for x and for y.
+pub(crate) struct SoloffPolynomial {
+    /// The factors of [`POWERS`], for x and for y, in pixels.
     pub(crate) factors: [[f64; TERMS]; 2],
-    /// Their covariance, of those for x as of those for y, row by row as far as the diagonal.
+    /// Their covariance in squared pixels, of those for x as of those for y, row by row as far as the diagonal.
     pub(crate) covariance: [[f64; TERMS]; TERMS],
 }
 
@@ -51,7 +53,7 @@ pub(crate) struct PolynomialCamera {
 #[derive(Clone, Debug)]
 pub(crate) struct Polynomials {
     /// Each of them.
-    pub(crate) cameras: Vec<PolynomialCamera>,
+    pub(crate) cameras: Vec<SoloffPolynomial>,
     /// Where the world's coordinates are 0 for them, and
     pub(crate) centre: [f64; 3],
     /// where they are 1 farther on.
@@ -171,6 +173,7 @@ fn polynomial<N: Number>(factors: &[f64; TERMS], [x, y, z]: [N; 3]) -> (N, [N; 3
     }
     let [c, cx, cy, cxx, cxy, cyy, cxxx, cxxy, cxyy, cyyy] = flat;
     let [d, dx, dy, dxx, dxy, dyy] = slope;
+    // Of xxx, xxy and yyy, which no power of Z goes with: multiplied before they fill a register.
     let (three_xxx, three_yyy) = (zero.all(3.0 * factors[6]), zero.all(3.0 * factors[9]));
     let two_xxy = zero.all(2.0 * factors[7]);
     // By powers of Y, each a polynomial of X.
@@ -236,7 +239,7 @@ mod tests {
         factors.iter_mut().for_each(|factors| factors[0] = 500.0);
         let [a, b, c, d] = factors;
         let (centre, half) = ([10.0, -20.0, 900.0], [100.0, 80.0, 30.0]);
-        let camera = |factors| PolynomialCamera { factors, covariance: [[0.0; TERMS]; TERMS] };
+        let camera = |factors| SoloffPolynomial { factors, covariance: [[0.0; TERMS]; TERMS] };
         let cameras = vec![camera([a, b]), camera([c, d])];
         let polynomials = Polynomials { cameras, centre, half };
         for off in [0.0, 0.005, 0.02, 0.3, 40.0] {

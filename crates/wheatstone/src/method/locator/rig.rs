@@ -79,17 +79,15 @@ impl<'a> Rig<'a> {
         (pixels, points): (&PixelColumns, [&[f64]; 3]),
         covariance: &mut [&mut [f64]; 6],
         residual_sigma: &mut [f64],
-    ) -> bool {
-        let Some((polynomials, noise)) = &self.polynomials else { return false };
+    ) {
+        let Some((polynomials, noise)) = &self.polynomials else { return };
         let variances = |(noise, [x, y]): (&&PixelNoise, &[&[f64]; 2])| {
             x.iter().zip(*y).map(|(x, y)| noise.variance(Pixel::new(*x, *y))).collect()
         };
         let variances: Vec<Vec<f64>> = noise.iter().zip(pixels.cameras()).map(variances).collect();
-        if variances.len() < noise.len() {
-            return false;
+        if variances.len() == noise.len() {
+            polynomials.spread((points, &variances), covariance, residual_sigma);
         }
-        polynomials.spread((points, &variances), covariance, residual_sigma);
-        true
     }
 
     /// Whether cameras say themselves how sure points are.

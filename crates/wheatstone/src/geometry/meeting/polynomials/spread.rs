@@ -54,7 +54,10 @@ impl Polynomials {
         }
         // Points follow pixels by K = (J'J)^-1 J', so that their covariance is K S K', and of the errors I - J K is
         // left: the mean of its square is the traces' S less K S J'.
-        let inverse = inverse(normal.left);
+        let (mut inverse, by) = normal.cofactors();
+        for value in &mut inverse {
+            *value = *value * by;
+        }
         let mut carried = [[zero; 3]; 3];
         for (i, row) in carried.iter_mut().enumerate() {
             for (j, value) in row.iter_mut().enumerate() {
@@ -82,15 +85,6 @@ impl Polynomials {
 
 /// Where the six numbers of a symmetric matrix stand.
 const SYMMETRIC: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
-
-/// The inverse of a symmetric matrix, by cofactors.
-#[inline(always)]
-fn inverse<N: Number>([xx, xy, xz, yy, yz, zz]: [N; 6]) -> [N; 6] {
-    let (a, b, c) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
-    let (d, e, f) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
-    let by = xx.all(1.0) / (xx * a + xy * b + xz * c);
-    [a * by, b * by, c * by, d * by, e * by, f * by]
-}
 
 /// The variance of a pixel's noise, a camera each.
 trait Noise<N> {
@@ -215,9 +209,19 @@ impl<S: Simd> Noise<Doubles<S>> for Variances<'_, S> {
 mod tests {
     use super::*;
     use crate::{
-        geometry::meeting::PolynomialCamera,
+        geometry::meeting::{POWERS, SoloffPolynomial},
         numeric::{random::Random, simd::on_each},
     };
+
+    #[test]
+    fn terms_are_the_powers_in_their_order() {
+        let place = [0.3, -0.7, 1.1];
+        for (term, powers) in terms(place).into_iter().zip(POWERS) {
+            let wanted: f64 =
+                (0..3).map(|axis| f64::powi(place[axis], powers[axis].into())).product();
+            assert!((term - wanted).abs() < 1e-15, "{powers:?}: {term} {wanted}");
+        }
+    }
 
     #[test]
     fn every_width_and_every_place_says_the_same() {
@@ -225,11 +229,11 @@ mod tests {
         const POINTS: usize = 77;
         let mut random = Random::new(12);
         let mut any = || random.uniform(-1.0, 1.0);
-        let camera = |_| PolynomialCamera {
+        let camera = |_| SoloffPolynomial {
             factors: [(); 2].map(|()| std::array::from_fn(|_| 100.0 * any())),
             covariance: std::array::from_fn(|row| std::array::from_fn(|_| 1e-3 * row as f64)),
         };
-        let cameras: Vec<PolynomialCamera> = (0..3).map(camera).collect();
+        let cameras: Vec<SoloffPolynomial> = (0..3).map(camera).collect();
         let polynomials = Polynomials { cameras, centre: [3.0, -2.0, 90.0], half: [9.0, 7.0, 2.0] };
         let mut column = |middle: f64, half: f64| -> Vec<f64> {
             (0..POINTS).map(|_| middle + half * random.uniform(-1.0, 1.0)).collect()
