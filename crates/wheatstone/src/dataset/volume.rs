@@ -197,7 +197,7 @@ impl Volume {
         let sightings: Vec<Sighting<f64>> =
             seen().map(|(camera, pixel)| camera.straightened.see(pixel)).collect();
         let beyond_region = seen()
-            .map(|(camera, pixel)| camera.straightened.beyond(pixel))
+            .map(|(camera, pixel)| camera.straightened.trained().beyond([pixel.x, pixel.y]))
             .fold(f64::NEG_INFINITY, f64::max);
         let mut met = cameras.meet::<_, KIND>(&sightings[..], 0.0);
         if met.squares.is_nan() {

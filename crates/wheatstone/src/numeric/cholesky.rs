@@ -17,8 +17,11 @@ use nalgebra::DMatrix;
 pub struct Cholesky {
     size: usize,
     panels: usize,
-    /// Panel by panel, column by column. Beyond the matrix stands the unit matrix.
+    /// Panel by panel, column by column. Beyond the matrix stands the unit matrix; what stands above the
+    /// diagonal is left over and means nothing.
     lower: Vec<Column>,
+    /// One over the diagonal, panel by panel: a division waits three times as long as a product.
+    inverse_pivots: Vec<Column>,
 }
 
 impl Cholesky {
@@ -49,12 +52,18 @@ impl Cholesky {
             let diagonal = &mut lower[index / ROWS * panels * ROWS + index][index % ROWS];
             *diagonal = if index < size { *diagonal + more(index) } else { 1.0 };
         }
-        Self { size, panels, lower }
+        Self { size, panels, lower, inverse_pivots: vec![[1.0; ROWS]; panels] }
     }
 
     /// Row `8 panel + 0..8` of L, column by column, up to and with the diagonal.
     fn panel(&self, panel: usize) -> &[Column] {
         &self.lower[panel * self.panels * ROWS..][..(panel + 1) * ROWS]
+    }
+
+    /// The triangle that ends a panel, column by column, and one over its diagonal.
+    fn triangle(&self, panel: usize) -> Triangle<'_> {
+        let columns = self.panel(panel)[panel * ROWS..].as_chunks().0;
+        Triangle { columns: &columns[0], inverse_pivots: &self.inverse_pivots[panel] }
     }
 
     /// Logarithm of the matrix's determinant.
@@ -71,7 +80,8 @@ impl Cholesky {
         x.resize(self.panels * ROWS, 0.0);
         for index in 0..self.panels {
             let (known, rest) = x.split_at_mut(index * ROWS);
-            let (before, own) = self.panel(index).split_at(index * ROWS);
+            let before = &self.panel(index)[..index * ROWS];
+            let Triangle { columns: own, inverse_pivots } = self.triangle(index);
             let mut sums = [0.0; ROWS];
             for (column, value) in before.iter().zip(known) {
                 for (sum, factor) in sums.iter_mut().zip(column) {
@@ -80,15 +90,16 @@ impl Cholesky {
             }
             for row in 0..ROWS {
                 let inside: f64 = (0..row).map(|column| own[column][row] * rest[column]).sum();
-                rest[row] = (rest[row] - sums[row] - inside) / own[row][row];
+                rest[row] = (rest[row] - sums[row] - inside) * inverse_pivots[row];
             }
         }
         for index in (0..self.panels).rev() {
             let (above, rest) = x.split_at_mut(index * ROWS);
-            let (before, own) = self.panel(index).split_at(index * ROWS);
+            let before = &self.panel(index)[..index * ROWS];
+            let Triangle { columns: own, inverse_pivots } = self.triangle(index);
             for row in (0..ROWS).rev() {
                 let inside: f64 = (row + 1..ROWS).map(|below| own[row][below] * rest[below]).sum();
-                rest[row] = (rest[row] - inside) / own[row][row];
+                rest[row] = (rest[row] - inside) * inverse_pivots[row];
             }
             let values: Column = std::array::from_fn(|row| rest[row]);
             for (column, sum) in before.iter().zip(above) {
@@ -109,17 +120,27 @@ impl Cholesky {
     }
 }
 
-/// Eight vectors times a triangle's inverse, in place: `rows[r]` loses `factor(r, c) * rows[c]` for
-/// every c before it, and is divided by `factor(r, r)`.
-#[inline(always)]
-fn substitute<S: Simd>(simd: S, rows: &mut [S::f64s; ROWS], factor: impl Fn(usize, usize) -> f64) {
-    for row in 0..ROWS {
-        let mut sum = rows[row];
-        for (column, value) in rows.iter().enumerate().take(row) {
-            let factor = simd.splat_f64s(factor(row, column));
-            sum = simd.sub_f64s(sum, simd.mul_f64s(factor, *value));
+/// Eight by eight entries on the diagonal of L.
+#[derive(Clone, Copy)]
+struct Triangle<'a> {
+    columns: &'a [Column; ROWS],
+    inverse_pivots: &'a Column,
+}
+
+impl Triangle<'_> {
+    /// Eight vectors times its inverse, in place: from the first to the last, what is known of each is taken
+    /// from those that follow.
+    #[inline(always)]
+    fn take<S: Simd>(self, simd: S, rows: &mut [S::f64s; ROWS]) {
+        let mut rest = rows.as_mut_slice();
+        for (index, column) in self.columns.iter().enumerate() {
+            let Some((known, later)) = rest.split_first_mut() else { return };
+            *known = simd.mul_f64s(*known, simd.splat_f64s(self.inverse_pivots[index]));
+            for (row, factor) in later.iter_mut().zip(&column[index + 1..]) {
+                *row = f64::subtract_product(simd, *row, simd.splat_f64s(*factor), *known);
+            }
+            rest = later;
         }
-        rows[row] = simd.div_f64s(sum, simd.splat_f64s(factor(row, row)));
     }
 }
 
@@ -148,7 +169,7 @@ fn subtract<S: Simd>(simd: S, (pivots, done): (&[Column], &[Column]), columns: &
 #[inline(always)]
 fn take_panel<S: Simd>(
     simd: S,
-    (before, triangle): (&[Column], &[Column; ROWS]),
+    (before, triangle): (&[Column], Triangle<'_>),
     rows: &mut [Column],
 ) {
     let (done, columns) = rows.split_at_mut(before.len());
@@ -159,7 +180,7 @@ fn take_panel<S: Simd>(
     for strip in 0..strips {
         let mut vectors: [S::f64s; ROWS] =
             std::array::from_fn(|column| columns[column * strips + strip]);
-        substitute(simd, &mut vectors, |row, column| triangle[column][row]);
+        triangle.take(simd, &mut vectors);
         for (column, vector) in vectors.into_iter().enumerate() {
             columns[column * strips + strip] = vector;
         }
@@ -169,25 +190,27 @@ fn take_panel<S: Simd>(
 /// Factors in place; says whether the matrix is positive definite.
 struct Factor<'a>(&'a mut Cholesky);
 
-/// The triangle on the diagonal, column by column, in place.
-fn factor_triangle(own: &mut [Column; ROWS]) -> bool {
+/// The triangle on the diagonal, column by column, in place, and one over its diagonal.
+#[inline(always)]
+fn factor_triangle(own: &mut [Column; ROWS]) -> Option<Column> {
+    let mut inverse_pivots = [0.0; ROWS];
     for pivot in 0..ROWS {
         let square = own[pivot][pivot];
         if !(square > 0.0 && square.is_finite()) {
-            return false;
+            return None;
         }
-        let root = square.sqrt();
-        for entry in &mut own[pivot][pivot..] {
-            *entry /= root;
-        }
+        let inverse = 1.0 / square.sqrt();
+        inverse_pivots[pivot] = inverse;
+        // Whole columns, which are quicker than what is below the diagonal.
+        own[pivot].iter_mut().for_each(|entry| *entry *= inverse);
         let done = own[pivot];
-        for column in pivot + 1..ROWS {
-            for row in column..ROWS {
-                own[column][row] -= done[row] * done[column];
+        for (column, factor) in own.iter_mut().zip(done).skip(pivot + 1) {
+            for (entry, done) in column.iter_mut().zip(&done) {
+                *entry -= done * factor;
             }
         }
     }
-    true
+    Some(inverse_pivots)
 }
 
 impl WithSimd for Factor<'_> {
@@ -196,17 +219,16 @@ impl WithSimd for Factor<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let panels = self.0.panels;
-        for own in 0..panels {
+        for (own, inverse_pivots) in self.0.inverse_pivots.iter_mut().enumerate() {
             let (above, below) = self.0.lower.split_at_mut((own + 1) * panels * ROWS);
             let above = &mut above[own * panels * ROWS..][..(own + 1) * ROWS];
             let (before, triangle) = above.split_at_mut(own * ROWS);
             let Some(triangle) = triangle.first_chunk_mut::<ROWS>() else { return false };
             let before = &*before;
             subtract(simd, (before, before), triangle);
-            if !factor_triangle(triangle) {
-                return false;
-            }
-            let triangle = &*triangle;
+            let Some(inverse) = factor_triangle(triangle) else { return false };
+            *inverse_pivots = inverse;
+            let triangle = Triangle { columns: triangle, inverse_pivots };
             for panel in below.chunks_exact_mut(panels * ROWS) {
                 take_panel(simd, (before, triangle), panel);
             }
@@ -231,7 +253,7 @@ impl WithSimd for Squares<'_> {
         for (place, total) in totals.iter_mut().enumerate() {
             let first = place * width / ROWS;
             for own in first..panels {
-                let (before, triangle) = self.0.panel(own).split_at(own * ROWS);
+                let before = &self.0.panel(own)[..own * ROWS];
                 let known = &inverse[first * ROWS..own * ROWS];
                 let mut rows = add_products::<f64, S, ROWS>(
                     simd,
@@ -248,9 +270,9 @@ impl WithSimd for Squares<'_> {
                         *vector = f64::vectors::<S>(&unit)[place % (ROWS / width)];
                     }
                 }
-                substitute(simd, &mut rows, |row, column| triangle[column][row]);
+                self.0.triangle(own).take(simd, &mut rows);
                 for row in rows {
-                    *total = simd.add_f64s(*total, simd.mul_f64s(row, row));
+                    *total = f64::add_product(simd, *total, row, row);
                 }
                 inverse[own * ROWS..][..ROWS].copy_from_slice(&rows);
             }

@@ -1,15 +1,22 @@
 //! Formulas that are written once, for one number and for a register full of them.
 
-use super::simd::Simd;
+use super::simd::{Simd, has_second_of_lost};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// What a formula computes with. Both kinds give the same bits: nothing is fused, and every number of a
-/// register goes its own way.
+/// What a formula computes with. Both kinds give the same bits: what is rounded once is so in both, and every
+/// number of a register goes its own way.
 pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// The same value in all places.
     fn all(self, value: f64) -> Self;
+
+    /// Itself and a product of two others, rounded once. A number by itself may call for it, which takes as long
+    /// as a few products: for formulas of which many are worked out at once.
+    fn add_product(self, a: Self, b: Self) -> Self;
+
+    /// Without its sign.
+    fn magnitude(self) -> Self;
 
     /// The larger of two; the other one where this is not a number.
     fn or_larger(self, other: Self) -> Self;
@@ -31,6 +38,16 @@ impl Number for f64 {
     #[inline(always)]
     fn all(self, value: f64) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn add_product(self, a: Self, b: Self) -> Self {
+        a.mul_add(b, self)
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
     }
 
     #[inline(always)]
@@ -106,7 +123,20 @@ impl<S: Simd> Number for Doubles<S> {
     }
 
     #[inline(always)]
+    fn add_product(self, a: Self, b: Self) -> Self {
+        Self(self.0, self.0.mul_add_f64s(a.1, b.1, self.1))
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        Self(self.0, self.0.abs_f64s(self.1))
+    }
+
+    #[inline(always)]
     fn or_larger(self, other: Self) -> Self {
+        if has_second_of_lost::<S>() {
+            return Self(self.0, self.0.max_f64s(self.1, other.1));
+        }
         let larger = self.0.greater_than_f64s(self.1, other.1);
         Self(self.0, self.0.select_f64s(larger, self.1, other.1))
     }
@@ -168,6 +198,18 @@ impl<N: Number> Number for Pair<N> {
     fn all(self, value: f64) -> Self {
         let all = self.0[0].all(value);
         Self([all, all])
+    }
+
+    #[inline(always)]
+    fn add_product(self, a: Self, b: Self) -> Self {
+        let (Self([sum, other]), Self([a, c]), Self([b, d])) = (self, a, b);
+        Self([sum.add_product(a, b), other.add_product(c, d)])
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        let Self([a, b]) = self;
+        Self([a.magnitude(), b.magnitude()])
     }
 
     #[inline(always)]

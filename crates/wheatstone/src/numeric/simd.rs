@@ -1,8 +1,9 @@
 //! Arithmetic on as many numbers at once as the processor's registers hold, chosen at run time.
 //!
 //! Kernels are written once, over [`Real`] and [`Simd`], and compiled for every width. They must give
-//! the same bits at each: products and sums are never fused, and no sum may run across a
-//! register in an order that depends on its width.
+//! the same bits at each: where a product is added without being rounded before, it is so everywhere (a
+//! processor that has no instruction for it takes long), and no sum may run across a register in an order
+//! that depends on its width.
 
 use super::sigmoid::{BOUND, LN2, ROUND, TAIL};
 use pulp::{Arch, bytemuck::cast};
@@ -52,8 +53,25 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
     /// a b.
     fn multiply<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
 
-    /// `1 / (1 + exp(-x))` of several at a time, so that none waits for another: in double precision the bits
-    /// of [`super::sigmoid::sigmoid`], in single precision within 2e-7 of the exact value.
+    /// sum + a b, rounded once.
+    fn add_product<S: Simd>(
+        simd: S,
+        sum: Self::Vector<S>,
+        a: Self::Vector<S>,
+        b: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+
+    /// sum - a b, rounded once.
+    fn subtract_product<S: Simd>(
+        simd: S,
+        sum: Self::Vector<S>,
+        a: Self::Vector<S>,
+        b: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+
+    /// `1 / (1 + exp(-x))` of several at a time, so that none waits for another: in double precision within
+    /// 4 units in the last place of the exact value, as [`super::sigmoid::sigmoid`], in single precision within
+    /// 2e-7 of it.
     fn sigmoid<S: Simd, const N: usize>(simd: S, x: [Self::Vector<S>; N]) -> [Self::Vector<S>; N];
 
     /// How many numbers a vector holds.
@@ -80,7 +98,7 @@ pub fn add_products<'a, T: Real, S: Simd, const R: usize>(
 ) -> [T::Vector<S>; R] {
     for (factors, vector) in factors.as_chunks::<R>().0.iter().zip(vectors) {
         for (sum, factor) in sums.iter_mut().zip(factors) {
-            *sum = T::add(simd, *sum, T::multiply(simd, T::splat(simd, *factor), *vector));
+            *sum = T::add_product(simd, *sum, T::splat(simd, *factor), *vector);
         }
     }
     sums
@@ -135,49 +153,73 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S::f64s; N] {
-        let (mut whole, mut sums) = (x, x);
-        for (x, whole) in x.iter_mut().zip(&mut whole) {
-            *x = clamped_double(simd, simd.neg_f64s(*x));
-            let scaled = simd.mul_f64s(*x, simd.splat_f64s(std::f64::consts::LOG2_E));
-            *whole = simd.add_f64s(scaled, simd.splat_f64s(ROUND));
-            *whole = simd.sub_f64s(*whole, simd.splat_f64s(ROUND));
-            *x = simd.sub_f64s(*x, simd.mul_f64s(*whole, simd.splat_f64s(LN2[0])));
-            *x = simd.sub_f64s(*x, simd.mul_f64s(*whole, simd.splat_f64s(LN2[1])));
-        }
-        for (sum, r) in sums.iter_mut().zip(&x) {
-            let square = simd.mul_f64s(*r, *r);
-            let mut halves = [square; 2];
-            for (half, [others @ .., last]) in halves.iter_mut().zip(TAIL) {
-                *half = simd.splat_f64s(last);
-                for factor in others.into_iter().rev() {
-                    let factor = simd.splat_f64s(factor);
-                    *half = simd.add_f64s(simd.mul_f64s(*half, square), factor);
-                }
-            }
-            let [even, odd] = halves;
-            let tail = simd.add_f64s(even, simd.mul_f64s(*r, odd));
-            *sum = simd.add_f64s(*r, simd.mul_f64s(square, tail));
-            *sum = simd.add_f64s(simd.splat_f64s(1.0), *sum);
-        }
-        let one = simd.splat_f64s(1.0);
-        for (sum, whole) in sums.iter_mut().zip(&whole) {
-            // There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole number begins at bit 32, all
-            // below is zero, and a shift by 20 in each half brings it to the exponent.
-            let whole: S::u32s = cast(simd.add_f64s(*whole, simd.splat_f64s(1_572_864.0)));
-            let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
-            let exponential = cast(simd.add_u32s(cast(*sum), exponent));
-            *sum = simd.div_f64s(one, simd.add_f64s(one, exponential));
-        }
-        sums
+    fn add_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.mul_add_f64s(a, b, sum)
     }
+
+    #[inline(always)]
+    fn subtract_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.negate_mul_add_f64s(a, b, sum)
+    }
+
+    #[inline(always)]
+    fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S::f64s; N] {
+        for x in &mut x {
+            *x = simd.neg_f64s(*x);
+        }
+        let (one, mut values) = (simd.splat_f64s(1.0), exponentials(simd, x));
+        for value in &mut values {
+            *value = simd.div_f64s(one, simd.add_f64s(one, *value));
+        }
+        values
+    }
+}
+
+/// `exp(x)` of several doubles at a time for `|x| <= 700`, within 2 units in the last place of the exact value, as
+/// [`super::sigmoid::exp`]; beyond, the value at the bound.
+#[inline(always)]
+pub(crate) fn exponentials<S: Simd, const N: usize>(
+    simd: S,
+    mut x: [S::f64s; N],
+) -> [S::f64s; N] {
+    let (mut whole, mut sums) = (x, x);
+    let (log2_e, round) = (simd.splat_f64s(std::f64::consts::LOG2_E), simd.splat_f64s(ROUND));
+    for (x, whole) in x.iter_mut().zip(&mut whole) {
+        *x = clamped_double(simd, *x);
+        *whole = simd.mul_add_f64s(*x, log2_e, round);
+        *whole = simd.sub_f64s(*whole, round);
+        *x = simd.negate_mul_add_f64s(*whole, simd.splat_f64s(LN2[0]), *x);
+        *x = simd.negate_mul_add_f64s(*whole, simd.splat_f64s(LN2[1]), *x);
+    }
+    for (sum, r) in sums.iter_mut().zip(&x) {
+        let square = simd.mul_f64s(*r, *r);
+        let mut halves = [square; 2];
+        for (half, [others @ .., last]) in halves.iter_mut().zip(TAIL) {
+            *half = simd.splat_f64s(last);
+            for factor in others.into_iter().rev() {
+                *half = simd.mul_add_f64s(*half, square, simd.splat_f64s(factor));
+            }
+        }
+        let [even, odd] = halves;
+        let tail = simd.mul_add_f64s(*r, odd, even);
+        *sum = simd.mul_add_f64s(square, tail, *r);
+        *sum = simd.add_f64s(simd.splat_f64s(1.0), *sum);
+    }
+    for (sum, whole) in sums.iter_mut().zip(&whole) {
+        // There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole number begins at bit 32, all
+        // below is zero, and a shift by 20 in each half brings it to the exponent.
+        let whole: S::u32s = cast(simd.add_f64s(*whole, simd.splat_f64s(1_572_864.0)));
+        let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
+        *sum = cast(simd.add_u32s(cast(*sum), exponent));
+    }
+    sums
 }
 
 /// `x` between -[`BOUND`] and [`BOUND`]; what is not a number stays so.
 #[inline(always)]
 fn clamped_double<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     let (low, high) = (simd.splat_f64s(-BOUND), simd.splat_f64s(BOUND));
-    if f64::width::<S>() >= WIDE {
+    if has_second_of_lost::<S>() {
         simd.min_f64s(high, simd.max_f64s(low, x))
     } else {
         let x = simd.select_f64s(simd.less_than_f64s(x, low), low, x);
@@ -185,15 +227,18 @@ fn clamped_double<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     }
 }
 
-/// Registers of so many doubles are x86's, whose minimum and maximum are their second argument where one
-/// is not a number; elsewhere the first may be taken.
-const WIDE: usize = 4;
+/// Whether the minimum and maximum of two numbers of which one is not a number are the second, as in x86's
+/// registers of four doubles and more; elsewhere the first may be taken.
+#[inline(always)]
+pub(super) fn has_second_of_lost<S: Simd>() -> bool {
+    f64::width::<S>() >= 4
+}
 
 /// As [`clamped_double`], to the range of the exponent.
 #[inline(always)]
 fn clamped_single<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
-    let (low, high) = (simd.splat_f32s(-126.0), simd.splat_f32s(126.0));
-    if f64::width::<S>() >= WIDE {
+    let (low, high) = (simd.splat_f32s(-87.0), simd.splat_f32s(87.0));
+    if has_second_of_lost::<S>() {
         simd.min_f32s(high, simd.max_f32s(low, x))
     } else {
         let x = simd.select_f32s(simd.less_than_f32s(x, low), low, x);
@@ -260,23 +305,32 @@ impl Real for f32 {
     }
 
     #[inline(always)]
+    fn add_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.mul_add_f32s(a, b, sum)
+    }
+
+    #[inline(always)]
+    fn subtract_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.negate_mul_add_f32s(a, b, sum)
+    }
+
+    #[inline(always)]
     fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f32s; N]) -> [S::f32s; N] {
         // As ROUND above, for 24 bits.
         const ROUND: f32 = 12_582_912.0; // 1.5 * 2^23
-        let round = simd.splat_f32s(ROUND);
+        let (log2_e, round) = (simd.splat_f32s(-std::f32::consts::LOG2_E), simd.splat_f32s(ROUND));
         let mut rounded = x;
         for (x, rounded) in x.iter_mut().zip(&mut rounded) {
-            let scaled = simd.mul_f32s(*x, simd.splat_f32s(-std::f32::consts::LOG2_E));
-            let scaled = clamped_single(simd, scaled);
-            *rounded = simd.add_f32s(scaled, round);
-            *x = simd.sub_f32s(scaled, simd.sub_f32s(*rounded, round));
+            *x = clamped_single(simd, *x);
+            *rounded = simd.mul_add_f32s(*x, log2_e, round);
+            *x = simd.mul_add_f32s(*x, log2_e, simd.sub_f32s(round, *rounded));
         }
         let [others @ .., last] = POWER_OF_TWO;
         let mut sums = [simd.splat_f32s(last); N];
         for factor in others.into_iter().rev() {
             let factor = simd.splat_f32s(factor);
             for (sum, r) in sums.iter_mut().zip(&x) {
-                *sum = simd.add_f32s(simd.mul_f32s(*sum, *r), factor);
+                *sum = simd.mul_add_f32s(*sum, *r, factor);
             }
         }
         let one = simd.splat_f32s(1.0);
@@ -323,19 +377,18 @@ mod tests {
     }
 
     #[test]
-    fn the_sigmoid_of_doubles_has_the_bits_of_the_reference_at_every_width() {
-        let ends = [0.0, -0.0, 1e9, -1e9, f64::NAN, f64::INFINITY, 700.0, -701.0];
-        let values: Vec<f64> =
-            (-80_000..80_000).map(|i| f64::from(i) * 1.000_37e-2).chain(ends).collect();
-        for found in on_each(|| Sigmoids(values.clone())) {
-            for (x, found) in values.iter().zip(found) {
-                let wanted = sigmoid(*x);
-                assert!(
-                    found.to_bits() == wanted.to_bits() || wanted.is_nan() && found.is_nan(),
-                    "{x} {found} {wanted}"
-                );
-            }
+    fn the_sigmoid_of_doubles_stays_within_its_stated_bound_at_every_width() {
+        let mut values: Vec<f64> = (-70_000..70_000).map(|i| f64::from(i) * 1.000_37e-2).collect();
+        values.extend([0.0, -0.0, 1e9, -1e9, f64::INFINITY, f64::NEG_INFINITY, 700.0, -701.0]);
+        let all = on_each(|| Sigmoids(values.clone()));
+        for (x, found) in values.iter().zip(&all[0]) {
+            let exact = 1.0 / (1.0 + libm::exp(-x.clamp(-700.0, 700.0)));
+            let apart = found.to_bits().abs_diff(exact.to_bits());
+            assert!(apart <= 4, "sigmoid({x}) is {apart} units wrong");
         }
+        assert!(all.iter().all(|other| *other == all[0]));
+        let lost = on_each(|| Sigmoids(vec![f64::NAN; 16]));
+        assert!(lost.iter().flatten().all(|value| value.is_nan()));
     }
 
     #[test]

@@ -1,6 +1,10 @@
 //! The trust of many points, a register full at a time.
 
-use super::{EDGE, KIND, MOST_CAMERAS, Trust, Volume, straightened::Straightened};
+use super::{
+    EDGE, KIND, MOST_CAMERAS, Trust, Volume,
+    hull::{Hull, Planes},
+    straightened::{Region, Straightened},
+};
 use crate::{
     geometry::{
         PixelColumns,
@@ -22,6 +26,9 @@ type Sums = [[f64; BLOCK]; 4];
 struct Block<'a> {
     volume: &'a Volume,
     tables: &'a [&'a Straightened],
+    /// What was shown: to each camera, and in space.
+    regions: &'a [Region],
+    hulls: &'a [Planes],
     cameras: &'a Cameras,
     /// x and y of each point, a trained camera each.
     pixels: &'a [[[f64; BLOCK]; 2]],
@@ -35,7 +42,7 @@ impl WithSimd for Block<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { volume, tables, cameras, pixels, sums, beyond } = self;
+        let Self { volume, tables, regions, hulls, cameras, pixels, sums, beyond } = self;
         for ((table, pixels), sums) in tables.iter().zip(pixels).zip(sums.iter_mut()) {
             look(simd, table, pixels, sums);
         }
@@ -45,13 +52,13 @@ impl WithSimd for Block<'_> {
         let most = zero.all(1.0 / (2.0 * volume.believed_miss()));
         for (group, out) in registers_mut::<S>(beyond).iter_mut().enumerate() {
             let mut furthest = zero.all(f64::NEG_INFINITY);
-            for (table, pixels) in tables.iter().zip(pixels) {
-                furthest = table.furthest(lanes(simd, pixels, group), furthest);
+            for (region, pixels) in regions.iter().zip(pixels) {
+                furthest = region.beyond(lanes(simd, pixels, group)).or_larger(furthest);
             }
             let seen = Seen { simd, tables, pixels, sums, group };
             let met = cameras.meet::<_, KIND>(&seen, zero);
-            for hull in &volume.hulls {
-                furthest = hull.furthest(met.point, furthest);
+            for hull in hulls {
+                furthest = hull.beyond(met.point).or_larger(furthest);
             }
             let missed = (met.squares * share).root() * most - one;
             let beyond = missed.or_larger(furthest * zero.all(1.0 / EDGE));
@@ -140,6 +147,8 @@ impl Volume {
         let tables: Vec<&Straightened> =
             self.cameras.iter().flatten().map(|camera| &camera.straightened).collect();
         let cameras = Cameras::new(tables.iter().map(|table| table.camera()).collect());
+        let regions: Vec<Region> = tables.iter().map(|table| table.trained()).collect();
+        let hulls: Vec<Planes> = self.hulls.iter().map(Hull::planes).collect();
         let mut sums = vec![[[0.0; BLOCK]; 4]; whole];
         let mut lanes = vec![[[0.0; BLOCK]; 2]; whole];
         let mut trust = Vec::with_capacity(count);
@@ -154,6 +163,8 @@ impl Volume {
             on_widest(Block {
                 volume: self,
                 tables: &tables,
+                regions: &regions,
+                hulls: &hulls,
                 cameras: &cameras,
                 pixels: &lanes,
                 sums: &mut sums,

@@ -62,21 +62,35 @@ impl Hull {
     /// By how much a point lies beyond the hull, as a share of the hull's width in the direction in
     /// which that is most; negative inside.
     pub(super) fn beyond(&self, point: &Vector3) -> f64 {
-        self.furthest((*point).into(), f64::NEG_INFINITY)
+        self.planes().beyond((*point).into())
     }
 
-    /// [`Hull::beyond`], and no less than `most`.
-    #[inline(always)]
-    pub(super) fn furthest<N: Number>(&self, [x, y, z]: [N; 3], mut most: N) -> N {
-        for [a, b, c, high, low] in &self.facets {
-            let reach = x.all(*a) * x + x.all(*b) * y + x.all(*c) * z;
-            most = ((reach - x.all(*high)) * x.all(1.0 / (high - low))).or_larger(most);
-        }
-        most
+    /// The hull made ready for many points.
+    pub(super) fn planes(&self) -> Planes {
+        let plane = |[a, b, c, high, low]: &[f64; 5]| {
+            [*a, *b, *c, -high].map(|value| value / (high - low))
+        };
+        Planes(self.facets.iter().map(plane).collect())
     }
 
     pub(super) fn is_consistent(&self) -> bool {
         self.facets.iter().all(|f| f.iter().all(|v| v.is_finite()) && f[3] > f[4])
+    }
+}
+
+/// A hull's planes: so much by X, Y, Z and always is how far a point lies beyond one, as a share of the hull's width.
+pub(super) struct Planes(Vec<[f64; 4]>);
+
+impl Planes {
+    /// [`Hull::beyond`].
+    #[inline(always)]
+    pub(super) fn beyond<N: Number>(&self, [x, y, z]: [N; 3]) -> N {
+        let mut most = x.all(f64::NEG_INFINITY);
+        for [by_x, by_y, by_z, always] in &self.0 {
+            let off = x.all(*always).add_product(x.all(*by_x), x).add_product(x.all(*by_y), y);
+            most = off.add_product(x.all(*by_z), z).or_larger(most);
+        }
+        most
     }
 }
 

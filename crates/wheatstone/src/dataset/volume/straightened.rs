@@ -261,21 +261,16 @@ impl Straightened {
         Sighting { at: [x, y], along, bend: [zero; 2], scale: [one, zero, zero, one] }
     }
 
-    /// By how much a pixel lies beyond the trained region of the picture, as a share of the region's
-    /// width; negative inside.
-    pub(super) fn beyond(&self, pixel: Pixel) -> f64 {
-        self.furthest([pixel.x, pixel.y], f64::NEG_INFINITY)
-    }
-
-    /// [`Straightened::beyond`], and no less than `most`.
-    #[inline(always)]
-    pub(super) fn furthest<N: Number>(&self, [x, y]: [N; 2], mut most: N) -> N {
-        for (direction, [low, high]) in DIRECTIONS.iter().zip(&self.region) {
-            let reach = x.all(direction[0]) * x + x.all(direction[1]) * y;
-            let excess = (reach - x.all(*high)).or_larger(x.all(*low) - reach);
-            most = (excess * x.all(1.0 / (high - low))).or_larger(most);
+    /// The trained region of the picture.
+    pub(super) fn trained(&self) -> Region {
+        let mut bands = [[0.0; 3]; REGION];
+        for (band, (direction, [low, high])) in
+            bands.iter_mut().zip(DIRECTIONS.iter().zip(&self.region))
+        {
+            let by = 1.0 / (high - low);
+            *band = [direction[0] * by, direction[1] * by, -0.5 * (low + high) * by];
         }
-        most
+        Region(bands)
     }
 
     pub(super) fn is_consistent(&self) -> bool {
@@ -286,6 +281,24 @@ impl Straightened {
             && self.table.len() == ALL
             && self.region.len() == REGION
             && self.region.iter().all(|[low, high]| high > low && (high - low).is_finite())
+    }
+}
+
+/// The trained region of a camera's picture. In each direction, so much by x, by y and always is how far a pixel lies
+/// from the region's middle, as a share of its width.
+pub(super) struct Region([[f64; 3]; REGION]);
+
+impl Region {
+    /// By how much a pixel lies beyond it, as a share of its width in the direction in which that is most; negative
+    /// inside.
+    #[inline(always)]
+    pub(super) fn beyond<N: Number>(&self, [x, y]: [N; 2]) -> N {
+        let mut most = x.all(0.0);
+        for [by_x, by_y, always] in &self.0 {
+            let off = x.all(*always).add_product(x.all(*by_x), x).add_product(x.all(*by_y), y);
+            most = off.magnitude().or_larger(most);
+        }
+        most - x.all(0.5)
     }
 }
 

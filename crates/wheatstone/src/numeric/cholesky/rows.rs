@@ -1,6 +1,6 @@
 //! Many right sides at once, a row each.
 
-use super::{Cholesky, take_panel};
+use super::{Cholesky, Triangle, take_panel};
 use crate::numeric::{
     panels::{Column, Panels, ROWS},
     simd::{Real, Simd, WithSimd, on_widest},
@@ -38,10 +38,8 @@ impl WithSimd for Take<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         for rows in self.1.panels_mut() {
             for own in 0..self.0.panels {
-                let (before, triangle) = self.0.panel(own).split_at(own * ROWS);
-                if let Some(triangle) = triangle.first_chunk::<ROWS>() {
-                    take_panel(simd, (before, triangle), rows);
-                }
+                let before = &self.0.panel(own)[..own * ROWS];
+                take_panel(simd, (before, self.0.triangle(own)), rows);
             }
         }
     }
@@ -57,8 +55,7 @@ fn add_upper<'a, S: Simd>(
 ) {
     for (row, vector) in vectors.enumerate() {
         for (sum, column) in sums.iter_mut().zip(lower) {
-            let product = simd.mul_f64s(simd.splat_f64s(column[row]), *vector);
-            *sum = simd.add_f64s(*sum, product);
+            *sum = f64::add_product(simd, *sum, simd.splat_f64s(column[row]), *vector);
         }
     }
 }
@@ -83,17 +80,17 @@ impl WithSimd for TakeUpper<'_> {
                         let lower = &self.0.panel(own + 1 + index)[own * ROWS..][..ROWS];
                         add_upper(simd, &mut sums, lower, eight.iter().skip(strip).step_by(strips));
                     }
-                    let triangle = &self.0.panel(own)[own * ROWS..];
+                    let Triangle { columns: triangle, inverse_pivots } = self.0.triangle(own);
                     for column in (0..ROWS).rev() {
                         let mut sum = sums[column];
                         for row in column + 1..ROWS {
                             let factor = simd.splat_f64s(triangle[column][row]);
-                            let product = simd.mul_f64s(factor, columns[row * strips + strip]);
-                            sum = simd.add_f64s(sum, product);
+                            let known = columns[row * strips + strip];
+                            sum = f64::add_product(simd, sum, factor, known);
                         }
                         let own = &mut columns[column * strips + strip];
-                        let pivot = simd.splat_f64s(triangle[column][column]);
-                        *own = simd.div_f64s(simd.sub_f64s(*own, sum), pivot);
+                        let inverse = simd.splat_f64s(inverse_pivots[column]);
+                        *own = simd.mul_f64s(simd.sub_f64s(*own, sum), inverse);
                     }
                 }
             }

@@ -269,8 +269,11 @@ impl Curvature {
                     let of = f64::vectors::<S>(&deltas[a.first_here + one]);
                     let by = f64::vectors::<S>(&deltas[b.first_here + other]);
                     for (product, (a, b)) in row.iter_mut().zip(of.iter().zip(by)) {
-                        let own = simd.mul_f64s(*a, *b);
-                        *product = if output == 0 { own } else { simd.add_f64s(*product, own) };
+                        *product = if output == 0 {
+                            simd.mul_f64s(*a, *b)
+                        } else {
+                            f64::add_product(simd, *product, *a, *b)
+                        };
                     }
                 }
             }

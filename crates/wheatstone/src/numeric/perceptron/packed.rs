@@ -167,7 +167,7 @@ fn add_unit<T: Real, S: Simd, const N: usize, const TILE: usize, const WIDE: usi
     for (sums, weight) in sums.iter_mut().zip(weights) {
         let weight = T::splat(simd, *weight);
         for (sum, sample) in sums.iter_mut().zip(samples) {
-            *sum = T::add(simd, *sum, T::multiply(simd, weight, *sample));
+            *sum = T::add_product(simd, *sum, weight, *sample);
         }
     }
 }
@@ -259,8 +259,7 @@ impl<T: Real> Packed<T> {
 
     #[inline(always)]
     fn slope<S: Simd>(&self, simd: S, activation: T::Vector<S>) -> T::Vector<S> {
-        let rest = T::subtract(simd, T::splat(simd, T::nearest(1.0)), activation);
-        let slope = T::multiply(simd, activation, rest);
+        let slope = T::subtract_product(simd, activation, activation, activation);
         match self.gain {
             Some(gain) => T::multiply(simd, T::splat(simd, gain), slope),
             None => slope,

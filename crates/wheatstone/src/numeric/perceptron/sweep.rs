@@ -155,7 +155,7 @@ impl<T: Real> Sweep<T> {
                 let error = T::subtract(simd, *value, *wanted);
                 let error = T::multiply(simd, error, *present);
                 let sum = &mut squares[slot % registers];
-                *sum = T::add(simd, *sum, T::multiply(simd, error, error));
+                *sum = T::add_product(simd, *sum, error, error);
                 let error = T::multiply(simd, error, factor);
                 *delta = T::multiply(simd, error, self.packed.output_slope(simd, *value));
             }
@@ -287,8 +287,8 @@ impl<T: Real, S: Simd, const N: usize> Products<'_, T, S, N> {
         for (sums, delta) in sums.iter_mut().zip(deltas) {
             let delta = T::vectors::<S>(delta)[slot];
             for (sum, activation) in sums.iter_mut().zip(activations) {
-                let product = T::multiply(self.simd, delta, T::vectors::<S>(activation)[slot]);
-                *sum = T::add(self.simd, *sum, product);
+                let activation = T::vectors::<S>(activation)[slot];
+                *sum = T::add_product(self.simd, *sum, delta, activation);
             }
         }
     }

@@ -44,12 +44,12 @@ pub(super) fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64
                 let mut along = simd.splat_f32s(0.0);
                 for factors in layer[end - pairs..end].iter().rev() {
                     let factor = f32::vectors::<S>(factors)[k];
-                    along = simd.add_f32s(simd.mul_f32s(along, squared), factor);
+                    along = simd.mul_add_f32s(along, squared, factor);
                 }
-                across = simd.add_f32s(simd.mul_f32s(across, down), along);
+                across = simd.mul_add_f32s(across, down, along);
                 end -= pairs;
             }
-            deep = simd.add_f32s(simd.mul_f32s(deep, near), across);
+            deep = simd.mul_add_f32s(deep, near, across);
         }
         *half = deep;
     }

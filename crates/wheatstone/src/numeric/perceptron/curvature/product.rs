@@ -43,7 +43,7 @@ fn add_tile<S: Simd, const WIDE: usize>(
         for (sums, factor) in tile.iter_mut().zip([a, b, c, d]) {
             let factor = simd.splat_f64s(*factor);
             for (sum, value) in sums.iter_mut().zip(right) {
-                *sum = simd.add_f64s(*sum, simd.mul_f64s(factor, *value));
+                *sum = f64::add_product(simd, *sum, factor, *value);
             }
         }
     }
