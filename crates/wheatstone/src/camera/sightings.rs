@@ -7,7 +7,7 @@ use crate::{
     numeric::{
         loss::Loss,
         number::{Doubles, Number, registers, registers_mut},
-        simd::{Simd, WithSimd, on_widest},
+        simd::{Simd, WithSimd, multiply_add_doubles, on_widest},
     },
 };
 use nalgebra::Matrix3;
@@ -284,9 +284,8 @@ fn add_products<S: Simd>(
         for at in (strip..2 * blocks * strips).step_by(strips) {
             for row in 0..ROWS {
                 for other in 0..OTHERS {
-                    let product = simd.mul_f64s(a[row][at], b[other][at]);
                     let sum = &mut own[row * OTHERS + other];
-                    *sum = simd.add_f64s(*sum, product);
+                    *sum = multiply_add_doubles(simd, a[row][at], b[other][at], *sum);
                 }
             }
         }

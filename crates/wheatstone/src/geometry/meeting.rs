@@ -8,10 +8,12 @@
 //! shorter way.
 
 mod polynomials;
+mod spread;
 mod two_views;
 
 use crate::numeric::number::Number;
 pub(crate) use polynomials::{POWERS, Polynomials, SoloffPolynomial, TERMS};
+pub(crate) use spread::{PRODUCTS, UncertainMatrix, spread};
 use two_views::TwoViews;
 
 /// A projective camera and how it counts.
@@ -89,10 +91,10 @@ impl<N: Number> Normal<N> {
             }
         }
         for (sum, (i, j)) in self.left.iter_mut().zip(PAIRS) {
-            *sum = *sum + (heavy[0][i] * a[j] + heavy[1][i] * b[j]);
+            *sum = sum.add_product(heavy[0][i], a[j]).add_product(heavy[1][i], b[j]);
         }
         for (sum, (a, b)) in self.right.iter_mut().zip(heavy[0].iter().zip(&heavy[1])) {
-            *sum = *sum + (*a * errors[0] + *b * errors[1]);
+            *sum = sum.add_product(*a, errors[0]).add_product(*b, errors[1]);
         }
     }
 
@@ -101,9 +103,14 @@ impl<N: Number> Normal<N> {
     #[inline(always)]
     fn cofactors(&self) -> ([N; 6], N) {
         let [xx, xy, xz, yy, yz, zz] = self.left;
-        let (a, b, c) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
-        let (d, e, f) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
-        ([a, b, c, d, e, f], xx.all(1.0) / (xx * a + xy * b + xz * c))
+        let a = (yy * zz).subtract_product(yz, yz);
+        let b = (xz * yz).subtract_product(xy, zz);
+        let c = (xy * yz).subtract_product(xz, yy);
+        let d = (xx * zz).subtract_product(xz, xz);
+        let e = (xy * xz).subtract_product(xx, yz);
+        let f = (xx * yy).subtract_product(xy, xy);
+        let determinant = (xx * a).add_product(xy, b).add_product(xz, c);
+        ([a, b, c, d, e, f], xx.all(1.0) / determinant)
     }
 
     /// The solution.
@@ -111,7 +118,11 @@ impl<N: Number> Normal<N> {
     fn solve(&self) -> [N; 3] {
         let [x, y, z] = self.right;
         let ([a, b, c, d, e, f], by) = self.cofactors();
-        [(a * x + b * y + c * z) * by, (b * x + d * y + e * z) * by, (c * x + e * y + f * z) * by]
+        let mut solution = [by; 3];
+        for (value, [a, b, c]) in solution.iter_mut().zip([[a, b, c], [b, d, e], [c, e, f]]) {
+            *value = (a * x).add_product(b, y).add_product(c, z) * by;
+        }
+        solution
     }
 }
 
@@ -136,9 +147,9 @@ impl<N: Number> Equations<N> {
                 right[axis] = along[axis];
             }
             for i in 0..3 {
-                rows[axis][i] = zero.all(own[i]) - zero.all(depth[i]) * at;
+                rows[axis][i] = zero.all(own[i]).subtract_product(zero.all(depth[i]), at);
             }
-            right[axis] = right[axis] + zero.all(depth[3]) * at - zero.all(own[3]);
+            right[axis] = right[axis].add_product(zero.all(depth[3]), at) - zero.all(own[3]);
         }
         Self { rows, right }
     }
@@ -148,7 +159,8 @@ impl<N: Number> Equations<N> {
     fn errors(&self, point: [N; 3], nearness: N) -> [N; 2] {
         let mut errors = self.right;
         for (error, row) in errors.iter_mut().zip(&self.rows) {
-            let sum = row[0] * point[0] + row[1] * point[1] + row[2] * point[2];
+            let sum = (row[0] * point[0]).add_product(row[1], point[1]);
+            let sum = sum.add_product(row[2], point[2]);
             *error = (sum - *error) * nearness;
         }
         errors
@@ -173,7 +185,7 @@ fn straight<N: Number, const KIND: u8>(seen: &Sighting<N>, nearness: N) -> [[N; 
     if KIND & BENT != 0 {
         for axis in 0..2 {
             let bend = seen.bend[axis] * nearness;
-            at[axis] = at[axis] - bend * nearness;
+            at[axis] = at[axis].subtract_product(bend, nearness);
             along[axis] = along[axis] + bend + bend;
         }
     }
@@ -186,7 +198,7 @@ fn in_pixels<N: Number, const KIND: u8>(scale: [N; 4], [u, v]: [N; 2]) -> [N; 2]
     if KIND & SCALED == 0 {
         return [u, v];
     }
-    [scale[0] * u + scale[1] * v, scale[2] * u + scale[3] * v]
+    [(scale[0] * u).add_product(scale[1], v), (scale[2] * u).add_product(scale[3], v)]
 }
 
 /// Rows by steps on the plane as rows by pixels.
@@ -202,7 +214,8 @@ fn rows_in_pixels<N: Number, const KIND: u8>(scale: [N; 4], rows: [[N; 3]; 2]) -
 #[inline(always)]
 fn nearness<N: Number>(camera: &StraightCamera, [x, y, z]: [N; 3]) -> N {
     let row = &camera.rows[2];
-    x.all(1.0) / (x.all(row[0]) * x + x.all(row[1]) * y + x.all(row[2]) * z + x.all(row[3]))
+    let depth = x.all(row[3]).add_product(x.all(row[0]), x).add_product(x.all(row[1]), y);
+    x.all(1.0) / depth.add_product(x.all(row[2]), z)
 }
 
 /// Cameras made ready to say where points are that all of them see.
@@ -269,7 +282,7 @@ fn meet<N: Number, const KIND: u8>(
         let mut rows = equations.rows;
         for (row, error) in rows.iter_mut().zip(errors) {
             for (value, depth) in row.iter_mut().zip(camera.rows[2]) {
-                *value = (*value - error * zero.all(depth)) * near;
+                *value = value.subtract_product(error, zero.all(depth)) * near;
             }
         }
         let rows = rows_in_pixels::<N, KIND>(seen.scale, rows);
@@ -285,7 +298,8 @@ fn meet<N: Number, const KIND: u8>(
         let near = nearness(camera, point);
         let equations = Equations::new::<KIND>(camera, &seen, near);
         let [x, y] = in_pixels::<N, KIND>(seen.scale, equations.errors(point, near));
-        squares = squares + (x * x + y * y + near.held(camera.range[0], camera.range[1]));
+        squares =
+            squares + ((x * x).add_product(y, y) + near.held(camera.range[0], camera.range[1]));
         if index == 0 {
             first_nearness = near;
         }

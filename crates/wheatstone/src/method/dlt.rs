@@ -6,7 +6,7 @@
 //! (doi:10.1006/cviu.1997.0547). Lens distortion is not modelled.
 
 use super::{
-    AnyMethod, Fit, Located, Method, PlacedCamera, Plan, Reconstructor,
+    AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PlacedCamera, Plan, Reconstructor,
     matrix_uncertainty::MatrixUncertainty, only_default, sight::Sight,
 };
 use crate::{
@@ -179,7 +179,17 @@ impl Reconstructor for DltReconstructor {
     }
 
     fn plan(&self) -> Plan<'_> {
-        self.placed().map_or(Plan::PointByPoint, Plan::Cameras)
+        let sure = self.cameras.iter().zip(&self.uncertainty);
+        let matrices: Option<Vec<_>> = sure.map(|(camera, open)| open.matrix(camera)).collect();
+        match (self.placed(), matrices) {
+            (Some(placed), Some(matrices)) if matrices.len() == placed.len() => {
+                let noise = self.uncertainty.iter().map(|open| &open.noise).collect();
+                let formulas = Formulas::Matrices(matrices);
+                Plan::Formulas(FormulaCameras { placed, formulas, noise })
+            }
+            (Some(placed), _) => Plan::Cameras(placed),
+            (None, _) => Plan::PointByPoint,
+        }
     }
 
     fn unknowns(&self) -> Option<f64> {

@@ -11,7 +11,8 @@ mod sheet;
 mod spread;
 
 pub use places::Places;
-pub use plan::{Learned, PlacedCamera, Plan, PolynomialCameras};
+pub(super) use plan::Formulas;
+pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 
 use super::Reconstructor;
 use crate::{
@@ -90,7 +91,7 @@ impl<'a> Locator<'a> {
         let (base, witness, learned) = match reconstructor.plan() {
             Plan::PointByPoint => (None, None, None),
             Plan::Cameras(cameras) => (rig(cameras), None, None),
-            Plan::Polynomials(given) => (Some(Rig::of_polynomials(given)), None, None),
+            Plan::Formulas(given) => (Some(Rig::of_formulas(given)), None, None),
             Plan::Learned(mut learned) => {
                 let (base, witness) = (&mut learned.base, &mut learned.witness);
                 (rig(std::mem::take(base)), rig(std::mem::take(witness)), Some(learned))

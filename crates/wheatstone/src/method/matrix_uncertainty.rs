@@ -7,7 +7,10 @@
 
 use super::pixel_noise::PixelNoise;
 use crate::{
-    geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
+    geometry::{
+        Pixel, Point3, ProjectionMatrix, Vector3,
+        meeting::{PRODUCTS, UncertainMatrix},
+    },
     numeric::covariance::{Covariance, LeastSquaresSpread},
 };
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4, Vector4};
@@ -109,6 +112,29 @@ impl MatrixUncertainty {
         let (slopes, _) = self.slopes(matrix, point)?;
         let noise = Matrix2::from_diagonal_element(self.noise.variance(pixel));
         Some(noise + self.covariance.of_two(&slopes))
+    }
+
+    /// The matrix with what is known of it, for many points at once: [`MatrixUncertainty::spread`] as forms of the
+    /// place.
+    pub(super) fn matrix(&self, matrix: &ProjectionMatrix) -> Option<UncertainMatrix> {
+        let mut forms = [[0.0; PRODUCTS]; 6];
+        let pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+        for (form, (first, second)) in forms.iter_mut().zip(pairs) {
+            // The place is X, Y, Z, 1; the products begin with 1, X, Y, Z.
+            let products = [(3, 3), (0, 3), (1, 3), (2, 3)].into_iter();
+            let products = products.chain([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]);
+            for (factor, (i, j)) in form.iter_mut().zip(products) {
+                let of =
+                    |i: usize, j: usize| self.covariance.between(4 * first + i, 4 * second + j);
+                *factor = if i == j { of(i, i)? } else { of(i, j)? + of(j, i)? };
+            }
+        }
+        Some(UncertainMatrix {
+            rows: [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| matrix.0[(row, column)])),
+            world: (self.world.0.into(), self.world.1),
+            picture: (self.picture.0.into(), self.picture.1),
+            forms,
+        })
     }
 
     pub(super) fn is_consistent(&self) -> bool {

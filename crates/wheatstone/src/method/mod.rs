@@ -31,7 +31,8 @@ pub(crate) use camera_start::Lens;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
-pub use locator::{Learned, Locator, PlacedCamera, Places, Plan, PolynomialCameras};
+use locator::Formulas;
+pub use locator::{FormulaCameras, Learned, Locator, PlacedCamera, Places, Plan};
 pub use pixel_noise::PixelNoise;
 
 use crate::{

@@ -7,7 +7,14 @@
 //! 1976, doi:10.2307/1913974); its order is chosen by Schwarz's criterion (1978,
 //! doi:10.1214/aos/1176344136).
 
-use crate::{geometry::Pixel, numeric::least_squares::Factored};
+use crate::{
+    geometry::Pixel,
+    numeric::{
+        least_squares::Factored,
+        number::{Doubles, Number, registers, registers_mut},
+        simd::{Simd, WithSimd, exponentials, on_widest},
+    },
+};
 use serde::{Deserialize, Serialize};
 
 /// Variance of one pixel coordinate about its prediction.
@@ -27,6 +34,9 @@ pub struct PixelNoise {
 
 /// Highest order tried: ten terms, which resolve a third of the picture.
 const MOST_ORDER: usize = 3;
+
+/// Its terms without the constant.
+const TERMS: usize = (MOST_ORDER + 1) * (MOST_ORDER + 2) / 2 - 1;
 
 /// Points a term of the polynomial, at least.
 const POINTS_A_TERM: usize = 10;
@@ -149,6 +159,16 @@ impl PixelNoise {
         self.level * libm::exp(log)
     }
 
+    /// [`PixelNoise::variance`] of many pixels, x and y.
+    pub(super) fn variances(&self, pixels: [&[f64]; 2]) -> Vec<f64> {
+        let count = pixels[0].len().min(pixels[1].len());
+        let mut variances = vec![self.level; count];
+        if !self.terms.is_empty() {
+            on_widest(Variances { noise: self, pixels, variances: &mut variances });
+        }
+        variances
+    }
+
     pub(super) fn is_consistent(&self) -> bool {
         let numbers = self.terms.iter().chain(&self.middle).chain(&self.half);
         self.level >= 0.0
@@ -157,6 +177,60 @@ impl PixelNoise {
             && self.half.iter().all(|half| *half > 0.0)
             && (0..=MOST_ORDER).any(|order| terms_of(order) == self.terms.len())
     }
+}
+
+/// Pixels worked on at once: they fill pairs of registers of any width.
+const BLOCK: usize = 64;
+
+/// One run through columns.
+struct Variances<'a> {
+    noise: &'a PixelNoise,
+    pixels: [&'a [f64]; 2],
+    variances: &'a mut [f64],
+}
+
+impl WithSimd for Variances<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { noise, pixels: [x, y], variances } = self;
+        let (mut terms, mut places) = ([0.0; TERMS], [[0.0; BLOCK]; 2]);
+        terms[..noise.terms.len()].copy_from_slice(&noise.terms);
+        let mut told = [0.0; BLOCK];
+        for (block, out) in variances.chunks_mut(BLOCK).enumerate() {
+            for (axis, (places, pixels)) in places.iter_mut().zip([x, y]).enumerate() {
+                places[..out.len()].copy_from_slice(&pixels[block * BLOCK..][..out.len()]);
+                for place in places.iter_mut() {
+                    *place = (*place - noise.middle[axis]) / noise.half[axis];
+                    *place = place.clamp(-1.0, 1.0);
+                }
+            }
+            let [x, y] = places.each_ref().map(|place| registers::<S>(place).as_chunks::<2>().0);
+            let (told_pairs, _) = registers_mut::<S>(&mut told).as_chunks_mut::<2>();
+            for (told, (x, y)) in told_pairs.iter_mut().zip(x.iter().zip(y)) {
+                for (told, (x, y)) in told.iter_mut().zip(x.iter().zip(y)) {
+                    *told = logarithm(&terms, [Doubles(simd, *x), Doubles(simd, *y)]).1;
+                }
+                *told = exponentials(simd, *told);
+            }
+            for (out, told) in out.iter_mut().zip(&told) {
+                *out = noise.level * told;
+            }
+        }
+    }
+}
+
+/// What the terms, in the order of [`exponents`], come to at a place.
+#[inline(always)]
+fn logarithm<N: Number>(terms: &[f64; TERMS], [x, y]: [N; 2]) -> N {
+    let [t_x, t_y, t_xx, t_xy, t_yy, t_xxx, t_xxy, t_xyy, t_yyy] = *terms;
+    let squares = x.all(t_xx).add_product(x.all(t_xxx), x).add_product(x.all(t_xxy), y);
+    let along = x.all(t_x).add_product(squares, x);
+    let crossed = x.all(t_xy).add_product(x.all(t_xyy), y);
+    let down = x.all(t_yy).add_product(x.all(t_yyy), y);
+    let down = x.all(t_y).add_product(crossed, x).add_product(down, y);
+    (along * x).add_product(down, y)
 }
 
 /// Monomials of orders 1 to `order`.
@@ -178,6 +252,25 @@ mod tests {
         };
         let seen: Vec<(Pixel, f64)> = (0..600).map(&mut draw).collect();
         PixelNoise::fit(&seen, 12.0)
+    }
+
+    #[test]
+    fn many_pixels_have_the_variance_of_each() {
+        let mut random = Random::new(4);
+        for order in 0..=MOST_ORDER {
+            let terms = (0..terms_of(order)).map(|_| random.normal()).collect();
+            let (middle, half) = ([320.0, 240.0], [300.0, 200.0]);
+            let noise = PixelNoise { level: 0.3, terms, middle, half };
+            // The last block is not full, and some lie beyond.
+            let mut column = |size: f64| -> Vec<f64> {
+                (0..BLOCK + 13).map(|_| random.uniform(-0.1 * size, 1.1 * size)).collect()
+            };
+            let (x, y) = (column(640.0), column(480.0));
+            for ((x, y), found) in x.iter().zip(&y).zip(noise.variances([&x, &y])) {
+                let wanted = noise.variance(Pixel::new(*x, *y));
+                assert!((found / wanted - 1.0).abs() < 1e-13, "{order}: {found} {wanted}");
+            }
+        }
     }
 
     #[test]

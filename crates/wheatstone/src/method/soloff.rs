@@ -6,7 +6,7 @@
 //! two planes make it linear in Z.
 
 use super::{
-    AnyMethod, Fit, Located, Method, PixelNoise, PlacedCamera, Plan, PolynomialCameras,
+    AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PixelNoise, PlacedCamera, Plan,
     Reconstructor, only_default, sight::Sight,
 };
 use crate::{
@@ -264,12 +264,13 @@ impl SoloffReconstructor {
     }
 
     /// The cameras made ready for many points.
-    fn polynomials(&self) -> Option<PolynomialCameras<'_>> {
+    fn formulas(&self) -> Option<FormulaCameras<'_>> {
         let cameras = self.cameras.iter().map(PolynomialCamera::whole).collect::<Option<_>>()?;
-        let starts = self.cameras.iter().map(|camera| PlacedCamera::plain(&camera.start));
-        Some(PolynomialCameras {
-            starts: starts.collect::<Option<_>>()?,
-            polynomials: Polynomials { cameras, centre: self.centre, half: self.half },
+        let placed = self.cameras.iter().map(|camera| PlacedCamera::plain(&camera.start));
+        let polynomials = Polynomials { cameras, centre: self.centre, half: self.half };
+        Some(FormulaCameras {
+            placed: placed.collect::<Option<_>>()?,
+            formulas: Formulas::Polynomials(polynomials),
             noise: self.cameras.iter().map(|camera| &camera.noise).collect(),
         })
     }
@@ -308,7 +309,7 @@ impl Reconstructor for SoloffReconstructor {
     }
 
     fn plan(&self) -> Plan<'_> {
-        self.polynomials().map_or(Plan::PointByPoint, Plan::Polynomials)
+        self.formulas().map_or(Plan::PointByPoint, Plan::Formulas)
     }
 
     fn unknowns(&self) -> Option<f64> {

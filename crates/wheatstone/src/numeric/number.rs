@@ -1,6 +1,6 @@
 //! Formulas that are written once, for one number and for a register full of them.
 
-use super::simd::{Simd, has_second_of_lost};
+use super::simd::{Simd, has_second_of_lost, multiply_add_doubles};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// What a formula computes with. Both kinds give the same bits: what is rounded once is so in both, and every
@@ -15,11 +15,17 @@ pub(crate) trait Number:
     /// as a few products: for formulas of which many are worked out at once.
     fn add_product(self, a: Self, b: Self) -> Self;
 
+    /// Itself less a product of two others, rounded once.
+    fn subtract_product(self, a: Self, b: Self) -> Self;
+
     /// Without its sign.
     fn magnitude(self) -> Self;
 
     /// The larger of two; the other one where this is not a number.
     fn or_larger(self, other: Self) -> Self;
+
+    /// The smaller of two; the other one where this is not a number.
+    fn or_smaller(self, other: Self) -> Self;
 
     /// 0 where it lies between two numbers, and not a number elsewhere.
     fn held(self, least: f64, most: f64) -> Self;
@@ -42,7 +48,12 @@ impl Number for f64 {
 
     #[inline(always)]
     fn add_product(self, a: Self, b: Self) -> Self {
-        a.mul_add(b, self)
+        libm::fma(a, b, self)
+    }
+
+    #[inline(always)]
+    fn subtract_product(self, a: Self, b: Self) -> Self {
+        libm::fma(-a, b, self)
     }
 
     #[inline(always)]
@@ -53,6 +64,11 @@ impl Number for f64 {
     #[inline(always)]
     fn or_larger(self, other: Self) -> Self {
         if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn or_smaller(self, other: Self) -> Self {
+        if self < other { self } else { other }
     }
 
     #[inline(always)]
@@ -124,7 +140,12 @@ impl<S: Simd> Number for Doubles<S> {
 
     #[inline(always)]
     fn add_product(self, a: Self, b: Self) -> Self {
-        Self(self.0, self.0.mul_add_f64s(a.1, b.1, self.1))
+        Self(self.0, multiply_add_doubles(self.0, a.1, b.1, self.1))
+    }
+
+    #[inline(always)]
+    fn subtract_product(self, a: Self, b: Self) -> Self {
+        Self(self.0, multiply_add_doubles(self.0, self.0.neg_f64s(a.1), b.1, self.1))
     }
 
     #[inline(always)]
@@ -139,6 +160,15 @@ impl<S: Simd> Number for Doubles<S> {
         }
         let larger = self.0.greater_than_f64s(self.1, other.1);
         Self(self.0, self.0.select_f64s(larger, self.1, other.1))
+    }
+
+    #[inline(always)]
+    fn or_smaller(self, other: Self) -> Self {
+        if has_second_of_lost::<S>() {
+            return Self(self.0, self.0.min_f64s(self.1, other.1));
+        }
+        let smaller = self.0.less_than_f64s(self.1, other.1);
+        Self(self.0, self.0.select_f64s(smaller, self.1, other.1))
     }
 
     #[inline(always)]
@@ -207,6 +237,12 @@ impl<N: Number> Number for Pair<N> {
     }
 
     #[inline(always)]
+    fn subtract_product(self, a: Self, b: Self) -> Self {
+        let (Self([sum, other]), Self([a, c]), Self([b, d])) = (self, a, b);
+        Self([sum.subtract_product(a, b), other.subtract_product(c, d)])
+    }
+
+    #[inline(always)]
     fn magnitude(self) -> Self {
         let Self([a, b]) = self;
         Self([a.magnitude(), b.magnitude()])
@@ -216,6 +252,12 @@ impl<N: Number> Number for Pair<N> {
     fn or_larger(self, other: Self) -> Self {
         let (Self([a, b]), Self([c, d])) = (self, other);
         Self([a.or_larger(c), b.or_larger(d)])
+    }
+
+    #[inline(always)]
+    fn or_smaller(self, other: Self) -> Self {
+        let (Self([a, b]), Self([c, d])) = (self, other);
+        Self([a.or_smaller(c), b.or_smaller(d)])
     }
 
     #[inline(always)]

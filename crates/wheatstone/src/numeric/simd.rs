@@ -5,9 +5,17 @@
 //! processor that has no instruction for it takes long), and no sum may run across a register in an order
 //! that depends on its width.
 
-use super::sigmoid::{BOUND, LN2, ROUND, TAIL};
-use pulp::{Arch, bytemuck::cast};
+mod exponentials;
+mod fused;
+
+pub(crate) use exponentials::exponentials;
+use exponentials::exponentials_of_negative;
+use pulp::{
+    Arch,
+    bytemuck::{cast_slice, cast_slice_mut},
+};
 pub use pulp::{Simd, WithSimd};
+use std::any::TypeId;
 
 /// Runs a kernel in the widest registers there are.
 #[inline]
@@ -88,6 +96,51 @@ pub fn has_many_registers<T: Real, S: Simd>() -> bool {
     size_of::<T::Vector<S>>() >= 64
 }
 
+/// Whether these are the registers of which nothing is known but that they hold pairs of doubles.
+fn is_portable<S: Simd>() -> bool {
+    TypeId::of::<S>() == TypeId::of::<pulp::Scalar128b>()
+}
+
+/// a b + c, rounded once, of doubles.
+#[inline(always)]
+pub(crate) fn multiply_add_doubles<S: Simd>(
+    simd: S,
+    a: S::f64s,
+    b: S::f64s,
+    c: S::f64s,
+) -> S::f64s {
+    if !is_portable::<S>() {
+        return simd.mul_add_f64s(a, b, c);
+    }
+    let (mut sums, a, b) = ([c], [a], [b]);
+    let (a, b): (&[f64], &[f64]) = (cast_slice(&a), cast_slice(&b));
+    for (sum, (a, b)) in cast_slice_mut::<_, f64>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
+        *sum = fused::double(*a, *b, *sum);
+    }
+    let [sum] = sums;
+    sum
+}
+
+/// a b + c, rounded once, of singles.
+#[inline(always)]
+pub(crate) fn multiply_add_singles<S: Simd>(
+    simd: S,
+    a: S::f32s,
+    b: S::f32s,
+    c: S::f32s,
+) -> S::f32s {
+    if !is_portable::<S>() {
+        return simd.mul_add_f32s(a, b, c);
+    }
+    let (mut sums, a, b) = ([c], [a], [b]);
+    let (a, b): (&[f32], &[f32]) = (cast_slice(&a), cast_slice(&b));
+    for (sum, (a, b)) in cast_slice_mut::<_, f32>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
+        *sum = fused::single(*a, *b, *sum);
+    }
+    let [sum] = sums;
+    sum
+}
+
 /// `first[r]` and the sum over k of `factors[k][r] * vectors[k]`, in the order of k.
 #[inline(always)]
 pub fn add_products<'a, T: Real, S: Simd, const R: usize>(
@@ -154,12 +207,12 @@ impl Real for f64 {
 
     #[inline(always)]
     fn add_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.mul_add_f64s(a, b, sum)
+        multiply_add_doubles(simd, a, b, sum)
     }
 
     #[inline(always)]
     fn subtract_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.negate_mul_add_f64s(a, b, sum)
+        multiply_add_doubles(simd, simd.neg_f64s(a), b, sum)
     }
 
     #[inline(always)]
@@ -175,86 +228,12 @@ impl Real for f64 {
     }
 }
 
-/// `exp(x)` of several doubles at a time for `|x| <= 700`, within 2 units in the last place of the exact value, as
-/// [`super::sigmoid::exp`]; beyond, the value at the bound.
-#[inline(always)]
-pub(crate) fn exponentials<S: Simd, const N: usize>(
-    simd: S,
-    mut x: [S::f64s; N],
-) -> [S::f64s; N] {
-    let (mut whole, mut sums) = (x, x);
-    let (log2_e, round) = (simd.splat_f64s(std::f64::consts::LOG2_E), simd.splat_f64s(ROUND));
-    for (x, whole) in x.iter_mut().zip(&mut whole) {
-        *x = clamped_double(simd, *x);
-        *whole = simd.mul_add_f64s(*x, log2_e, round);
-        *whole = simd.sub_f64s(*whole, round);
-        *x = simd.negate_mul_add_f64s(*whole, simd.splat_f64s(LN2[0]), *x);
-        *x = simd.negate_mul_add_f64s(*whole, simd.splat_f64s(LN2[1]), *x);
-    }
-    for (sum, r) in sums.iter_mut().zip(&x) {
-        let square = simd.mul_f64s(*r, *r);
-        let mut halves = [square; 2];
-        for (half, [others @ .., last]) in halves.iter_mut().zip(TAIL) {
-            *half = simd.splat_f64s(last);
-            for factor in others.into_iter().rev() {
-                *half = simd.mul_add_f64s(*half, square, simd.splat_f64s(factor));
-            }
-        }
-        let [even, odd] = halves;
-        let tail = simd.mul_add_f64s(*r, odd, even);
-        *sum = simd.mul_add_f64s(square, tail, *r);
-        *sum = simd.add_f64s(simd.splat_f64s(1.0), *sum);
-    }
-    for (sum, whole) in sums.iter_mut().zip(&whole) {
-        // There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole number begins at bit 32, all
-        // below is zero, and a shift by 20 in each half brings it to the exponent.
-        let whole: S::u32s = cast(simd.add_f64s(*whole, simd.splat_f64s(1_572_864.0)));
-        let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
-        *sum = cast(simd.add_u32s(cast(*sum), exponent));
-    }
-    sums
-}
-
-/// `x` between -[`BOUND`] and [`BOUND`]; what is not a number stays so.
-#[inline(always)]
-fn clamped_double<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
-    let (low, high) = (simd.splat_f64s(-BOUND), simd.splat_f64s(BOUND));
-    if has_second_of_lost::<S>() {
-        simd.min_f64s(high, simd.max_f64s(low, x))
-    } else {
-        let x = simd.select_f64s(simd.less_than_f64s(x, low), low, x);
-        simd.select_f64s(simd.less_than_f64s(high, x), high, x)
-    }
-}
-
 /// Whether the minimum and maximum of two numbers of which one is not a number are the second, as in x86's
 /// registers of four doubles and more; elsewhere the first may be taken.
 #[inline(always)]
 pub(super) fn has_second_of_lost<S: Simd>() -> bool {
     f64::width::<S>() >= 4
 }
-
-/// As [`clamped_double`], to the range of the exponent.
-#[inline(always)]
-fn clamped_single<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
-    let (low, high) = (simd.splat_f32s(-87.0), simd.splat_f32s(87.0));
-    if has_second_of_lost::<S>() {
-        simd.min_f32s(high, simd.max_f32s(low, x))
-    } else {
-        let x = simd.select_f32s(simd.less_than_f32s(x, low), low, x);
-        simd.select_f32s(simd.less_than_f32s(high, x), high, x)
-    }
-}
-
-/// 2^r for |r| <= 1/2 in single precision, within 1.6e-7 of it relatively: through the Chebyshev nodes.
-const POWER_OF_TWO: [f32; 6] = [
-    1.000_000_1,
-    std::f32::consts::LN_2,
-    0.240_221_07,
-    0.055_503_57,
-    0.009_676_032,
-    0.001_339_086_3,
-];
 
 impl Real for f32 {
     type Vector<S: Simd> = S::f32s;
@@ -306,41 +285,21 @@ impl Real for f32 {
 
     #[inline(always)]
     fn add_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.mul_add_f32s(a, b, sum)
+        multiply_add_singles(simd, a, b, sum)
     }
 
     #[inline(always)]
     fn subtract_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.negate_mul_add_f32s(a, b, sum)
+        multiply_add_singles(simd, simd.neg_f32s(a), b, sum)
     }
 
     #[inline(always)]
-    fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f32s; N]) -> [S::f32s; N] {
-        // As ROUND above, for 24 bits.
-        const ROUND: f32 = 12_582_912.0; // 1.5 * 2^23
-        let (log2_e, round) = (simd.splat_f32s(-std::f32::consts::LOG2_E), simd.splat_f32s(ROUND));
-        let mut rounded = x;
-        for (x, rounded) in x.iter_mut().zip(&mut rounded) {
-            *x = clamped_single(simd, *x);
-            *rounded = simd.mul_add_f32s(*x, log2_e, round);
-            *x = simd.mul_add_f32s(*x, log2_e, simd.sub_f32s(round, *rounded));
+    fn sigmoid<S: Simd, const N: usize>(simd: S, x: [S::f32s; N]) -> [S::f32s; N] {
+        let (one, mut values) = (simd.splat_f32s(1.0), exponentials_of_negative(simd, x));
+        for value in &mut values {
+            *value = simd.div_f32s(one, simd.add_f32s(one, *value));
         }
-        let [others @ .., last] = POWER_OF_TWO;
-        let mut sums = [simd.splat_f32s(last); N];
-        for factor in others.into_iter().rev() {
-            let factor = simd.splat_f32s(factor);
-            for (sum, r) in sums.iter_mut().zip(&x) {
-                *sum = simd.mul_add_f32s(*sum, *r, factor);
-            }
-        }
-        let one = simd.splat_f32s(1.0);
-        for (sum, rounded) in sums.iter_mut().zip(&rounded) {
-            let whole = simd.transmute_u32s_f32s(*rounded);
-            let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(23));
-            let bits = simd.add_u32s(simd.transmute_u32s_f32s(*sum), exponent);
-            *sum = simd.div_f32s(one, simd.add_f32s(one, simd.transmute_f32s_u32s(bits)));
-        }
-        sums
+        values
     }
 }
 

@@ -67,9 +67,8 @@ impl Hull {
 
     /// The hull made ready for many points.
     pub(super) fn planes(&self) -> Planes {
-        let plane = |[a, b, c, high, low]: &[f64; 5]| {
-            [*a, *b, *c, -high].map(|value| value / (high - low))
-        };
+        let plane =
+            |[a, b, c, high, low]: &[f64; 5]| [*a, *b, *c, -high].map(|value| value / (high - low));
         Planes(self.facets.iter().map(plane).collect())
     }
 

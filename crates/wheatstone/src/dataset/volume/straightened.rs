@@ -137,12 +137,14 @@ impl Straightened {
         // Added and taken away it rounds: 1.5 * 2^52.
         const ROUND: f64 = 6_755_399_441_055_744.0;
         let [start, cell] = self.grid[axis];
-        let (half, round) = (pixel.all(0.5), pixel.all(ROUND));
-        let place = ((pixel - pixel.all(start)) / pixel.all(cell)).or_larger(pixel.all(0.0));
-        let place = smaller(place, pixel.all(CELLS[axis] as f64));
-        let first = smaller((place - half + round) - round, pixel.all((CELLS[axis] - 1) as f64));
-        let (f, rest) = (place - first, pixel.all(1.0) - (place - first));
-        (first, [half * rest * rest, half + f - f * f, half * f * f])
+        let (half, one, round) = (pixel.all(0.5), pixel.all(1.0), pixel.all(ROUND));
+        let place = ((pixel - pixel.all(start)) * pixel.all(1.0 / cell)).or_larger(pixel.all(0.0));
+        let place = place.or_smaller(pixel.all(CELLS[axis] as f64));
+        let first = (place - half + round) - round;
+        let first = first.or_smaller(pixel.all((CELLS[axis] - 1) as f64));
+        let f = place - first;
+        let (rest, square) = (one - f, half * f * f);
+        (first, [half * rest * rest, half + f - (square + square), square])
     }
 
     /// The sums of the table's coefficients from a place on, by the functions along both axes.
@@ -151,11 +153,9 @@ impl Straightened {
         let mut sums = [0.0; 4];
         for (row, y) in y.into_iter().enumerate() {
             let begin = begin + row * FUNCTIONS[0];
-            for (coefficients, x) in self.table[begin..begin + 3].iter().zip(x) {
-                let value = x * y;
-                for (sum, coefficient) in sums.iter_mut().zip(coefficients) {
-                    *sum += value * coefficient;
-                }
+            let Some([a, b, c]) = self.table[begin..].first_chunk() else { return [f64::NAN; 4] };
+            for (index, sum) in sums.iter_mut().enumerate() {
+                *sum += y * (x[0] * a[index] + x[1] * b[index] + x[2] * c[index]);
             }
         }
         sums
@@ -300,12 +300,6 @@ impl Region {
         }
         most - x.all(0.5)
     }
-}
-
-#[inline(always)]
-fn smaller<N: Number>(a: N, b: N) -> N {
-    let zero = a.all(0.0);
-    zero - (zero - a).or_larger(zero - b)
 }
 
 /// Cosine and sine of every 15 degrees.

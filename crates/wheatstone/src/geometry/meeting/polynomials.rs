@@ -5,8 +5,6 @@
 //!
 //! There are loops here where closures would be shorter: those would not become part of a kernel.
 
-mod spread;
-
 use super::{Meeting, Normal, Sightings};
 use crate::numeric::number::Number;
 
@@ -85,7 +83,7 @@ impl Polynomials {
         for steps in 0..MOST_STEPS {
             let Step { by, own, left } = self.step(sightings, place);
             for axis in 0..3 {
-                place[axis] = place[axis] + open * by[axis];
+                place[axis] = place[axis].add_product(open, by[axis]);
             }
             squares = squares + open * (left - squares);
             // Errors go with the square of those before and, with the rays' miss, with themselves.
@@ -101,14 +99,15 @@ impl Polynomials {
         }
         let mut point = place;
         for axis in 0..3 {
-            point[axis] = place[axis] * zero.all(self.half[axis]) + zero.all(self.centre[axis]);
+            point[axis] =
+                zero.all(self.centre[axis]).add_product(place[axis], zero.all(self.half[axis]));
         }
         Meeting { point, squares: squares + open.held(-0.5, 0.5), nearness: start.nearness }
     }
 
     /// A point on the polynomials' coordinates.
     #[inline(always)]
-    fn scaled<N: Number>(&self, mut point: [N; 3]) -> [N; 3] {
+    pub(super) fn scaled<N: Number>(&self, mut point: [N; 3]) -> [N; 3] {
         for (axis, value) in point.iter_mut().enumerate() {
             let by = value.all(1.0 / self.half[axis]);
             *value = (*value - value.all(self.centre[axis])) * by;
@@ -128,14 +127,14 @@ impl Polynomials {
                 let (value, slopes) = polynomial(&camera.factors[axis], place);
                 rows[axis] = slopes;
                 errors[axis] = seen[axis] - value;
-                squares = squares + errors[axis] * errors[axis];
+                squares = squares.add_product(errors[axis], errors[axis]);
             }
             normal.add(rows, errors, zero.all(1.0));
         }
         let by = normal.solve();
         let mut own = zero;
         for (step, right) in by.iter().zip(&normal.right) {
-            own = own + *step * *right;
+            own = own.add_product(*step, *right);
         }
         Step { by, own, left: (squares - own).or_larger(zero) }
     }
@@ -152,7 +151,7 @@ struct Step<N> {
 
 /// The value of a polynomial, and its slopes.
 #[inline(always)]
-fn polynomial<N: Number>(factors: &[f64; TERMS], [x, y, z]: [N; 3]) -> (N, [N; 3]) {
+pub(super) fn polynomial<N: Number>(factors: &[f64; TERMS], [x, y, z]: [N; 3]) -> (N, [N; 3]) {
     let zero = x.all(0.0);
     // In powers of X and Y alone, at this Z, and how their factors go with it.
     let (mut flat, mut slope) = ([zero; WITH_Z], [zero; WITH_SQUARE - WITH_Z]);
@@ -163,13 +162,13 @@ fn polynomial<N: Number>(factors: &[f64; TERMS], [x, y, z]: [N; 3]) -> (N, [N; 3
         *slope = zero.all(*factor);
     }
     for (slope, factor) in slope.iter_mut().zip(&factors[WITH_SQUARE..]) {
-        *slope = *slope + z * zero.all(*factor);
+        *slope = slope.add_product(z, zero.all(*factor));
     }
     for (flat, slope) in flat.iter_mut().zip(&slope) {
-        *flat = *flat + z * *slope;
+        *flat = flat.add_product(z, *slope);
     }
     for (slope, factor) in slope.iter_mut().zip(&factors[WITH_SQUARE..]) {
-        *slope = *slope + z * zero.all(*factor);
+        *slope = slope.add_product(z, zero.all(*factor));
     }
     let [c, cx, cy, cxx, cxy, cyy, cxxx, cxxy, cxyy, cyyy] = flat;
     let [d, dx, dy, dxx, dxy, dyy] = slope;
@@ -177,13 +176,17 @@ fn polynomial<N: Number>(factors: &[f64; TERMS], [x, y, z]: [N; 3]) -> (N, [N; 3
     let (three_xxx, three_yyy) = (zero.all(3.0 * factors[6]), zero.all(3.0 * factors[9]));
     let two_xxy = zero.all(2.0 * factors[7]);
     // By powers of Y, each a polynomial of X.
-    let ones = c + x * (cx + x * (cxx + x * cxxx));
-    let ys = cy + x * (cxy + x * cxxy);
-    let squares = cyy + x * cxyy;
-    let value = ones + y * (ys + y * (squares + y * cyyy));
-    let by_x = (cx + x * (cxx + cxx + x * three_xxx)) + y * (cxy + x * two_xxy + y * cxyy);
-    let by_y = ys + y * (squares + squares + y * three_yyy);
-    let by_z = (d + x * (dx + x * dxx)) + y * (dy + x * dxy + y * dyy);
+    let ones = c.add_product(x, cx.add_product(x, cxx.add_product(x, cxxx)));
+    let ys = cy.add_product(x, cxy.add_product(x, cxxy));
+    let squares = cyy.add_product(x, cxyy);
+    let value = ones.add_product(y, ys.add_product(y, squares.add_product(y, cyyy)));
+    let along = cx.add_product(x, (cxx + cxx).add_product(x, three_xxx));
+    let across = cxy.add_product(x, two_xxy).add_product(y, cxyy);
+    let by_x = along.add_product(y, across);
+    let by_y = ys.add_product(y, (squares + squares).add_product(y, three_yyy));
+    let along = d.add_product(x, dx.add_product(x, dxx));
+    let across = dy.add_product(x, dxy).add_product(y, dyy);
+    let by_z = along.add_product(y, across);
     (value, [by_x, by_y, by_z])
 }
 

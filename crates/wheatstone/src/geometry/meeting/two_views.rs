@@ -51,12 +51,12 @@ const LITTLE: f64 = 1e-4;
 
 #[inline(always)]
 fn linear<N: Number>(row: [f64; 3], [u, v]: [N; 2]) -> N {
-    u.all(row[0]) * u + u.all(row[1]) * v
+    (u.all(row[0]) * u).add_product(u.all(row[1]), v)
 }
 
 #[inline(always)]
-fn affine<N: Number>(row: [f64; 3], place: [N; 2]) -> N {
-    linear(row, place) + place[0].all(row[2])
+fn affine<N: Number>(row: [f64; 3], [u, v]: [N; 2]) -> N {
+    u.all(row[2]).add_product(u.all(row[0]), u).add_product(u.all(row[1]), v)
 }
 
 /// A number in each coordinate, everywhere the same.
@@ -71,13 +71,13 @@ fn all<N: Number, const D: usize>(zero: N, values: [f64; D]) -> [N; D] {
 
 #[inline(always)]
 fn square<N: Number>([x, y]: [N; 2]) -> N {
-    x * x + y * y
+    (x * x).add_product(y, y)
 }
 
 /// A step on the plane from one in pixels, times the determinant of the scale.
 #[inline(always)]
 fn undone<N: Number>([a, b, c, d]: [N; 4], [x, y]: [N; 2]) -> [N; 2] {
-    [d * x - b * y, a * y - c * x]
+    [(d * x).subtract_product(b, y), (a * y).subtract_product(c, x)]
 }
 
 impl TwoViews {
@@ -132,17 +132,20 @@ impl TwoViews {
         let [at, along] = straight::<N, KIND>(&seen[1], near);
         let mut missed = [place[0] - at[0], place[1] - at[1]];
         if KIND & (ALONG | BENT) != 0 {
-            missed = [missed[0] - along[0] * near, missed[1] - along[1] * near];
+            for (missed, along) in missed.iter_mut().zip(along) {
+                *missed = missed.subtract_product(along, near);
+            }
         }
         let squares = square(steps[0][1]) + square(in_pixels::<N, KIND>(seen[1].scale, missed));
         // Where epipolar lines turn as fast as the miss is taken away there is more to do.
-        let held = (squares - told * zero.all(1.0 + MORE)).held(f64::NEG_INFINITY, LITTLE)
-            + first.held(self.ranges[0][0], self.ranges[0][1])
-            + near.held(self.ranges[1][0], self.ranges[1][1]);
+        let held =
+            squares.subtract_product(told, zero.all(1.0 + MORE)).held(f64::NEG_INFINITY, LITTLE)
+                + first.held(self.ranges[0][0], self.ranges[0][1])
+                + near.held(self.ranges[1][0], self.ranges[1][1]);
         let [at, beside] = straight::<N, KIND>(&moved[0], nearness[0]);
         let mut point = all(zero, self.centre);
         for (point, row) in point.iter_mut().zip(self.rays) {
-            *point = depth * affine(row, at) + *point;
+            *point = point.add_product(depth, affine(row, at));
             if KIND & (ALONG | BENT) != 0 {
                 *point = *point + linear(row, beside);
             }
@@ -169,8 +172,8 @@ impl TwoViews {
         }
         let (mut by, mut right) = ([zero; 2], [zero; 2]);
         for axis in 0..2 {
-            by[axis] = towards[axis] - second[axis] * towards[2];
-            right[axis] = second[axis] * begin[2] - begin[axis];
+            by[axis] = towards[axis].subtract_product(second[axis], towards[2]);
+            right[axis] = (zero - begin[axis]).add_product(second[axis], begin[2]);
             if KIND & (ALONG | BENT) != 0 {
                 right[axis] = right[axis] + along[axis];
             }
@@ -187,30 +190,33 @@ impl TwoViews {
         ray: &Ray<N>,
     ) -> ([[[N; 2]; 2]; 2], N) {
         let Ray { begin, towards, second, by, right } = ray;
-        let miss = by[0] * right[1] - by[1] * right[0];
+        let miss = (by[0] * right[1]).subtract_product(by[1], right[0]);
         // How it goes with the first camera's place, and with the second's.
         let mut by_first = [miss; 2];
         for (column, slope) in by_first.iter_mut().enumerate() {
             let [u, v, depth] = self.towards;
             let [u, v, depth] = all(miss, [u[column], v[column], depth[column]]);
-            *slope = (u - second[0] * depth) * right[1] - (v - second[1] * depth) * right[0];
+            let (u, v) =
+                (u.subtract_product(second[0], depth), v.subtract_product(second[1], depth));
+            *slope = (u * right[1]).subtract_product(v, right[0]);
         }
         let by_second = [
-            (by[1] * begin[2] + towards[2] * right[1]) * miss.all(-1.0),
-            by[0] * begin[2] + towards[2] * right[0],
+            (by[1] * begin[2]).add_product(towards[2], right[1]) * miss.all(-1.0),
+            (by[0] * begin[2]).add_product(towards[2], right[0]),
         ];
         // And with pixels.
         let (mut slopes, mut shares) = ([by_first, by_second], [miss; 2]);
         if KIND & SCALED != 0 {
             for ((slope, share), seen) in slopes.iter_mut().zip(&mut shares).zip(seen) {
                 let [a, b, c, d] = seen.scale;
-                *share = a.all(1.0) / (a * d - b * c);
+                *share = a.all(1.0) / (a * d).subtract_product(b, c);
                 let [x, y] = undone([a, c, b, d], *slope);
                 *slope = [x * *share, y * *share];
             }
         }
         let ease = all(miss, self.ease);
-        let pull = miss / (square(slopes[0]) * ease[0] + square(slopes[1]) * ease[1]);
+        let most = (square(slopes[0]) * ease[0]).add_product(square(slopes[1]), ease[1]);
+        let pull = miss / most;
         let mut steps = [[[miss; 2]; 2]; 2];
         for (camera, steps) in steps.iter_mut().enumerate() {
             let by = pull * ease[camera];
@@ -232,7 +238,7 @@ impl<N: Number> Ray<N> {
     #[inline(always)]
     fn depth(&self) -> (N, N) {
         let Self { by, right, .. } = self;
-        (by[0] * right[0] + by[1] * right[1], square(*by))
+        ((by[0] * right[0]).add_product(by[1], right[1]), square(*by))
     }
 
     /// Where the second camera sees the point of this depth, and the nearness to it.
@@ -240,7 +246,7 @@ impl<N: Number> Ray<N> {
     fn seen_at(&self, depth: N) -> ([N; 2], N) {
         let mut seen = self.begin;
         for (seen, towards) in seen.iter_mut().zip(self.towards) {
-            *seen = *seen + towards * depth;
+            *seen = seen.add_product(towards, depth);
         }
         let [u, v, other] = seen;
         let near = depth.all(1.0) / other;

@@ -7,7 +7,7 @@
 use super::{plan::PlacedCamera, sheet::Part};
 use crate::{
     geometry::Pixel,
-    numeric::simd::{Real, Simd},
+    numeric::simd::{Real, Simd, multiply_add_singles},
 };
 use nalgebra::Matrix4;
 use std::f64::consts::FRAC_PI_8;
@@ -278,9 +278,9 @@ fn along<S: Simd>(simd: S, rows: &Rows, x: f32) -> [f32; FACTORS] {
     let x = simd.splat_f32s(x);
     let [zeroth, first, second, third] = rows.each_ref().map(|row| f32::vectors::<S>(row));
     for (k, sum) in f32::vectors_mut::<S>(&mut sums).iter_mut().enumerate() {
-        let high = simd.add_f32s(simd.mul_f32s(third[k], x), second[k]);
-        let middle = simd.add_f32s(simd.mul_f32s(high, x), first[k]);
-        *sum = simd.add_f32s(simd.mul_f32s(middle, x), zeroth[k]);
+        let high = multiply_add_singles(simd, third[k], x, second[k]);
+        let middle = multiply_add_singles(simd, high, x, first[k]);
+        *sum = multiply_add_singles(simd, middle, x, zeroth[k]);
     }
     sums
 }

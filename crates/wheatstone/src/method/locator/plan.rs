@@ -1,7 +1,10 @@
 //! What a map has to say of itself to be made ready for many points.
 
 use crate::{
-    geometry::{Pixel, PixelColumns, Point3, ProjectionMatrix, Vector3, meeting::Polynomials},
+    geometry::{
+        Pixel, PixelColumns, Point3, ProjectionMatrix, Vector3,
+        meeting::{Polynomials, UncertainMatrix},
+    },
     method::PixelNoise,
 };
 use nalgebra::{Matrix2x3, Matrix3};
@@ -12,8 +15,8 @@ pub enum Plan<'a> {
     PointByPoint,
     /// Where they explain all cameras' pixels best.
     Cameras(Vec<PlacedCamera<'a>>),
-    /// The same, of cameras that are polynomials of the world.
-    Polynomials(PolynomialCameras<'a>),
+    /// The same, of cameras that are formulas and say how sure points are.
+    Formulas(FormulaCameras<'a>),
     /// From their pixels, straight away.
     Learned(Learned<'a>),
 }
@@ -41,14 +44,23 @@ pub struct PlacedCamera<'a> {
     pub is_central: bool,
 }
 
-/// Cameras that are polynomials of the world.
-pub struct PolynomialCameras<'a> {
-    /// The projective ones beside them, from whose point a search starts.
-    pub starts: Vec<PlacedCamera<'a>>,
-    /// The polynomials.
-    pub(in crate::method) polynomials: Polynomials,
+/// Cameras that are formulas.
+pub struct FormulaCameras<'a> {
+    /// They themselves, where they are projective; else the projective ones beside them, from whose point a search
+    /// starts.
+    pub placed: Vec<PlacedCamera<'a>>,
+    /// What they are.
+    pub(in crate::method) formulas: Formulas,
     /// How pixels scatter about them, a camera each.
     pub(in crate::method) noise: Vec<&'a PixelNoise>,
+}
+
+/// What cameras are.
+pub(in crate::method) enum Formulas {
+    /// Projection matrices.
+    Matrices(Vec<UncertainMatrix>),
+    /// Polynomials of the world.
+    Polynomials(Polynomials),
 }
 
 /// Points from columns of pixels: reads where the base would have them, and puts the map's instead.

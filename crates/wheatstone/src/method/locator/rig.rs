@@ -2,7 +2,7 @@
 
 use super::{
     patches::{Patches, TOLD},
-    plan::{PlacedCamera, PolynomialCameras},
+    plan::{FormulaCameras, Formulas, PlacedCamera},
     sheet::{Part, Sheet},
 };
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
         Pixel, PixelColumns,
         meeting::{
             ALONG, BENT, Cameras, Meeting, PLAIN, Polynomials, SCALED, Sighting, Sightings,
-            StraightCamera,
+            StraightCamera, spread,
         },
     },
     method::PixelNoise,
@@ -27,9 +27,8 @@ const BLOCK: usize = 128;
 pub(super) struct Rig<'a> {
     pub(super) cameras: Vec<PlacedCamera<'a>>,
     straight: Cameras,
-    /// What finds a point from where the straight rays meet, of cameras that are polynomials; and how pixels
-    /// scatter about each.
-    polynomials: Option<(Polynomials, Vec<&'a PixelNoise>)>,
+    /// What they are where they are formulas, and how pixels scatter about each.
+    formulas: Option<(Formulas, Vec<&'a PixelNoise>)>,
     /// None for cameras without a lens.
     pub(super) patches: Vec<Option<Patches>>,
     /// For each camera the part of the picture that was last tried, and the sheet over it.
@@ -51,17 +50,16 @@ impl<'a> Rig<'a> {
         let patches = |camera: &PlacedCamera| camera.sees.is_some().then(|| Patches::new(camera));
         Self {
             straight: straight(&cameras),
-            polynomials: None,
+            formulas: None,
             patches: cameras.iter().map(patches).collect(),
             sheets: cameras.iter().map(|_| None).collect(),
             cameras,
         }
     }
 
-    /// Of cameras that are polynomials.
-    pub(super) fn of_polynomials(given: PolynomialCameras<'a>) -> Self {
-        let polynomials = Some((given.polynomials, given.noise));
-        Self { polynomials, ..Self::new(given.starts) }
+    /// Of cameras that are formulas.
+    pub(super) fn of_formulas(given: FormulaCameras<'a>) -> Self {
+        Self { formulas: Some((given.formulas, given.noise)), ..Self::new(given.placed) }
     }
 
     /// Where points are.
@@ -80,19 +78,25 @@ impl<'a> Rig<'a> {
         covariance: &mut [&mut [f64]; 6],
         residual_sigma: &mut [f64],
     ) {
-        let Some((polynomials, noise)) = &self.polynomials else { return };
-        let variances = |(noise, [x, y]): (&&PixelNoise, &[&[f64]; 2])| {
-            x.iter().zip(*y).map(|(x, y)| noise.variance(Pixel::new(*x, *y))).collect()
-        };
-        let variances: Vec<Vec<f64>> = noise.iter().zip(pixels.cameras()).map(variances).collect();
-        if variances.len() == noise.len() {
-            polynomials.spread((points, &variances), covariance, residual_sigma);
+        let Some((formulas, noise)) = &self.formulas else { return };
+        let variances =
+            noise.iter().zip(pixels.cameras()).map(|(noise, seen)| noise.variances(*seen));
+        let variances: Vec<Vec<f64>> = variances.collect();
+        if variances.len() != noise.len() {
+            return;
+        }
+        let at = (points, variances.as_slice());
+        match formulas {
+            Formulas::Matrices(matrices) => spread(matrices, at, covariance, residual_sigma),
+            Formulas::Polynomials(polynomials) => {
+                spread(polynomials, at, covariance, residual_sigma);
+            }
         }
     }
 
     /// Whether cameras say themselves how sure points are.
     pub(super) fn knows_spread(&self) -> bool {
-        self.polynomials.is_some()
+        self.formulas.is_some()
     }
 
     /// Makes sheets over where there are patches.
@@ -223,7 +227,7 @@ fn meet_block<S: Simd, const KIND: u8>(
     for group in (0..registers::<S>(columns[0]).len()).step_by(2) {
         let (told, zeros) = (Groups { simd, told, group }, Pair([zero, zero]));
         let mut met = rig.straight.meet::<_, KIND>(&told, zeros);
-        if let (PLAIN, Some((polynomials, _))) = (KIND, &rig.polynomials) {
+        if let (PLAIN, Some((Formulas::Polynomials(polynomials), _))) = (KIND, &rig.formulas) {
             met = refined(polynomials, &told, met);
         }
         let Meeting { point: [x, y, z], squares, nearness } = met;

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     geometry::Pixel,
-    numeric::simd::{Real, Simd, has_many_registers},
+    numeric::simd::{Real, Simd, has_many_registers, multiply_add_singles},
 };
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
@@ -259,11 +259,11 @@ impl Polynomial {
                 for factor in factors {
                     let factor = simd.splat_f32s(*factor);
                     for (sum, x) in along.iter_mut().zip(x) {
-                        *sum = simd.add_f32s(simd.mul_f32s(*sum, *x), factor);
+                        *sum = multiply_add_singles(simd, *sum, *x, factor);
                     }
                 }
                 for ((sum, along), y) in sums.iter_mut().zip(along).zip(y) {
-                    *sum = simd.add_f32s(simd.mul_f32s(*sum, *y), along);
+                    *sum = multiply_add_singles(simd, *sum, *y, along);
                 }
             }
             *out = sums;

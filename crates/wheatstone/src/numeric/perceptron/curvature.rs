@@ -110,7 +110,8 @@ impl Curvature {
         }
         let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
         let widest = pairs.iter().map(|pair| pair.width).max().unwrap_or(0);
-        let row = |layer: &Layer| vec![1.0; (layer.below + 1) * SAMPLES];
+        // One register more than is meant: the last is read and written whole.
+        let row = |layer: &Layer| vec![1.0; (layer.below + 1) * SAMPLES + COLUMNS];
         Self {
             inputs: batch.inputs.as_flattened().to_vec(),
             present: batch.present(),
@@ -118,7 +119,7 @@ impl Curvature {
             deltas: vec![[0.0; SAMPLES]; (packed.units() - inputs) * outputs],
             rows: layers.iter().map(row).collect(),
             left: vec![0.0; tallest * SAMPLES],
-            right: vec![0.0; widest * SAMPLES],
+            right: vec![0.0; widest * SAMPLES + COLUMNS],
             pairs,
             layers,
             packed,
@@ -191,7 +192,8 @@ impl WithSimd for Pass<'_> {
             for index in 0..curvature.pairs.len() {
                 let (a, b) = curvature.pairs[index].layers;
                 curvature.multiply_deltas(simd, samples, (a, b));
-                curvature.multiply_activations(samples, (a, b), curvature.pairs[index].width);
+                let width = curvature.pairs[index].width;
+                curvature.multiply_activations(simd, samples, ((a, b), width));
                 let Curvature { left, right, pairs, .. } = curvature;
                 let pair = &mut pairs[index];
                 let right = &right[..samples * pair.width];
@@ -280,32 +282,29 @@ impl Curvature {
         }
     }
 
-    /// The right factor of two layers.
+    /// The right factor of two layers. Whole registers are written where less is left: the rest is written over by
+    /// what follows, or stands in columns that mean nothing.
     #[inline(always)]
-    fn multiply_activations(
+    fn multiply_activations<S: Simd>(
         &mut self,
+        simd: S,
         samples: usize,
-        (first, second): (usize, usize),
-        width: usize,
+        ((first, second), width): ((usize, usize), usize),
     ) {
         let (a, b) = (&self.rows[first], &self.rows[second]);
-        let a = a.chunks_exact(self.layers[first].below + 1);
-        let b = b.chunks_exact(self.layers[second].below + 1);
-        let rows = self.right.chunks_exact_mut(width).take(samples);
-        for ((a, b), row) in a.zip(b).zip(rows) {
-            let mut rest = row;
+        let (of, by) = (self.layers[first].below + 1, self.layers[second].below + 1);
+        for (sample, a) in a.chunks_exact(of).take(samples).enumerate() {
+            let (b, mut begin) = (&b[sample * by..], sample * width);
             for (place, one) in a.iter().enumerate() {
-                let others = if first == second { &b[place..] } else { b };
-                let (own, after) = rest.split_at_mut(others.len());
-                // Whole registers by themselves: the rows are too short for a loop to find them.
-                let ((own, own_rest), (others, rest_of_others)) =
-                    (own.as_chunks_mut::<COLUMNS>(), others.as_chunks::<COLUMNS>());
-                for (own, others) in own.iter_mut().zip(others) {
-                    own.iter_mut().zip(others).for_each(|(product, other)| *product = one * other);
+                let one = simd.splat_f64s(*one);
+                let skipped = if first == second { place } else { 0 };
+                let length = (by - skipped).next_multiple_of(f64::width::<S>());
+                let others = f64::vectors::<S>(&b[skipped..skipped + length]);
+                let own = f64::vectors_mut::<S>(&mut self.right[begin..begin + length]);
+                for (product, other) in own.iter_mut().zip(others) {
+                    *product = simd.mul_f64s(one, *other);
                 }
-                let ends = own_rest.iter_mut().zip(rest_of_others);
-                ends.for_each(|(product, other)| *product = one * other);
-                rest = after;
+                begin += by - skipped;
             }
         }
     }
@@ -367,8 +366,15 @@ mod tests {
         let mut next = all.iter_mut();
         let widths =
             on_each(|| Pass { curvature: next.next().unwrap(), variances: &[1.0, 2.0, 0.5] });
+        // What stands in the last columns, which only fill them up, means nothing.
         let sums = |curvature: &Curvature| -> Vec<f64> {
-            curvature.pairs.iter().flat_map(|pair| pair.sums.clone()).collect()
+            let of = |pair: &Pair| {
+                let ((first, second), layers) = (pair.layers, &curvature.layers);
+                let below = [first, second].map(|layer| layers[layer].below + 1);
+                let meant = pairs_of(below[0], below[1], first == second);
+                pair.sums.chunks_exact(pair.width).flat_map(|row| row[..meant].to_vec()).collect()
+            };
+            curvature.pairs.iter().flat_map(|pair| -> Vec<f64> { of(pair) }).collect()
         };
         assert!(widths.len() > 1);
         assert!(all[..widths.len()].iter().all(|other| sums(other) == sums(&all[0])));

@@ -1,6 +1,6 @@
 //! The figures of one box as polynomials of the place in it.
 
-use crate::numeric::simd::{Real, Simd, WithSimd};
+use crate::numeric::simd::{Real, Simd, WithSimd, multiply_add_singles};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 
@@ -44,12 +44,12 @@ pub(super) fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64
                 let mut along = simd.splat_f32s(0.0);
                 for factors in layer[end - pairs..end].iter().rev() {
                     let factor = f32::vectors::<S>(factors)[k];
-                    along = simd.mul_add_f32s(along, squared, factor);
+                    along = multiply_add_singles(simd, along, squared, factor);
                 }
-                across = simd.mul_add_f32s(across, down, along);
+                across = multiply_add_singles(simd, across, down, along);
                 end -= pairs;
             }
-            deep = simd.mul_add_f32s(deep, near, across);
+            deep = multiply_add_singles(simd, deep, near, across);
         }
         *half = deep;
     }
