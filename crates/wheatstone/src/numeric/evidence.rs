@@ -4,15 +4,16 @@
 //! Sources: MacKay 1992, "A practical Bayesian framework for backpropagation networks"
 //! (doi:10.1162/neco.1992.4.3.448); Foresee & Hagan 1997, "Gauss-Newton approximation to Bayesian
 //! learning" (doi:10.1109/ICNN.1997.614194); Hagan & Menhaj 1994 (doi:10.1109/72.329697) for
-//! Levenberg-Marquardt on networks. Each output has its own noise, each layer its own decay.
+//! Levenberg-Marquardt on networks; Transtrum & Sethna 2012, "Improvements to the Levenberg-Marquardt
+//! algorithm for nonlinear least-squares minimization" (arXiv:1201.5885) for steps that bend. Each output
+//! has its own noise, each layer its own decay.
 
+mod expansion;
 mod posterior;
 
-use super::{
-    cholesky::Cholesky,
-    perceptron::{Batch, Curvature, Perceptron, Sweep},
-};
+use super::perceptron::{Batch, Perceptron, Sweep};
 use crate::{Error, Result, progress::Progress};
+use expansion::Expansion;
 use nalgebra::DMatrix;
 use posterior::{Decay, Posterior, misfit};
 use serde::{Deserialize, Serialize};
@@ -33,7 +34,7 @@ pub struct Evidence {
 
 impl Default for Evidence {
     fn default() -> Self {
-        Self { starts: 4, first_steps: 60, steps: 400, least_gain: 0.1 }
+        Self { starts: 4, first_steps: 40, steps: 400, least_gain: 0.1 }
     }
 }
 
@@ -53,47 +54,17 @@ pub struct Trained {
     pub curve: Vec<f64>,
 }
 
-/// The quadratic model of the misfit about the present weights, and what it takes to work it out.
-struct Expansion {
-    curvature: Curvature,
-    sweep: Sweep<f64>,
-    /// Half the weighted Hessian, by outer products, without decay: its lower triangle.
-    hessian: DMatrix<f64>,
-    /// Half the weighted gradient, without decay.
-    gradient: Vec<f64>,
-}
-
-impl Expansion {
-    fn new(network: &Perceptron, batch: &Batch) -> Self {
-        let count = network.weights().len();
-        Self {
-            curvature: Curvature::new(network, batch),
-            sweep: Sweep::new(network, batch),
-            hessian: DMatrix::zeros(count, count),
-            gradient: vec![0.0; count],
-        }
-    }
-
-    /// Expands about these weights.
-    fn at(&mut self, weights: &[f64], noise: &[f64]) {
-        self.curvature.hessian(weights, noise, &mut self.hessian);
-        self.squared_errors(weights, noise);
-    }
-
-    /// The sum of squared errors of each output; leaves the gradient behind.
-    fn squared_errors(&mut self, weights: &[f64], noise: &[f64]) -> &[f64] {
-        let factors: Vec<f64> = noise.iter().map(|variance| 1.0 / variance).collect();
-        self.sweep.pass(weights, &factors, &mut self.gradient)
-    }
-}
-
 /// A training under way: one start, or what became of it.
 pub struct Course {
     network: Perceptron,
     decay: Decay,
     noise: Vec<f64>,
     errors: Vec<f64>,
+    /// How many times its decay each weight is held back by in a step, and how fast that grows.
     damping: f64,
+    growth: f64,
+    /// Noise and decay are no longer the first guesses.
+    warm: bool,
     /// Sum of squared errors, each over its noise, and log evidence, step by step.
     history: Vec<(f64, f64)>,
     settled: bool,
@@ -113,7 +84,9 @@ impl Course {
             noise: errors.iter().map(|sum| (FIRST_NOISE * sum / count).max(1e-30)).collect(),
             errors,
             network,
-            damping: 1e-2,
+            damping: FIRST_DAMPING,
+            growth: 2.0,
+            warm: false,
             history: Vec::new(),
             settled: false,
         }
@@ -149,29 +122,32 @@ impl Course {
             let square = misfit(&self.errors, &self.noise);
             self.history.push((square, f64::NEG_INFINITY));
             // Nobody asks for the evidence of the first steps, unless one of them is the last.
-            let early = self.history.len() <= WARM_UP && step + 1 < steps;
-            if early {
-                self.step(&mut expansion);
-                if !self.settled {
+            if !self.warm && self.history.len() <= WARM_UP && step + 1 < steps {
+                if self.step(&mut expansion) {
                     continue;
                 }
+                (self.damping, self.warm) = (FIRST_DAMPING, true);
             }
+            self.warm |= self.history.len() > WARM_UP;
             let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
             let evidence =
                 state.log_evidence(&self.decay, (&self.noise, &self.errors, count), &weights);
             if let Some(last) = self.history.last_mut() {
                 last.1 = evidence;
             }
-            if early {
-                break;
-            }
             let ten_ago = self.history.len().checked_sub(11).map(|place| self.history[place].1);
-            let warm = self.history.len() > 2 * WARM_UP;
-            self.settled = warm && ten_ago.is_some_and(|before| evidence - before < least_gain);
-            if self.history.len() > WARM_UP {
+            let long = self.history.len() > 2 * WARM_UP;
+            self.settled = long && ten_ago.is_some_and(|before| evidence - before < least_gain);
+            if self.warm {
+                let noise = self.noise.clone();
                 state.update(&mut self.decay, &mut self.noise, (&weights, &self.errors, count));
+                // The expansion holds for the noise it was made with: its step would lead astray.
+                let ratios = noise.iter().zip(&self.noise).map(|(old, new)| old / new);
+                if ratios.into_iter().any(|ratio| !(1.0 / JUMP..JUMP).contains(&ratio)) {
+                    continue;
+                }
             }
-            self.step(&mut expansion);
+            self.settled |= !self.step(&mut expansion);
         }
         Ok(())
     }
@@ -200,33 +176,33 @@ impl Course {
         Ok((self.network, trained))
     }
 
-    /// One Levenberg-Marquardt step that lowers the regularised misfit, if there is one.
-    fn step(&mut self, expansion: &mut Expansion) {
+    /// One Levenberg-Marquardt step that lowers the regularised misfit; whether there is one.
+    ///
+    /// What holds a weight back is a multiple of its decay: the scale on which weights of its class vary, where
+    /// Marquardt's, the curvature, would hold back the weights that matter most. Nielsen's rule says how much.
+    fn step(&mut self, expansion: &mut Expansion) -> bool {
         let start = self.network.weights().to_vec();
         let before = misfit(&self.errors, &self.noise) + self.decay.penalty(&start);
-        let slopes = expansion.gradient.iter().zip(&start).enumerate();
-        let slopes: Vec<f64> = slopes.map(|(i, (g, w))| g + self.decay.of(i) * w).collect();
-        let mut moved = start.clone();
-        for _ in 0..30 {
-            let damp = |index: usize| {
-                self.decay.of(index) + self.damping * (1.0 + expansion.hessian[(index, index)])
-            };
-            if let Some(factors) = Cholesky::new(&expansion.hessian, damp) {
-                let by = factors.solve(&slopes);
-                for ((moved, start), by) in moved.iter_mut().zip(&start).zip(by) {
-                    *moved = start - by;
-                }
+        for _ in 0..MOST_TRIES {
+            if let Some((moved, promised)) =
+                expansion.step((&start, &self.noise), &self.decay, self.damping)
+            {
                 let errors = expansion.squared_errors(&moved, &self.noise);
-                if misfit(errors, &self.noise) + self.decay.penalty(&moved) < before {
-                    self.damping = (self.damping / 5.0).max(1e-12);
+                let gain = before - misfit(errors, &self.noise) - self.decay.penalty(&moved);
+                if gain > 0.0 {
+                    let off = 2.0 * gain / promised.max(f64::MIN_POSITIVE) - 1.0;
+                    self.damping *= (1.0 - off * off * off).clamp(0.2, 2.0);
+                    self.damping = self.damping.max(1e-12);
+                    self.growth = 2.0;
                     self.errors.copy_from_slice(errors);
                     self.network.set_weights(&moved);
-                    return;
+                    return true;
                 }
             }
-            self.damping *= 4.0;
+            self.damping *= self.growth;
+            self.growth *= 2.0;
         }
-        self.settled = true;
+        false
     }
 }
 
@@ -240,6 +216,15 @@ const FIRST_NOISE: f64 = 1e-3;
 /// Steps taken under the first guess of noise and decay, so that the network has something to show
 /// before either is judged.
 const WARM_UP: usize = 15;
+
+/// What holds weights back in the first step, in multiples of their decay.
+const FIRST_DAMPING: f64 = 1000.0;
+
+/// Tries of a step: the damping grows by 2 to the power of 120.
+const MOST_TRIES: usize = 15;
+
+/// A change of the noise, as a factor, after which the expansion no longer serves.
+const JUMP: f64 = 2.0;
 
 fn singular() -> Error {
     Error::Degenerate {
@@ -255,7 +240,6 @@ mod tests {
         numeric::{perceptron::OutputActivation, random::Random},
         progress::Silent,
     };
-    use nalgebra::DVector;
 
     /// 200 samples of a smooth curve and of a straight line, each with its own noise.
     fn lesson(random: &mut Random) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
@@ -288,31 +272,5 @@ mod tests {
             let out = network.evaluate(&[x]);
             assert!((out[0] - libm::sin(2.0 * x)).abs() < 0.06 && (out[1] - 0.5 * x).abs() < 0.012);
         }
-    }
-
-    #[test]
-    fn the_expansion_is_that_of_the_jacobian() {
-        let mut random = Random::new(5);
-        let (inputs, targets) = lesson(&mut random);
-        let (inputs, targets) = (&inputs[..37], &targets[..37]);
-        let network = start(&mut random);
-        let (count, noise) = (network.weights().len(), [0.5, 2.0]);
-        let batch = Batch::new(inputs, targets);
-        let mut found = Expansion::new(&network, &batch);
-        found.at(network.weights(), &noise);
-        let mut hessian = DMatrix::zeros(count, count);
-        let mut gradient = DVector::zeros(count);
-        let mut rows = vec![0.0; 2 * count];
-        for (input, target) in inputs.iter().zip(targets) {
-            let out = network.jacobian(input, &mut rows);
-            for output in 0..2 {
-                let row = DVector::from_column_slice(&rows[output * count..][..count]);
-                hessian += &row * row.transpose() / noise[output];
-                gradient += row * ((out[output] - target[output]) / noise[output]);
-            }
-        }
-        let found_gradient = DVector::from_vec(found.gradient);
-        assert!((found.hessian - hessian.lower_triangle()).norm() < 1e-12 * hessian.norm());
-        assert!((found_gradient - &gradient).norm() < 1e-12 * gradient.norm());
     }
 }

@@ -54,6 +54,8 @@ macro_rules! in_registers {
     }};
 }
 
+mod bend;
+
 /// The weights, packed.
 #[derive(Clone, Debug)]
 pub(super) struct Packed<T> {
@@ -132,15 +134,23 @@ fn part<T: Real, S: Simd, const N: usize, const WIDE: usize>(
     T::vectors::<S>(unit).get(first..)?.first_chunk()
 }
 
-/// `starts[u]` and the sum over the units below of their samples times `weights[below][u]`, in their order.
+/// The same in all registers of a unit.
+#[inline(always)]
+fn even<T: Real, S: Simd, const TILE: usize, const WIDE: usize>(
+    simd: S,
+    starts: [T; TILE],
+) -> [[T::Vector<S>; WIDE]; TILE] {
+    starts.map(|start| [T::splat(simd, start); WIDE])
+}
+
+/// `sums[u]` and the sum over the units below of their samples times `weights[below][u]`, in their order.
 #[inline(always)]
 fn weighted_sums<T: Real, S: Simd, const N: usize, const TILE: usize, const WIDE: usize>(
     simd: S,
-    starts: [T; TILE],
+    mut sums: [[T::Vector<S>; WIDE]; TILE],
     weights: &[T],
     (units, first): (&[[T; N]], usize),
 ) -> [[T::Vector<S>; WIDE]; TILE] {
-    let mut sums = starts.map(|start| [T::splat(simd, start); WIDE]);
     // Two at a time: there is as much to count as to compute otherwise.
     let (weights, last) = weights.as_chunks::<TILE>().0.as_chunks::<2>();
     let (pairs, last_unit) = units.as_chunks::<2>();
@@ -182,7 +192,8 @@ fn lift<T: Real, S: Simd, const N: usize, const TILE: usize, const WIDE: usize>(
 ) {
     let Some((biases, weights)) = weights.split_first_chunk::<TILE>() else { return };
     let below = (lower, first);
-    let sums = weighted_sums::<T, S, N, TILE, WIDE>(simd, *biases, weights, below);
+    let starts = even::<T, S, TILE, WIDE>(simd, *biases);
+    let sums = weighted_sums::<T, S, N, TILE, WIDE>(simd, starts, weights, below);
     for (unit, sums) in upper.iter_mut().zip(sums) {
         T::vectors_mut::<S>(unit)[first..first + WIDE].copy_from_slice(&sums);
     }
@@ -307,7 +318,8 @@ impl<T: Real> Packed<T> {
         (lower, first): (&mut [[T; N]], usize),
     ) {
         let above = (upper, first);
-        let sums = weighted_sums::<T, S, N, TILE, WIDE>(simd, [T::default(); TILE], weights, above);
+        let zeros = even::<T, S, TILE, WIDE>(simd, [T::default(); TILE]);
+        let sums = weighted_sums::<T, S, N, TILE, WIDE>(simd, zeros, weights, above);
         for ((unit, sums), activation) in lower.iter_mut().zip(sums).zip(activations) {
             let places = T::vectors_mut::<S>(unit)[first..first + WIDE].iter_mut();
             let Some(activations) = part::<T, S, N, WIDE>(activation, first) else { return };

@@ -3,8 +3,12 @@
 //! [`Perceptron::mean_square_error`] is the plain reference. Every sample keeps the lane it has there,
 //! so that sums are the same whatever the registers' width.
 
+mod bend;
+mod products;
+
 use super::{Batch, LANES, Perceptron, packed::Packed};
-use crate::numeric::simd::{Real, Simd, WithSimd, has_many_registers, on_widest};
+use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
+use products::Products;
 
 /// Bytes of a unit's samples that go forward and backward before their derivatives are added up: what they
 /// leave behind of the paper's network stays in the nearest cache.
@@ -26,6 +30,10 @@ pub struct Sweep<T> {
     activations: Vec<T>,
     /// As the activations, without inputs.
     deltas: Vec<T>,
+    /// How the weights move where the outputs' bends are asked for.
+    along: Packed<T>,
+    /// As the activations: their first and second derivatives by that motion.
+    motion: [Vec<T>; 2],
     /// Weight by weight, sums over each lane's samples of the gradient.
     sums: Vec<T>,
     squares: Vec<T>,
@@ -46,6 +54,8 @@ impl<T: Real> Sweep<T> {
             present: batch.present(),
             activations: vec![T::default(); group::<T>() * packed.units()],
             deltas: vec![T::default(); group::<T>() * (packed.units() - inputs)],
+            along: packed.clone(),
+            motion: [(); 2].map(|()| vec![T::default(); group::<T>() * packed.units()]),
             sums: zeros(network.weights.len()),
             squares: zeros(outputs),
             totals: vec![0.0; outputs],
@@ -85,9 +95,7 @@ impl<T: Real> WithSimd for Pass<'_, T> {
         for (total, squares) in sweep.totals.iter_mut().zip(sweep.squares.as_chunks().0) {
             *total = sum_of_lanes(squares);
         }
-        for (slope, sums) in gradient.iter_mut().zip(sweep.sums.as_chunks().0) {
-            *slope = sum_of_lanes(sums);
-        }
+        sweep.sum_up(gradient);
     }
 }
 
@@ -119,6 +127,13 @@ impl<T: Real> Sweep<T> {
             let count = N.min(self.present.len() - group * N) / T::width::<S>();
             self.both_ways::<S, N>(simd, (group, count), factors);
             self.add_up::<S, N>(simd, count);
+        }
+    }
+
+    /// The gradient from its sums of lanes.
+    fn sum_up(&self, gradient: &mut [f64]) {
+        for (slope, sums) in gradient.iter_mut().zip(self.sums.as_chunks().0) {
+            *slope = sum_of_lanes(sums);
         }
     }
 
@@ -184,141 +199,6 @@ impl<T: Real> Sweep<T> {
                 below_start += below;
                 here_start += here;
             }
-        }
-    }
-}
-
-/// What a group left behind, unit by unit; of each block of samples, one register.
-struct Products<'a, T: Real, S: Simd, const N: usize> {
-    simd: S,
-    deltas: &'a [[T; N]],
-    activations: &'a [[T; N]],
-    /// Which of a block's registers, and how many those are: so far apart are the sums of two weights.
-    register: usize,
-    registers: usize,
-    /// Registers of the group.
-    count: usize,
-}
-
-impl<T: Real, S: Simd, const N: usize> Products<'_, T, S, N> {
-    /// One layer's weights: `(here, below)` sums.
-    #[inline(always)]
-    fn layer(
-        &self,
-        sums: &mut [T::Vector<S>],
-        (here_start, below_start): (usize, usize),
-        (here, below): (usize, usize),
-    ) {
-        let widest = if has_many_registers::<T, S>() { 4 } else { 2 };
-        let mut unit = 0;
-        while unit < here {
-            let tall = match here - unit {
-                2 => 1,
-                rest => rest.min(4),
-            };
-            let mut input = 0;
-            while input < below {
-                let wide = match below - input {
-                    rest if rest >= widest => widest,
-                    1 => 1,
-                    _ => 2,
-                };
-                let sums = &mut sums[(unit * below + input) * self.registers..];
-                let from = (here_start + unit, below_start + input);
-                match (tall, wide) {
-                    (4, 4) => self.tile::<4, 4>(sums, below, from),
-                    (4, 2) => self.tile::<4, 2>(sums, below, from),
-                    (4, _) => self.tile::<4, 1>(sums, below, from),
-                    (3, 4) => self.tile::<3, 4>(sums, below, from),
-                    (3, 2) => self.tile::<3, 2>(sums, below, from),
-                    (3, _) => self.tile::<3, 1>(sums, below, from),
-                    (_, 4) => self.tile::<1, 4>(sums, below, from),
-                    (_, 2) => self.tile::<1, 2>(sums, below, from),
-                    _ => self.tile::<1, 1>(sums, below, from),
-                }
-                input += wide;
-            }
-            unit += tall;
-        }
-    }
-
-    /// Sums of `TALL` units' deltas times `WIDE` activations, kept in registers.
-    #[inline(always)]
-    fn tile<const TALL: usize, const WIDE: usize>(
-        &self,
-        rows: &mut [T::Vector<S>],
-        below: usize,
-        (unit, input): (usize, usize),
-    ) {
-        let Some(deltas) = self.deltas[unit..].first_chunk::<TALL>() else { return };
-        let Some(activations) = self.activations[input..].first_chunk::<WIDE>() else { return };
-        let place = |row: usize, column: usize| (row * below + column) * self.registers;
-        // Not from the sums that are there: no product would wait for those, which lie farther away.
-        let mut sums = [[T::splat(self.simd, T::default()); WIDE]; TALL];
-        let mut slot = self.register;
-        // Two at a time: there is as much to count as to compute otherwise.
-        while slot + self.registers < self.count {
-            self.add_slot(&mut sums, (deltas, activations), slot);
-            self.add_slot(&mut sums, (deltas, activations), slot + self.registers);
-            slot += 2 * self.registers;
-        }
-        if slot < self.count {
-            self.add_slot(&mut sums, (deltas, activations), slot);
-        }
-        for (r, sums) in sums.into_iter().enumerate() {
-            for (c, sum) in sums.into_iter().enumerate() {
-                let row = &mut rows[place(r, c)];
-                *row = T::add(self.simd, *row, sum);
-            }
-        }
-    }
-
-    /// One register's part of a tile.
-    #[inline(always)]
-    fn add_slot<const TALL: usize, const WIDE: usize>(
-        &self,
-        sums: &mut [[T::Vector<S>; WIDE]; TALL],
-        (deltas, activations): (&[[T; N]; TALL], &[[T; N]; WIDE]),
-        slot: usize,
-    ) {
-        if slot >= N / T::width::<S>() {
-            return;
-        }
-        for (sums, delta) in sums.iter_mut().zip(deltas) {
-            let delta = T::vectors::<S>(delta)[slot];
-            for (sum, activation) in sums.iter_mut().zip(activations) {
-                let activation = T::vectors::<S>(activation)[slot];
-                *sum = T::add_product(self.simd, *sum, delta, activation);
-            }
-        }
-    }
-
-    /// One layer's biases.
-    #[inline(always)]
-    fn biases(&self, sums: &mut [T::Vector<S>], (start, here): (usize, usize)) {
-        let mut unit = 0;
-        while unit + 4 <= here {
-            self.few_biases::<4>(&mut sums[unit * self.registers..], start + unit);
-            unit += 4;
-        }
-        while unit < here {
-            self.few_biases::<1>(&mut sums[unit * self.registers..], start + unit);
-            unit += 1;
-        }
-    }
-
-    /// The biases of a few units.
-    #[inline(always)]
-    fn few_biases<const TALL: usize>(&self, rows: &mut [T::Vector<S>], start: usize) {
-        let Some(deltas) = self.deltas[start..].first_chunk::<TALL>() else { return };
-        let mut sums: [T::Vector<S>; TALL] = std::array::from_fn(|row| rows[row * self.registers]);
-        for slot in (self.register..self.count.min(N / T::width::<S>())).step_by(self.registers) {
-            for (sum, delta) in sums.iter_mut().zip(deltas) {
-                *sum = T::add(self.simd, *sum, T::vectors::<S>(delta)[slot]);
-            }
-        }
-        for (row, sum) in sums.into_iter().enumerate() {
-            rows[row * self.registers] = sum;
         }
     }
 }
