@@ -111,11 +111,12 @@ const FEW: usize = 4;
 const HARM: f64 = 1.5;
 
 impl FewViews<'_> {
-    /// Whether the network, trained without one view after the other, is worse on the views left out
-    /// than its base, which corresponds to the outputs `nothing`. Only asked of few views.
+    /// Whether the network, trained from `start` without one view after the other, is worse on the views left
+    /// out than its base, which corresponds to the outputs `nothing`. Only asked of few views.
     fn network_does_harm(
         &self,
         nothing: &[f64],
+        start: u64,
         (cameras, seed): (usize, u64),
         progress: &dyn Progress,
     ) -> Result<bool> {
@@ -125,7 +126,7 @@ impl FewViews<'_> {
         if !(3..=FEW).contains(&distinct.len()) {
             return Ok(false);
         }
-        let brief = Evidence { starts: 1, steps: 0, ..self.training.clone() };
+        let brief = Evidence { starts: 1, ..self.training.clone() };
         let (mut with, mut without) = (0.0, 0.0);
         for left_out in distinct {
             let part = |rows: &[Vec<f64>], inside: bool| -> Vec<Vec<f64>> {
@@ -133,8 +134,13 @@ impl FewViews<'_> {
                 kept.map(|(row, _)| row.clone()).collect()
             };
             let batch = Batch::new(&part(self.unit.0, false), &part(self.unit.1, false));
-            let (perceptron, ..) =
-                train(self.settings, (&brief, 0..1), &batch, (cameras, seed), progress)?;
+            let (perceptron, ..) = train(
+                self.settings,
+                (&brief, start..start + 1),
+                &batch,
+                (cameras, seed),
+                progress,
+            )?;
             for (input, target) in part(self.unit.0, true).iter().zip(&part(self.unit.1, true)) {
                 with += squared_distance(&perceptron.evaluate(input), target);
                 without += squared_distance(nothing, target);
@@ -182,7 +188,7 @@ pub(super) fn fit(
         train(settings, (training, starts), &batch, (cameras, seed), progress)?;
     let nothing: Vec<f64> = output_scales.iter().map(|scale| scale.to_unit(0.0)).collect();
     let few = FewViews { settings, training, unit: (&unit.0, &unit.1), views: &lesson.views };
-    if lesson.base.is_some() && few.network_does_harm(&nothing, (cameras, seed), progress)? {
+    if lesson.base.is_some() && few.network_does_harm(&nothing, start, (cameras, seed), progress)? {
         silence(&mut perceptron, &mut trained, &nothing);
     }
     let covariance = &trained.covariance;
