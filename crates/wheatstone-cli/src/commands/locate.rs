@@ -11,8 +11,9 @@ use clap::Args;
 use std::{
     collections::VecDeque,
     io::IsTerminal,
+    mem::take,
     path::PathBuf,
-    sync::mpsc::{Receiver, RecvTimeoutError},
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
     time::{Duration, Instant},
 };
 use wheatstone::{
@@ -90,9 +91,17 @@ impl Locate {
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
         refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
         let covariance = self.covariance;
-        let writing = sink.start(move |rows, places| added(rows, places, &test, covariance));
+        // Columns that are not written come back, for the next rows: new memory costs as much as what fills it.
+        let (back, spare) = channel::<Places>();
+        let writing = sink.start(move |rows, mut places: Places| {
+            let columns = added(rows, &mut places, &test, covariance);
+            // Nobody may be there to take it any more.
+            let _ = back.send(places);
+            columns
+        });
         while let Some(rows) = rows.next()? {
-            let places = locator.locate(&rows.pixels());
+            let mut places = spare.try_recv().unwrap_or_default();
+            locator.locate_into(&rows.pixels(), &mut places);
             done += rows.count() as u64;
             if !writing.write(rows, places) {
                 break;
@@ -113,9 +122,9 @@ impl Locate {
     }
 }
 
-/// The appended columns; empty where nothing was located or a figure does not exist.
-fn added(rows: &Rows, places: Places, test: &MismatchTest, covariance: bool) -> Vec<Column> {
-    let mismatch = test.mismatches(&rows.pixels(), &places);
+/// The appended columns, taken out of `places`; empty where nothing was located or a figure does not exist.
+fn added(rows: &Rows, places: &mut Places, test: &MismatchTest, covariance: bool) -> Vec<Column> {
+    let mismatch = test.mismatches(&rows.pixels(), places);
     let word = |(trust, x): (&Trust, &f64)| match trust {
         _ if x.is_nan() => 0,
         Trust::Inside => 1,
@@ -131,11 +140,11 @@ fn added(rows: &Rows, places: Places, test: &MismatchTest, covariance: bool) -> 
     let sigmas: [Vec<f64>; 3] = [0, 3, 5].map(sigma);
     let number = |values| Column::Numbers(Cells::finite(values));
     let mut columns: Vec<Column> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
-    columns.extend(places.point.into_iter().chain(sigmas).map(number));
-    columns.push(number(places.residual));
+    columns.extend(take(&mut places.point).into_iter().chain(sigmas).map(number));
+    columns.push(number(take(&mut places.residual)));
     columns.extend([Column::Words(trust), Column::Words(mismatch)]);
     if covariance {
-        columns.extend(places.covariance.into_iter().map(number));
+        columns.extend(take(&mut places.covariance).into_iter().map(number));
     }
     columns
 }

@@ -196,6 +196,7 @@ impl Course {
                     self.growth = 2.0;
                     self.errors.copy_from_slice(errors);
                     self.network.set_weights(&moved);
+                    expansion.take(&self.noise);
                     return true;
                 }
             }

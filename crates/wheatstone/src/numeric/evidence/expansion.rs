@@ -15,8 +15,10 @@ pub(super) struct Expansion {
     pub(super) hessian: DMatrix<f64>,
     /// Half the weighted gradient, without decay.
     gradient: Vec<f64>,
-    /// A gradient that nobody asked for, or how it bends.
+    /// The gradient where the squared errors were last asked for, or how it bends.
     other: Vec<f64>,
+    /// The noise under which the gradient is already that of the weights that come next.
+    ready: Option<Vec<f64>>,
 }
 
 /// How far a step may bend: half the acceleration, over the step, in the metric of the misfit.
@@ -35,13 +37,23 @@ impl Expansion {
             hessian: DMatrix::zeros(count, count),
             gradient: vec![0.0; count],
             other: vec![0.0; count],
+            ready: None,
         }
     }
 
     /// Expands about these weights.
     pub(super) fn at(&mut self, weights: &[f64], noise: &[f64]) {
         self.curvature.hessian(weights, noise, &mut self.hessian);
-        self.sweep.pass(weights, &inverses(noise), &mut self.gradient);
+        if self.ready.take().is_none_or(|ready| ready != noise) {
+            self.sweep.pass(weights, &inverses(noise), &mut self.gradient);
+        }
+    }
+
+    /// The weights of which [`Expansion::squared_errors`] were last asked for are those about which this will
+    /// be expanded next.
+    pub(super) fn take(&mut self, noise: &[f64]) {
+        std::mem::swap(&mut self.gradient, &mut self.other);
+        self.ready = Some(noise.to_vec());
     }
 
     /// The sum of squared errors of each output.
