@@ -126,7 +126,7 @@ impl Course {
                 if self.step(&mut expansion) {
                     continue;
                 }
-                (self.damping, self.warm) = (FIRST_DAMPING, true);
+                (self.damping, self.growth, self.warm) = (FIRST_DAMPING, 2.0, true);
             }
             self.warm |= self.history.len() > WARM_UP;
             let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
