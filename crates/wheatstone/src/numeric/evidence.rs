@@ -34,7 +34,7 @@ pub struct Evidence {
 
 impl Default for Evidence {
     fn default() -> Self {
-        Self { starts: 4, first_steps: 40, steps: 400, least_gain: 0.1 }
+        Self { starts: 4, first_steps: 60, steps: 400, least_gain: 0.1 }
     }
 }
 
