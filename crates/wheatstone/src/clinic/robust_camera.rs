@@ -10,7 +10,7 @@ use crate::{
     method::kannala_brandt::starting_cameras,
     numeric::statistics::median,
 };
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
 
 /// Unknowns of a camera: rotation, translation, focal lengths, principal point, four coefficients.
 pub(super) const UNKNOWNS: usize = 14;
@@ -136,7 +136,7 @@ impl RobustCamera {
 
     /// Standard deviation of where its axis meets the picture, in pixels: the larger of x's and y's.
     pub(super) fn principal_uncertainty(&self, pairs: &[Pair]) -> Option<f64> {
-        let normal = Normal::at(&self.without_field(), pairs, UNKNOWNS, None);
+        let normal = Normal::weighed(&self.without_field(), pairs, (UNKNOWNS, None), cauchy);
         let inverse = normal.matrix.try_inverse()?;
         let largest = inverse[(8, 8)].max(inverse[(9, 9)]);
         (largest > 0.0).then(|| largest.sqrt())
@@ -168,19 +168,21 @@ impl RobustCamera {
     fn adjusted(&self, pairs: &[Pair], steps: usize, unknowns: usize) -> Self {
         let mut camera = self.clone();
         let mut damping = 1e-4;
-        let mut current = Normal::at(&camera, pairs, unknowns, None);
+        let mut seen = Seen::by(&camera, pairs);
+        let mut current = Normal::of(&seen, (&camera, unknowns), seen.scale(), cauchy);
         for _ in 0..steps {
             let Some(step) = current.step(damping) else { break };
             let tried = camera.stepped(&step);
-            let next = Normal::at(&tried, pairs, unknowns, Some(current.scale));
-            if next.cost.is_finite() && next.cost < current.cost {
-                let gained = 1.0 - next.cost / current.cost;
-                camera = tried;
+            let then = Seen::by(&tried, pairs);
+            let cost = then.cost((&tried, unknowns), current.scale);
+            if cost.is_finite() && cost < current.cost {
+                (camera, seen) = (tried, then);
                 damping = (damping * 0.2_f64).max(1e-9);
-                current = Normal::at(&camera, pairs, unknowns, None);
+                let gained = 1.0 - cost / current.cost;
                 if gained < 1e-6 {
                     break;
                 }
+                current = Normal::of(&seen, (&camera, unknowns), seen.scale(), cauchy);
             } else {
                 damping *= 10.0;
             }
@@ -231,7 +233,52 @@ fn cauchy(error: f64, scale: f64) -> f64 {
     1.0 / (1.0 + (error / scale).powi(2)) / (scale * scale)
 }
 
+/// What a camera makes of the pairs that it sees.
+struct Seen {
+    rows: Vec<Row>,
+    /// Pairs that it does not see.
+    unseen: usize,
+}
+
+/// Of one pair: the pixel's slopes by a turn, by the point in the camera's frame and by the lens's numbers;
+/// its error.
+struct Row {
+    by_turn: Matrix2x3<f64>,
+    by_point: Matrix2x3<f64>,
+    by_lens: [[f64; 2]; 8],
+    error: Vector2<f64>,
+}
+
+impl Seen {
+    fn by(camera: &RobustCamera, pairs: &[Pair]) -> Self {
+        let row = |(world, pixel): &Pair| {
+            let turned = camera.rotation * world.coords;
+            let mut by_lens = [[0.0; 2]; 8];
+            let point = Point3::from(turned + camera.translation);
+            let (seen, by_point) = camera.lens.project_with_slopes(point, &mut by_lens)?;
+            let error = pixel - (seen + camera.left_over_if_any(seen));
+            Some(Row { by_turn: by_point * -turned.cross_matrix(), by_point, by_lens, error })
+        };
+        let rows: Vec<Row> = pairs.iter().filter_map(row).collect();
+        Self { unseen: pairs.len() - rows.len(), rows }
+    }
+
+    /// 1.2 medians of the errors' length, about a standard deviation and a half; nothing is exact.
+    fn scale(&self) -> f64 {
+        let errors: Vec<f64> = self.rows.iter().map(|row| row.error.norm()).collect();
+        (1.2 * median(&errors)).max(1e-3)
+    }
+
+    /// What Cauchy's weight makes least.
+    fn cost(&self, (camera, unknowns): (&RobustCamera, usize), scale: f64) -> f64 {
+        let of = |row: &Row| libm::log1p(row.error.norm_squared() / (scale * scale));
+        let lens = if unknowns == UNKNOWNS { Normal::default().hold_lens(camera) } else { 0.0 };
+        self.unseen as f64 * 1e3 + self.rows.iter().map(of).sum::<f64>() + lens
+    }
+}
+
 /// Normal equations, under Cauchy's weight unless said otherwise.
+#[derive(Default)]
 pub(super) struct Normal {
     pub(super) matrix: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     pub(super) gradient: SVector<f64, UNKNOWNS>,
@@ -240,15 +287,6 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    pub(super) fn at(
-        camera: &RobustCamera,
-        pairs: &[Pair],
-        unknowns: usize,
-        scale: Option<f64>,
-    ) -> Self {
-        Self::weighed(camera, pairs, (unknowns, scale), cauchy)
-    }
-
     /// With a weight by an error's length and the errors' scale, both in pixels.
     pub(super) fn weighed(
         camera: &RobustCamera,
@@ -256,29 +294,20 @@ impl Normal {
         (unknowns, scale): (usize, Option<f64>),
         weigh: fn(f64, f64) -> f64,
     ) -> Self {
-        let mut rows = Vec::with_capacity(pairs.len());
-        let mut errors = Vec::with_capacity(pairs.len());
-        for (world, pixel) in pairs {
-            let turned = camera.rotation * world.coords;
-            let mut slopes = [[0.0; 2]; 8];
-            let point = Point3::from(turned + camera.translation);
-            let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut slopes) else {
-                continue;
-            };
-            let error = pixel - (seen + camera.left_over_if_any(seen));
-            let by_turn = by_point * -turned.cross_matrix();
-            rows.push((by_turn, by_point, slopes, error));
-            errors.push(error.norm());
-        }
-        // 1.2 medians of the length are about a standard deviation and a half; nothing is exact.
-        let scale = scale.unwrap_or_else(|| (1.2 * median(&errors)).max(1e-3));
-        let mut normal =
-            Self { matrix: SMatrix::zeros(), gradient: SVector::zeros(), cost: 0.0, scale };
-        let unseen = pairs.len() - rows.len();
-        normal.cost = unseen as f64 * 1e3;
-        for (by_turn, by_point, slopes, error) in &rows {
-            let square = error.norm_squared() / (scale * scale);
-            normal.cost += libm::log1p(square);
+        let seen = Seen::by(camera, pairs);
+        let scale = scale.unwrap_or_else(|| seen.scale());
+        Self::of(&seen, (camera, unknowns), scale, weigh)
+    }
+
+    fn of(
+        seen: &Seen,
+        (camera, unknowns): (&RobustCamera, usize),
+        scale: f64,
+        weigh: fn(f64, f64) -> f64,
+    ) -> Self {
+        let cost = seen.cost((camera, unknowns), scale);
+        let mut normal = Self { cost, scale, ..Self::default() };
+        for Row { by_turn, by_point, by_lens, error } in &seen.rows {
             let weight = weigh(error.norm(), scale);
             for axis in 0..2 {
                 let mut row = SVector::<f64, UNKNOWNS>::zeros();
@@ -287,7 +316,7 @@ impl Normal {
                     row[3 + index] = by_point[(axis, index)];
                 }
                 if unknowns == UNKNOWNS {
-                    for (index, slope) in slopes.iter().enumerate() {
+                    for (index, slope) in by_lens.iter().enumerate() {
                         row[6 + index] = slope[axis];
                     }
                 }
@@ -301,12 +330,13 @@ impl Normal {
         normal
     }
 
-    /// Coefficients beyond what lenses have are unlikely: standard deviation 1 about nothing.
-    fn hold_lens(&mut self, camera: &RobustCamera) {
+    /// Coefficients beyond what lenses have are unlikely: standard deviation 1 about nothing. What it costs.
+    fn hold_lens(&mut self, camera: &RobustCamera) -> f64 {
+        let mut cost = 0.0;
         for (index, value) in camera.lens.coefficients.iter().enumerate() {
             self.matrix[(10 + index, 10 + index)] += 1.0;
             self.gradient[10 + index] -= value;
-            self.cost += value * value / 2.0;
+            cost += value * value / 2.0;
         }
         // Pixels are nearly square: the logarithm of their aspect is known to 0.1 beforehand.
         let [fx, fy] = camera.lens.pinhole.focal;
@@ -318,7 +348,7 @@ impl Normal {
         self.matrix[(7, 6)] += by_x * by_y;
         self.gradient[6] -= by_x * gap;
         self.gradient[7] -= by_y * gap;
-        self.cost += gap * gap / 2.0;
+        cost + gap * gap / 2.0
     }
 
     fn step(&self, damping: f64) -> Option<SVector<f64, UNKNOWNS>> {

@@ -11,7 +11,10 @@
 mod expansion;
 mod posterior;
 
-use super::perceptron::{Batch, Perceptron, Sweep};
+use super::{
+    cholesky::Cholesky,
+    perceptron::{Batch, Perceptron, Sweep},
+};
 use crate::{Error, Result, progress::Progress};
 use expansion::Expansion;
 use nalgebra::DMatrix;
@@ -161,16 +164,12 @@ impl Course {
         let mut expansion = Expansion::new(&self.network, batch);
         expansion.at(self.network.weights(), &self.noise);
         let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
-        let mut precision = expansion.hessian;
-        precision.fill_upper_triangle_with_lower_triangle();
-        for index in 0..precision.nrows() {
-            precision[(index, index)] += self.decay.of(index);
-        }
+        let factors = Cholesky::new(&expansion.hessian, |index| self.decay.of(index));
         let trained = Trained {
             log_evidence: self.log_evidence(),
             effective_parameters: state.effective,
             noise: self.noise,
-            covariance: precision.cholesky().ok_or_else(singular)?.inverse(),
+            covariance: factors.ok_or_else(singular)?.inverse(),
             curve: self.history.iter().map(|(square, _)| *square).collect(),
         };
         Ok((self.network, trained))

@@ -30,12 +30,7 @@ impl NullVector {
 /// little and nothing is squared.
 #[must_use]
 pub fn null_vector(rows: &[f64], width: usize) -> Option<NullVector> {
-    let height = rows.len() / width;
-    if height + 1 < width || rows.iter().any(|v| !v.is_finite()) {
-        return None;
-    }
-    let a = DMatrix::from_row_slice(height, width, rows);
-    let r = if height > width { a.qr().r() } else { a };
+    let r = reduced(rows, width)?;
     // A square matrix has all its right singular vectors; one row short, the last is missing.
     let svd = r.resize(width, width, 0.0).svd(false, true);
     let right = svd.v_t?;
@@ -44,6 +39,42 @@ pub fn null_vector(rows: &[f64], width: usize) -> Option<NullVector> {
     let largest = svd.singular_values[order[width - 1]];
     let share = |rank: usize| svd.singular_values[order[rank]] / largest;
     Some(NullVector { vector: right.row(order[0]).transpose(), least: share(0), second: share(1) })
+}
+
+/// The matrix, or the triangle of as many singular values that a taller one is reduced to; `None` where more
+/// than one direction is mapped to nothing.
+fn reduced(rows: &[f64], width: usize) -> Option<DMatrix<f64>> {
+    let height = rows.len() / width;
+    if height + 1 < width || rows.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let a = DMatrix::from_row_slice(height, width, rows);
+    Some(if height > width { a.qr().r() } else { a })
+}
+
+/// The vector of [`null_vector`] by inverse iteration, at a quarter of the cost: as good where one direction
+/// is mapped far nearer to nothing than all others, and without telling whether one is. Needs more than
+/// `width` rows.
+#[must_use]
+pub fn null_direction(rows: &[f64], width: usize) -> Option<DVector<f64>> {
+    /// Each brings what stands beside the direction down by the square of the ratio of singular values.
+    const ROUNDS: usize = 5;
+    if rows.len() <= width * width {
+        return None;
+    }
+    let mut r = reduced(rows, width)?;
+    // What is mapped to nothing at all must not be divided by it.
+    let least = 1e-15 * r.diagonal().amax();
+    for index in 0..width {
+        r[(index, index)] = if r[(index, index)].abs() < least { least } else { r[(index, index)] };
+    }
+    let mut vector = DVector::from_element(width, 1.0);
+    for _ in 0..ROUNDS {
+        r.tr_solve_upper_triangular_mut(&mut vector).then_some(())?;
+        r.solve_upper_triangular_mut(&mut vector).then_some(())?;
+        vector /= vector.norm();
+    }
+    vector.iter().all(|v| v.is_finite()).then_some(vector)
 }
 
 /// A matrix made ready for many right-hand sides.
@@ -133,6 +164,10 @@ mod tests {
             let overlap = found.vector.dot(&hidden).abs();
             assert!((overlap - 1.0).abs() < 1e-12, "{height} rows: {found:?}");
             assert!(found.least < 1e-12 && found.is_determined());
+            let iterated = null_direction(&rows, 4);
+            assert_eq!(iterated.is_some(), height > 4);
+            let overlap = iterated.map_or(1.0, |vector| vector.dot(&hidden).abs());
+            assert!((overlap - 1.0).abs() < 1e-12, "{height} rows");
         }
         assert!(null_vector(&[1.0, 2.0, 3.0, 4.0], 4).is_none());
         let twice = [1.0, 2.0, 3.0, 2.0, 4.0, 6.0, 3.0, 6.0, 9.0];

@@ -15,6 +15,7 @@ pub(crate) mod number;
 pub mod panels;
 pub mod perceptron;
 pub mod random;
+pub mod reweighted;
 pub mod sigmoid;
 pub mod simd;
 pub mod statistics;

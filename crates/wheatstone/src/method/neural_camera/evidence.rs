@@ -45,6 +45,8 @@ pub(super) struct Posterior {
     pub(super) evidence: f64,
     /// By the settings' logarithms.
     gradient: [f64; SETTINGS],
+    /// What the fit makes least, at its least, were the camera linear.
+    pub(super) least: f64,
     /// The lens's numbers, and those of charts, change by this.
     pub(super) step: DVector<f64>,
     /// Of the field's functions, for x and y.
@@ -154,6 +156,7 @@ impl Sums {
             settings,
             evidence: 0.0,
             gradient: [0.0; SETTINGS],
+            least: squares,
             step,
             weights: vec![[0.0; 2]; variances.len()],
             effective: 0.0,

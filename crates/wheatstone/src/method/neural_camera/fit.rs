@@ -175,20 +175,24 @@ impl State<'_> {
         progress: &dyn Progress,
     ) -> Result<Option<Posterior>> {
         let Some(mut posterior) = first else { return Ok(None) };
-        for _ in 0..ROUNDS {
+        for round in 0..=ROUNDS {
             progress.check()?;
-            let next = self
-                .settle(posterior.settings, &posterior)
-                .and_then(|()| self.sums()?.climb(&self.field, posterior.settings, free));
-            match next {
-                Some(next) => posterior = next,
-                None => return Ok(None),
+            let settings = posterior.settings;
+            let Some(moved) = self.settle(settings, &posterior) else { return Ok(None) };
+            // What was chosen for a state that does not move is chosen.
+            if !moved {
+                break;
             }
+            let Some(sums) = self.sums() else { return Ok(None) };
+            let next = if round < ROUNDS {
+                sums.climb(&self.field, settings, free)
+            } else {
+                sums.posterior(&self.field, settings)
+            };
+            let Some(next) = next else { return Ok(None) };
+            posterior = next;
         }
-        let settled = self
-            .settle(posterior.settings, &posterior)
-            .and_then(|()| self.sums()?.posterior(&self.field, posterior.settings));
-        Ok(settled)
+        Ok(Some(posterior))
     }
 
     /// Sums about the present lens and weights; `None` where a point does not project.
@@ -254,9 +258,8 @@ impl State<'_> {
     }
 
     /// Goes towards the mode of a posterior, the step halved until it is better than where it
-    /// started; how much better, 0 where no step helps.
-    fn advance(&mut self, posterior: &Posterior) -> f64 {
-        let Some(before) = self.objective(&posterior.settings) else { return 0.0 };
+    /// started, `before`; how good that is, `None` where no step helps.
+    fn advance(&mut self, posterior: &Posterior, before: f64) -> Option<f64> {
         let old = (self.lens.clone(), self.weights.clone(), self.charts.clone());
         let (old_lens, old_weights, old_charts) = &old;
         for halvings in 0..12 {
@@ -272,27 +275,39 @@ impl State<'_> {
             if let Some(charts) = &mut self.charts {
                 charts.advance(share, &posterior.step.as_slice()[PARAMETERS..]);
             }
-            if let Some(after) = self.objective(&posterior.settings).filter(|v| *v < before) {
-                return before - after;
+            let after = self.objective(&posterior.settings).filter(|value| *value < before);
+            if after.is_some() {
+                return after;
             }
         }
         (self.lens, self.weights, self.charts) = old;
-        0.0
+        None
     }
 
-    /// Goes to the mode at fixed settings.
-    pub(super) fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<()> {
-        let mut gain = self.advance(first);
-        for _ in 1..MOST_STEPS {
-            // The objective is in units of a squared standard deviation.
-            if gain < 1e-5 {
+    /// Goes to the mode at fixed settings, of which `first` is the posterior here; whether that led away.
+    pub(super) fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<bool> {
+        let Some(mut here) = self.objective(&settings) else { return Some(false) };
+        let mut next;
+        let mut posterior = first;
+        for step in 0..MOST_STEPS {
+            // No step brings what the posterior, for which the camera is linear, does not promise.
+            let after = (here - posterior.least >= ENOUGH).then(|| self.advance(posterior, here));
+            let Some(after) = after.flatten() else { return Some(step > 0) };
+            if here - after < ENOUGH {
                 break;
             }
-            gain = self.advance(&self.sums()?.posterior(&self.field, settings)?);
+            here = after;
+            if step + 1 < MOST_STEPS {
+                next = self.sums()?.posterior(&self.field, settings)?;
+                posterior = &next;
+            }
         }
-        Some(())
+        Some(true)
     }
 }
+
+/// A gain that is not worth a step: the objective is in units of a squared standard deviation.
+const ENOUGH: f64 = 1e-5;
 
 /// Of each coordinate: its slopes by the lens's numbers, and its error.
 pub(super) const SIDE: usize = PARAMETERS + 1;
