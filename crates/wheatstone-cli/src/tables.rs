@@ -18,7 +18,7 @@ use wheatstone::{
 };
 
 /// Parts of a table that wait between two threads: enough that neither waits for the other's slower ones.
-const WAITING: usize = 2;
+const WAITING: usize = 4;
 
 /// Where rows come from.
 pub(crate) enum Input {

@@ -12,9 +12,13 @@ use super::{Batch, LANES, Perceptron, packed::Packed};
 use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
 use nalgebra::DMatrix;
 use product::add_matrix_product;
+use std::ops::Range;
 
 /// Samples whose products are made before they are multiplied: they stay in the second cache.
 const SAMPLES: usize = 5 * LANES;
+
+/// Registers of samples that are multiplied together; any width makes a multiple of so many.
+const TOGETHER: usize = 5;
 
 /// Rows of the left factor that are multiplied at a time.
 const ROWS: usize = 4;
@@ -80,6 +84,16 @@ fn pairs_of(first: usize, second: usize, same: bool) -> usize {
     if same { first * (first + 1) / 2 } else { first * second }
 }
 
+/// The units of one layer that make pairs with the unit `first` of another, or of the same layer. Of the last
+/// layer each unit has but its own output to answer for: two of them share nothing.
+fn partners(first: usize, units: usize, (same, last): (bool, bool)) -> Range<usize> {
+    match (same, last) {
+        (true, true) => first..first + 1,
+        (true, false) => first..units,
+        (false, _) => 0..units,
+    }
+}
+
 impl Curvature {
     /// Lays out samples for a network of this shape.
     #[must_use]
@@ -99,7 +113,9 @@ impl Curvature {
         for first in 0..layers.len() {
             for second in first..layers.len() {
                 let (a, b, same) = (layers[first], layers[second], first == second);
-                let height = pairs_of(a.here, b.here, same).next_multiple_of(ROWS);
+                let last = first + 1 == layers.len();
+                let height = if last { a.here } else { pairs_of(a.here, b.here, same) };
+                let height = height.next_multiple_of(ROWS);
                 let width = pairs_of(a.below + 1, b.below + 1, same).next_multiple_of(COLUMNS);
                 pairs.push(Pair {
                     layers: (first, second),
@@ -134,9 +150,10 @@ impl Curvature {
         for pair in &self.pairs {
             let (a, b) = (self.layers[pair.layers.0], self.layers[pair.layers.1]);
             let same = pair.layers.0 == pair.layers.1;
+            let last = pair.layers.0 + 1 == self.layers.len();
             let mut rows = pair.sums.chunks_exact(pair.width);
             for first in 0..a.here {
-                for second in if same { first } else { 0 }..b.here {
+                for second in partners(first, b.here, (same, last)) {
                     let sums = rows.next().unwrap_or_default();
                     write_out((&a, first), (&b, second), (same, sums), hessian);
                 }
@@ -261,22 +278,25 @@ impl Curvature {
         let upper = self.packed.units() - inputs;
         let width = f64::width::<S>();
         let (a, b) = (self.layers[first], self.layers[second]);
+        let (same, last) = (first == second, second + 1 == self.layers.len());
         let left = f64::vectors_mut::<S>(&mut self.left);
         let mut rows = left.chunks_exact_mut(SAMPLES / width);
         for one in 0..a.here {
-            for other in if first == second { one } else { 0 }..b.here {
+            for other in partners(one, b.here, (same, last)) {
                 let Some(row) = rows.next() else { return };
-                let row = &mut row[..samples / width];
-                for (output, deltas) in self.deltas.chunks_exact(upper).take(outputs).enumerate() {
-                    let of = f64::vectors::<S>(&deltas[a.first_here + one]);
-                    let by = f64::vectors::<S>(&deltas[b.first_here + other]);
-                    for (product, (a, b)) in row.iter_mut().zip(of.iter().zip(by)) {
-                        *product = if output == 0 {
-                            simd.mul_f64s(*a, *b)
-                        } else {
-                            f64::add_product(simd, *product, *a, *b)
-                        };
+                let all = if last { other..other + 1 } else { 0..outputs };
+                for slot in (0..samples.div_ceil(width)).step_by(TOGETHER) {
+                    let mut products = [simd.splat_f64s(0.0); TOGETHER];
+                    for deltas in
+                        self.deltas[all.start * upper..all.end * upper].chunks_exact(upper)
+                    {
+                        let of = &f64::vectors::<S>(&deltas[a.first_here + one])[slot..];
+                        let by = &f64::vectors::<S>(&deltas[b.first_here + other])[slot..];
+                        for (product, (a, b)) in products.iter_mut().zip(of.iter().zip(by)) {
+                            *product = f64::add_product(simd, *product, *a, *b);
+                        }
                     }
+                    row[slot..slot + TOGETHER].copy_from_slice(&products);
                 }
             }
         }

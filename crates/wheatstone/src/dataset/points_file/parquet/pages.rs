@@ -7,7 +7,6 @@
 use super::super::columns::{Cells, Column, Words};
 use parquet::{
     basic::{Compression, Encoding},
-    column::writer::ColumnCloseResult,
     errors::Result,
     file::{metadata::ColumnChunkMetaData, statistics::Statistics},
     schema::types::ColumnDescPtr,
@@ -98,7 +97,7 @@ impl Pages {
     }
 
     /// What the file's end says of this column; offsets are those in `bytes`.
-    pub(super) fn close(&self, descriptor: ColumnDescPtr) -> Result<ColumnCloseResult> {
+    pub(super) fn close(&self, descriptor: ColumnDescPtr) -> Result<ColumnChunkMetaData> {
         let length = self.length() as i64;
         let values = match self.dictionary {
             0 => vec![Encoding::PLAIN, Encoding::RLE],
@@ -109,7 +108,7 @@ impl Pages {
             0 => Statistics::double(None, None, None, nulls, false),
             _ => Statistics::byte_array(None, None, None, nulls, false),
         };
-        let metadata = ColumnChunkMetaData::builder(descriptor)
+        ColumnChunkMetaData::builder(descriptor)
             .set_compression(Compression::UNCOMPRESSED)
             .set_encodings(values)
             .set_num_values(self.rows as i64)
@@ -118,15 +117,7 @@ impl Pages {
             .set_data_page_offset(self.dictionary as i64)
             .set_dictionary_page_offset((self.dictionary > 0).then_some(0))
             .set_statistics(statistics)
-            .build()?;
-        Ok(ColumnCloseResult {
-            bytes_written: length as u64,
-            rows_written: self.rows as u64,
-            metadata,
-            bloom_filter: None,
-            column_index: None,
-            offset_index: None,
-        })
+            .build()
     }
 
     /// Bytes of all pages.

@@ -8,21 +8,22 @@ use crate::{Error, Result};
 use bytes::Bytes;
 use parquet::{
     basic::{Compression, LogicalType, Repetition, Type as Physical},
-    column::writer::{
-        ColumnCloseResult, ColumnWriter, get_column_writer, get_typed_column_writer_mut,
-    },
+    column::writer::{ColumnWriter, get_column_writer, get_typed_column_writer_mut},
     data_type::{ByteArray, ByteArrayType, Int64Type},
     errors::ParquetError,
     file::{
+        metadata::{
+            ColumnChunkMetaData, FileMetaData, ParquetMetaData, ParquetMetaDataWriter,
+            RowGroupMetaData,
+        },
         properties::{EnabledStatistics, WriterProperties, WriterPropertiesPtr},
-        reader::{ChunkReader, Length},
-        writer::{SerializedFileWriter, SerializedPageWriter, TrackedWrite},
+        writer::{SerializedPageWriter, TrackedWrite},
     },
-    schema::types::{ColumnDescPtr, Type},
+    schema::types::{ColumnDescPtr, SchemaDescPtr, SchemaDescriptor, Type},
 };
 use rayon::prelude::*;
 use std::{
-    io::{Read, Write, empty},
+    io::Write,
     ops::Range,
     path::{Path, PathBuf},
     sync::Arc,
@@ -37,7 +38,12 @@ const PAGE: usize = 1 << 16;
 /// Writes columns, some rows at a time, the columns at once.
 pub struct ColumnsWriter<W: Write + Send> {
     path: PathBuf,
-    file: SerializedFileWriter<W>,
+    sink: W,
+    /// Bytes that went there.
+    written: u64,
+    schema: SchemaDescPtr,
+    properties: WriterPropertiesPtr,
+    groups: Vec<RowGroupMetaData>,
     chunks: Vec<Chunk>,
     /// Rows in them.
     rows: usize,
@@ -87,14 +93,22 @@ impl<W: Write + Send> ColumnsWriter<W> {
                 properties = properties.set_column_dictionary_enabled(name.as_str().into(), true);
             }
         }
-        let file = SerializedFileWriter::new(sink, Arc::new(schema), Arc::new(properties.build()));
-        let file = file.map_err(|e| writing(path, &e))?;
         let chunk = |(_, column): &(String, Column)| match column {
             Column::Numbers(_) | Column::Words(_) => Chunk::Pages(Pages::default()),
             Column::Integers(_) | Column::Texts(_) => Chunk::Cells(Vec::new()),
         };
-        let chunks = like.columns.iter().map(chunk).collect();
-        Ok(Self { path: path.into(), file, chunks, rows: 0 })
+        let mut writer = Self {
+            path: path.into(),
+            sink,
+            written: 0,
+            schema: Arc::new(SchemaDescriptor::new(Arc::new(schema))),
+            properties: Arc::new(properties.build()),
+            groups: Vec::new(),
+            chunks: like.columns.iter().map(chunk).collect(),
+            rows: 0,
+        };
+        writer.put(MAGIC)?;
+        Ok(writer)
     }
 
     /// Adds rows of the same columns.
@@ -127,38 +141,47 @@ impl<W: Write + Send> ColumnsWriter<W> {
         if self.rows == 0 {
             return Ok(());
         }
-        self.rows = 0;
-        let Self { file, chunks, path, .. } = self;
-        let properties = Arc::clone(file.properties());
-        let descriptors = file.schema_descr().columns().to_vec();
-        let ended = chunks.par_iter().zip(descriptors).map(|(chunk, descriptor)| match chunk {
-            Chunk::Pages(pages) => Ok((None, pages.close(descriptor)?)),
-            Chunk::Cells(cells) => {
-                packed(cells, descriptor, &properties).map(|(bytes, closed)| (Some(bytes), closed))
-            }
+        let rows = std::mem::take(&mut self.rows);
+        let mut chunks = std::mem::take(&mut self.chunks);
+        let ended = chunks.par_iter().zip(self.schema.columns());
+        let ended = ended.map(|(chunk, descriptor)| match chunk {
+            Chunk::Pages(pages) => Ok((None, pages.close(Arc::clone(descriptor))?)),
+            Chunk::Cells(cells) => packed(cells, Arc::clone(descriptor), &self.properties)
+                .map(|(bytes, metadata)| (Some(bytes), metadata)),
         });
-        let write = || {
-            let ended: Vec<(Option<Vec<u8>>, ColumnCloseResult)> =
-                ended.collect::<Result<_, ParquetError>>()?;
-            let mut group = file.next_row_group()?;
-            for ((own, closed), chunk) in ended.into_iter().zip(&*chunks) {
-                let written = match (&own, chunk) {
-                    (Some(own), _) => Written::Bytes(own),
-                    (None, Chunk::Pages(pages)) => Written::Pages(pages),
-                    (None, Chunk::Cells(_)) => continue,
-                };
-                group.append_column(&written, closed)?;
+        let ended: Result<Vec<_>, ParquetError> = ended.collect();
+        let (begin, mut columns) = (self.written, Vec::with_capacity(chunks.len()));
+        for ((own, metadata), chunk) in
+            ended.map_err(|e| writing(&self.path, &e))?.into_iter().zip(&chunks)
+        {
+            columns.push(moved(metadata, self.written).map_err(|e| writing(&self.path, &e))?);
+            match (own, chunk) {
+                (Some(own), _) => self.put(&own)?,
+                (None, Chunk::Pages(pages)) => {
+                    pages.pieces().try_for_each(|piece| self.put(piece))?;
+                }
+                (None, Chunk::Cells(_)) => {}
             }
-            group.close()
-        };
-        write().map_err(|e: ParquetError| writing(path, &e))?;
-        for chunk in &mut self.chunks {
+        }
+        let group = RowGroupMetaData::builder(Arc::clone(&self.schema))
+            .set_total_byte_size(columns.iter().map(ColumnChunkMetaData::uncompressed_size).sum())
+            .set_column_metadata(columns)
+            .set_num_rows(rows as i64)
+            .set_file_offset(begin as i64);
+        self.groups.push(group.build().map_err(|e| writing(&self.path, &e))?);
+        for chunk in &mut chunks {
             match chunk {
                 Chunk::Pages(pages) => pages.clear(),
                 Chunk::Cells(cells) => cells.clear(),
             }
         }
+        self.chunks = chunks;
         Ok(())
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        self.written += bytes.len() as u64;
+        self.sink.write_all(bytes).map_err(|e| Error::writing(&self.path, e))
     }
 
     /// Ends the file and gives back where it went.
@@ -168,47 +191,32 @@ impl<W: Write + Send> ColumnsWriter<W> {
     /// [`Error::Io`].
     pub fn finish(mut self) -> Result<W> {
         self.group()?;
-        self.file.into_inner().map_err(|e| writing(&self.path, &e))
+        let rows = self.groups.iter().map(RowGroupMetaData::num_rows).sum();
+        let file = FileMetaData::new(
+            self.properties.writer_version().as_num(),
+            rows,
+            Some(self.properties.created_by().to_owned()),
+            None,
+            Arc::clone(&self.schema),
+            None,
+        );
+        let metadata = ParquetMetaData::new(file, std::mem::take(&mut self.groups));
+        let mut end = Vec::new();
+        let ended = ParquetMetaDataWriter::new(&mut end, &metadata).finish();
+        ended.map_err(|e| writing(&self.path, &e))?;
+        self.put(&end)?;
+        Ok(self.sink)
     }
 }
 
-/// A column's pages in memory, as something to copy from.
-enum Written<'a> {
-    Bytes(&'a [u8]),
-    Pages(&'a Pages),
-}
+/// What a Parquet file begins with.
+const MAGIC: &[u8] = b"PAR1";
 
-impl Length for Written<'_> {
-    fn len(&self) -> u64 {
-        match self {
-            Self::Bytes(bytes) => bytes.len() as u64,
-            Self::Pages(pages) => pages.length() as u64,
-        }
-    }
-}
-
-impl<'a> ChunkReader for Written<'a> {
-    type T = Box<dyn Read + 'a>;
-
-    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
-        let pieces: Vec<&'a [u8]> = match self {
-            Self::Bytes(bytes) => vec![bytes],
-            Self::Pages(pages) => pages.pieces().collect(),
-        };
-        let (mut all, mut left): (Self::T, _) = (Box::new(empty()), start);
-        for piece in pieces {
-            let skipped = left.min(piece.len() as u64);
-            left -= skipped;
-            all = Box::new(all.chain(&piece[skipped as usize..]));
-        }
-        Ok(all)
-    }
-
-    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
-        let mut bytes = Vec::with_capacity(length.min(self.len() as usize));
-        self.get_read(start)?.take(length as u64).read_to_end(&mut bytes)?;
-        Ok(bytes.into())
-    }
+/// What the file's end says of a column whose bytes begin there.
+fn moved(column: ColumnChunkMetaData, begin: u64) -> Result<ColumnChunkMetaData, ParquetError> {
+    let data = column.data_page_offset() + begin as i64;
+    let dictionary = column.dictionary_page_offset().map(|offset| offset + begin as i64);
+    column.into_builder().set_data_page_offset(data).set_dictionary_page_offset(dictionary).build()
 }
 
 /// The pages of whole numbers or text, compressed.
@@ -216,7 +224,7 @@ fn packed(
     cells: &[(Arc<Column>, Range<usize>)],
     descriptor: ColumnDescPtr,
     properties: &WriterPropertiesPtr,
-) -> Result<(Vec<u8>, ColumnCloseResult), ParquetError> {
+) -> Result<(Vec<u8>, ColumnChunkMetaData), ParquetError> {
     let mut sink = TrackedWrite::new(Vec::new());
     let pages = Box::new(SerializedPageWriter::new(&mut sink));
     let mut writer = get_column_writer(descriptor, Arc::clone(properties), pages);
@@ -224,7 +232,7 @@ fn packed(
         add(&mut writer, column, rows.clone())?;
     }
     let closed = writer.close()?;
-    Ok((sink.into_inner()?, closed))
+    Ok((sink.into_inner()?, closed.metadata))
 }
 
 fn add(writer: &mut ColumnWriter, column: &Column, rows: Range<usize>) -> Result<(), ParquetError> {
