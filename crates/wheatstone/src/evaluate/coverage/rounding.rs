@@ -18,7 +18,7 @@ impl Ellipsoids {
     /// Radii by the law of the pixels' noise: that of rounding where all pixels lie on a raster, and
     /// normal as far as there is more of it.
     pub(super) fn of_noise(reconstructor: &dyn Reconstructor, data: &Dataset) -> Self {
-        /// A quarter of a million draws leave a radius uncertain by a sixth of a percent.
+        /// A quarter of a million draws leave a squared radius uncertain by a third of a percent.
         const POINTS: usize = 256;
         let Some(step) = raster(data) else { return Self::NORMAL };
         let stride = data.correspondences.len().div_ceil(POINTS).max(1);

@@ -12,12 +12,11 @@ use super::{Batch, LANES, Perceptron, packed::Packed};
 use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
 use nalgebra::DMatrix;
 use product::add_matrix_product;
-use std::ops::Range;
 
 /// Samples whose products are made before they are multiplied: they stay in the second cache.
 const SAMPLES: usize = 5 * LANES;
 
-/// Registers of samples that are multiplied together; any width makes a multiple of so many.
+/// Registers of samples that are multiplied together: [`SAMPLES`] are a multiple of so many at any width.
 const TOGETHER: usize = 5;
 
 /// Rows of the left factor that are multiplied at a time.
@@ -30,6 +29,8 @@ const COLUMNS: usize = 8;
 #[derive(Clone, Debug)]
 struct Pair {
     layers: (usize, usize),
+    /// A unit of each layer, pair by pair.
+    units: Vec<(usize, usize)>,
     /// Pairs of units, a row each, times pairs of activations.
     sums: Vec<f64>,
     /// Length of a row.
@@ -84,14 +85,15 @@ fn pairs_of(first: usize, second: usize, same: bool) -> usize {
     if same { first * (first + 1) / 2 } else { first * second }
 }
 
-/// The units of one layer that make pairs with the unit `first` of another, or of the same layer. Of the last
-/// layer each unit has but its own output to answer for: two of them share nothing.
-fn partners(first: usize, units: usize, (same, last): (bool, bool)) -> Range<usize> {
-    match (same, last) {
-        (true, true) => first..first + 1,
-        (true, false) => first..units,
-        (false, _) => 0..units,
-    }
+/// The pairs of units of two layers, or of one with itself, whose weights some output depends on together: of
+/// the last layer each unit has but its own output to answer for.
+fn pairs_of_units((a, b): (&Layer, &Layer), (same, last): (bool, bool)) -> Vec<(usize, usize)> {
+    let with = |one: usize| match (same, last) {
+        (true, true) => one..one + 1,
+        (true, false) => one..b.here,
+        (false, _) => 0..b.here,
+    };
+    (0..a.here).flat_map(|one| with(one).map(move |other| (one, other))).collect()
 }
 
 impl Curvature {
@@ -113,15 +115,11 @@ impl Curvature {
         for first in 0..layers.len() {
             for second in first..layers.len() {
                 let (a, b, same) = (layers[first], layers[second], first == second);
-                let last = first + 1 == layers.len();
-                let height = if last { a.here } else { pairs_of(a.here, b.here, same) };
-                let height = height.next_multiple_of(ROWS);
+                let units = pairs_of_units((&a, &b), (same, first + 1 == layers.len()));
+                let height = units.len().next_multiple_of(ROWS);
                 let width = pairs_of(a.below + 1, b.below + 1, same).next_multiple_of(COLUMNS);
-                pairs.push(Pair {
-                    layers: (first, second),
-                    sums: vec![0.0; height * width],
-                    width,
-                });
+                let sums = vec![0.0; height * width];
+                pairs.push(Pair { layers: (first, second), units, sums, width });
             }
         }
         let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
@@ -150,13 +148,9 @@ impl Curvature {
         for pair in &self.pairs {
             let (a, b) = (self.layers[pair.layers.0], self.layers[pair.layers.1]);
             let same = pair.layers.0 == pair.layers.1;
-            let last = pair.layers.0 + 1 == self.layers.len();
-            let mut rows = pair.sums.chunks_exact(pair.width);
-            for first in 0..a.here {
-                for second in partners(first, b.here, (same, last)) {
-                    let sums = rows.next().unwrap_or_default();
-                    write_out((&a, first), (&b, second), (same, sums), hessian);
-                }
+            for ((first, second), sums) in pair.units.iter().zip(pair.sums.chunks_exact(pair.width))
+            {
+                write_out((&a, *first), (&b, *second), (same, sums), hessian);
             }
         }
     }
@@ -208,7 +202,7 @@ impl WithSimd for Pass<'_> {
             curvature.turn(samples);
             for index in 0..curvature.pairs.len() {
                 let (a, b) = curvature.pairs[index].layers;
-                curvature.multiply_deltas(simd, samples, (a, b));
+                curvature.multiply_deltas(simd, samples, index);
                 let width = curvature.pairs[index].width;
                 curvature.multiply_activations(simd, samples, ((a, b), width));
                 let Curvature { left, right, pairs, .. } = curvature;
@@ -266,38 +260,29 @@ impl Curvature {
         }
     }
 
-    /// The left factor of two layers.
+    /// The left factor of a pair of layers.
     #[inline(always)]
-    fn multiply_deltas<S: Simd>(
-        &mut self,
-        simd: S,
-        samples: usize,
-        (first, second): (usize, usize),
-    ) {
+    fn multiply_deltas<S: Simd>(&mut self, simd: S, samples: usize, pair: usize) {
         let (inputs, outputs) = self.packed.ends();
         let upper = self.packed.units() - inputs;
         let width = f64::width::<S>();
-        let (a, b) = (self.layers[first], self.layers[second]);
-        let (same, last) = (first == second, second + 1 == self.layers.len());
-        let left = f64::vectors_mut::<S>(&mut self.left);
-        let mut rows = left.chunks_exact_mut(SAMPLES / width);
-        for one in 0..a.here {
-            for other in partners(one, b.here, (same, last)) {
-                let Some(row) = rows.next() else { return };
-                let all = if last { other..other + 1 } else { 0..outputs };
-                for slot in (0..samples.div_ceil(width)).step_by(TOGETHER) {
-                    let mut products = [simd.splat_f64s(0.0); TOGETHER];
-                    for deltas in
-                        self.deltas[all.start * upper..all.end * upper].chunks_exact(upper)
-                    {
-                        let of = &f64::vectors::<S>(&deltas[a.first_here + one])[slot..];
-                        let by = &f64::vectors::<S>(&deltas[b.first_here + other])[slot..];
-                        for (product, (a, b)) in products.iter_mut().zip(of.iter().zip(by)) {
-                            *product = f64::add_product(simd, *product, *a, *b);
-                        }
+        let Pair { layers: (first, second), units, .. } = &self.pairs[pair];
+        let (a, b) = (self.layers[*first], self.layers[*second]);
+        let is_last = second + 1 == self.layers.len();
+        let left = f64::vectors_mut::<S>(&mut self.left).chunks_exact_mut(SAMPLES / width);
+        for (row, (one, other)) in left.zip(units) {
+            let asked = if is_last { *other..other + 1 } else { 0..outputs };
+            let deltas = &self.deltas[asked.start * upper..asked.end * upper];
+            for slot in (0..samples.div_ceil(width)).step_by(TOGETHER) {
+                let mut products = [simd.splat_f64s(0.0); TOGETHER];
+                for deltas in deltas.chunks_exact(upper) {
+                    let of = &f64::vectors::<S>(&deltas[a.first_here + one])[slot..];
+                    let by = &f64::vectors::<S>(&deltas[b.first_here + other])[slot..];
+                    for (product, (a, b)) in products.iter_mut().zip(of.iter().zip(by)) {
+                        *product = f64::add_product(simd, *product, *a, *b);
                     }
-                    row[slot..slot + TOGETHER].copy_from_slice(&products);
                 }
+                row[slot..slot + TOGETHER].copy_from_slice(&products);
             }
         }
     }
