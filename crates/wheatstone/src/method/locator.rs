@@ -37,6 +37,8 @@ pub struct Locator<'a> {
     spreads: Option<Spreads>,
     /// Points located so far.
     done: usize,
+    /// The piece of the table that they end in.
+    piece: Piece,
     /// What would have helped them, and how many of them.
     wanted: BTreeMap<Wanted, u32>,
 }
@@ -55,9 +57,35 @@ struct Map<'a> {
 /// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
 const TASK: usize = 2048;
 
-/// What has come to pay is made whenever as many points as before have been located, but for the first and
-/// the last of these many: threads wait for each other then.
-const PIECES: [usize; 2] = [8 * TASK, 128 * TASK];
+/// Points at the end of which is made what has come to pay.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    /// The number of the point that it ends before.
+    end: usize,
+    length: usize,
+    /// Points of it that asked for something.
+    asked: usize,
+    /// Points of the pieces before, since one in which many asked.
+    quiet: usize,
+}
+
+/// Points a piece, at least and at most. Threads wait for each other at its end.
+const PIECES: [usize; 2] = [8 * TASK, 512 * TASK];
+
+impl Piece {
+    const FIRST: Self = Self { end: PIECES[0], length: PIECES[0], asked: 0, quiet: 0 };
+
+    /// The next piece: a quarter of what has gone by since many points asked. Tables may be sorted by depth, so that
+    /// what was made serves no longer: from there all points are worked out one by one to the piece's end.
+    fn next(&self) -> Self {
+        /// Of so many points one that asks: the others cost as much as it does.
+        const FEW: usize = 64;
+        let asks_much = self.asked * FEW > self.length;
+        let quiet = if asks_much { 0 } else { self.quiet + self.length };
+        let length = (quiet / 4).clamp(PIECES[0], PIECES[1]) / TASK * TASK;
+        Self { end: self.end + length, length, asked: 0, quiet }
+    }
+}
 
 /// So many points are worth sheets over the whole picture, which take some milliseconds.
 const MANY: usize = 4 * PIECES[0];
@@ -100,7 +128,15 @@ impl<'a> Locator<'a> {
         let map = Map { reconstructor, base, witness, learned };
         let rays = map.rays().filter(|rig| !rig.knows_spread());
         let spreads = rays.and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
-        Self { map, volume, with_covariance: true, spreads, done: 0, wanted: BTreeMap::new() }
+        Self {
+            map,
+            volume,
+            with_covariance: true,
+            spreads,
+            done: 0,
+            piece: Piece::FIRST,
+            wanted: BTreeMap::new(),
+        }
     }
 
     /// Without covariances and residuals.
@@ -124,28 +160,22 @@ impl<'a> Locator<'a> {
         places.resize(pixels.points(), self.with_covariance, self.volume.is_some());
         let mut tasks = places.tasks(self.done);
         while !tasks.is_empty() {
-            let piece = self.piece();
+            let left = self.piece.end - self.done;
             let first = tasks[0].0.start;
-            let others = tasks.split_off(tasks.partition_point(|(of, _)| of.start < first + piece));
+            let others = tasks.split_off(tasks.partition_point(|(of, _)| of.start < first + left));
             let own = std::mem::replace(&mut tasks, others);
-            let located = own.iter().map(|(of, _)| of.len()).sum::<usize>();
-            self.done += located;
+            self.done += own.iter().map(|(of, _)| of.len()).sum::<usize>();
             let run = |(of, slots): (Range<usize>, Slots)| self.task(&pixels.part(of), slots);
             let wanted: Vec<_> = own.into_par_iter().map(run).collect();
             for (what, points) in wanted.into_iter().flatten() {
                 *self.wanted.entry(what).or_default() += points;
+                self.piece.asked += points as usize;
             }
-            if located == piece {
+            if self.done == self.piece.end {
                 self.make();
+                self.piece = self.piece.next();
             }
         }
-    }
-
-    /// Points from those that are done to where what has come to pay is made.
-    fn piece(&self) -> usize {
-        let [least, most] = PIECES;
-        let step = (1 << self.done.max(1).ilog2()).clamp(least, most);
-        step - self.done % step
     }
 
     /// Makes what has come to pay.
