@@ -136,7 +136,7 @@ impl RobustCamera {
 
     /// Standard deviation of where its axis meets the picture, in pixels: the larger of x's and y's.
     pub(super) fn principal_uncertainty(&self, pairs: &[Pair]) -> Option<f64> {
-        let normal = Normal::weighed(&self.without_field(), pairs, (UNKNOWNS, None), cauchy);
+        let normal = Normal::weighed(&self.without_field(), pairs, cauchy);
         let inverse = normal.matrix.try_inverse()?;
         let largest = inverse[(8, 8)].max(inverse[(9, 9)]);
         (largest > 0.0).then(|| largest.sqrt())
@@ -168,12 +168,12 @@ impl RobustCamera {
     fn adjusted(&self, pairs: &[Pair], steps: usize, unknowns: usize) -> Self {
         let mut camera = self.clone();
         let mut damping = 1e-4;
-        let mut seen = Seen::by(&camera, pairs);
+        let mut seen = Linearised::by(&camera, pairs);
         let mut current = Normal::of(&seen, (&camera, unknowns), seen.scale(), cauchy);
         for _ in 0..steps {
             let Some(step) = current.step(damping) else { break };
             let tried = camera.stepped(&step);
-            let then = Seen::by(&tried, pairs);
+            let then = Linearised::by(&tried, pairs);
             let cost = then.cost((&tried, unknowns), current.scale);
             if cost.is_finite() && cost < current.cost {
                 (camera, seen) = (tried, then);
@@ -233,8 +233,8 @@ fn cauchy(error: f64, scale: f64) -> f64 {
     1.0 / (1.0 + (error / scale).powi(2)) / (scale * scale)
 }
 
-/// What a camera makes of the pairs that it sees.
-struct Seen {
+/// A camera's errors at the pairs that it sees, and how they change with its numbers.
+struct Linearised {
     rows: Vec<Row>,
     /// Pairs that it does not see.
     unseen: usize,
@@ -249,7 +249,7 @@ struct Row {
     error: Vector2<f64>,
 }
 
-impl Seen {
+impl Linearised {
     fn by(camera: &RobustCamera, pairs: &[Pair]) -> Self {
         let row = |(world, pixel): &Pair| {
             let turned = camera.rotation * world.coords;
@@ -287,20 +287,18 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    /// With a weight by an error's length and the errors' scale, both in pixels.
+    /// Of all unknowns, with a weight by an error's length and the errors' scale, both in pixels.
     pub(super) fn weighed(
         camera: &RobustCamera,
         pairs: &[Pair],
-        (unknowns, scale): (usize, Option<f64>),
         weigh: fn(f64, f64) -> f64,
     ) -> Self {
-        let seen = Seen::by(camera, pairs);
-        let scale = scale.unwrap_or_else(|| seen.scale());
-        Self::of(&seen, (camera, unknowns), scale, weigh)
+        let seen = Linearised::by(camera, pairs);
+        Self::of(&seen, (camera, UNKNOWNS), seen.scale(), weigh)
     }
 
     fn of(
-        seen: &Seen,
+        seen: &Linearised,
         (camera, unknowns): (&RobustCamera, usize),
         scale: f64,
         weigh: fn(f64, f64) -> f64,

@@ -31,7 +31,7 @@ impl Sums {
     pub(super) fn of(camera: &RobustCamera, views: &[Vec<Pair>]) -> Self {
         let all: Vec<Pair> = views.iter().flatten().copied().collect();
         let camera = camera.without_field().refined(&all, 8);
-        let whole = Normal::weighed(&camera, &all, (UNKNOWNS, None), even);
+        let whole = Normal::weighed(&camera, &all, even);
         let mut sums = Self {
             inverse: whole.matrix.try_inverse().unwrap_or_else(SMatrix::zeros),
             gradient: whole.gradient,

@@ -4,6 +4,7 @@
 //! many points ask for one that it pays; what neither holds is worked out by the map itself.
 
 mod patches;
+mod piece;
 mod places;
 mod plan;
 mod rig;
@@ -19,6 +20,7 @@ use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns},
 };
+use piece::{PIECES, Piece};
 use places::{LOWER, Slots};
 use rayon::prelude::*;
 use rig::{Met, Rig};
@@ -56,36 +58,6 @@ struct Map<'a> {
 
 /// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
 const TASK: usize = 2048;
-
-/// Points at the end of which is made what has come to pay.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    /// The number of the point that it ends before.
-    end: usize,
-    length: usize,
-    /// Points of it that asked for something.
-    asked: usize,
-    /// Points of the pieces before, since one in which many asked.
-    quiet: usize,
-}
-
-/// Points a piece, at least and at most. Threads wait for each other at its end.
-const PIECES: [usize; 2] = [8 * TASK, 512 * TASK];
-
-impl Piece {
-    const FIRST: Self = Self { end: PIECES[0], length: PIECES[0], asked: 0, quiet: 0 };
-
-    /// The next piece: a quarter of what has gone by since many points asked. Tables may be sorted by depth, so that
-    /// what was made serves no longer: from there all points are worked out one by one to the piece's end.
-    fn next(&self) -> Self {
-        /// Of so many points one that asks: the others cost as much as it does.
-        const FEW: usize = 64;
-        let asks_much = self.asked * FEW > self.length;
-        let quiet = if asks_much { 0 } else { self.quiet + self.length };
-        let length = (quiet / 4).clamp(PIECES[0], PIECES[1]) / TASK * TASK;
-        Self { end: self.end + length, length, asked: 0, quiet }
-    }
-}
 
 /// So many points are worth sheets over the whole picture, which take some milliseconds.
 const MANY: usize = 4 * PIECES[0];

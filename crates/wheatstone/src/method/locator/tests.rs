@@ -155,22 +155,6 @@ fn any_number_of_threads_and_of_calls_gives_the_same_bits() {
 }
 
 #[test]
-fn pieces_grow_while_no_point_asks_and_are_short_again_when_many_do() {
-    let mut piece = Piece { asked: PIECE / 100, ..Piece::FIRST };
-    let mut gone_by = 0;
-    while piece.length < PIECES[1] {
-        gone_by += piece.length;
-        let next = piece.next();
-        assert!(next.end == gone_by + next.length && next.length.is_multiple_of(TASK));
-        assert!(next.length >= piece.length && next.length <= (gone_by / 4).max(PIECE));
-        piece = next;
-    }
-    assert!(gone_by <= 5 * PIECES[1]);
-    piece.asked = piece.length / 10;
-    assert_eq!(piece.next().length, PIECE);
-}
-
-#[test]
 fn where_a_box_does_not_hold_its_eighths_do() {
     let (rig, chart, train) = world("paper", 2);
     let fit = AnyMethod::named("dlt").unwrap().fit_checked(&train, 0, &Silent).unwrap();

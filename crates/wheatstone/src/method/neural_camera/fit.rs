@@ -178,7 +178,7 @@ impl State<'_> {
         for round in 0..=ROUNDS {
             progress.check()?;
             let settings = posterior.settings;
-            let Some(moved) = self.settle(settings, &posterior) else { return Ok(None) };
+            let Some(moved) = self.settle(&posterior) else { return Ok(None) };
             // What was chosen for a state that does not move is chosen.
             if !moved {
                 break;
@@ -284,8 +284,9 @@ impl State<'_> {
         None
     }
 
-    /// Goes to the mode at fixed settings, of which `first` is the posterior here; whether that led away.
-    pub(super) fn settle(&mut self, settings: Settings, first: &Posterior) -> Option<bool> {
+    /// Goes to the mode at the settings of `first`, the posterior here; whether that led away.
+    pub(super) fn settle(&mut self, first: &Posterior) -> Option<bool> {
+        let settings = first.settings;
         let Some(mut here) = self.objective(&settings) else { return Some(false) };
         let mut next;
         let mut posterior = first;

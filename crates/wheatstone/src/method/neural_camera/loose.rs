@@ -172,7 +172,7 @@ impl<'a> LooseCamera<'a> {
         }
         self.hold(true);
         let held = self.posterior()?;
-        self.state.settle(self.settings, &held)?;
+        self.state.settle(&held)?;
         self.hold(false);
         let sums = self.state.sums()?;
         let posterior = if learn {
