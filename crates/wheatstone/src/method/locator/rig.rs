@@ -159,8 +159,11 @@ struct Pass<'a, 'p> {
 /// More cameras than this are not made ready: nobody has them.
 pub(super) const MOST_CAMERAS: usize = 32;
 
-/// What is told of a block of points by one camera.
-type Told = [[f64; BLOCK]; TOLD];
+/// What is told of a block of points by one camera; as caches have their lines, or every second register would lie
+/// across two of them.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Told([[f64; BLOCK]; TOLD]);
 
 impl WithSimd for Pass<'_, '_> {
     type Output = ();
@@ -169,14 +172,14 @@ impl WithSimd for Pass<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { rig, pixels, mut met } = self;
         // Cameras without a lens see a step on the plane as a step in the picture.
-        let mut told: Vec<Told> = vec![[[0.0; BLOCK]; TOLD]; rig.cameras.len()];
-        for told in &mut told {
+        let mut told = vec![Told([[0.0; BLOCK]; TOLD]); rig.cameras.len()];
+        for Told(told) in &mut told {
             (told[2], told[5]) = ([1.0; BLOCK], [1.0; BLOCK]);
         }
         let mut out = [[0.0; BLOCK]; 5];
         for start in (0..pixels.points()).step_by(BLOCK) {
             let length = BLOCK.min(pixels.points() - start);
-            for (index, (told, [x, y])) in told.iter_mut().zip(pixels.cameras()).enumerate() {
+            for (index, (Told(told), [x, y])) in told.iter_mut().zip(pixels.cameras()).enumerate() {
                 look(
                     simd,
                     (rig, index),
@@ -276,7 +279,8 @@ impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
         let (simd, place) = (self.told.simd, self.told.group + self.place);
         let zero = Doubles(simd, simd.splat_f64s(0.0));
         let mut at = [zero; 2];
-        for (value, told) in at.iter_mut().zip(&self.told.told[camera]) {
+        let Told(told) = &self.told.told[camera];
+        for (value, told) in at.iter_mut().zip(told) {
             value.1 = registers::<S>(told)[place];
         }
         Sighting { at, along: [zero; 2], bend: [zero; 2], scale: [zero; 4] }
@@ -293,7 +297,7 @@ struct Groups<'a, S> {
 impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
     #[inline(always)]
     fn of(&self, camera: usize) -> Sighting<Pair<Doubles<S>>> {
-        let told = &self.told[camera];
+        let Told(told) = &self.told[camera];
         let zero = Doubles(self.simd, self.simd.splat_f64s(0.0));
         let mut all = [Pair([zero, zero]); TOLD];
         for (told, pair) in told.iter().zip(&mut all) {
@@ -313,7 +317,12 @@ impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
 
 /// Where a camera's pixels look.
 #[inline(always)]
-fn look<S: Simd>(simd: S, (rig, index): (&Rig, usize), (x, y): (&[f64], &[f64]), told: &mut Told) {
+fn look<S: Simd>(
+    simd: S,
+    (rig, index): (&Rig, usize),
+    (x, y): (&[f64], &[f64]),
+    told: &mut [[f64; BLOCK]; TOLD],
+) {
     let sheet = rig.sheets[index].as_ref().and_then(|(_, sheet)| sheet.as_ref());
     match &rig.patches[index] {
         None => {
@@ -333,7 +342,7 @@ fn look_through<S: Simd, const CURVED: bool>(
     simd: S,
     (patches, sheet): (&Patches, Option<&Sheet>),
     [x, y]: [&[f64]; 2],
-    told: &mut Told,
+    told: &mut [[f64; BLOCK]; TOLD],
 ) {
     if let Some(sheet) = sheet {
         sheet.tell::<S, BLOCK, CURVED>(simd, [x, y], told);
