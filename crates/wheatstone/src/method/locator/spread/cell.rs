@@ -25,10 +25,13 @@ const LAYER: usize = 9;
 
 /// One box: the figures' factors by the powers of nearness, then y, then pairs of powers of x; the even one's
 /// figures, then the odd one's. Single precision holds them a thousand times better than they are asked for.
-pub(super) type Cell = [[f32; 2 * FIGURES]; LAYER * DEEP];
+/// Each pair is one line of a cache.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub(super) struct Cell([[f32; 2 * FIGURES]; LAYER * DEEP]);
 
 /// One that tells nothing.
-pub(super) const NONE: Cell = [[f32::NAN; 2 * FIGURES]; LAYER * DEEP];
+pub(super) const NONE: Cell = Cell([[f32::NAN; 2 * FIGURES]; LAYER * DEEP]);
 
 /// The figures at a place of a box.
 #[inline(always)]
@@ -38,7 +41,7 @@ pub(super) fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64
     let [down, near] = [simd.splat_f32s(y as f32), simd.splat_f32s(near as f32)];
     for (k, half) in f32::vectors_mut::<S>(&mut halves).iter_mut().enumerate() {
         let mut deep = simd.splat_f32s(0.0);
-        for layer in own.as_chunks::<LAYER>().0.iter().rev() {
+        for layer in own.0.as_chunks::<LAYER>().0.iter().rev() {
             let (mut across, mut end) = (simd.splat_f32s(0.0), LAYER);
             for pairs in PAIRS.into_iter().rev() {
                 let mut along = simd.splat_f32s(0.0);
@@ -114,9 +117,9 @@ pub(super) fn fitted(
     exact: &dyn Fn([f64; 3]) -> Option<[f64; FIGURES]>,
 ) -> Option<Cell> {
     let figures: Vec<[f64; FIGURES]> = places().map(exact).collect::<Option<_>>()?;
-    let mut own: Cell = [[0.0; 2 * FIGURES]; LAYER * DEEP];
+    let mut own = Cell([[0.0; 2 * FIGURES]; LAYER * DEEP]);
     for (term, (_, pair, half)) in terms().enumerate() {
-        for (place, factor) in own[pair][half * FIGURES..][..FIGURES].iter_mut().enumerate() {
+        for (place, factor) in own.0[pair][half * FIGURES..][..FIGURES].iter_mut().enumerate() {
             let share = |node: usize| through[(term, node)] * figures[node][place];
             *factor = (0..NODES).map(share).sum::<f64>() as f32;
         }
