@@ -138,7 +138,7 @@ impl<'a> Locator<'a> {
             let own = std::mem::replace(&mut tasks, others);
             self.done += own.iter().map(|(of, _)| of.len()).sum::<usize>();
             let run = |(of, slots): (Range<usize>, Slots)| self.task(&pixels.part(of), slots);
-            let wanted: Vec<_> = own.into_par_iter().map(run).collect();
+            let wanted: Vec<_> = own.into_par_iter().with_max_len(1).map(run).collect();
             for (what, points) in wanted.into_iter().flatten() {
                 *self.wanted.entry(what).or_default() += points;
                 self.piece.asked += points as usize;
