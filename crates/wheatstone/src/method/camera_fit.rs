@@ -36,6 +36,10 @@ pub(super) const POSE: usize = 6;
 /// Room for the unknowns of the camera with most of them.
 pub(super) const MOST_UNKNOWNS: usize = 32;
 
+/// The first of a model's numbers that bends its lens: before it stand its pinhole's focal lengths and principal
+/// point.
+const FIRST_COEFFICIENT: usize = 4;
+
 /// A camera on its way to the best fit; its rotation has determinant -1 if it is mirrored.
 #[derive(Clone, Debug)]
 pub(super) struct Placed<L> {
@@ -101,8 +105,7 @@ impl<L: Traced> Placed<L> {
     fn without_others(&self, free: &[usize]) -> Self {
         let mut camera = self.clone();
         for (index, value) in camera.model.parameters_mut().into_iter().enumerate() {
-            // Every model begins with its pinhole's focal lengths and principal point.
-            if index >= 4 && !free.contains(&index) {
+            if index >= FIRST_COEFFICIENT && !free.contains(&index) {
                 *value = 0.0;
             }
         }
@@ -196,21 +199,22 @@ impl Ladder {
         let carried =
             |rung: usize| rung == 0 || 2 * pairs.len() > POSE + self.rungs[rung].len() + 2;
         let few = some_of(pairs, SCOUTED);
-        let starts = starts::<L>(&few, linear);
+        let mut starts = starts::<L>(&few, linear);
         let mut found: Vec<Adjusted<L>> = Vec::with_capacity(self.rungs.len());
         for rung in (0..self.rungs.len()).filter(|rung| carried(*rung)) {
             let unknowns = self.unknowns(rung);
-            let below = found.last().map(|last| last.camera.clone());
-            let mut best: Option<Adjusted<L>> = None;
-            for start in starts.iter().chain(&below) {
+            let scout = |start: &Placed<L>| {
                 let start = start.without_others(&self.rungs[rung]);
-                let scouted = possible(start.adjust(&unknowns, &few, SCOUTING, progress))?;
-                let better =
-                    |new: &Adjusted<L>| best.as_ref().is_none_or(|old| new.squares < old.squares);
-                if let Some(scouted) = scouted.filter(better) {
-                    best = Some(scouted);
-                }
+                possible(start.adjust(&unknowns, &few, SCOUTING, progress))
+            };
+            let scouted = starts.iter().map(scout).collect::<Result<Vec<_>>>()?;
+            // Before, starts that differ by their lenses alone are the same.
+            if self.rungs[rung].contains(&FIRST_COEFFICIENT) {
+                starts = distinct(starts, &scouted);
             }
+            let below = found.last().map(|last| scout(&last.camera)).transpose()?;
+            let all = scouted.into_iter().chain(below).flatten();
+            let best = all.min_by(|a, b| a.squares.total_cmp(&b.squares));
             let Some(scouted) = best else { continue };
             let adjusted = scouted.camera.adjust(&unknowns, pairs, JUDGING, progress);
             found.extend(possible(adjusted)?);
@@ -253,6 +257,18 @@ impl Ladder {
             .collect();
         assemble(found?, train)
     }
+}
+
+/// Of starts that led to the same place the one that came furthest.
+fn distinct<L>(starts: Vec<Placed<L>>, scouted: &[Option<Adjusted<L>>]) -> Vec<Placed<L>> {
+    /// What scouting leaves open, and as much again several times.
+    const SAME: f64 = 1.0 + 10.0 * SCOUTING.least_gain;
+    // A start that led nowhere may yet do so with more terms.
+    let reached = |found: &Option<Adjusted<L>>| found.as_ref().map_or(f64::NAN, |f| f.squares);
+    let mut all: Vec<(f64, Placed<L>)> = scouted.iter().map(reached).zip(starts).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by(|other, kept| other.0 <= SAME * kept.0);
+    all.into_iter().map(|(_, start)| start).collect()
 }
 
 /// At most so many of the pairs, at random, always the same ones.

@@ -60,16 +60,11 @@ fn harvey(places: &[[f64; 2]], squares: &[f64], order: usize) -> Option<(Vec<f64
         places.iter().flat_map(|p| std::iter::once(1.0).chain(monomials(*p, order))).collect();
     let width = rows.len() / places.len();
     let factored = Factored::new(&rows, width)?;
-    // How likely the squares are, and each one's half as a share of its variance.
-    let judged = |terms: &[f64]| -> (f64, Vec<f64>) {
-        let mut shares = Vec::with_capacity(squares.len());
-        let mut likelihood = 0.0;
-        for (row, square) in rows.chunks_exact(width).zip(squares) {
-            let log: f64 = row.iter().zip(terms).map(|(value, term)| value * term).sum();
-            let share = 0.5 * square * libm::exp(-log);
-            likelihood += -log - share;
-            shares.push(share);
-        }
+    let column = |term: usize| rows.iter().skip(term).step_by(width);
+    let columns: Vec<f64> = (1..width).flat_map(column).copied().collect();
+    let judged = |terms: &[f64]| {
+        let mut shares = squares.to_vec();
+        let likelihood = on_widest(Likelihood { terms, columns: &columns, shares: &mut shares });
         (likelihood, shares)
     };
     let mean = squares.iter().sum::<f64>() / (2 * squares.len()) as f64;
@@ -93,6 +88,43 @@ fn harvey(places: &[[f64; 2]], squares: &[f64], order: usize) -> Option<(Vec<f64
         }
     }
     best.is_finite().then_some((terms, best))
+}
+
+/// How likely squares are whose halves' logarithms are expected to be sums of terms; each one's half as a share of
+/// what is expected takes its place.
+struct Likelihood<'a> {
+    /// The constant, and what the columns are multiplied by.
+    terms: &'a [f64],
+    /// Column by column, as many values as squares.
+    columns: &'a [f64],
+    shares: &'a mut [f64],
+}
+
+impl WithSimd for Likelihood<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { terms, columns, shares } = self;
+        let (count, mut likelihood) = (shares.len(), 0.0);
+        for (block, shares) in shares.chunks_mut(BLOCK).enumerate() {
+            let mut logs = [-terms[0]; BLOCK];
+            for (term, column) in terms[1..].iter().zip(columns.chunks_exact(count)) {
+                for (log, value) in logs.iter_mut().zip(&column[block * BLOCK..][..shares.len()]) {
+                    *log -= term * value;
+                }
+            }
+            let mut inverse = logs;
+            for pair in registers_mut::<S>(&mut inverse).as_chunks_mut::<2>().0 {
+                *pair = exponentials(simd, *pair);
+            }
+            for ((share, log), inverse) in shares.iter_mut().zip(logs).zip(inverse) {
+                *share *= 0.5 * inverse;
+                likelihood += log - *share;
+            }
+        }
+        likelihood
+    }
 }
 
 impl PixelNoise {
@@ -241,7 +273,7 @@ fn terms_of(order: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Random;
+    use crate::numeric::{random::Random, simd::on_each};
 
     fn noisy(sigma: impl Fn(f64, f64) -> f64) -> PixelNoise {
         let mut random = Random::new(9);
@@ -270,6 +302,29 @@ mod tests {
                 let wanted = noise.variance(Pixel::new(*x, *y));
                 assert!((found / wanted - 1.0).abs() < 1e-13, "{order}: {found} {wanted}");
             }
+        }
+    }
+
+    #[test]
+    fn likelihoods_are_those_of_plain_sums_at_every_width() {
+        let mut random = Random::new(5);
+        let (count, terms) = (BLOCK + 13, [0.4, -1.3, 0.7]);
+        let squares: Vec<f64> = (0..count).map(|_| random.uniform(0.1, 2.0)).collect();
+        let columns: Vec<f64> = (0..2 * count).map(|_| random.normal()).collect();
+        let mut all = vec![squares.clone(); 4];
+        let mut next = all.iter_mut();
+        let columns = columns.as_slice();
+        let found = on_each(|| Likelihood { terms: &terms, columns, shares: next.next().unwrap() });
+        let log =
+            |index: usize| terms[0] + terms[1] * columns[index] + terms[2] * columns[count + index];
+        let share = |index: usize| 0.5 * squares[index] * libm::exp(-log(index));
+        let wanted: f64 = (0..count).map(|index| -log(index) - share(index)).sum();
+        assert!((found[0] - wanted).abs() < 1e-11, "{} {wanted}", found[0]);
+        for (index, found) in all[0].iter().enumerate() {
+            assert!((found / share(index) - 1.0).abs() < 1e-13);
+        }
+        for (one, shares) in found.iter().zip(&all) {
+            assert!(one.to_bits() == found[0].to_bits() && *shares == all[0]);
         }
     }
 
