@@ -10,6 +10,7 @@ pub mod covariance;
 pub mod evidence;
 pub mod least_squares;
 pub mod levenberg_marquardt;
+pub(crate) mod lines;
 pub(crate) mod loss;
 pub(crate) mod number;
 pub mod panels;

@@ -7,7 +7,10 @@ mod bend;
 mod products;
 
 use super::{Batch, LANES, Perceptron, packed::Packed};
-use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
+use crate::numeric::{
+    lines::Lines,
+    simd::{Real, Simd, WithSimd, on_widest},
+};
 use products::Products;
 
 /// Bytes of a unit's samples that go forward and backward before their derivatives are added up: what they
@@ -21,22 +24,22 @@ const DOUBLES: usize = GROUP / size_of::<f64>();
 pub struct Sweep<T> {
     packed: Packed<T>,
     /// Group by group, input by input.
-    inputs: Vec<T>,
+    inputs: Lines<T>,
     /// Group by group, output by output.
-    targets: Vec<T>,
+    targets: Lines<T>,
     /// 1 for a sample, 0 for padding of the last [`LANES`].
-    present: Vec<T>,
+    present: Lines<T>,
     /// Unit by unit, the samples of a group.
-    activations: Vec<T>,
+    activations: Lines<T>,
     /// As the activations, without inputs.
-    deltas: Vec<T>,
+    deltas: Lines<T>,
     /// How the weights move where the outputs' bends are asked for.
     along: Packed<T>,
     /// As the activations: their first and second derivatives by that motion.
-    motion: [Vec<T>; 2],
+    motion: [Lines<T>; 2],
     /// Weight by weight, sums over each lane's samples of the gradient.
-    sums: Vec<T>,
-    squares: Vec<T>,
+    sums: Lines<T>,
+    squares: Lines<T>,
     totals: Vec<f64>,
 }
 
@@ -47,15 +50,16 @@ impl<T: Real> Sweep<T> {
         let packed = Packed::new(network);
         let (inputs, outputs) = packed.ends();
         let [given, targets] = batch.groups(group::<T>());
-        let zeros = |count: usize| vec![T::default(); count * LANES];
+        let zeros = |count: usize| Lines::zeros(count * LANES);
+        let units = |count: usize| Lines::zeros(count * group::<T>());
         Self {
-            inputs: given,
-            targets,
-            present: batch.present(),
-            activations: vec![T::default(); group::<T>() * packed.units()],
-            deltas: vec![T::default(); group::<T>() * (packed.units() - inputs)],
+            inputs: Lines::of(&given),
+            targets: Lines::of(&targets),
+            present: Lines::of(&batch.present()),
+            activations: units(packed.units()),
+            deltas: units(packed.units() - inputs),
             along: packed.clone(),
-            motion: [(); 2].map(|()| vec![T::default(); group::<T>() * packed.units()]),
+            motion: [(); 2].map(|()| units(packed.units())),
             sums: zeros(network.weights.len()),
             squares: zeros(outputs),
             totals: vec![0.0; outputs],
