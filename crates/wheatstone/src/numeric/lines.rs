@@ -1,6 +1,6 @@
-//! Numbers that begin where a line of the processor's cache does.
+//! Numbers as the processor's cache has them: line by line.
 //!
-//! Where they do not, every second register of four doubles lies across two lines and is read and written twice:
+//! Where numbers do not begin with a line, every second register of four doubles lies across two lines and is read and written twice:
 //! a network's epochs then take 6 % longer, or not, as the heap happens to have it. Its Hessian and its outputs
 //! alone do not: they are limited by other things.
 
@@ -8,6 +8,24 @@ use std::ops::{Deref, DerefMut};
 
 /// Bytes a line.
 const LINE: usize = 64;
+
+/// Asks for the memory that comes some way after these numbers, to be there when they are reached: a kernel that works
+/// for long on each number of a column of many is not foreseen by the processor. Nothing is read, and it may be beyond
+/// the column's end.
+#[inline(always)]
+pub(crate) fn ask_ahead<T>(values: &[T]) {
+    /// Bytes: long enough for memory to answer, short enough for the nearest cache to keep a few columns of it.
+    const AHEAD: usize = 4096;
+    #[cfg(target_arch = "x86_64")]
+    if let Some(sse) = pulp::core_arch::x86::Sse::try_new() {
+        let first = values.as_ptr().cast::<i8>().wrapping_add(AHEAD);
+        for offset in (0..size_of_val(values)).step_by(LINE) {
+            sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(first.wrapping_add(offset));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (AHEAD, values);
+}
 
 /// A vector of a length that stays.
 #[derive(Debug)]

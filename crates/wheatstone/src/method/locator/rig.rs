@@ -15,6 +15,7 @@ use crate::{
     },
     method::PixelNoise,
     numeric::{
+        lines::ask_ahead,
         number::{Doubles, Number, Pair, registers, registers_mut},
         simd::{Simd, WithSimd, on_widest},
     },
@@ -180,18 +181,17 @@ impl WithSimd for Pass<'_, '_> {
         for start in (0..pixels.points()).step_by(BLOCK) {
             let length = BLOCK.min(pixels.points() - start);
             for (index, (Told(told), [x, y])) in told.iter_mut().zip(pixels.cameras()).enumerate() {
-                look(
-                    simd,
-                    (rig, index),
-                    (&x[start..start + length], &y[start..start + length]),
-                    told,
-                );
+                let (x, y) = (&x[start..start + length], &y[start..start + length]);
+                ask_ahead(x);
+                ask_ahead(y);
+                look(simd, (rig, index), (x, y), told);
             }
             // Whole blocks are written where they belong, the last one by way of `out`.
             let mut columns = out.each_mut().map(|column| &mut column[..]);
             if length == BLOCK {
                 for (column, own) in columns.iter_mut().zip(met.point.iter_mut().flatten()) {
                     *column = &mut own[start..start + length];
+                    ask_ahead(column);
                 }
                 columns[3] = &mut met.residual[start..start + length];
                 columns[4] = &mut met.nearness[start..start + length];

@@ -5,7 +5,10 @@ use super::{NetworkReconstructor, Noise, Scale, Targets};
 use crate::{
     geometry::{PixelColumns, Pose},
     method::{Learned, PlacedCamera},
-    numeric::perceptron::{Forward, Samples, TOGETHER},
+    numeric::{
+        lines::ask_ahead,
+        perceptron::{Forward, Samples, TOGETHER},
+    },
 };
 use nalgebra::Matrix3;
 
@@ -71,6 +74,7 @@ impl Samples<f32> for Points<'_, '_> {
             let values = &column[first..];
             // Of a known length where there are enough: the loop then is a few registers.
             if let Some(values) = values.first_chunk::<TOGETHER>() {
+                ask_ahead(values);
                 for (input, value) in input.iter_mut().zip(values) {
                     *input = ((value - low) * by) as f32;
                 }
@@ -94,7 +98,10 @@ impl Samples<f32> for Points<'_, '_> {
             {
                 let points = &mut points[first..];
                 match points.first_chunk_mut::<TOGETHER>() {
-                    Some(points) => unscaled(output, scale, points),
+                    Some(points) => {
+                        ask_ahead(points);
+                        unscaled(output, scale, points);
+                    }
                     None => unscaled(output, scale, points),
                 }
             }
