@@ -14,8 +14,9 @@ const LINE: usize = 64;
 /// the column's end.
 #[inline(always)]
 pub(crate) fn ask_ahead<T>(values: &[T]) {
-    /// Bytes: long enough for memory to answer, short enough for the nearest cache to keep a few columns of it.
-    const AHEAD: usize = 4096;
+    /// Bytes: long enough for memory to answer, short enough for the nearest cache to keep a few columns of it, and
+    /// no page, whose lines would all want the same places there as those that are worked on.
+    const AHEAD: usize = 1024;
     #[cfg(target_arch = "x86_64")]
     if let Some(sse) = pulp::core_arch::x86::Sse::try_new() {
         let first = values.as_ptr().cast::<i8>().wrapping_add(AHEAD);

@@ -32,13 +32,31 @@ pub(crate) fn exponentials<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]
         *sum = simd.add_f64s(simd.splat_f64s(1.0), *sum);
     }
     for (sum, whole) in sums.iter_mut().zip(&whole) {
-        // There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole number begins at bit 32, all
-        // below is zero, and a shift by 20 in each half brings it to the exponent.
-        let whole: S::u32s = cast(simd.add_f64s(*whole, simd.splat_f64s(1_572_864.0)));
-        let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
-        *sum = cast(simd.add_u32s(cast(*sum), exponent));
+        *sum = scaled_double(simd, *sum, *whole);
     }
     sums
+}
+
+/// `value 2^whole`.
+#[inline(always)]
+fn scaled_double<S: Simd>(simd: S, value: S::f64s, whole: S::f64s) -> S::f64s {
+    // One instruction, where there is one.
+    #[cfg(target_arch = "x86_64")]
+    if let Some(wide) = wide(&simd) {
+        return cast(wide.avx512f._mm512_scalef_pd(cast(value), cast(whole)));
+    }
+    // Elsewhere the exponent's bits are added to. There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole
+    // number begins at bit 32, all below is zero, and a shift by 20 in each half brings it to the exponent.
+    let whole: S::u32s = cast(simd.add_f64s(whole, simd.splat_f64s(1_572_864.0)));
+    let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
+    cast(simd.add_u32s(cast(value), exponent))
+}
+
+/// x86's registers of 512 bits, if it is these, for what only they can do.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn wide(simd: &dyn std::any::Any) -> Option<&pulp::x86::V4> {
+    simd.downcast_ref()
 }
 
 /// `x` between -[`BOUND`] and [`BOUND`]; what is not a number stays so.
@@ -76,7 +94,8 @@ pub(super) fn exponentials_of_negative<S: Simd, const N: usize>(
     for (x, rounded) in x.iter_mut().zip(&mut rounded) {
         *x = clamped_single(simd, *x);
         *rounded = multiply_add_singles(simd, *x, log2_e, round);
-        *x = multiply_add_singles(simd, *x, log2_e, simd.sub_f32s(round, *rounded));
+        let whole = simd.sub_f32s(*rounded, round);
+        *x = multiply_add_singles(simd, *x, log2_e, simd.neg_f32s(whole));
     }
     let [others @ .., last] = POWER_OF_TWO;
     let mut sums = [simd.splat_f32s(last); N];
@@ -87,12 +106,26 @@ pub(super) fn exponentials_of_negative<S: Simd, const N: usize>(
         }
     }
     for (sum, rounded) in sums.iter_mut().zip(&rounded) {
-        let whole = simd.transmute_u32s_f32s(*rounded);
-        let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(23));
-        let bits = simd.add_u32s(simd.transmute_u32s_f32s(*sum), exponent);
-        *sum = simd.transmute_f32s_u32s(bits);
+        *sum = scaled_single(simd, *sum, (*rounded, round));
     }
     sums
+}
+
+/// `value 2^whole`, where the whole number stands in the low bits of what it becomes with `round` added.
+#[inline(always)]
+fn scaled_single<S: Simd>(
+    simd: S,
+    value: S::f32s,
+    (rounded, round): (S::f32s, S::f32s),
+) -> S::f32s {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(wide) = wide(&simd) {
+        let whole = simd.sub_f32s(rounded, round);
+        return cast(wide.avx512f._mm512_scalef_ps(cast(value), cast(whole)));
+    }
+    let whole = simd.transmute_u32s_f32s(rounded);
+    let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(23));
+    simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(value), exponent))
 }
 
 /// As [`clamped_double`], to the range of [`exponentials_of_negative`].
