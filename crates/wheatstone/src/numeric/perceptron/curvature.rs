@@ -9,7 +9,10 @@
 mod product;
 
 use super::{Batch, LANES, Perceptron, packed::Packed};
-use crate::numeric::simd::{Real, Simd, WithSimd, on_widest};
+use crate::numeric::{
+    lines::Lines,
+    simd::{Real, Simd, WithSimd, on_widest},
+};
 use nalgebra::DMatrix;
 use product::add_matrix_product;
 
@@ -31,8 +34,10 @@ struct Pair {
     layers: (usize, usize),
     /// A unit of each layer, pair by pair.
     units: Vec<(usize, usize)>,
-    /// Pairs of units, a row each, times pairs of activations.
-    sums: Vec<f64>,
+    /// An input of each layer, or its bias, pair by pair.
+    inputs: Vec<(usize, usize)>,
+    /// Pairs of units, a row each, times pairs of inputs.
+    sums: Lines<f64>,
     /// Length of a row.
     width: usize,
 }
@@ -65,24 +70,39 @@ impl Layer {
 pub struct Curvature {
     packed: Packed<f64>,
     layers: Vec<Layer>,
-    inputs: Vec<f64>,
-    present: Vec<f64>,
-    /// Unit by unit, as the two passes leave them.
-    activations: Vec<[f64; SAMPLES]>,
+    inputs: Lines<f64>,
+    present: Lines<f64>,
+    /// Unit by unit, [`SAMPLES`] each, as the two passes leave them.
+    activations: Lines<f64>,
     /// Output by output, unit by unit.
-    deltas: Vec<[f64; SAMPLES]>,
-    /// Layer by layer, sample by sample, with the 1 that the biases are multiplied by.
+    deltas: Lines<f64>,
+    /// Layer by layer, sample by sample, twice, and then the 1 that the biases are multiplied by.
     rows: Vec<Vec<f64>>,
     /// Products of deltas: pair by pair, sample by sample.
-    left: Vec<f64>,
+    left: Lines<f64>,
     /// Products of activations: sample by sample, pair by pair.
-    right: Vec<f64>,
+    right: Lines<f64>,
     pairs: Vec<Pair>,
 }
 
-/// How many pairs there are of things of these two numbers; of one kind of thing, each counts once.
-fn pairs_of(first: usize, second: usize, same: bool) -> usize {
-    if same { first * (first + 1) / 2 } else { first * second }
+/// How far inputs are apart, counted round the layer, whose pairs are made together, and how many pairs that are:
+/// each pair once.
+fn distances(inputs: usize) -> impl Iterator<Item = (usize, usize)> {
+    let count = move |apart| if 2 * apart == inputs { apart } else { inputs };
+    (0..=inputs / 2).map(move |apart| (apart, count(apart)))
+}
+
+/// The pairs of inputs of two layers, or of one with itself, in the order in which they are made: those with
+/// the second layer's bias come last, so that eight inputs are as many products side by side and not nine.
+fn pairs_of_inputs((a, b): (usize, usize), same: bool) -> Vec<(usize, usize)> {
+    let mut pairs: Vec<(usize, usize)> = if same {
+        let turned = |(apart, count)| (0..count).map(move |one| (one, (one + apart) % a));
+        distances(a).flat_map(turned).collect()
+    } else {
+        (0..=a).flat_map(|one| (0..b).map(move |other| (one, other))).collect()
+    };
+    pairs.extend((0..=a).map(|one| (one, b)));
+    pairs
 }
 
 /// The pairs of units of two layers, or of one with itself, whose weights some output depends on together: of
@@ -117,23 +137,24 @@ impl Curvature {
                 let (a, b, same) = (layers[first], layers[second], first == second);
                 let units = pairs_of_units((&a, &b), (same, first + 1 == layers.len()));
                 let height = units.len().next_multiple_of(ROWS);
-                let width = pairs_of(a.below + 1, b.below + 1, same).next_multiple_of(COLUMNS);
-                let sums = vec![0.0; height * width];
-                pairs.push(Pair { layers: (first, second), units, sums, width });
+                let inputs = pairs_of_inputs((a.below, b.below), same);
+                let width = inputs.len().next_multiple_of(COLUMNS);
+                let sums = Lines::zeros(height * width);
+                pairs.push(Pair { layers: (first, second), units, inputs, sums, width });
             }
         }
         let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
         let widest = pairs.iter().map(|pair| pair.width).max().unwrap_or(0);
         // One register more than is meant: the last is read and written whole.
-        let row = |layer: &Layer| vec![1.0; (layer.below + 1) * SAMPLES + COLUMNS];
+        let row = |layer: &Layer| vec![1.0; (2 * layer.below + 1) * SAMPLES + COLUMNS];
         Self {
-            inputs: batch.inputs.as_flattened().to_vec(),
-            present: batch.present(),
-            activations: vec![[0.0; SAMPLES]; packed.units()],
-            deltas: vec![[0.0; SAMPLES]; (packed.units() - inputs) * outputs],
+            inputs: Lines::of(batch.inputs.as_flattened()),
+            present: Lines::of(&batch.present()),
+            activations: Lines::zeros(packed.units() * SAMPLES),
+            deltas: Lines::zeros((packed.units() - inputs) * outputs * SAMPLES),
             rows: layers.iter().map(row).collect(),
-            left: vec![0.0; tallest * SAMPLES],
-            right: vec![0.0; widest * SAMPLES + COLUMNS],
+            left: Lines::zeros(tallest * SAMPLES),
+            right: Lines::zeros(widest * SAMPLES + COLUMNS),
             pairs,
             layers,
             packed,
@@ -147,10 +168,8 @@ impl Curvature {
         on_widest(Pass { curvature: self, variances });
         for pair in &self.pairs {
             let (a, b) = (self.layers[pair.layers.0], self.layers[pair.layers.1]);
-            let same = pair.layers.0 == pair.layers.1;
-            for ((first, second), sums) in pair.units.iter().zip(pair.sums.chunks_exact(pair.width))
-            {
-                write_out((&a, *first), (&b, *second), (same, sums), hessian);
+            for (units, sums) in pair.units.iter().zip(pair.sums.chunks_exact(pair.width)) {
+                write_out((&a, &b), *units, (&pair.inputs, sums), hessian);
             }
         }
     }
@@ -158,9 +177,9 @@ impl Curvature {
 
 /// Puts the entries of two units' weights, a unit of each layer, where they belong in the lower triangle.
 fn write_out(
-    (a, first): (&Layer, usize),
-    (b, second): (&Layer, usize),
-    (same, sums): (bool, &[f64]),
+    (a, b): (&Layer, &Layer),
+    (first, second): (usize, usize),
+    (inputs, sums): (&[(usize, usize)], &[f64]),
     hessian: &mut DMatrix<f64>,
 ) {
     let count = hessian.nrows();
@@ -168,14 +187,10 @@ fn write_out(
     let mut put = |one: usize, other: usize, sum: f64| {
         matrix[one.min(other) * count + one.max(other)] = sum;
     };
-    let mut sums = sums.iter();
-    for one in 0..=a.below {
-        let others = if same { one } else { 0 }..=b.below;
-        for (other, sum) in others.zip(&mut sums) {
-            put(a.weight(first, one), b.weight(second, other), *sum);
-            if same {
-                put(a.weight(first, other), b.weight(second, one), *sum);
-            }
+    for ((one, other), sum) in inputs.iter().zip(sums) {
+        put(a.weight(first, *one), b.weight(second, *other), *sum);
+        if a.start == b.start {
+            put(a.weight(first, *other), b.weight(second, *one), *sum);
         }
     }
 }
@@ -201,14 +216,12 @@ impl WithSimd for Pass<'_> {
             curvature.both_ways(simd, (first, samples), variances);
             curvature.turn(samples);
             for index in 0..curvature.pairs.len() {
-                let (a, b) = curvature.pairs[index].layers;
                 curvature.multiply_deltas(simd, samples, index);
-                let width = curvature.pairs[index].width;
-                curvature.multiply_activations(simd, samples, ((a, b), width));
+                curvature.multiply_activations(simd, samples, index);
                 let Curvature { left, right, pairs, .. } = curvature;
                 let pair = &mut pairs[index];
                 let right = &right[..samples * pair.width];
-                add_matrix_product(simd, (left, right, samples), (&mut pair.sums, pair.width));
+                add_matrix_product(simd, (left, right), (&mut pair.sums, pair.width));
             }
         }
     }
@@ -230,32 +243,39 @@ impl Curvature {
             let (block, register) = ((first + slot) / registers, (first + slot) % registers);
             (block * inputs + input) * registers + register
         };
-        for (input, unit) in self.activations.iter_mut().take(inputs).enumerate() {
+        let activations = self.activations.as_chunks_mut().0;
+        for (input, unit) in activations.iter_mut().take(inputs).enumerate() {
             for (slot, value) in f64::vectors_mut::<S>(unit).iter_mut().take(count).enumerate() {
                 *value = given[place(slot, input)];
             }
         }
-        self.packed.forward(simd, &mut self.activations, count);
-        for (output, deltas) in self.deltas.chunks_exact_mut(upper).enumerate() {
+        self.packed.forward(simd, activations, count);
+        let deltas = self.deltas.as_chunks_mut::<SAMPLES>().0;
+        for (output, deltas) in deltas.chunks_exact_mut(upper).enumerate() {
             let last = &mut deltas[upper - outputs..];
             last.fill([0.0; SAMPLES]);
             let weight = simd.splat_f64s(1.0 / variances[output].sqrt());
-            let values = f64::vectors::<S>(&self.activations[units - outputs + output]);
+            let values = f64::vectors::<S>(&activations[units - outputs + output]);
             let slopes = f64::vectors_mut::<S>(&mut last[output]).iter_mut().zip(values);
             for ((slope, value), present) in slopes.zip(&present[first..]).take(count) {
                 let own = self.packed.output_slope(simd, *value);
                 *slope = simd.mul_f64s(simd.mul_f64s(own, weight), *present);
             }
-            self.packed.backward(simd, &self.activations, deltas, count);
+            self.packed.backward(simd, activations, deltas, count);
         }
     }
 
     /// Lays the activations out sample by sample.
     fn turn(&mut self, samples: usize) {
+        let activations = self.activations.as_chunks::<SAMPLES>().0;
         for (layer, rows) in self.layers.iter().zip(&mut self.rows) {
-            let below = &self.activations[layer.first_below..][..layer.below];
-            for (sample, row) in rows.chunks_exact_mut(layer.below + 1).take(samples).enumerate() {
-                row.iter_mut().zip(below).for_each(|(place, unit)| *place = unit[sample]);
+            let below = &activations[layer.first_below..][..layer.below];
+            let rows = rows.chunks_exact_mut(2 * layer.below + 1).take(samples);
+            for (sample, row) in rows.enumerate() {
+                let (once, again) = row.split_at_mut(layer.below);
+                for ((once, again), unit) in once.iter_mut().zip(again).zip(below) {
+                    (*once, *again) = (unit[sample], unit[sample]);
+                }
             }
         }
     }
@@ -270,9 +290,10 @@ impl Curvature {
         let (a, b) = (self.layers[*first], self.layers[*second]);
         let is_last = second + 1 == self.layers.len();
         let left = f64::vectors_mut::<S>(&mut self.left).chunks_exact_mut(SAMPLES / width);
+        let deltas = self.deltas.as_chunks::<SAMPLES>().0;
         for (row, (one, other)) in left.zip(units) {
             let asked = if is_last { *other..other + 1 } else { 0..outputs };
-            let deltas = &self.deltas[asked.start * upper..asked.end * upper];
+            let deltas = &deltas[asked.start * upper..asked.end * upper];
             for slot in (0..samples.div_ceil(width)).step_by(TOGETHER) {
                 let mut products = [simd.splat_f64s(0.0); TOGETHER];
                 for deltas in deltas.chunks_exact(upper) {
@@ -287,31 +308,61 @@ impl Curvature {
         }
     }
 
-    /// The right factor of two layers. Whole registers are written where less is left: the rest is written over by
-    /// what follows, or stands in columns that mean nothing.
+    /// The right factor of a pair of layers, in the order of [`pairs_of_inputs`]. Whole registers are written where
+    /// less is left: the rest is written over by what follows, or stands in columns that mean nothing.
     #[inline(always)]
-    fn multiply_activations<S: Simd>(
-        &mut self,
-        simd: S,
-        samples: usize,
-        ((first, second), width): ((usize, usize), usize),
-    ) {
-        let (a, b) = (&self.rows[first], &self.rows[second]);
-        let (of, by) = (self.layers[first].below + 1, self.layers[second].below + 1);
-        for (sample, a) in a.chunks_exact(of).take(samples).enumerate() {
-            let (b, mut begin) = (&b[sample * by..], sample * width);
-            for (place, one) in a.iter().enumerate() {
-                let one = simd.splat_f64s(*one);
-                let skipped = if first == second { place } else { 0 };
-                let length = (by - skipped).next_multiple_of(f64::width::<S>());
-                let others = f64::vectors::<S>(&b[skipped..skipped + length]);
-                let own = f64::vectors_mut::<S>(&mut self.right[begin..begin + length]);
-                for (product, other) in own.iter_mut().zip(others) {
-                    *product = simd.mul_f64s(one, *other);
+    fn multiply_activations<S: Simd>(&mut self, simd: S, samples: usize, pair: usize) {
+        let Pair { layers: (first, second), width, .. } = &self.pairs[pair];
+        let [a, b] = [*first, *second].map(|layer| self.layers[layer].below);
+        let [a_rows, b_rows] = [*first, *second].map(|layer| &*self.rows[layer]);
+        let right = &mut *self.right;
+        for sample in 0..samples {
+            let (one, other) = (&a_rows[sample * (2 * a + 1)..], &b_rows[sample * (2 * b + 1)..]);
+            let mut own = &mut right[sample * width..];
+            if first == second {
+                for (apart, count) in distances(a) {
+                    let with = f64::vectors::<S>(&one[apart..]);
+                    multiply(simd, f64::vectors::<S>(one), with, (own, count));
+                    own = &mut own[count..];
                 }
-                begin += by - skipped;
+            } else {
+                for factor in &one[a..=2 * a] {
+                    scale(simd, *factor, f64::vectors::<S>(other), (own, b));
+                    own = &mut own[b..];
+                }
             }
+            scale(simd, 1.0, f64::vectors::<S>(&one[a..]), (own, a + 1));
         }
+    }
+}
+
+/// So many products, and what fills the last register.
+#[inline(always)]
+fn multiply<S: Simd>(
+    simd: S,
+    one: &[S::f64s],
+    other: &[S::f64s],
+    (products, count): (&mut [f64], usize),
+) {
+    let products = f64::vectors_mut::<S>(products).iter_mut();
+    let both = one.iter().zip(other).take(count.div_ceil(f64::width::<S>()));
+    for (product, (one, other)) in products.zip(both) {
+        *product = simd.mul_f64s(*one, *other);
+    }
+}
+
+/// As [`multiply`], by the same factor all.
+#[inline(always)]
+fn scale<S: Simd>(
+    simd: S,
+    factor: f64,
+    others: &[S::f64s],
+    (products, count): (&mut [f64], usize),
+) {
+    let factor = simd.splat_f64s(factor);
+    let products = f64::vectors_mut::<S>(products).iter_mut();
+    for (product, other) in products.zip(others).take(count.div_ceil(f64::width::<S>())) {
+        *product = simd.mul_f64s(factor, *other);
     }
 }
 
@@ -374,9 +425,7 @@ mod tests {
         // What stands in the last columns, which only fill them up, means nothing.
         let sums = |curvature: &Curvature| -> Vec<f64> {
             let of = |pair: &Pair| {
-                let ((first, second), layers) = (pair.layers, &curvature.layers);
-                let below = [first, second].map(|layer| layers[layer].below + 1);
-                let meant = pairs_of(below[0], below[1], first == second);
+                let meant = pair.inputs.len();
                 pair.sums.chunks_exact(pair.width).flat_map(|row| row[..meant].to_vec()).collect()
             };
             curvature.pairs.iter().flat_map(|pair| -> Vec<f64> { of(pair) }).collect()
