@@ -7,6 +7,7 @@
 mod rows;
 
 use super::{
+    lines::Lines,
     panels::{Column, ROWS},
     simd::{Real, Simd, WithSimd, add_products, on_widest},
 };
@@ -19,7 +20,7 @@ pub struct Cholesky {
     panels: usize,
     /// Panel by panel, column by column. Beyond the matrix stands the unit matrix; what stands above the
     /// diagonal is left over and means nothing.
-    lower: Vec<Column>,
+    lower: Lines<f64>,
     /// One over the diagonal, panel by panel: a division waits three times as long as a product.
     inverse_pivots: Vec<Column>,
 }
@@ -37,9 +38,10 @@ impl Cholesky {
     fn laid_out(matrix: &DMatrix<f64>, more: impl Fn(usize) -> f64) -> Self {
         let size = matrix.nrows();
         let panels = size.div_ceil(ROWS);
-        let mut lower = vec![[0.0; ROWS]; panels * panels * ROWS];
+        let mut lower = Lines::zeros(panels * panels * ROWS * ROWS);
+        let columns: &mut [Column] = lower.as_chunks_mut().0;
         let values = matrix.as_slice();
-        for (panel, rows) in lower.chunks_exact_mut((panels * ROWS).max(1)).enumerate() {
+        for (panel, rows) in columns.chunks_exact_mut((panels * ROWS).max(1)).enumerate() {
             let first = panel * ROWS;
             let count = ROWS.min(size - first);
             for (column, to) in rows.iter_mut().enumerate().take(first + count) {
@@ -49,7 +51,7 @@ impl Cholesky {
             }
         }
         for index in 0..panels * ROWS {
-            let diagonal = &mut lower[index / ROWS * panels * ROWS + index][index % ROWS];
+            let diagonal = &mut columns[index / ROWS * panels * ROWS + index][index % ROWS];
             *diagonal = if index < size { *diagonal + more(index) } else { 1.0 };
         }
         Self { size, panels, lower, inverse_pivots: vec![[1.0; ROWS]; panels] }
@@ -57,7 +59,7 @@ impl Cholesky {
 
     /// Row `8 panel + 0..8` of L, column by column, up to and with the diagonal.
     fn panel(&self, panel: usize) -> &[Column] {
-        &self.lower[panel * self.panels * ROWS..][..(panel + 1) * ROWS]
+        &self.lower.as_chunks().0[panel * self.panels * ROWS..][..(panel + 1) * ROWS]
     }
 
     /// The triangle that ends a panel, column by column, and one over its diagonal.
@@ -219,8 +221,9 @@ impl WithSimd for Factor<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let panels = self.0.panels;
+        let lower = self.0.lower.as_chunks_mut().0;
         for (own, inverse_pivots) in self.0.inverse_pivots.iter_mut().enumerate() {
-            let (above, below) = self.0.lower.split_at_mut((own + 1) * panels * ROWS);
+            let (above, below) = lower.split_at_mut((own + 1) * panels * ROWS);
             let above = &mut above[own * panels * ROWS..][..(own + 1) * ROWS];
             let (before, triangle) = above.split_at_mut(own * ROWS);
             let Some(triangle) = triangle.first_chunk_mut::<ROWS>() else { return false };
@@ -339,6 +342,6 @@ mod tests {
         let mut next = all.iter_mut();
         let done = on_each(|| Factor(next.next().unwrap()));
         assert!(done.iter().all(|done| *done));
-        assert!(all[..done.len()].iter().all(|other| other.lower == factors.lower));
+        assert!(all[..done.len()].iter().all(|other| *other.lower == *factors.lower));
     }
 }

@@ -28,8 +28,8 @@ pub(crate) fn ask_ahead<T>(values: &[T]) {
     let _ = (AHEAD, values);
 }
 
-/// A vector of a length that stays.
-#[derive(Debug)]
+/// A vector that begins with a line.
+#[derive(Debug, Default)]
 pub(crate) struct Lines<T> {
     memory: Vec<T>,
     begin: usize,
@@ -41,6 +41,13 @@ impl<T: Copy + Default> Lines<T> {
     pub(crate) fn zeros(length: usize) -> Self {
         let memory = vec![T::default(); length + LINE / size_of::<T>()];
         Self { begin: begin(&memory), memory, length }
+    }
+
+    /// Makes them so many, all 0, in the same memory where it suffices.
+    pub(crate) fn clear(&mut self, length: usize) {
+        self.memory.clear();
+        self.memory.resize(length + LINE / size_of::<T>(), T::default());
+        (self.begin, self.length) = (begin(&self.memory), length);
     }
 
     /// These numbers.
@@ -102,6 +109,9 @@ mod tests {
             let zeros = Lines::<f32>::zeros(length);
             assert!(begins_a_line(&zeros) && zeros.len() == length);
             assert!(zeros.iter().all(|value| *value == 0.0));
+            let mut other = Lines::of(&[1.0, 2.0]);
+            other.clear(length);
+            assert!(begins_a_line(&other) && *other == vec![0.0; length]);
         }
     }
 }

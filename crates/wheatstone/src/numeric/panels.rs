@@ -3,7 +3,10 @@
 //! Each panel of eight rows stands column by column, so that every inner loop runs through memory once.
 //! Sums run in the order of the columns, whatever the registers' width.
 
-use super::simd::{Real, Simd, WithSimd, add_products, on_widest};
+use super::{
+    lines::Lines,
+    simd::{Real, Simd, WithSimd, add_products, on_widest},
+};
 use nalgebra::DMatrix;
 
 /// Rows a panel.
@@ -18,15 +21,15 @@ pub struct Panels {
     rows: usize,
     columns: usize,
     /// Panel by panel, column by column, columns filled up to whole panels.
-    values: Vec<Column>,
+    values: Lines<f64>,
 }
 
 impl Panels {
     /// Of nothing but zeros.
     #[must_use]
     pub fn zeros(rows: usize, columns: usize) -> Self {
-        let size = rows.div_ceil(ROWS) * columns.next_multiple_of(ROWS);
-        Self { rows, columns, values: vec![[0.0; ROWS]; size] }
+        let size = rows.next_multiple_of(ROWS) * columns.next_multiple_of(ROWS);
+        Self { rows, columns, values: Lines::zeros(size) }
     }
 
     /// Rows and columns.
@@ -42,44 +45,44 @@ impl Panels {
     /// The entry there.
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> f64 {
-        self.values[row / ROWS * self.stride() + column][row % ROWS]
+        self.values[(row / ROWS * self.stride() + column) * ROWS + row % ROWS]
     }
 
     /// Puts an entry there.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
         let stride = self.stride();
-        self.values[row / ROWS * stride + column][row % ROWS] = value;
+        self.values[(row / ROWS * stride + column) * ROWS + row % ROWS] = value;
     }
 
     /// Makes it one of nothing but zeros, of another shape, in the same memory.
     pub fn clear(&mut self, rows: usize, columns: usize) {
         (self.rows, self.columns) = (rows, columns);
-        self.values.clear();
-        self.values.resize(rows.div_ceil(ROWS) * self.stride(), [0.0; ROWS]);
+        self.values.clear(rows.next_multiple_of(ROWS) * self.stride());
     }
 
     /// Fills a column from its top. Quickest for whole panels of values: zeros below the last row.
     pub fn fill_column(&mut self, column: usize, values: &[f64]) {
         let stride = self.stride();
         let (whole, rest) = values.as_chunks::<ROWS>();
+        let columns = self.values.as_chunks_mut().0;
         for (panel, values) in whole.iter().enumerate() {
-            self.values[panel * stride + column] = *values;
+            columns[panel * stride + column] = *values;
         }
         if !rest.is_empty() {
-            let last = &mut self.values[whole.len() * stride + column];
+            let last: &mut Column = &mut columns[whole.len() * stride + column];
             last[..rest.len()].copy_from_slice(rest);
         }
     }
 
     /// Eight rows.
     fn panel(&self, panel: usize) -> &[Column] {
-        &self.values[panel * self.stride()..][..self.stride()]
+        &self.values.as_chunks().0[panel * self.stride()..][..self.stride()]
     }
 
     /// All panels, one after the other.
     pub(super) fn panels_mut(&mut self) -> impl Iterator<Item = &mut [Column]> {
         let stride = self.stride().max(1);
-        self.values.chunks_exact_mut(stride)
+        self.values.as_chunks_mut().0.chunks_exact_mut(stride)
     }
 
     /// This matrix times the transposed other one, which has as many columns.
