@@ -6,6 +6,7 @@
 //! pairs of activations. That is a quarter of the arithmetic that J'J takes row by row, and one matrix product
 //! for each pair of layers. Within a layer, pairs count once.
 
+mod pairs;
 mod product;
 
 use super::{Batch, LANES, Perceptron, packed::Packed};
@@ -14,6 +15,7 @@ use crate::numeric::{
     simd::{Real, Simd, WithSimd, on_widest},
 };
 use nalgebra::DMatrix;
+use pairs::{COLUMNS, Layer, Pair, distances};
 use product::add_matrix_product;
 
 /// Samples whose products are made before they are multiplied: they stay in the second cache.
@@ -24,46 +26,6 @@ const TOGETHER: usize = 5;
 
 /// Rows of the left factor that are multiplied at a time.
 const ROWS: usize = 4;
-
-/// Columns of the right factor are filled up to a multiple of the widest register.
-const COLUMNS: usize = 8;
-
-/// Two layers of weights, and what their entries have added up to.
-#[derive(Clone, Debug)]
-struct Pair {
-    layers: (usize, usize),
-    /// A unit of each layer, pair by pair.
-    units: Vec<(usize, usize)>,
-    /// An input of each layer, or its bias, pair by pair.
-    inputs: Vec<(usize, usize)>,
-    /// Pairs of units, a row each, times pairs of inputs.
-    sums: Lines<f64>,
-    /// Length of a row.
-    width: usize,
-}
-
-/// One layer of weights within the network.
-#[derive(Clone, Copy, Debug)]
-struct Layer {
-    below: usize,
-    here: usize,
-    /// Its first weight.
-    start: usize,
-    /// Its first unit below, and above the inputs.
-    first_below: usize,
-    first_here: usize,
-}
-
-impl Layer {
-    /// Place among the weights of what leads from `input` (or is the bias, after the last) to `unit`.
-    fn weight(&self, unit: usize, input: usize) -> usize {
-        if input < self.below {
-            self.start + unit * self.below + input
-        } else {
-            self.start + self.below * self.here + unit
-        }
-    }
-}
 
 /// Samples laid out, and every buffer: nothing is allocated from one pass to the next.
 #[derive(Clone, Debug)]
@@ -85,63 +47,16 @@ pub struct Curvature {
     pairs: Vec<Pair>,
 }
 
-/// How far inputs are apart, counted round the layer, whose pairs are made together, and how many pairs that are:
-/// each pair once.
-fn distances(inputs: usize) -> impl Iterator<Item = (usize, usize)> {
-    let count = move |apart| if 2 * apart == inputs { apart } else { inputs };
-    (0..=inputs / 2).map(move |apart| (apart, count(apart)))
-}
-
-/// The pairs of inputs of two layers, or of one with itself, in the order in which they are made: those with
-/// the second layer's bias come last, so that eight inputs are as many products side by side and not nine.
-fn pairs_of_inputs((a, b): (usize, usize), same: bool) -> Vec<(usize, usize)> {
-    let mut pairs: Vec<(usize, usize)> = if same {
-        let turned = |(apart, count)| (0..count).map(move |one| (one, (one + apart) % a));
-        distances(a).flat_map(turned).collect()
-    } else {
-        (0..=a).flat_map(|one| (0..b).map(move |other| (one, other))).collect()
-    };
-    pairs.extend((0..=a).map(|one| (one, b)));
-    pairs
-}
-
-/// The pairs of units of two layers, or of one with itself, whose weights some output depends on together: of
-/// the last layer each unit has but its own output to answer for.
-fn pairs_of_units((a, b): (&Layer, &Layer), (same, last): (bool, bool)) -> Vec<(usize, usize)> {
-    let with = |one: usize| match (same, last) {
-        (true, true) => one..one + 1,
-        (true, false) => one..b.here,
-        (false, _) => 0..b.here,
-    };
-    (0..a.here).flat_map(|one| with(one).map(move |other| (one, other))).collect()
-}
-
 impl Curvature {
     /// Lays out samples for a network of this shape.
     #[must_use]
     pub fn new(network: &Perceptron, batch: &Batch) -> Self {
         let packed = Packed::new(network);
         let (inputs, outputs) = packed.ends();
-        let mut layers: Vec<Layer> = Vec::new();
-        let (mut start, mut first_below, mut first_here) = (0, 0, 0);
-        for sizes in packed.sizes.windows(2) {
-            let (below, here) = (sizes[0], sizes[1]);
-            layers.push(Layer { below, here, start, first_below, first_here });
-            start += (below + 1) * here;
-            first_below += below;
-            first_here += here;
-        }
+        let layers = Layer::of(&packed.sizes);
         let mut pairs = Vec::new();
         for first in 0..layers.len() {
-            for second in first..layers.len() {
-                let (a, b, same) = (layers[first], layers[second], first == second);
-                let units = pairs_of_units((&a, &b), (same, first + 1 == layers.len()));
-                let height = units.len().next_multiple_of(ROWS);
-                let inputs = pairs_of_inputs((a.below, b.below), same);
-                let width = inputs.len().next_multiple_of(COLUMNS);
-                let sums = Lines::zeros(height * width);
-                pairs.push(Pair { layers: (first, second), units, inputs, sums, width });
-            }
+            pairs.extend((first..layers.len()).map(|second| Pair::new(&layers, (first, second))));
         }
         let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
         let widest = pairs.iter().map(|pair| pair.width).max().unwrap_or(0);
@@ -167,30 +82,7 @@ impl Curvature {
         self.packed.set(weights);
         on_widest(Pass { curvature: self, variances });
         for pair in &self.pairs {
-            let (a, b) = (self.layers[pair.layers.0], self.layers[pair.layers.1]);
-            for (units, sums) in pair.units.iter().zip(pair.sums.chunks_exact(pair.width)) {
-                write_out((&a, &b), *units, (&pair.inputs, sums), hessian);
-            }
-        }
-    }
-}
-
-/// Puts the entries of two units' weights, a unit of each layer, where they belong in the lower triangle.
-fn write_out(
-    (a, b): (&Layer, &Layer),
-    (first, second): (usize, usize),
-    (inputs, sums): (&[(usize, usize)], &[f64]),
-    hessian: &mut DMatrix<f64>,
-) {
-    let count = hessian.nrows();
-    let matrix = hessian.as_mut_slice();
-    let mut put = |one: usize, other: usize, sum: f64| {
-        matrix[one.min(other) * count + one.max(other)] = sum;
-    };
-    for ((one, other), sum) in inputs.iter().zip(sums) {
-        put(a.weight(first, *one), b.weight(second, *other), *sum);
-        if a.start == b.start {
-            put(a.weight(first, *other), b.weight(second, *one), *sum);
+            pair.write_out(&self.layers, hessian);
         }
     }
 }
