@@ -36,7 +36,7 @@ def wheatstone(*words, times=1):
 def points(work):
     wheatstone("synth", "--points", "--noise", "0.1", "--count", "400", "-o", work / "t.csv")
     wheatstone("fit", work / "t.csv", "--method", "brown", "--no-validation", "-o", work / "m.json")
-    for count in (100_000, 200_000, 400_000, 800_000):
+    for count in (500_000, 1_000_000, 2_000_000, 4_000_000):
         wheatstone("synth", "--random", count, "--noise", "0.1", "-o", work / "p.csv")
         yield count, wheatstone("locate", work / "m.json", work / "p.csv", "-o", work / "o.csv", times=3)
 
