@@ -91,10 +91,18 @@ impl Chessboard {
         most: usize,
     ) -> Option<(bool, usize, Sighting)> {
         let seed = look.find(self.columns * self.rows, most).into_iter().next()?;
-        let growth::Grown { labels, dark_square, sigmas } =
-            growth::grow(image, &seed, self.most_points(), f64::INFINITY)?;
+        let most = self.most_points();
+        let growth::Grown { labels, dark_square, mut sigmas } =
+            growth::grow(image, &seed, most, f64::INFINITY)?;
+        let is_wall = labels.len() >= most;
         let parts = fold::parts(labels).into_iter();
-        let looks = parts.filter_map(|part| self.look_at(image, part, dark_square, &sigmas));
+        let looks = parts.filter_map(|mut part| {
+            // A board before a tiled wall is one, once it is parted from it.
+            if is_wall && part.len() < most {
+                growth::settle(image, &mut part, &mut sigmas);
+            }
+            self.look_at(image, part, dark_square, &sigmas)
+        });
         // The larger of two that are alike.
         looks.reduce(|best, other| if other.1 > best.1 { other } else { best })
     }
