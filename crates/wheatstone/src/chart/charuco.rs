@@ -129,8 +129,7 @@ impl Charuco {
     /// What a piece of a chessboard comes to, if it has the board's markers.
     fn read(&self, image: &GrayImage, seed: &seed::Seed, words: &Dictionary) -> Option<Detection> {
         let count = self.columns * self.rows;
-        // Enough for the board and clutter beside it, few enough for tiled walls.
-        let grown = growth::grow(image, seed, (4 * count).max(1_000), self.reach())?;
+        let grown = growth::grow(image, seed, growth::most_points(count), self.reach())?;
         let grown = markers::face_up(grown);
         let place = markers::place(self, image, &grown, words)?;
         let mut points: Vec<(usize, Pixel)> = grown

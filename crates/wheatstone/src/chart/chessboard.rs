@@ -61,12 +61,6 @@ impl Chessboard {
         (self.columns + self.rows) % 2 == 1 || (self.columns == self.rows && self.columns % 2 == 1)
     }
 
-    /// The size of boards that are followed to their ends: enough to tell a mistaken count by, few
-    /// enough that a tiled wall takes no longer than a board.
-    fn most_points(&self) -> usize {
-        (4 * self.columns * self.rows).max(1_000)
-    }
-
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
     fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
@@ -91,16 +85,12 @@ impl Chessboard {
         most: usize,
     ) -> Option<(bool, usize, Sighting)> {
         let seed = look.find(self.columns * self.rows, most).into_iter().next()?;
-        let most = self.most_points();
+        let most_points = growth::most_points(self.columns * self.rows);
         let growth::Grown { labels, dark_square, mut sigmas } =
-            growth::grow(image, &seed, most, f64::INFINITY)?;
-        let is_wall = labels.len() >= most;
+            growth::grow(image, &seed, most_points, f64::INFINITY)?;
         let parts = fold::parts(labels).into_iter();
         let looks = parts.filter_map(|mut part| {
-            // A board before a tiled wall is one, once it is parted from it.
-            if is_wall && part.len() < most {
-                growth::settle(image, &mut part, &mut sigmas);
-            }
+            growth::settle(image, most_points, (&mut part, &mut sigmas));
             self.look_at(image, part, dark_square, &sigmas)
         });
         // The larger of two that are alike.

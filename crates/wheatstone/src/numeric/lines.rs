@@ -1,8 +1,8 @@
 //! Numbers as the processor's cache has them: line by line.
 //!
 //! Where numbers do not begin with a line, every second register of four doubles lies across two lines and is
-//! read and written twice: a network's epochs then take 6 % longer, or not, as the heap happens to have it. Its
-//! Hessian and its outputs alone do not: they are limited by other things.
+//! read and written twice, and of eight doubles
+//! every one: a network's epochs then take 6 % longer, or not, as the heap happens to have it.
 
 use std::ops::{Deref, DerefMut};
 

@@ -39,6 +39,12 @@ pub(in crate::chart) struct Grown {
     pub(in crate::chart) sigmas: Sigmas,
 }
 
+/// How many corners of a lattice are followed where a board has so many: enough for the board and what is beside it, and to
+/// tell a mistaken count by, few enough that a tiled wall takes no longer than a board.
+pub(in crate::chart) fn most_points(count: usize) -> usize {
+    (4 * count).max(1_000)
+}
+
 /// Makes the most of a seed, though little more than `most_points` of it; `None` where it is no
 /// chessboard. Colours of squares are looked at within `reach` of a side from their corners.
 pub(in crate::chart) fn grow(
@@ -93,11 +99,7 @@ pub(in crate::chart) fn grow(
     if labels.len() > before {
         sharpen(image, &mut labels);
     }
-    let mut sigmas = drop_uncertain(image, &mut labels);
-    // A tiled wall is no chart: how exactly its corners lie is not asked for, and would take half the time.
-    if reach.is_infinite() && labels.len() < most_points {
-        settle(image, &mut labels, &mut sigmas);
-    }
+    let sigmas = drop_uncertain(image, &mut labels);
     let dark_square = if typical > 0.0 { (1, 0) } else { (0, 0) };
     (labels.len() >= 4).then_some(Grown { labels, dark_square, sigmas })
 }
@@ -139,8 +141,16 @@ fn drop_uncertain(image: &GrayImage, labels: &mut Labels) -> Sigmas {
     sigmas
 }
 
-/// Moves every corner of plain squares to where its edges cross.
-pub(super) fn settle(image: &GrayImage, labels: &mut Labels, sigmas: &mut Sigmas) {
+/// Moves every corner of plain squares to where its edges cross, unless there are `most_points`: a tiled wall is no
+/// chart, how exactly its corners lie is not asked for, and it would take half the time.
+pub(in crate::chart) fn settle(
+    image: &GrayImage,
+    most_points: usize,
+    (labels, sigmas): (&mut Labels, &mut Sigmas),
+) {
+    if labels.len() >= most_points {
+        return;
+    }
     let found: Vec<_> = labels
         .keys()
         .filter_map(|label| Some((*label, edges::crossing(image, labels, *label)?)))

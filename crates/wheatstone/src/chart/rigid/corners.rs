@@ -69,10 +69,12 @@ impl Found {
 fn look(image: &GrayImage, scale: Scale, count: usize) -> Found {
     let seeds = seed::find(image, scale, LEAST_BOARD, MOST_CORNERS.max(4 * count));
     let mut found = Found::default();
+    let most_points = growth::most_points(count);
     for seed in seeds.iter().take(MOST_BOARDS) {
-        let Some(grown) = growth::grow(image, seed, (4 * count).max(1_000), f64::INFINITY) else {
+        let Some(mut grown) = growth::grow(image, seed, most_points, f64::INFINITY) else {
             continue;
         };
+        growth::settle(image, most_points, (&mut grown.labels, &mut grown.sigmas));
         found.add(&grown.labels, |at| grown.sigmas.of(at));
         let parts = fold::parts(grown.labels);
         if parts.len() > 1 {

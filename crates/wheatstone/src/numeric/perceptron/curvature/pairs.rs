@@ -80,7 +80,7 @@ impl Pair {
         for ((first, second), sums) in self.units.iter().zip(self.sums.chunks_exact(self.width)) {
             for ((one, other), sum) in self.inputs.iter().zip(sums) {
                 put(a.weight(*first, *one), b.weight(*second, *other), *sum);
-                if a.start == b.start {
+                if self.layers.0 == self.layers.1 {
                     put(a.weight(*first, *other), b.weight(*second, *one), *sum);
                 }
             }
