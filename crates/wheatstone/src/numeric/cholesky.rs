@@ -18,8 +18,8 @@ use nalgebra::DMatrix;
 pub struct Cholesky {
     size: usize,
     panels: usize,
-    /// Panel by panel, column by column. Beyond the matrix stands the unit matrix; what stands above the
-    /// diagonal is left over and means nothing.
+    /// Panel by panel, each up to its triangle, column by column. Beyond the matrix stands the unit matrix; what
+    /// stands above the diagonal is left over and means nothing.
     lower: Lines<f64>,
     /// One over the diagonal, panel by panel: a division waits three times as long as a product.
     inverse_pivots: Vec<Column>,
@@ -38,20 +38,21 @@ impl Cholesky {
     fn laid_out(matrix: &DMatrix<f64>, more: impl Fn(usize) -> f64) -> Self {
         let size = matrix.nrows();
         let panels = size.div_ceil(ROWS);
-        let mut lower = Lines::zeros(panels * panels * ROWS * ROWS);
+        let mut lower = Lines::zeros(columns_before(panels) * ROWS);
         let columns: &mut [Column] = lower.as_chunks_mut().0;
         let values = matrix.as_slice();
-        for (panel, rows) in columns.chunks_exact_mut((panels * ROWS).max(1)).enumerate() {
+        for panel in 0..panels {
             let first = panel * ROWS;
             let count = ROWS.min(size - first);
-            for (column, to) in rows.iter_mut().enumerate().take(first + count) {
+            let rows = &mut columns[columns_before(panel)..][..first + count];
+            for (column, to) in rows.iter_mut().enumerate() {
                 let from = &values[column * size + first..][..count];
                 let below = column.saturating_sub(first);
                 to[below..count].copy_from_slice(&from[below..]);
             }
         }
         for index in 0..panels * ROWS {
-            let diagonal = &mut columns[index / ROWS * panels * ROWS + index][index % ROWS];
+            let diagonal = &mut columns[columns_before(index / ROWS) + index][index % ROWS];
             *diagonal = if index < size { *diagonal + more(index) } else { 1.0 };
         }
         Self { size, panels, lower, inverse_pivots: vec![[1.0; ROWS]; panels] }
@@ -59,7 +60,7 @@ impl Cholesky {
 
     /// Row `8 panel + 0..8` of L, column by column, up to and with the diagonal.
     fn panel(&self, panel: usize) -> &[Column] {
-        &self.lower.as_chunks().0[panel * self.panels * ROWS..][..(panel + 1) * ROWS]
+        &self.lower.as_chunks().0[columns_before(panel)..columns_before(panel + 1)]
     }
 
     /// The triangle that ends a panel, column by column, and one over its diagonal.
@@ -80,35 +81,7 @@ impl Cholesky {
     pub fn solve(&self, b: &[f64]) -> Vec<f64> {
         let mut x = b.to_vec();
         x.resize(self.panels * ROWS, 0.0);
-        for index in 0..self.panels {
-            let (known, rest) = x.split_at_mut(index * ROWS);
-            let before = &self.panel(index)[..index * ROWS];
-            let Triangle { columns: own, inverse_pivots } = self.triangle(index);
-            let mut sums = [0.0; ROWS];
-            for (column, value) in before.iter().zip(known) {
-                for (sum, factor) in sums.iter_mut().zip(column) {
-                    *sum += factor * *value;
-                }
-            }
-            for row in 0..ROWS {
-                let inside: f64 = (0..row).map(|column| own[column][row] * rest[column]).sum();
-                rest[row] = (rest[row] - sums[row] - inside) * inverse_pivots[row];
-            }
-        }
-        for index in (0..self.panels).rev() {
-            let (above, rest) = x.split_at_mut(index * ROWS);
-            let before = &self.panel(index)[..index * ROWS];
-            let Triangle { columns: own, inverse_pivots } = self.triangle(index);
-            for row in (0..ROWS).rev() {
-                let inside: f64 = (row + 1..ROWS).map(|below| own[row][below] * rest[below]).sum();
-                rest[row] = (rest[row] - inside) * inverse_pivots[row];
-            }
-            let values: Column = std::array::from_fn(|row| rest[row]);
-            for (column, sum) in before.iter().zip(above) {
-                let [a, b, c, d, e, f, g, h] = std::array::from_fn(|row| column[row] * values[row]);
-                *sum -= ((a + b) + (c + d)) + ((e + f) + (g + h));
-            }
-        }
+        on_widest(Solve(self, &mut x));
         x.truncate(self.size);
         x
     }
@@ -120,6 +93,11 @@ impl Cholesky {
         squares.truncate(self.size);
         squares
     }
+}
+
+/// Columns of all panels before this one: each has eight more than the last.
+fn columns_before(panel: usize) -> usize {
+    panel * (panel + 1) / 2 * ROWS
 }
 
 /// Eight by eight entries on the diagonal of L.
@@ -221,10 +199,9 @@ impl WithSimd for Factor<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let panels = self.0.panels;
-        let lower = self.0.lower.as_chunks_mut().0;
+        let mut rest = self.0.lower.as_chunks_mut().0;
         for (own, inverse_pivots) in self.0.inverse_pivots.iter_mut().enumerate() {
-            let (above, below) = lower.split_at_mut((own + 1) * panels * ROWS);
-            let above = &mut above[own * panels * ROWS..][..(own + 1) * ROWS];
+            let (above, below) = rest.split_at_mut((own + 1) * ROWS);
             let (before, triangle) = above.split_at_mut(own * ROWS);
             let Some(triangle) = triangle.first_chunk_mut::<ROWS>() else { return false };
             let before = &*before;
@@ -232,11 +209,56 @@ impl WithSimd for Factor<'_> {
             let Some(inverse) = factor_triangle(triangle) else { return false };
             *inverse_pivots = inverse;
             let triangle = Triangle { columns: triangle, inverse_pivots };
-            for panel in below.chunks_exact_mut(panels * ROWS) {
+            let mut left = &mut *below;
+            for other in own + 1..panels {
+                let (panel, later) = left.split_at_mut((other + 1) * ROWS);
                 take_panel(simd, (before, triangle), panel);
+                left = later;
             }
+            rest = below;
         }
         true
+    }
+}
+
+/// Takes L and its transpose from one right side, in place.
+struct Solve<'a>(&'a Cholesky, &'a mut [f64]);
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+
+    /// Written number by number: the compiler makes registers of eight, as wide as there are.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for index in 0..self.0.panels {
+            let (known, rest) = self.1.split_at_mut(index * ROWS);
+            let before = &self.0.panel(index)[..index * ROWS];
+            let Triangle { columns: own, inverse_pivots } = self.0.triangle(index);
+            let mut sums = [0.0; ROWS];
+            for (column, value) in before.iter().zip(known) {
+                for (sum, factor) in sums.iter_mut().zip(column) {
+                    *sum += factor * *value;
+                }
+            }
+            for row in 0..ROWS {
+                let inside: f64 = (0..row).map(|column| own[column][row] * rest[column]).sum();
+                rest[row] = (rest[row] - sums[row] - inside) * inverse_pivots[row];
+            }
+        }
+        for index in (0..self.0.panels).rev() {
+            let (above, rest) = self.1.split_at_mut(index * ROWS);
+            let before = &self.0.panel(index)[..index * ROWS];
+            let Triangle { columns: own, inverse_pivots } = self.0.triangle(index);
+            for row in (0..ROWS).rev() {
+                let inside: f64 = (row + 1..ROWS).map(|below| own[row][below] * rest[below]).sum();
+                rest[row] = (rest[row] - inside) * inverse_pivots[row];
+            }
+            let values: Column = std::array::from_fn(|row| rest[row]);
+            for (column, sum) in before.iter().zip(above) {
+                let [a, b, c, d, e, f, g, h] = std::array::from_fn(|row| column[row] * values[row]);
+                *sum -= ((a + b) + (c + d)) + ((e + f) + (g + h));
+            }
+        }
     }
 }
 

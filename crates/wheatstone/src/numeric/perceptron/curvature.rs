@@ -82,7 +82,7 @@ impl Curvature {
         self.packed.set(weights);
         on_widest(Pass { curvature: self, variances });
         for pair in &self.pairs {
-            pair.write_out(&self.layers, hessian);
+            pair.write_out(hessian);
         }
     }
 }

@@ -17,6 +17,9 @@ pub(super) struct Pair {
     pub(super) inputs: Vec<(usize, usize)>,
     /// Pairs of units, a row each, times pairs of inputs.
     pub(super) sums: Lines<f64>,
+    /// Where each sum belongs among the entries of the lower triangle, column by column; within a layer each
+    /// belongs to two.
+    places: Vec<Vec<usize>>,
     /// Length of a row.
     pub(super) width: usize,
 }
@@ -66,22 +69,28 @@ impl Pair {
         let inputs = pairs_of_inputs((a.below, b.below), same);
         let width = inputs.len().next_multiple_of(COLUMNS);
         let sums = Lines::zeros(units.len().next_multiple_of(ROWS) * width);
-        Self { layers: (first, second), units, inputs, sums, width }
+        let count = layers.last().map_or(0, |last| last.start + (last.below + 1) * last.here);
+        let place = |one: usize, other: usize| one.min(other) * count + one.max(other);
+        let mut places = vec![Vec::new(); if same { 2 } else { 1 }];
+        for (one, other) in &units {
+            for (p, q) in &inputs {
+                places[0].push(place(a.weight(*one, *p), b.weight(*other, *q)));
+                if same {
+                    places[1].push(place(a.weight(*one, *q), b.weight(*other, *p)));
+                }
+            }
+        }
+        Self { layers: (first, second), units, inputs, sums, places, width }
     }
 
     /// Puts the entries where they belong in the lower triangle.
-    pub(super) fn write_out(&self, layers: &[Layer], hessian: &mut DMatrix<f64>) {
-        let (a, b) = (&layers[self.layers.0], &layers[self.layers.1]);
-        let count = hessian.nrows();
+    pub(super) fn write_out(&self, hessian: &mut DMatrix<f64>) {
         let matrix = hessian.as_mut_slice();
-        let mut put = |one: usize, other: usize, sum: f64| {
-            matrix[one.min(other) * count + one.max(other)] = sum;
-        };
-        for ((first, second), sums) in self.units.iter().zip(self.sums.chunks_exact(self.width)) {
-            for ((one, other), sum) in self.inputs.iter().zip(sums) {
-                put(a.weight(*first, *one), b.weight(*second, *other), *sum);
-                if self.layers.0 == self.layers.1 {
-                    put(a.weight(*first, *other), b.weight(*second, *one), *sum);
+        for places in &self.places {
+            let rows = places.chunks_exact(self.inputs.len());
+            for (places, sums) in rows.zip(self.sums.chunks_exact(self.width)) {
+                for (place, sum) in places.iter().zip(sums) {
+                    matrix[*place] = *sum;
                 }
             }
         }
