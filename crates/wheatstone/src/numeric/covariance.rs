@@ -58,8 +58,7 @@ impl Covariance {
         for (index, own) in slopes.iter().enumerate() {
             let row = &self.0[start..=start + index];
             start += index + 1;
-            let below: f64 = row.iter().zip(&slopes[..index]).map(|(v, s)| v * s).sum();
-            sum += own * (2.0 * below + row[index] * own);
+            sum += own * (2.0 * product(row, &slopes[..index]) + row[index] * own);
         }
         sum
     }
@@ -72,6 +71,21 @@ impl Covariance {
             && self.0.iter().all(|value| value.is_finite())
             && diagonal.into_iter().all(|place| self.0[place] >= 0.0)
     }
+}
+
+/// Of as many numbers as the shorter list has, in eight sums: one would wait for each addition.
+fn product(one: &[f64], other: &[f64]) -> f64 {
+    let count = one.len().min(other.len());
+    let (ones, one_rest) = one[..count].as_chunks::<8>();
+    let (others, other_rest) = other[..count].as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (one, other) in ones.iter().zip(others) {
+        for ((sum, one), other) in sums.iter_mut().zip(one).zip(other) {
+            *sum += one * other;
+        }
+    }
+    let rest: f64 = one_rest.iter().zip(other_rest).map(|(one, other)| one * other).sum();
+    rest + sums.iter().sum::<f64>()
 }
 
 /// The sums from which follows the covariance of unknowns that least squares found, where each

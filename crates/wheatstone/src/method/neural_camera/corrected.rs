@@ -11,8 +11,9 @@ use super::{
 use crate::{
     geometry::{Pixel, Point3, ProjectionMatrix, Ray},
     method::PlacedCamera,
+    numeric::covariance::Covariance,
 };
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Matrix3x4, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Lens and correction.
@@ -114,7 +115,7 @@ pub(super) struct CorrectedCamera {
     /// Effective number of parameters.
     effective: f64,
     /// Of the weights along x (as along y) with the lens held fixed, its lower triangle row by row.
-    weight_covariance: Vec<f64>,
+    weight_covariance: Covariance,
     /// By how much the weights along x and y fall when the lens's numbers rise, weight by weight.
     follow: [Vec<f64>; 2],
     /// Of the lens's numbers, row by row.
@@ -128,8 +129,6 @@ impl CorrectedCamera {
     /// The camera at the posterior's mode, without functions that have no freedom.
     pub(super) fn new(lens: Lens, field: &Field, posterior: &Posterior) -> Option<Self> {
         let active = &posterior.active;
-        let covariance = posterior.covariance();
-        let lower = (0..active.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
         let optics = Optics {
             lens,
             field: field.pruned(|index| active.binary_search(&index).is_ok()),
@@ -139,7 +138,7 @@ impl CorrectedCamera {
             optics,
             settings: posterior.settings,
             effective: posterior.effective,
-            weight_covariance: lower.map(|place| covariance[place]).collect(),
+            weight_covariance: Covariance::of(&posterior.covariance()),
             follow: [0, 1]
                 .map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
             lens_covariance: posterior.lens_covariance.as_slice().to_vec(),
@@ -186,34 +185,26 @@ impl CorrectedCamera {
         let (seen, slopes) = Sloped::new(lens).project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
         let slopes = displaced(&slopes, &field.sum(&values, weights));
-        let mut own = 0.0;
-        let mut row_start = 0;
-        for (row, value) in values.iter().enumerate() {
-            let covariances = &self.weight_covariance[row_start..=row_start + row];
-            let before: f64 =
-                covariances[..row].iter().zip(&values).map(|(c, other)| c * other[0]).sum();
-            own += value[0] * (2.0 * before + covariances[row] * value[0]);
-            row_start += row + 1;
-        }
-        let mut free = DMatrix::from_fn(2, PARAMETERS, |axis, index| slopes[(axis, index)]);
-        for (axis, follow) in self.follow.iter().enumerate() {
-            for (value, row) in values.iter().zip(follow.chunks_exact(PARAMETERS)) {
-                for (index, slope) in row.iter().enumerate() {
-                    free[(axis, index)] -= value[0] * slope;
+        let plain: Vec<f64> = values.iter().map(|value| value[0]).collect();
+        let own = self.weight_covariance.of_one(&plain);
+        let free: [SVector<f64, PARAMETERS>; 2] = std::array::from_fn(|axis| {
+            let mut free = slopes.row(axis).transpose();
+            for (value, follow) in plain.iter().zip(self.follow[axis].as_chunks::<PARAMETERS>().0) {
+                for (slope, by) in free.iter_mut().zip(follow) {
+                    *slope -= value * by;
                 }
             }
-        }
-        let lens = DMatrix::from_column_slice(PARAMETERS, PARAMETERS, &self.lens_covariance);
-        let rows =
-            [0, 1].map(|axis| DVector::from_iterator(PARAMETERS, free.row(axis).iter().copied()));
-        let along = |a: usize, b: usize| rows[a].dot(&(&lens * &rows[b]));
+            free
+        });
+        let lens = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_column_slice(&self.lens_covariance);
+        let along = |a: usize, b: usize| free[a].dot(&(lens * free[b]));
         let level = self.noise().powi(2) + own;
         let covariance =
             Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1));
         let by = |mode: &Mode| {
             let by_lens = slopes * SVector::<f64, PARAMETERS>::from_column_slice(&mode.lens);
             let by_field = mode.weights.each_ref().map(|weights| {
-                values.iter().zip(weights).map(|(value, weight)| value[0] * weight).sum::<f64>()
+                plain.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>()
             });
             by_lens + Vector2::from(by_field)
         };
@@ -222,12 +213,13 @@ impl CorrectedCamera {
 
     pub(super) fn is_consistent(&self) -> bool {
         let functions = self.optics.weights.len();
-        let numbers = self.weight_covariance.iter().chain(&self.lens_covariance);
         self.optics.is_consistent()
-            && self.weight_covariance.len() == functions * (functions + 1) / 2
+            && self.weight_covariance.is_sound(functions)
             && self.follow.iter().all(|follow| follow.len() == functions * PARAMETERS)
             && self.lens_covariance.len() == PARAMETERS * PARAMETERS
-            && numbers
+            && self
+                .lens_covariance
+                .iter()
                 .chain(&self.settings.logs)
                 .chain(self.follow.iter().flatten())
                 .all(|value| value.is_finite())
