@@ -8,7 +8,10 @@ use crate::{
     camera::{AdjustableCamera, kannala_brandt::KannalaBrandt},
     geometry::{Pixel, Point3, Pose, Vector3},
     method::kannala_brandt::starting_cameras,
-    numeric::statistics::median,
+    numeric::{
+        simd::{Simd, WithSimd, on_widest},
+        statistics::median,
+    },
 };
 use nalgebra::{Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
 
@@ -305,23 +308,7 @@ impl Normal {
     ) -> Self {
         let cost = seen.cost((camera, unknowns), scale);
         let mut normal = Self { cost, scale, ..Self::default() };
-        for Row { by_turn, by_point, by_lens, error } in &seen.rows {
-            let weight = weigh(error.norm(), scale);
-            for axis in 0..2 {
-                let mut row = SVector::<f64, UNKNOWNS>::zeros();
-                for index in 0..3 {
-                    row[index] = by_turn[(axis, index)];
-                    row[3 + index] = by_point[(axis, index)];
-                }
-                if unknowns == UNKNOWNS {
-                    for (index, slope) in by_lens.iter().enumerate() {
-                        row[6 + index] = slope[axis];
-                    }
-                }
-                normal.gradient += row * (error[axis] * weight);
-                normal.matrix.ger(weight, &row, &row, 1.0);
-            }
-        }
+        on_widest(Added { normal: &mut normal, rows: &seen.rows, unknowns, weigh });
         if unknowns == UNKNOWNS {
             normal.hold_lens(camera);
         }
@@ -356,6 +343,44 @@ impl Normal {
             matrix[(index, index)] = if value > 0.0 { value * (1.0 + damping) } else { 1.0 };
         }
         Some(matrix.cholesky()?.solve(&self.gradient))
+    }
+}
+
+/// Adds what the first unknowns make of each row.
+struct Added<'a> {
+    normal: &'a mut Normal,
+    rows: &'a [Row],
+    unknowns: usize,
+    weigh: fn(f64, f64) -> f64,
+}
+
+impl WithSimd for Added<'_> {
+    type Output = ();
+
+    /// Written number by number: the compiler makes registers of columns, as wide as there are.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { normal, rows, unknowns, weigh } = self;
+        for Row { by_turn, by_point, by_lens, error } in rows {
+            let weight = weigh(error.norm(), normal.scale);
+            let [x, y]: [[f64; UNKNOWNS]; 2] = std::array::from_fn(|axis| {
+                std::array::from_fn(|index| match index {
+                    0..3 => by_turn[(axis, index)],
+                    3..6 => by_point[(axis, index - 3)],
+                    _ if unknowns == UNKNOWNS => by_lens[index - 6][axis],
+                    _ => 0.0,
+                })
+            });
+            for column in 0..unknowns {
+                let (by_x, by_y) = (weight * x[column], weight * y[column]);
+                normal.gradient[column] += by_x * error.x + by_y * error.y;
+                // Whole columns, which are quicker than what is below the diagonal.
+                let mut column = normal.matrix.column_mut(column);
+                for (sum, (x, y)) in column.iter_mut().zip(x.iter().zip(&y)) {
+                    *sum += by_x * x + by_y * y;
+                }
+            }
+        }
     }
 }
 
