@@ -215,12 +215,15 @@ impl Sightings {
                 accepted = best.members(reach);
                 continue;
             }
-            if wary && verdict.members(reach) == accepted {
+            // Where all are taken in, those that were judged without having been fitted too, a fit to them has
+            // nobody left to accuse.
+            let stands = |next: &[bool]| next == accepted || next.iter().all(|taken| *taken);
+            if wary && stands(&verdict.members(reach)) {
                 wary = false;
                 verdict = judge.verdict(&fitted, (wary, most_sigma));
             }
             let next = verdict.members(reach);
-            let settled = next == accepted;
+            let settled = stands(&next);
             accepted = next;
             most_sigma = most_sigma.min(2.0 * verdict.misfit.max(judge.least_sigma));
             best = Some(verdict);
