@@ -108,7 +108,7 @@ fn least_squares(
     let loose = |index: usize| {
         if (FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL).contains(&index) { 1.0 } else { 0.1 }
     };
-    let patience = Patience { steps: 60, least_gain: 1e-6 };
+    let patience = Patience { steps: 60, least_gain: 1e-4 };
     let mut scratch = vec![0.0; PARAMETERS];
     let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, mut normal| {
         let step: [f64; PARAMETERS] = step.try_into().ok()?;
@@ -203,18 +203,22 @@ impl State<'_> {
         let mut field = Panels::zeros(self.field.len(), points);
         let mut sides = Panels::zeros(2 * SIDE, points);
         let mut motions = Motions::default();
+        let mut plain = Vec::with_capacity(self.field.len());
         for (row, (world, pixel)) in self.placed().enumerate() {
             let (seen, slopes) = sloped.project(world)?;
             let values = self.field.values(seen.pixel, seen.nearness);
-            values.iter().enumerate().for_each(|(index, value)| field.set(index, row, value[0]));
+            plain.clear();
+            plain.extend(values.iter().map(|value| value[0]));
+            field.fill_column(row, &plain);
             let sum = self.field.sum(&values, &self.weights);
             let slopes = displaced(&slopes, &sum);
+            let errors = pixel - seen.pixel;
+            plain.clear();
             for axis in 0..2 {
-                for (number, slope) in slopes.row(axis).iter().enumerate() {
-                    sides.set(axis * SIDE + number, row, *slope);
-                }
-                sides.set(axis * SIDE + PARAMETERS, row, pixel[axis] - seen.pixel[axis]);
+                plain.extend(slopes.row(axis).iter());
+                plain.push(errors[axis]);
             }
+            sides.fill_column(row, &plain);
             let by_chart = self.charts.as_ref().and_then(|charts| {
                 let by_world = [0, 1].map(|axis: usize| {
                     seen.slopes.row(axis).transpose() + chained(&sum[axis], &seen)
