@@ -39,8 +39,8 @@ pub(in crate::chart) struct Grown {
     pub(in crate::chart) sigmas: Sigmas,
 }
 
-/// How many corners of a lattice are followed where a board has so many: enough for the board and what is beside it, and to
-/// tell a mistaken count by, few enough that a tiled wall takes no longer than a board.
+/// How many corners of a lattice are followed where a board has so many: enough for the board and what is
+/// beside it, and to tell a mistaken count by, few enough that a tiled wall takes no longer than a board.
 pub(in crate::chart) fn most_points(count: usize) -> usize {
     (4 * count).max(1_000)
 }
