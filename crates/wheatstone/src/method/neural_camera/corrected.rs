@@ -132,7 +132,7 @@ impl CorrectedCamera {
         let optics = Optics {
             lens,
             field: field.pruned(|index| active.binary_search(&index).is_ok()),
-            weights: active.iter().map(|index| posterior.weights[*index]).collect(),
+            weights: active.iter().map(|index| posterior.mode.weights[*index]).collect(),
         };
         let camera = Self {
             optics,

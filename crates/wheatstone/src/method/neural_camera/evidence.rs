@@ -6,6 +6,8 @@
 //! in units of their prior standard deviation, so that functions without any freedom cost nothing
 //! and overflow nothing. The x and the y displacement share one prior, hence one factorisation.
 
+mod climb;
+
 use super::{
     field::Field,
     lens::FIRST_EXPECTED,
@@ -37,6 +39,17 @@ pub(super) struct Sums {
     pub(super) numbers: Vec<f64>,
 }
 
+/// Where a fit under some settings goes.
+#[derive(Clone, Debug)]
+pub(super) struct Mode {
+    /// What the fit makes least, at its least, were the camera linear.
+    pub(super) least: f64,
+    /// The lens's numbers, and those of charts, change by this.
+    pub(super) step: DVector<f64>,
+    /// Of the field's functions, for x and y.
+    pub(super) weights: Vec<[f64; 2]>,
+}
+
 /// The most likely step and weights under some settings, and how good the settings are.
 #[derive(Clone, Debug)]
 pub(super) struct Posterior {
@@ -45,12 +58,7 @@ pub(super) struct Posterior {
     pub(super) evidence: f64,
     /// By the settings' logarithms.
     gradient: [f64; SETTINGS],
-    /// What the fit makes least, at its least, were the camera linear.
-    pub(super) least: f64,
-    /// The lens's numbers, and those of charts, change by this.
-    pub(super) step: DVector<f64>,
-    /// Of the field's functions, for x and y.
-    pub(super) weights: Vec<[f64; 2]>,
+    pub(super) mode: Mode,
     /// Effective number of parameters.
     pub(super) effective: f64,
     /// The functions that have any freedom.
@@ -61,6 +69,22 @@ pub(super) struct Posterior {
     pub(super) follow: [DMatrix<f64>; 2],
     /// Covariance of the lens's numbers.
     pub(super) lens_covariance: DMatrix<f64>,
+}
+
+/// How good some settings are, with what had to be found for that of their posterior: half of it.
+pub(super) struct Trial<'a> {
+    sums: &'a Sums,
+    settings: Settings,
+    evidence: f64,
+    variances: Vec<Variance>,
+    active: Vec<usize>,
+    freedom: Freedom,
+    /// Of x, then of y, what mixes with the lens's numbers and the errors, L taken from it.
+    sides: Panels,
+    /// Of the lens's precision when the field has taken its part.
+    lens_factors: nalgebra::Cholesky<f64, Dyn>,
+    step: DVector<f64>,
+    least: f64,
 }
 
 /// What the active functions' weights in x (or in y) may be with the lens held fixed.
@@ -114,19 +138,17 @@ impl Sums {
         sides
     }
 
-    /// The posterior under `settings`; `None` where the points do not determine the camera.
-    pub(super) fn posterior(&self, field: &Field, settings: Settings) -> Option<Posterior> {
+    /// How good `settings` are; `None` where the points do not determine the camera.
+    fn trial(&self, field: &Field, settings: Settings) -> Option<Trial<'_>> {
         let precision = 1.0 / settings.value(NOISE).powi(2);
         let variances = settings.field_variances(field);
         let active = self.active(&variances, precision);
-        let count = active.len();
         let scale: Vec<f64> = active.iter().map(|i| variances[*i].0.sqrt()).collect();
         let factors = Cholesky::new(&self.whitened((&active, &scale), precision), |_| 1.0)?;
         let numbers = self.numbers.len();
         let mut sides = self.sides((&active, &scale), precision);
         factors.take_lower(&mut sides);
         let taken = sides.square();
-        factors.take_upper(&mut sides);
         // What is left of the lens's equations when the field has taken its part.
         let mut lens = &self.lens * precision;
         let mut lens_errors = &self.lens_errors * precision;
@@ -145,147 +167,140 @@ impl Sums {
         let lens_factors = lens.cholesky()?;
         let step = lens_factors.solve(&lens_errors);
         squares -= step.dot(&lens_errors);
+        let mut trial = Trial {
+            sums: self,
+            settings,
+            evidence: 0.0,
+            variances,
+            active,
+            freedom: Freedom { factors, scale },
+            sides,
+            lens_factors,
+            step,
+            least: squares,
+        };
+        trial.evidence = trial.judged();
+        Some(trial)
+    }
+
+    /// The posterior under `settings`; `None` where the points do not determine the camera.
+    pub(super) fn posterior(&self, field: &Field, settings: Settings) -> Option<Posterior> {
+        self.trial(field, settings).map(Trial::posterior)
+    }
+
+    /// Where a fit under `settings` goes; `None` where the points do not determine the camera.
+    pub(super) fn mode(&self, field: &Field, settings: Settings) -> Option<Mode> {
+        let trial = self.trial(field, settings)?;
+        let (_, white) = trial.solved();
+        Some(trial.at(&white))
+    }
+}
+
+impl Trial<'_> {
+    fn judged(&self) -> f64 {
+        let Self { sums, settings, .. } = self;
+        let of_lens = self.lens_factors.l_dirty().diagonal();
+        let rows = 2.0 * sums.points as f64;
+        let mut evidence =
+            -rows * settings.logs[NOISE] - 0.5 * self.least + settings.log_hyperprior();
+        evidence -= self.freedom.factors.log_determinant();
+        evidence -= of_lens.iter().map(|value| libm::log(*value)).sum::<f64>();
+        for index in FIRST_EXPECTED..sums.numbers.len() {
+            evidence += 0.5 * libm::log(settings.lens_precision(index).0);
+        }
+        evidence
+    }
+
+    /// How active weights follow the lens's numbers, and what they are, in units of their prior standard
+    /// deviations.
+    fn solved(&self) -> ([DMatrix<f64>; 2], [DVector<f64>; 2]) {
+        let (numbers, count) = (self.sums.numbers.len(), self.active.len());
+        let mut sides = self.sides.clone();
+        self.freedom.factors.take_upper(&mut sides);
         let follow = [0, numbers + 1].map(|first| {
             DMatrix::from_fn(count, numbers, |place, number| sides.get(first + number, place))
         });
         let white = [0, 1].map(|axis: usize| {
             let errors = axis * (numbers + 1) + numbers;
-            DVector::from_fn(count, |place, _| sides.get(errors, place)) - &follow[axis] * &step
+            DVector::from_fn(count, |place, _| sides.get(errors, place))
+                - &follow[axis] * &self.step
         });
-        let mut posterior = Posterior {
-            settings,
-            evidence: 0.0,
-            gradient: [0.0; SETTINGS],
-            least: squares,
-            step,
-            weights: vec![[0.0; 2]; variances.len()],
-            effective: 0.0,
-            freedom: Freedom { factors, scale },
-            follow,
-            lens_covariance: lens_factors.inverse(),
-            active,
-        };
-        posterior.judge(self, &variances, (&white, squares), &lens_factors);
-        posterior.colour(&white);
-        Some(posterior)
+        (follow, white)
     }
 
-    /// The settings of greatest evidence, from `start`, by the method of Broyden, Fletcher, Goldfarb
-    /// & Shanno on those that `free` names.
-    pub(super) fn climb(
-        &self,
-        field: &Field,
-        start: Settings,
-        free: [bool; SETTINGS],
-    ) -> Option<Posterior> {
-        let mut best = self.posterior(field, start.bounded(field))?;
-        let mut inverse = DMatrix::<f64>::identity(SETTINGS, SETTINGS);
-        let slope = |posterior: &Posterior| {
-            let value = |index: usize| if free[index] { posterior.gradient[index] } else { 0.0 };
-            DVector::from_fn(SETTINGS, |index, _| value(index))
-        };
-        // The first step changes no setting by more than a factor of exp(1/2).
-        inverse *= 0.5 / slope(&best).norm().max(0.5);
-        for _ in 0..MOST_CLIMBS {
-            let gradient = slope(&best);
-            let mut direction = &inverse * &gradient;
-            if direction.dot(&gradient) <= 0.0 {
-                direction = gradient.clone();
-            }
-            // More than a factor of e a step leaves where the model of the evidence holds.
-            direction *= 1.0 / direction.amax().max(1.0);
-            let reached = (0..8).find_map(|halvings| {
-                let share = 0.5_f64.powi(halvings);
-                let mut settings = best.settings;
-                (0..SETTINGS).for_each(|index| settings.logs[index] += share * direction[index]);
-                let tried = self.posterior(field, settings.bounded(field))?;
-                (tried.evidence > best.evidence).then_some(tried)
-            });
-            let Some(reached) = reached else { break };
-            let moved = DVector::from_fn(SETTINGS, |index, _| {
-                reached.settings.logs[index] - best.settings.logs[index]
-            });
-            let bent = gradient - slope(&reached);
-            let curvature = moved.dot(&bent);
-            if curvature > 1e-12 {
-                let product = &inverse * &bent;
-                let factor = (1.0 + bent.dot(&product) / curvature) / curvature;
-                inverse += &moved * moved.transpose() * factor
-                    - (&product * moved.transpose() + &moved * product.transpose()) / curvature;
-            }
-            let gain = reached.evidence - best.evidence;
-            best = reached;
-            if gain < ENOUGH {
-                break;
+    /// With these weights, in units of their prior standard deviations.
+    fn at(&self, white: &[DVector<f64>; 2]) -> Mode {
+        let mut weights = vec![[0.0; 2]; self.variances.len()];
+        for (place, (index, scale)) in self.active.iter().zip(&self.freedom.scale).enumerate() {
+            weights[*index] = [0, 1].map(|axis| white[axis][place] * scale);
+        }
+        Mode { least: self.least, step: self.step.clone(), weights }
+    }
+
+    fn posterior(self) -> Posterior {
+        let (mut follow, white) = self.solved();
+        let lens_covariance = self.lens_factors.inverse();
+        let (gradient, effective) = self.slopes((&follow, &white), &lens_covariance);
+        for follow in &mut follow {
+            for (place, scale) in self.freedom.scale.iter().enumerate() {
+                follow.row_mut(place).scale_mut(*scale);
             }
         }
-        Some(best)
+        Posterior {
+            settings: self.settings,
+            evidence: self.evidence,
+            gradient,
+            mode: self.at(&white),
+            effective,
+            active: self.active,
+            freedom: self.freedom,
+            follow,
+            lens_covariance,
+        }
     }
-}
 
-/// Most steps of the search for settings; ten to twenty are the rule.
-const MOST_CLIMBS: usize = 40;
-
-/// A gain in log evidence that would convince nobody (Kass & Raftery 1995,
-/// doi:10.1080/01621459.1995.10476572, begin at 1).
-const ENOUGH: f64 = 0.02;
-
-impl Posterior {
-    /// Evidence, its gradient, and the effective number of parameters.
-    fn judge(
-        &mut self,
-        sums: &Sums,
-        variances: &[Variance],
-        (white, squares): (&[DVector<f64>; 2], f64),
-        lens_factors: &nalgebra::Cholesky<f64, Dyn>,
-    ) {
-        let of_lens = lens_factors.l_dirty().diagonal();
-        let rows = 2.0 * sums.points as f64;
-        let settings = self.settings;
-        let mut evidence = -rows * settings.logs[NOISE] - 0.5 * squares + settings.log_hyperprior();
-        evidence -= self.freedom.factors.log_determinant();
-        evidence -= of_lens.iter().map(|value| libm::log(*value)).sum::<f64>();
+    /// The evidence's gradient, and the effective number of parameters.
+    fn slopes(
+        &self,
+        (follow, white): (&[DMatrix<f64>; 2], &[DVector<f64>; 2]),
+        lens_covariance: &DMatrix<f64>,
+    ) -> ([f64; SETTINGS], f64) {
+        let Self { sums, settings, .. } = self;
+        let mut gradient = [0.0; SETTINGS];
         let mut effective = sums.numbers.len() as f64;
         let mut prior_squares = 0.0;
         for index in FIRST_EXPECTED..sums.numbers.len() {
             let (precision, setting) = settings.lens_precision(index);
-            evidence += 0.5 * libm::log(precision);
             let square = precision * (sums.numbers[index] + self.step[index]).powi(2);
-            let spread = precision * self.lens_covariance[(index, index)];
+            let spread = precision * lens_covariance[(index, index)];
             effective -= spread;
             prior_squares += square;
             if let Some(setting) = setting {
-                self.gradient[setting] -= 1.0 - square - spread;
+                gradient[setting] -= 1.0 - square - spread;
             }
         }
-        let follow = [&self.follow[0], &self.follow[1]];
-        let lens_part = follow.map(|f| (f * &self.lens_covariance).component_mul(f).column_sum());
+        let lens_part =
+            follow.each_ref().map(|f| (f * lens_covariance).component_mul(f).column_sum());
         let own = self.freedom.factors.diagonal_of_inverse();
         for (place, index) in self.active.iter().enumerate() {
             let square = white[0][place].powi(2) + white[1][place].powi(2);
             let spread = 2.0 * own[place] + lens_part[0][place] + lens_part[1][place];
             effective += 2.0 - spread;
             prior_squares += square;
-            for (setting, slope) in variances[*index].1 {
-                self.gradient[setting] -= 0.5 * slope * (2.0 - square - spread);
+            for (setting, slope) in self.variances[*index].1 {
+                gradient[setting] -= 0.5 * slope * (2.0 - square - spread);
             }
         }
-        self.gradient[NOISE] -= rows - (squares - prior_squares) - effective;
-        for index in 0..SETTINGS {
-            self.gradient[index] -= settings.value(index) / Settings::SCALES[index];
+        let rows = 2.0 * sums.points as f64;
+        gradient[NOISE] -= rows - (self.least - prior_squares) - effective;
+        for (index, slope) in gradient.iter_mut().enumerate() {
+            *slope -= settings.value(index) / Settings::SCALES[index];
         }
-        self.effective = effective;
-        self.evidence = evidence;
+        (gradient, effective)
     }
+}
 
-    /// From weights in prior standard deviations to weights in pixels.
-    fn colour(&mut self, white: &[DVector<f64>; 2]) {
-        for (place, (index, scale)) in self.active.iter().zip(&self.freedom.scale).enumerate() {
-            self.weights[*index] = [0, 1].map(|axis| white[axis][place] * scale);
-            self.follow.iter_mut().for_each(|follow| follow.row_mut(place).scale_mut(*scale));
-        }
-    }
-
+impl Posterior {
     /// Covariance of the active functions' weights in x (or in y) with the lens held fixed.
     pub(super) fn covariance(&self) -> DMatrix<f64> {
         let Freedom { factors, scale } = &self.freedom;

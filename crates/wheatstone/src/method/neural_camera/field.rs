@@ -103,59 +103,15 @@ impl Field {
 
     /// Every function at a place. Beyond the box they stay as they are on its border.
     pub(super) fn values(&self, pixel: Pixel, nearness: f64) -> Vec<Sloped> {
-        let place = |value: f64, axis: usize| (value - self.centre[axis]) / self.half[axis];
-        let (x, y) = (place(pixel.x, 0), place(pixel.y, 1));
-        let near = place(nearness, 2);
-        let waves = [cosines(x / MARGIN, self.most(0)), cosines(y / MARGIN, self.most(1))];
-        let powers = [legendre(x), legendre(y)];
-        let (by_x, by_y) = (1.0 / self.half[0], 1.0 / self.half[1]);
-        let mut all = Vec::with_capacity(self.len());
-        for [i, j] in &self.waves {
-            let ((a, slope_a), (b, slope_b)) = (waves[0][*i], waves[1][*j]);
-            all.push([a * b, slope_a * b * by_x / MARGIN, a * slope_b * by_y / MARGIN, 0.0]);
-        }
-        for [i, j] in &self.parallax {
-            let ((a, slope_a), (b, slope_b)) = (powers[0][*i], powers[1][*j]);
-            all.push([
-                near * a * b,
-                near * slope_a * b * by_x,
-                near * a * slope_b * by_y,
-                a * b / self.half[2],
-            ]);
-        }
-        all
+        let mut functions = Functions::new(self);
+        functions.at(pixel, nearness);
+        functions.values
     }
 
-    /// Sum of the functions times `weights` at a place: a displacement in pixels, without slopes.
-    pub(super) fn displacement(
-        &self,
-        pixel: Pixel,
-        nearness: f64,
-        weights: &[[f64; 2]],
-    ) -> [f64; 2] {
+    /// A place in units of the box about the points.
+    fn place(&self, pixel: Pixel, nearness: f64) -> [f64; 3] {
         let place = |value: f64, axis: usize| (value - self.centre[axis]) / self.half[axis];
-        let (x, y) = (place(pixel.x, 0), place(pixel.y, 1));
-        let (of_waves, of_parallax) = weights.split_at(self.waves.len().min(weights.len()));
-        let waves = [cosines(x / MARGIN, self.most(0)), cosines(y / MARGIN, self.most(1))];
-        let mut sums = [[0.0; 2]; 2];
-        for ([i, j], [by_x, by_y]) in self.waves.iter().zip(of_waves) {
-            let value = waves[0][*i].0 * waves[1][*j].0;
-            sums[0][0] += value * by_x;
-            sums[0][1] += value * by_y;
-        }
-        let powers = [legendre(x), legendre(y)];
-        for ([i, j], [by_x, by_y]) in self.parallax.iter().zip(of_parallax) {
-            let value = powers[0][*i].0 * powers[1][*j].0;
-            sums[1][0] += value * by_x;
-            sums[1][1] += value * by_y;
-        }
-        let near = place(nearness, 2);
-        [0, 1].map(|axis| sums[0][axis] + near * sums[1][axis])
-    }
-
-    /// Most half waves along an axis.
-    fn most(&self, axis: usize) -> usize {
-        self.waves.iter().map(|wave| wave[axis]).max().unwrap_or(0)
+        [place(pixel.x, 0), place(pixel.y, 1), place(nearness, 2)]
     }
 
     /// Sum of the functions times `weights` (x and y displacement in pixels), with slopes: one
@@ -188,23 +144,85 @@ impl Field {
     }
 }
 
+/// The functions of a field ready for many places, with memory that is kept.
+pub(super) struct Functions<'a> {
+    field: &'a Field,
+    /// Along x and y, as many as the shortest wave has halves.
+    cosines: [Vec<(f64, f64)>; 2],
+    values: Vec<Sloped>,
+}
+
+impl<'a> Functions<'a> {
+    pub(super) fn new(field: &'a Field) -> Self {
+        let most =
+            |axis: usize| field.waves.iter().map(|wave: &[usize; 2]| wave[axis]).max().unwrap_or(0);
+        let cosines = [0, 1].map(|axis| vec![(0.0, 0.0); most(axis) + 1]);
+        Self { field, cosines, values: Vec::with_capacity(field.len()) }
+    }
+
+    /// Every function at a place.
+    pub(super) fn at(&mut self, pixel: Pixel, nearness: f64) -> &[Sloped] {
+        let [x, y, near] = self.field.place(pixel, nearness);
+        cosines(x / MARGIN, &mut self.cosines[0]);
+        cosines(y / MARGIN, &mut self.cosines[1]);
+        let powers = [legendre(x), legendre(y)];
+        let Field { waves, parallax, half, .. } = self.field;
+        let (by_x, by_y) = (1.0 / half[0], 1.0 / half[1]);
+        self.values.clear();
+        self.values.extend(waves.iter().map(|[i, j]| {
+            let ((a, slope_a), (b, slope_b)) = (self.cosines[0][*i], self.cosines[1][*j]);
+            [a * b, slope_a * b * by_x / MARGIN, a * slope_b * by_y / MARGIN, 0.0]
+        }));
+        self.values.extend(parallax.iter().map(|[i, j]| {
+            let ((a, slope_a), (b, slope_b)) = (powers[0][*i], powers[1][*j]);
+            [near * a * b, near * slope_a * b * by_x, near * a * slope_b * by_y, a * b / half[2]]
+        }));
+        &self.values
+    }
+
+    /// Sum of the functions times `weights` at a place: a displacement in pixels, without slopes.
+    pub(super) fn displacement(
+        &mut self,
+        pixel: Pixel,
+        nearness: f64,
+        weights: &[[f64; 2]],
+    ) -> [f64; 2] {
+        let [x, y, near] = self.field.place(pixel, nearness);
+        let Field { waves, parallax, .. } = self.field;
+        let (of_waves, of_parallax) = weights.split_at(waves.len().min(weights.len()));
+        cosines(x / MARGIN, &mut self.cosines[0]);
+        cosines(y / MARGIN, &mut self.cosines[1]);
+        let mut sums = [[0.0; 2]; 2];
+        for ([i, j], [by_x, by_y]) in waves.iter().zip(of_waves) {
+            let value = self.cosines[0][*i].0 * self.cosines[1][*j].0;
+            sums[0][0] += value * by_x;
+            sums[0][1] += value * by_y;
+        }
+        let powers = [legendre(x), legendre(y)];
+        for ([i, j], [by_x, by_y]) in parallax.iter().zip(of_parallax) {
+            let value = powers[0][*i].0 * powers[1][*j].0;
+            sums[1][0] += value * by_x;
+            sums[1][1] += value * by_y;
+        }
+        [0, 1].map(|axis| sums[0][axis] + near * sums[1][axis])
+    }
+}
+
 /// More half waves than this no fit makes: a file that has them is broken.
 const MOST_HALF_WAVES: usize = 1000;
 
-/// `sqrt(2) cos(k pi (x + 1) / 2)` for k to `most` (1 for k = 0), mean square 1 on -1..1, with slopes.
-fn cosines(x: f64, most: usize) -> Vec<(f64, f64)> {
+/// `sqrt(2) cos(k pi (x + 1) / 2)` for each k from 0 (1 for k = 0), mean square 1 on -1..1, with slopes.
+fn cosines(x: f64, all: &mut [(f64, f64)]) {
     let inside = x.abs() < 1.0;
     let angle = std::f64::consts::FRAC_PI_2 * (x.clamp(-1.0, 1.0) + 1.0);
     let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
     let (mut s, mut c) = (0.0, 1.0);
-    let mut all = Vec::with_capacity(most + 1);
-    for k in 0..=most {
+    for (k, out) in all.iter_mut().enumerate() {
         let size = if k == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
         let slope = if inside { -size * k as f64 * std::f64::consts::FRAC_PI_2 * s } else { 0.0 };
-        all.push((size * c, slope));
+        *out = (size * c, slope);
         (s, c) = (s * cosine + c * sine, c * cosine - s * sine);
     }
-    all
 }
 
 /// Legendre polynomials to the highest degree, scaled to mean square 1 on -1..1, with slopes; flat

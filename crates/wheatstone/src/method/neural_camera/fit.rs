@@ -2,8 +2,8 @@
 //! about them.
 
 use super::{
-    evidence::{Posterior, Sums},
-    field::{Field, chained},
+    evidence::{Mode, Posterior, Sums},
+    field::{Field, Functions, chained},
     lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
     loose::LooseCharts,
     motions::Motions,
@@ -178,12 +178,12 @@ impl State<'_> {
         for round in 0..=ROUNDS {
             progress.check()?;
             let settings = posterior.settings;
-            let Some(moved) = self.settle(&posterior) else { return Ok(None) };
+            let Some(settled) = self.settle(&posterior) else { return Ok(None) };
             // What was chosen for a state that does not move is chosen.
-            if !moved {
+            if !settled.moved {
                 break;
             }
-            let Some(sums) = self.sums() else { return Ok(None) };
+            let Some(sums) = settled.sums.or_else(|| self.sums()) else { return Ok(None) };
             let next = if round < ROUNDS {
                 sums.climb(&self.field, settings, free)
             } else {
@@ -204,13 +204,14 @@ impl State<'_> {
         let mut sides = Panels::zeros(2 * SIDE, points);
         let mut motions = Motions::default();
         let mut plain = Vec::with_capacity(self.field.len());
+        let mut functions = Functions::new(&self.field);
         for (row, (world, pixel)) in self.placed().enumerate() {
             let (seen, slopes) = sloped.project(world)?;
-            let values = self.field.values(seen.pixel, seen.nearness);
+            let values = functions.at(seen.pixel, seen.nearness);
             plain.clear();
             plain.extend(values.iter().map(|value| value[0]));
             field.fill_column(row, &plain);
-            let sum = self.field.sum(&values, &self.weights);
+            let sum = self.field.sum(values, &self.weights);
             let slopes = displaced(&slopes, &sum);
             let errors = pixel - seen.pixel;
             plain.clear();
@@ -250,9 +251,10 @@ impl State<'_> {
     /// What the fit makes least at fixed settings; `None` where a point does not project.
     fn objective(&self, settings: &Settings) -> Option<f64> {
         let mut squares = 0.0;
+        let mut functions = Functions::new(&self.field);
         for (world, pixel) in self.placed() {
             let seen = self.lens.project(world)?;
-            let [x, y] = self.field.displacement(seen.pixel, seen.nearness, &self.weights);
+            let [x, y] = functions.displacement(seen.pixel, seen.nearness, &self.weights);
             squares += (pixel.x - seen.pixel.x - x).powi(2);
             squares += (pixel.y - seen.pixel.y - y).powi(2);
         }
@@ -261,25 +263,25 @@ impl State<'_> {
         Some(squares * precision + penalty).filter(|value| value.is_finite())
     }
 
-    /// Goes towards the mode of a posterior, the step halved until it is better than where it
+    /// Goes towards a mode, the step halved until it is better than where it
     /// started, `before`; how good that is, `None` where no step helps.
-    fn advance(&mut self, posterior: &Posterior, before: f64) -> Option<f64> {
+    fn advance(&mut self, mode: &Mode, settings: &Settings, before: f64) -> Option<f64> {
         let old = (self.lens.clone(), self.weights.clone(), self.charts.clone());
         let (old_lens, old_weights, old_charts) = &old;
         for halvings in 0..12 {
             let share = 0.5_f64.powi(halvings);
-            let step = std::array::from_fn(|index| share * posterior.step[index]);
+            let step = std::array::from_fn(|index| share * mode.step[index]);
             self.lens = old_lens.moved(&step);
-            let weights = old_weights.iter().zip(&posterior.weights);
+            let weights = old_weights.iter().zip(&mode.weights);
             let between = |(old, new): (&[f64; 2], &[f64; 2])| {
                 [0, 1].map(|axis: usize| old[axis] + share * (new[axis] - old[axis]))
             };
             self.weights = weights.map(between).collect();
             self.charts = old_charts.clone();
             if let Some(charts) = &mut self.charts {
-                charts.advance(share, &posterior.step.as_slice()[PARAMETERS..]);
+                charts.advance(share, &mode.step.as_slice()[PARAMETERS..]);
             }
-            let after = self.objective(&posterior.settings).filter(|value| *value < before);
+            let after = self.objective(settings).filter(|value| *value < before);
             if after.is_some() {
                 return after;
             }
@@ -288,27 +290,39 @@ impl State<'_> {
         None
     }
 
-    /// Goes to the mode at the settings of `first`, the posterior here; whether that led away.
-    pub(super) fn settle(&mut self, first: &Posterior) -> Option<bool> {
+    /// Goes to the mode at the settings of `first`, the posterior here; `None` where a point does not
+    /// project.
+    pub(super) fn settle(&mut self, first: &Posterior) -> Option<Settled> {
         let settings = first.settings;
-        let Some(mut here) = self.objective(&settings) else { return Some(false) };
+        let mut settled = Settled { moved: false, sums: None };
+        let Some(mut here) = self.objective(&settings) else { return Some(settled) };
         let mut next;
-        let mut posterior = first;
+        let mut mode = &first.mode;
         for step in 0..MOST_STEPS {
-            // No step brings what the posterior, for which the camera is linear, does not promise.
-            let after = (here - posterior.least >= ENOUGH).then(|| self.advance(posterior, here));
-            let Some(after) = after.flatten() else { return Some(step > 0) };
+            // No step brings what the mode, for which the camera is linear, does not promise.
+            let after = (here - mode.least >= ENOUGH).then(|| self.advance(mode, &settings, here));
+            let Some(after) = after.flatten() else { return Some(settled) };
+            settled = Settled { moved: true, sums: None };
             if here - after < ENOUGH {
                 break;
             }
             here = after;
             if step + 1 < MOST_STEPS {
-                next = self.sums()?.posterior(&self.field, settings)?;
-                posterior = &next;
+                let sums = settled.sums.insert(self.sums()?);
+                next = sums.mode(&self.field, settings)?;
+                mode = &next;
             }
         }
-        Some(true)
+        Some(settled)
     }
+}
+
+/// What became of a camera that went to the mode.
+pub(super) struct Settled {
+    /// Whether it is elsewhere now.
+    moved: bool,
+    /// About where it is now, if they were needed on the way.
+    sums: Option<Sums>,
 }
 
 /// A gain that is not worth a step: the objective is in units of a squared standard deviation.

@@ -111,8 +111,9 @@ impl Information {
         let count = motions.len();
         let covariance = posterior.lens_covariance.view((PARAMETERS, PARAMETERS), (count, count));
         let precision = covariance.into_owned().cholesky()?.inverse();
-        let mean =
-            DVector::from_fn(count, |index, _| motions[index] + posterior.step[PARAMETERS + index]);
+        let mean = DVector::from_fn(count, |index, _| {
+            motions[index] + posterior.mode.step[PARAMETERS + index]
+        });
         let vector = &precision * mean;
         // The posterior holds the prior, which is not the camera's to say.
         Some(Self { matrix: precision - DMatrix::identity(count, count), vector })
