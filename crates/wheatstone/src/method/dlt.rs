@@ -91,13 +91,9 @@ impl DltReconstructor {
         Some(found.point)
     }
 
-    /// The point with its derivatives by the pixels' coordinates, three rows; those of second order
-    /// in the errors left out.
-    pub(super) fn point_with_slopes(
-        &self,
-        pixels: &[Option<Pixel>],
-    ) -> Option<(Point3, Matrix3xX<f64>)> {
-        let point = self.point(pixels)?;
+    /// Derivatives of the point that these pixels give by their coordinates, three rows; those of second
+    /// order in the errors left out.
+    pub(super) fn slopes(&self, point: Point3, pixels: &[Option<Pixel>]) -> Option<Matrix3xX<f64>> {
         let mut normal = Matrix3::zeros();
         let mut by_pixel = Matrix3xX::zeros(2 * self.cameras.len());
         for (index, (camera, pixel)) in self.cameras.iter().zip(pixels).enumerate() {
@@ -107,7 +103,7 @@ impl DltReconstructor {
                 by_pixel.columns_mut(2 * index, 2).copy_from(&slopes.transpose());
             }
         }
-        Some((point, normal.try_inverse()? * by_pixel))
+        Some(normal.try_inverse()? * by_pixel)
     }
 
     /// The cameras, for who locates many points.

@@ -145,6 +145,15 @@ pub struct NetworkReconstructor {
     effective_parameters: Option<f64>,
 }
 
+/// A point that the map is asked for.
+struct Query<'a> {
+    pixels: &'a [Option<Pixel>],
+    /// x and y of each camera, scaled.
+    unit: Vec<f64>,
+    /// Where the base locates it, if there is one.
+    base: Option<Point3>,
+}
+
 /// The pixels of all cameras in one row; `None` where one did not see the point.
 fn input_row(pixels: &[Option<Pixel>]) -> Option<Vec<f64>> {
     pixels
@@ -302,14 +311,21 @@ impl NetworkReconstructor {
         inputs.iter().zip(&self.inputs).map(|(value, scale)| scale.to_unit(*value)).collect()
     }
 
-    /// The targets of a point seen at `pixels`, whose scaled inputs are `unit`.
-    fn predict(&self, pixels: &[Option<Pixel>], unit: &[f64]) -> Option<[f64; 3]> {
-        let outputs = self.perceptron.evaluate(unit);
+    /// A point seen at `pixels`; `None` where a camera did not see it, or the base has nothing to say of it.
+    fn query<'a>(&self, pixels: &'a [Option<Pixel>]) -> Option<Query<'a>> {
+        let unit = self.scaled_inputs(&input_row(pixels)?);
         let base = match &self.base {
-            Some(base) => self.targets.of(base.point(pixels)?),
-            None => [0.0; 3],
+            Some(base) => Some(base.point(pixels)?),
+            None => None,
         };
-        Some([0, 1, 2].map(|axis| base[axis] + self.outputs[axis].restore(outputs[axis])))
+        Some(Query { pixels, unit, base })
+    }
+
+    /// The targets of a point.
+    fn predict(&self, Query { unit, base, .. }: &Query<'_>) -> [f64; 3] {
+        let outputs = self.perceptron.evaluate(unit);
+        let base = base.map_or([0.0; 3], |point| self.targets.of(point));
+        [0, 1, 2].map(|axis| base[axis] + self.outputs[axis].restore(outputs[axis]))
     }
 }
 
@@ -319,19 +335,17 @@ impl Reconstructor for NetworkReconstructor {
     }
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        let unit = self.scaled_inputs(&input_row(pixels)?);
-        let targets = self.predict(pixels, &unit)?;
+        let query = self.query(pixels)?;
+        let targets = self.predict(&query);
         let (point, jacobian) = self.targets.point(targets)?;
-        let covariance =
-            jacobian * self.target_covariance((pixels, targets), &unit)? * jacobian.transpose();
+        let covariance = jacobian * self.target_covariance(&query, targets)? * jacobian.transpose();
         let told = self.witness.as_ref().and_then(|witness| witness.residual(point, pixels));
         let (residual, residual_sigma) = told.unwrap_or((f64::NAN, f64::NAN));
         Some(Located { point, covariance, residual, residual_sigma })
     }
 
     fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
-        let unit = self.scaled_inputs(&input_row(pixels)?);
-        Some(self.targets.point(self.predict(pixels, &unit)?)?.0)
+        Some(self.targets.point(self.predict(&self.query(pixels)?))?.0)
     }
 
     fn pixel_sigma(&self, camera: usize, _pixel: Pixel, world: Point3) -> Option<f64> {

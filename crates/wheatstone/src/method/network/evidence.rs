@@ -75,13 +75,13 @@ pub(super) struct Lesson {
 }
 
 impl Lesson {
-    /// What `base` says of each point; no base where it has nothing to say of one.
-    fn base_targets(&mut self, frame: &Targets) -> Vec<[f64; 3]> {
+    /// Where `base` locates each point; no base where it has nothing to say of one.
+    fn based(&mut self, frame: &Targets) -> Vec<Option<Point3>> {
         let of = |base: &DltReconstructor, row: &Vec<f64>| {
             let pixels: Vec<Option<Pixel>> =
                 row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
-            let targets = frame.of(base.point(&pixels)?);
-            targets.iter().all(|value| value.is_finite()).then_some(targets)
+            let point = base.point(&pixels)?;
+            frame.of(point).iter().all(|value| value.is_finite()).then_some(Some(point))
         };
         let all = self
             .base
@@ -89,7 +89,7 @@ impl Lesson {
             .and_then(|base| self.inputs.iter().map(|row| of(base, row)).collect());
         all.unwrap_or_else(|| {
             self.base = None;
-            vec![[0.0; 3]; self.inputs.len()]
+            vec![None; self.inputs.len()]
         })
     }
 }
@@ -171,11 +171,11 @@ pub(super) fn fit(
     (frame, dataset): (Targets, &Dataset),
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Fit> {
-    let base = lesson.base_targets(&frame);
+    let base = lesson.based(&frame);
     let (witness, motions) = lesson.witness.take().unzip();
     let Lesson { inputs, points, .. } = &lesson;
-    let from_base = |(point, base): (&Point3, &[f64; 3])| {
-        let of = frame.of(*point);
+    let from_base = |(point, base): (&Point3, &Option<Point3>)| {
+        let (of, base) = (frame.of(*point), base.map_or([0.0; 3], |base| frame.of(base)));
         [0, 1, 2].map(|axis| of[axis] - base[axis]).to_vec()
     };
     let targets: Vec<Vec<f64>> = points.iter().zip(&base).map(from_base).collect();
@@ -209,7 +209,11 @@ pub(super) fn fit(
         modes: Vec::new(),
         effective_parameters: Some(trained.effective_parameters),
     };
-    reconstructor.learn_noise(&lesson.inputs, &lesson.points, trained.effective_parameters);
+    reconstructor.learn_noise(
+        (&lesson.inputs, &base),
+        &lesson.points,
+        trained.effective_parameters,
+    );
     if let Some(motions) = motions.flatten() {
         reconstructor.follow(dataset, &motions, &trained);
     }

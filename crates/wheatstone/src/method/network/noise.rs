@@ -1,7 +1,7 @@
 //! How sure the network's points are: noise of the pixels, carried through the whole map, and what
 //! is not known about the weights.
 
-use super::NetworkReconstructor;
+use super::{NetworkReconstructor, Query};
 use crate::{
     geometry::{Pixel, Point3},
     method::PixelNoise,
@@ -39,10 +39,10 @@ pub(super) fn direction([across, down, _]: [f64; 3]) -> Point2<f64> {
 impl NetworkReconstructor {
     /// Derivatives of the targets by the pixels' coordinates, three rows; that of the base neglects
     /// how its rays' misses bend it.
-    fn slopes(&self, pixels: &[Option<Pixel>], unit: &[f64]) -> Option<DMatrix<f64>> {
-        let width = unit.len();
+    fn slopes(&self, query: &Query<'_>) -> Option<DMatrix<f64>> {
+        let width = query.unit.len();
         let mut rows = vec![0.0; 3 * width];
-        self.perceptron.input_jacobian(unit, &mut rows);
+        self.perceptron.input_jacobian(&query.unit, &mut rows);
         let mut slopes = DMatrix::from_row_slice(3, width, &rows);
         for (axis, scale) in self.outputs.iter().enumerate() {
             slopes.row_mut(axis).scale_mut(scale.high - scale.low);
@@ -50,8 +50,8 @@ impl NetworkReconstructor {
         for (column, scale) in self.inputs.iter().enumerate() {
             slopes.column_mut(column).unscale_mut(scale.high - scale.low);
         }
-        if let Some(base) = &self.base {
-            slopes += self.base_slopes(base, pixels)?.1;
+        if let Some(base) = self.base.as_ref().zip(query.base) {
+            slopes += self.sloped_base(base, query.pixels)?.slopes;
         }
         Some(slopes)
     }
@@ -76,11 +76,11 @@ impl NetworkReconstructor {
         Matrix3::from_diagonal(&self.outputs.map(|scale| scale.high - scale.low).into())
     }
 
-    /// Covariance of the `targets` of a point seen at `pixels`, whose scaled inputs are `unit`.
+    /// Covariance of the `targets` of a point.
     pub(super) fn target_covariance(
         &self,
-        (pixels, targets): (&[Option<Pixel>], [f64; 3]),
-        unit: &[f64],
+        query: &Query<'_>,
+        targets: [f64; 3],
     ) -> Option<Matrix3<f64>> {
         let noise = match &self.noise {
             Noise::Targets { variance } => {
@@ -88,28 +88,34 @@ impl NetworkReconstructor {
                 spread * Matrix3::from_diagonal(&(*variance).into()) * spread
             }
             Noise::Pixels { noise } => {
-                carried(&self.slopes(pixels, unit)?) * noise.variance(direction(targets))
+                carried(&self.slopes(query)?) * noise.variance(direction(targets))
             }
         };
-        let places = self.covariance_of_places(pixels, unit)?;
-        Some(noise + self.covariance_of_weights(unit) + places)
+        let places = self.covariance_of_places(query)?;
+        Some(noise + self.covariance_of_weights(&query.unit) + places)
     }
 
     /// Takes for the pixels' noise what explains the errors at known points best, in the sense of
-    /// maximum likelihood; `determined` weights have made those smaller.
-    pub(super) fn learn_noise(&mut self, inputs: &[Vec<f64>], points: &[Point3], determined: f64) {
-        let square = |(row, point): (&Vec<f64>, &Point3)| {
+    /// maximum likelihood; `determined` weights have made those smaller. `base`: where the base locates each
+    /// point.
+    pub(super) fn learn_noise(
+        &mut self,
+        (inputs, base): (&[Vec<f64>], &[Option<Point3>]),
+        points: &[Point3],
+        determined: f64,
+    ) {
+        let square = |((row, base), point): ((&Vec<f64>, &Option<Point3>), &Point3)| {
             let pixels: Vec<Option<Pixel>> =
                 row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
-            let unit = self.scaled_inputs(row);
-            let (found, wanted) = (self.predict(&pixels, &unit)?, self.targets.of(*point));
+            let query = Query { pixels: &pixels, unit: self.scaled_inputs(row), base: *base };
+            let (found, wanted) = (self.predict(&query), self.targets.of(*point));
             let error = Vector3::from(found) - Vector3::from(wanted);
-            let inverse = carried(&self.slopes(&pixels, &unit)?).try_inverse()?;
+            let inverse = carried(&self.slopes(&query)?).try_inverse()?;
             // Of three coordinates, where the noise counts two.
             Some((direction(wanted), error.dot(&(inverse * error)) * (2.0 / 3.0)))
         };
         let squares: Vec<(Point2<f64>, f64)> =
-            inputs.iter().zip(points).filter_map(square).collect();
+            inputs.iter().zip(base).zip(points).filter_map(square).collect();
         self.noise = Noise::Pixels { noise: PixelNoise::fit(&squares, determined * (2.0 / 3.0)) };
     }
 }
@@ -224,18 +230,15 @@ mod tests {
         let fit = method.fit_checked(&data, 0, &Silent).unwrap();
         let AnyReconstructor::Network(fitted) = fit.reconstructor else { unreachable!() };
         let targets = |pixels: &[Option<Pixel>]| {
-            let row: Vec<f64> = pixels.iter().flatten().flat_map(|p| [p.x, p.y]).collect();
-            let unit = fitted.scaled_inputs(&row);
-            (Vector3::from(fitted.predict(pixels, &unit).unwrap()), unit)
+            Vector3::from(fitted.predict(&fitted.query(pixels).unwrap()))
         };
         for row in data.correspondences.iter().step_by(37) {
-            let (_, unit) = targets(&row.pixels);
-            let slopes = fitted.slopes(&row.pixels, &unit).unwrap();
+            let slopes = fitted.slopes(&fitted.query(&row.pixels).unwrap()).unwrap();
             for column in 0..4 {
                 let at = |by: f64| {
                     let mut moved = row.pixels.clone();
                     moved[column / 2].as_mut().unwrap()[column % 2] += by;
-                    targets(&moved).0
+                    targets(&moved)
                 };
                 let difference = (at(1e-3) - at(-1e-3)) / 2e-3;
                 let gap = (difference - slopes.column(column)).norm();

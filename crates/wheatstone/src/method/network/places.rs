@@ -5,7 +5,7 @@
 //! times what the changed targets pull at them, the base's cameras by being fitted again. The motions
 //! are those of the neural cameras that watch over the network.
 
-use super::{NetworkReconstructor, input_row};
+use super::{NetworkReconstructor, Query};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix},
@@ -59,52 +59,55 @@ fn base_modes(
     Some(modes)
 }
 
-/// By how much the targets of the base's point change with its cameras: `through` is their derivatives
-/// by the pixels, three rows.
-fn shifted(
-    base: &DltReconstructor,
-    (point, through): (Point3, &DMatrix<f64>),
-    by: &[Matrix3x4<f64>],
-) -> Vector3<f64> {
-    let mut sum = Vector3::zeros();
-    for (camera, (matrix, by)) in base.matrices().iter().zip(by).enumerate() {
-        let (whole, change) = (matrix.0 * point.to_homogeneous(), by * point.to_homogeneous());
-        for axis in 0..2 {
-            let pixel = (change[axis] - change.z * whole[axis] / whole.z) / whole.z;
-            sum -= through.column(2 * camera + axis) * pixel;
+/// A base at a point.
+pub(super) struct SlopedBase<'a> {
+    base: &'a DltReconstructor,
+    point: Point3,
+    /// Derivatives of the point's targets by the pixels, three rows.
+    pub(super) slopes: DMatrix<f64>,
+}
+
+impl SlopedBase<'_> {
+    /// By how much the targets of the point change with the base's cameras.
+    fn shifted(&self, by: &[Matrix3x4<f64>]) -> Vector3<f64> {
+        let point = self.point.to_homogeneous();
+        let mut sum = Vector3::zeros();
+        for (camera, (matrix, by)) in self.base.matrices().iter().zip(by).enumerate() {
+            let (whole, change) = (matrix.0 * point, by * point);
+            for axis in 0..2 {
+                let pixel = (change[axis] - change.z * whole[axis] / whole.z) / whole.z;
+                sum -= self.slopes.column(2 * camera + axis) * pixel;
+            }
         }
+        sum
     }
-    sum
 }
 
 impl NetworkReconstructor {
-    /// The base's point, and the derivatives of its targets by the pixels.
-    pub(super) fn base_slopes(
+    /// The base at the point that it locates at these pixels.
+    pub(super) fn sloped_base<'a>(
         &self,
-        base: &DltReconstructor,
+        (base, point): (&'a DltReconstructor, Point3),
         pixels: &[Option<Pixel>],
-    ) -> Option<(Point3, DMatrix<f64>)> {
-        let (point, by_pixel) = base.point_with_slopes(pixels)?;
+    ) -> Option<SlopedBase<'a>> {
+        let by_pixel = base.slopes(point, pixels)?;
         let (_, by_target) = self.targets.point(self.targets.of(point))?;
         let slopes = by_target.try_inverse()? * by_pixel;
-        Some((point, DMatrix::from_column_slice(3, slopes.ncols(), slopes.as_slice())))
+        let slopes = DMatrix::from_column_slice(3, slopes.ncols(), slopes.as_slice());
+        Some(SlopedBase { base, point, slopes })
     }
 
-    /// Covariance of targets by the charts' motions, of a point whose scaled inputs are `unit`.
-    pub(super) fn covariance_of_places(
-        &self,
-        pixels: &[Option<Pixel>],
-        unit: &[f64],
-    ) -> Option<Matrix3<f64>> {
+    /// Covariance of targets by the charts' motions.
+    pub(super) fn covariance_of_places(&self, query: &Query<'_>) -> Option<Matrix3<f64>> {
         let mut sum = Matrix3::zeros();
         if self.modes.is_empty() {
             return Some(sum);
         }
         let count = self.perceptron.weights().len();
         let mut rows = vec![0.0; 3 * count];
-        self.perceptron.jacobian(unit, &mut rows);
-        let base = match &self.base {
-            Some(base) => Some((base, self.base_slopes(base, pixels)?)),
+        self.perceptron.jacobian(&query.unit, &mut rows);
+        let base = match self.base.as_ref().zip(query.base) {
+            Some(base) => Some(self.sloped_base(base, query.pixels)?),
             None => None,
         };
         for mode in &self.modes {
@@ -113,8 +116,8 @@ impl NetworkReconstructor {
                 let change: f64 = slopes.map(|(slope, weight)| slope * weight).sum();
                 change * (self.outputs[output].high - self.outputs[output].low)
             });
-            if let Some((base, (point, through))) = &base {
-                by += shifted(base, (*point, through), &mode.base);
+            if let Some(base) = &base {
+                by += base.shifted(&mode.base);
             }
             sum += by * by.transpose();
         }
@@ -139,17 +142,20 @@ impl NetworkReconstructor {
         let mut pulls = DMatrix::zeros(count, motions.len());
         let mut rows = vec![0.0; 3 * count];
         for (world, row) in train.known() {
-            let Some(input) = input_row(&row.pixels) else { continue };
-            self.perceptron.jacobian(&self.scaled_inputs(&input), &mut rows);
-            let own = match &self.base {
-                Some(own) => Some((own, self.base_slopes(own, &row.pixels)?)),
+            if row.pixels.iter().any(Option::is_none) {
+                continue;
+            }
+            let query = self.query(&row.pixels)?;
+            self.perceptron.jacobian(&query.unit, &mut rows);
+            let own = match self.base.as_ref().zip(query.base) {
+                Some(own) => Some(self.sloped_base(own, query.pixels)?),
                 None => None,
             };
             let here = Vector3::from(self.targets.of(world));
             for (index, by) in motions.of_point(row.view, world).into_iter().enumerate() {
                 let mut moved = Vector3::from(self.targets.of(world + by)) - here;
-                if let Some((own, (point, through))) = &own {
-                    moved -= shifted(own, (*point, through), &base[index]);
+                if let Some(own) = &own {
+                    moved -= own.shifted(&base[index]);
                 }
                 for output in 0..3 {
                     let scale = self.outputs[output].high - self.outputs[output].low;
