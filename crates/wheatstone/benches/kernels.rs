@@ -11,12 +11,11 @@
     reason = "a program for developers: its figures go to standard output, and it may panic"
 )]
 
-use nalgebra::DMatrix;
 use std::{hint::black_box, time::Instant};
 use wheatstone::{
     numeric::{
         backpropagation::{Backpropagation, Precision},
-        cholesky::Cholesky,
+        cholesky::{Cholesky, Lower},
         evidence::Course,
         perceptron::{Batch, Curvature, Forward, OutputActivation, Perceptron, Sweep, Workspace},
         random::Random,
@@ -73,11 +72,11 @@ fn kernels(network: &Perceptron, batch: &Batch, random: &mut Random) {
     let mut single = Sweep::<f32>::new(network, batch);
     let mut double = Sweep::<f64>::new(network, batch);
     let mut curvature = Curvature::new(network, batch);
-    let mut hessian = DMatrix::zeros(weights.len(), weights.len());
+    let mut hessian = Lower::zeros(weights.len());
     let mut work = Workspace::new(&SIZES);
     curvature.hessian(weights, &[1.0; 3], &mut hessian);
     let positive = hessian.clone();
-    let factors = Cholesky::new(&positive, |_| 1.0).unwrap();
+    let factors = Cholesky::of(positive.clone(), |_| 1.0).unwrap();
     let mut buffer = gradient.clone();
     let figures = [
         ("pass_single", median(1000, || _ = single.pass(weights, &[1.0; 3], &mut gradient))),
@@ -87,7 +86,7 @@ fn kernels(network: &Perceptron, batch: &Batch, random: &mut Random) {
             median(100, || _ = network.mean_square_error(batch, &mut gradient, &mut work)),
         ),
         ("hessian", median(100, || curvature.hessian(weights, &[1.0; 3], &mut hessian))),
-        ("cholesky", median(200, || _ = black_box(Cholesky::new(&positive, |_| 1.0)))),
+        ("cholesky", median(200, || _ = black_box(Cholesky::of(positive.clone(), |_| 1.0)))),
         ("diagonal_of_inverse", median(200, || _ = black_box(factors.diagonal_of_inverse()))),
         ("solve", median(1000, || buffer = factors.solve(&buffer))),
         ("forward_single_100000", forward::<f32>(network, random)),

@@ -4,23 +4,20 @@
 //! The factor is kept in panels of eight rows, each panel column by column, so that every inner loop
 //! runs through memory once. Sums run in the order of the columns, whatever the registers' width.
 
+mod lower;
 mod rows;
 
 use super::{
-    lines::Lines,
     panels::{Column, ROWS},
     simd::{Real, Simd, WithSimd, add_products, on_widest},
 };
+pub use lower::Lower;
 use nalgebra::DMatrix;
 
 /// L of `A = L L'`.
 #[derive(Clone, Debug)]
 pub struct Cholesky {
-    size: usize,
-    panels: usize,
-    /// Panel by panel, each up to its triangle, column by column. Beyond the matrix stands the unit matrix; what
-    /// stands above the diagonal is left over and means nothing.
-    lower: Lines<f64>,
+    lower: Lower,
     /// One over the diagonal, panel by panel: a division waits three times as long as a product.
     inverse_pivots: Vec<Column>,
 }
@@ -30,37 +27,31 @@ impl Cholesky {
     /// `None` where it is not positive definite.
     #[must_use]
     pub fn new(matrix: &DMatrix<f64>, more: impl Fn(usize) -> f64) -> Option<Self> {
-        let mut factors = Self::laid_out(matrix, more);
+        Self::of(Lower::of(matrix), more)
+    }
+
+    /// As [`Cholesky::new`], of the lower triangle.
+    #[must_use]
+    pub fn of(matrix: Lower, more: impl Fn(usize) -> f64) -> Option<Self> {
+        let mut factors = Self::begun(matrix, more);
         on_widest(Factor(&mut factors)).then_some(factors)
     }
 
-    /// The matrix's lower triangle in panels.
-    fn laid_out(matrix: &DMatrix<f64>, more: impl Fn(usize) -> f64) -> Self {
-        let size = matrix.nrows();
-        let panels = size.div_ceil(ROWS);
-        let mut lower = Lines::zeros(columns_before(panels) * ROWS);
-        let columns: &mut [Column] = lower.as_chunks_mut().0;
-        let values = matrix.as_slice();
-        for panel in 0..panels {
-            let first = panel * ROWS;
-            let count = ROWS.min(size - first);
-            let rows = &mut columns[columns_before(panel)..][..first + count];
-            for (column, to) in rows.iter_mut().enumerate() {
-                let from = &values[column * size + first..][..count];
-                let below = column.saturating_sub(first);
-                to[below..count].copy_from_slice(&from[below..]);
-            }
-        }
-        for index in 0..panels * ROWS {
-            let diagonal = &mut columns[columns_before(index / ROWS) + index][index % ROWS];
-            *diagonal = if index < size { *diagonal + more(index) } else { 1.0 };
-        }
-        Self { size, panels, lower, inverse_pivots: vec![[1.0; ROWS]; panels] }
+    fn begun(mut lower: Lower, more: impl Fn(usize) -> f64) -> Self {
+        lower.add_to_diagonal(more);
+        Self { inverse_pivots: vec![[1.0; ROWS]; lower.panels()], lower }
     }
 
-    /// Row `8 panel + 0..8` of L, column by column, up to and with the diagonal.
+    fn size(&self) -> usize {
+        self.lower.size()
+    }
+
+    fn panels(&self) -> usize {
+        self.lower.panels()
+    }
+
     fn panel(&self, panel: usize) -> &[Column] {
-        &self.lower.as_chunks().0[columns_before(panel)..columns_before(panel + 1)]
+        self.lower.panel(panel)
     }
 
     /// The triangle that ends a panel, column by column, and one over its diagonal.
@@ -72,17 +63,16 @@ impl Cholesky {
     /// Logarithm of the matrix's determinant.
     #[must_use]
     pub fn log_determinant(&self) -> f64 {
-        let diagonal = |index: usize| self.panel(index / ROWS)[index][index % ROWS];
-        2.0 * (0..self.size).map(|index| libm::log(diagonal(index))).sum::<f64>()
+        2.0 * (0..self.size()).map(|index| libm::log(self.lower.get(index, index))).sum::<f64>()
     }
 
     /// The x of `A x = b`.
     #[must_use]
     pub fn solve(&self, b: &[f64]) -> Vec<f64> {
         let mut x = b.to_vec();
-        x.resize(self.panels * ROWS, 0.0);
+        x.resize(self.panels() * ROWS, 0.0);
         on_widest(Solve(self, &mut x));
-        x.truncate(self.size);
+        x.truncate(self.size());
         x
     }
 
@@ -90,14 +80,9 @@ impl Cholesky {
     #[must_use]
     pub fn diagonal_of_inverse(&self) -> Vec<f64> {
         let mut squares = on_widest(Squares(self));
-        squares.truncate(self.size);
+        squares.truncate(self.size());
         squares
     }
-}
-
-/// Columns of all panels before this one: each has eight more than the last.
-fn columns_before(panel: usize) -> usize {
-    panel * (panel + 1) / 2 * ROWS
 }
 
 /// Eight by eight entries on the diagonal of L.
@@ -198,8 +183,8 @@ impl WithSimd for Factor<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let panels = self.0.panels;
-        let mut rest = self.0.lower.as_chunks_mut().0;
+        let panels = self.0.panels();
+        let mut rest = self.0.lower.columns_mut();
         for (own, inverse_pivots) in self.0.inverse_pivots.iter_mut().enumerate() {
             let (above, below) = rest.split_at_mut((own + 1) * ROWS);
             let (before, triangle) = above.split_at_mut(own * ROWS);
@@ -230,7 +215,7 @@ impl WithSimd for Solve<'_> {
     /// Written number by number: the compiler makes registers of eight, as wide as there are.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for index in 0..self.0.panels {
+        for index in 0..self.0.panels() {
             let (known, rest) = self.1.split_at_mut(index * ROWS);
             let before = &self.0.panel(index)[..index * ROWS];
             let Triangle { columns: own, inverse_pivots } = self.0.triangle(index);
@@ -245,7 +230,7 @@ impl WithSimd for Solve<'_> {
                 rest[row] = (rest[row] - sums[row] - inside) * inverse_pivots[row];
             }
         }
-        for index in (0..self.0.panels).rev() {
+        for index in (0..self.0.panels()).rev() {
             let (above, rest) = self.1.split_at_mut(index * ROWS);
             let before = &self.0.panel(index)[..index * ROWS];
             let Triangle { columns: own, inverse_pivots } = self.0.triangle(index);
@@ -270,7 +255,7 @@ impl WithSimd for Squares<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
-        let (panels, width) = (self.0.panels, f64::width::<S>());
+        let (panels, width) = (self.0.panels(), f64::width::<S>());
         let mut squares = vec![0.0; panels * ROWS];
         // Rows of L^-1, as far as the register reaches across its columns.
         let mut inverse = vec![simd.splat_f64s(0.0); panels * ROWS];
@@ -360,10 +345,17 @@ mod tests {
         let factors = Cholesky::new(&positive(45), |_| 0.5).unwrap();
         let diagonals = on_each(|| Squares(&factors));
         assert!(diagonals.iter().all(|other| *other == diagonals[0]));
-        let mut all = vec![Cholesky::laid_out(&positive(45), |_| 0.5); 4];
+        let right: Vec<f64> = (0..48).map(|index| libm::sin(f64::from(index))).collect();
+        let mut solved = vec![right; 4];
+        let mut next = solved.iter_mut();
+        let widths = on_each(|| Solve(&factors, next.next().unwrap())).len();
+        assert!(solved[..widths].iter().all(|other| *other == solved[0]));
+        let mut all = vec![Cholesky::begun(Lower::of(&positive(45)), |_| 0.5); 4];
         let mut next = all.iter_mut();
         let done = on_each(|| Factor(next.next().unwrap()));
         assert!(done.iter().all(|done| *done));
-        assert!(all[..done.len()].iter().all(|other| *other.lower == *factors.lower));
+        assert!(
+            all[..done.len()].iter().all(|other| other.lower.columns() == factors.lower.columns())
+        );
     }
 }

@@ -164,7 +164,7 @@ impl Course {
         let mut expansion = Expansion::new(&self.network, batch);
         expansion.at(self.network.weights(), &self.noise);
         let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
-        let factors = Cholesky::new(&expansion.hessian, |index| self.decay.of(index));
+        let factors = Cholesky::of(expansion.hessian, |index| self.decay.of(index));
         let trained = Trained {
             log_evidence: self.log_evidence(),
             effective_parameters: state.effective,

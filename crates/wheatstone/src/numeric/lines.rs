@@ -40,40 +40,46 @@ impl<T: Copy + Default> Lines<T> {
     /// So many numbers, which are 0.
     pub(crate) fn zeros(length: usize) -> Self {
         let memory = vec![T::default(); length + LINE / size_of::<T>()];
-        Self { begin: begin(&memory), memory, length }
+        Self { begin: begin(memory.as_ptr(), memory.len()), memory, length }
     }
 
     /// Makes them so many, all 0, in the same memory where it suffices.
     pub(crate) fn clear(&mut self, length: usize) {
         self.memory.clear();
         self.memory.resize(length + LINE / size_of::<T>(), T::default());
-        (self.begin, self.length) = (begin(&self.memory), length);
+        (self.begin, self.length) = (begin(self.memory.as_ptr(), self.memory.len()), length);
     }
 
     /// These numbers.
     pub(crate) fn of(values: &[T]) -> Self {
-        let mut own = Self::zeros(values.len());
-        own.copy_from_slice(values);
-        own
+        if values.is_empty() { Self::zeros(0) } else { Self::copied(values, T::default()) }
     }
 }
 
-/// The first place at which a line begins.
-fn begin<T>(memory: &[T]) -> usize {
-    memory.as_ptr().align_offset(LINE).min(memory.len())
+/// The first place at which a line begins, of so many.
+fn begin<T>(memory: *const T, places: usize) -> usize {
+    memory.align_offset(LINE).min(places)
+}
+
+impl<T: Clone> Lines<T> {
+    /// These numbers; before the first line stands what means nothing.
+    fn copied(values: &[T], nothing: T) -> Self {
+        let room = LINE / size_of::<T>();
+        let mut memory = Vec::with_capacity(values.len() + room);
+        let begin = begin(memory.as_ptr(), room);
+        memory.resize(begin, nothing);
+        memory.extend_from_slice(values);
+        Self { memory, begin, length: values.len() }
+    }
 }
 
 impl<T: Clone> Clone for Lines<T> {
     fn clone(&self) -> Self {
         // Lines begin at other places of other memory.
-        let mut memory = self.memory.clone();
-        let (length, begin) = (self.length, begin(&memory));
-        if begin < self.begin {
-            memory.rotate_left(self.begin - begin);
-        } else {
-            memory.rotate_right(begin - self.begin);
+        match self.memory.first() {
+            Some(any) => Self::copied(self, any.clone()),
+            None => Self { memory: Vec::new(), begin: 0, length: 0 },
         }
-        Self { memory, begin, length }
     }
 }
 

@@ -21,8 +21,8 @@ impl Cholesky {
     /// The matrix's inverse.
     #[must_use]
     pub fn inverse(&self) -> DMatrix<f64> {
-        let mut rows = Panels::zeros(self.size, self.size);
-        (0..self.size).for_each(|index| rows.set(index, index, 1.0));
+        let mut rows = Panels::zeros(self.size(), self.size());
+        (0..self.size()).for_each(|index| rows.set(index, index, 1.0));
         self.take_lower(&mut rows);
         rows.square()
     }
@@ -37,7 +37,7 @@ impl WithSimd for Take<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for rows in self.1.panels_mut() {
-            for own in 0..self.0.panels {
+            for own in 0..self.0.panels() {
                 let before = &self.0.panel(own)[..own * ROWS];
                 take_panel(simd, (before, self.0.triangle(own)), rows);
             }
@@ -71,7 +71,7 @@ impl WithSimd for TakeUpper<'_> {
         let strips = ROWS / f64::width::<S>();
         for rows in self.1.panels_mut() {
             let rows = f64::vectors_mut::<S>(rows.as_flattened_mut());
-            for own in (0..self.0.panels).rev() {
+            for own in (0..self.0.panels()).rev() {
                 let (known, later) = rows.split_at_mut((own + 1) * ROWS * strips);
                 let columns = &mut known[own * ROWS * strips..];
                 for strip in 0..strips {

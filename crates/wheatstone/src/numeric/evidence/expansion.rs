@@ -2,17 +2,16 @@
 
 use super::posterior::Decay;
 use crate::numeric::{
-    cholesky::Cholesky,
+    cholesky::{Cholesky, Lower},
     perceptron::{Batch, Curvature, Perceptron, Sweep},
 };
-use nalgebra::DMatrix;
 
 /// Expands the misfit, in buffers that are kept.
 pub(super) struct Expansion {
     curvature: Curvature,
     sweep: Sweep<f64>,
-    /// Half the weighted Hessian, by outer products, without decay: its lower triangle.
-    pub(super) hessian: DMatrix<f64>,
+    /// Half the weighted Hessian, by outer products, without decay.
+    pub(super) hessian: Lower,
     /// Half the weighted gradient, without decay.
     gradient: Vec<f64>,
     /// The gradient where the squared errors were last asked for, or how it bends.
@@ -34,7 +33,7 @@ impl Expansion {
         Self {
             curvature: Curvature::new(network, batch),
             sweep: Sweep::new(network, batch),
-            hessian: DMatrix::zeros(count, count),
+            hessian: Lower::zeros(count),
             gradient: vec![0.0; count],
             other: vec![0.0; count],
             ready: None,
@@ -73,7 +72,7 @@ impl Expansion {
         damping: f64,
     ) -> Option<(Vec<f64>, f64)> {
         let held = |index: usize| (1.0 + damping) * decay.of(index);
-        let factors = Cholesky::new(&self.hessian, held)?;
+        let factors = Cholesky::of(self.hessian.clone(), held)?;
         let slopes = self.gradient.iter().zip(start).enumerate();
         let slopes: Vec<f64> = slopes.map(|(i, (g, w))| g + decay.of(i) * w).collect();
         let back = factors.solve(&slopes);
@@ -91,7 +90,7 @@ impl Expansion {
     fn half_ratio(&self, (one, other): (&[f64], &[f64]), decay: &Decay) -> f64 {
         let square = |values: &[f64]| -> f64 {
             let each = values.iter().enumerate();
-            each.map(|(i, value)| value * value * (decay.of(i) + self.hessian[(i, i)])).sum()
+            each.map(|(i, value)| value * value * (decay.of(i) + self.hessian.get(i, i))).sum()
         };
         0.5 * (square(one) / square(other).max(f64::MIN_POSITIVE)).sqrt()
     }
@@ -101,7 +100,7 @@ impl Expansion {
 mod tests {
     use super::*;
     use crate::numeric::{perceptron::OutputActivation, random::Random};
-    use nalgebra::DVector;
+    use nalgebra::{DMatrix, DVector};
 
     /// Samples of a curve, and a network that knows nothing of it.
     fn lesson(count: usize) -> (Perceptron, Vec<Vec<f64>>, Vec<Vec<f64>>) {
@@ -135,7 +134,8 @@ mod tests {
             }
         }
         let found_gradient = DVector::from_vec(found.gradient);
-        assert!((found.hessian - hessian.lower_triangle()).norm() < 1e-12 * hessian.norm());
+        let half = DMatrix::from_fn(count, count, |i, j| found.hessian.get(i.max(j), i.min(j)));
+        assert!((half - &hessian).norm() < 1e-12 * hessian.norm());
         assert!((found_gradient - &gradient).norm() < 1e-12 * gradient.norm());
     }
 

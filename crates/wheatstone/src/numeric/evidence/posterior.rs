@@ -1,8 +1,7 @@
 //! What the data say of a network's weights, in Laplace's approximation, and what follows for decay
 //! and noise.
 
-use crate::numeric::cholesky::Cholesky;
-use nalgebra::DMatrix;
+use crate::numeric::cholesky::{Cholesky, Lower};
 
 /// One decay a class of weights: a layer's weights, and its biases.
 pub(super) struct Decay {
@@ -44,9 +43,8 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
-    /// `hessian`: its lower triangle.
-    pub(super) fn new(hessian: &DMatrix<f64>, decay: &Decay) -> Option<Self> {
-        let factors = Cholesky::new(hessian, |index| decay.of(index))?;
+    pub(super) fn new(hessian: &Lower, decay: &Decay) -> Option<Self> {
+        let factors = Cholesky::of(hessian.clone(), |index| decay.of(index))?;
         let log_determinant = factors.log_determinant();
         let variances = factors.diagonal_of_inverse();
         let mut effective_of_class = vec![0.0; decay.rate.len()];

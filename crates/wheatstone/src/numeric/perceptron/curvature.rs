@@ -11,10 +11,10 @@ mod product;
 
 use super::{Batch, LANES, Perceptron, packed::Packed};
 use crate::numeric::{
+    cholesky::Lower,
     lines::Lines,
     simd::{Real, Simd, WithSimd, on_widest},
 };
-use nalgebra::DMatrix;
 use pairs::{COLUMNS, Layer, Pair, distances};
 use product::add_matrix_product;
 
@@ -77,8 +77,8 @@ impl Curvature {
     }
 
     /// Half the Hessian, by outer products, of the sum of squared errors, each over its output's
-    /// variance: the lower triangle of `hessian`, the rest of which is left alone.
-    pub fn hessian(&mut self, weights: &[f64], variances: &[f64], hessian: &mut DMatrix<f64>) {
+    /// variance.
+    pub fn hessian(&mut self, weights: &[f64], variances: &[f64], hessian: &mut Lower) {
         self.packed.set(weights);
         on_widest(Pass { curvature: self, variances });
         for pair in &self.pairs {
@@ -262,6 +262,7 @@ fn scale<S: Simd>(
 mod tests {
     use super::*;
     use crate::numeric::{perceptron::OutputActivation, random::Random, simd::on_each};
+    use nalgebra::DMatrix;
 
     fn world(sizes: &[usize], output: OutputActivation) -> (Perceptron, Vec<Vec<f64>>, Batch) {
         let mut random = Random::new(9);
@@ -293,13 +294,13 @@ mod tests {
                         wanted += &row * row.transpose() / *variance;
                     }
                 }
-                let mut found = DMatrix::zeros(count, count);
+                let mut found = Lower::zeros(count);
                 let mut curvature = Curvature::new(&network, &batch);
                 // Twice: nothing of the first pass may be left.
                 for _ in 0..2 {
                     curvature.hessian(network.weights(), &variances, &mut found);
                 }
-                found.fill_upper_triangle_with_lower_triangle();
+                let found = DMatrix::from_fn(count, count, |i, j| found.get(i.max(j), i.min(j)));
                 assert!((&found - &wanted).norm() < 1e-13 * wanted.norm(), "{sizes:?} {output:?}");
             }
         }

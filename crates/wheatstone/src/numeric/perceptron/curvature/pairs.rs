@@ -1,8 +1,7 @@
 //! Pairs of layers of weights, and which entries of the curvature they make.
 
 use super::ROWS;
-use crate::numeric::lines::Lines;
-use nalgebra::DMatrix;
+use crate::numeric::{cholesky::Lower, lines::Lines};
 
 /// Columns of the right factor are filled up to a multiple of the widest register.
 pub(super) const COLUMNS: usize = 8;
@@ -17,8 +16,7 @@ pub(super) struct Pair {
     pub(super) inputs: Vec<(usize, usize)>,
     /// Pairs of units, a row each, times pairs of inputs.
     pub(super) sums: Lines<f64>,
-    /// Where each sum belongs among the entries of the lower triangle, column by column; within a layer each
-    /// belongs to two.
+    /// Where each sum belongs in the lower triangle; within a layer each belongs to two places.
     places: Vec<Vec<usize>>,
     /// Length of a row.
     pub(super) width: usize,
@@ -69,8 +67,7 @@ impl Pair {
         let inputs = pairs_of_inputs((a.below, b.below), same);
         let width = inputs.len().next_multiple_of(COLUMNS);
         let sums = Lines::zeros(units.len().next_multiple_of(ROWS) * width);
-        let count = layers.last().map_or(0, |last| last.start + (last.below + 1) * last.here);
-        let place = |one: usize, other: usize| one.min(other) * count + one.max(other);
+        let place = |one: usize, other: usize| Lower::place(one.max(other), one.min(other));
         let mut places = vec![Vec::new(); if same { 2 } else { 1 }];
         for (one, other) in &units {
             for (p, q) in &inputs {
@@ -84,8 +81,8 @@ impl Pair {
     }
 
     /// Puts the entries where they belong in the lower triangle.
-    pub(super) fn write_out(&self, hessian: &mut DMatrix<f64>) {
-        let matrix = hessian.as_mut_slice();
+    pub(super) fn write_out(&self, hessian: &mut Lower) {
+        let matrix = hessian.values_mut();
         for places in &self.places {
             let rows = places.chunks_exact(self.inputs.len());
             for (places, sums) in rows.zip(self.sums.chunks_exact(self.width)) {
