@@ -43,7 +43,7 @@ impl<L: Lens> Placed<L> {
 }
 
 /// Points that decide between depths: more add time, not certainty.
-const SCANNED: usize = 100;
+const SCANNED: usize = 50;
 
 /// Depths tried for the nearest point, as shares of the points' mean distance from their middle: a
 /// few behind the camera's centre, where fisheyes see too, then evenly in the logarithm from a lens

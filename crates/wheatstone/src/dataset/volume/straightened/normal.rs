@@ -1,6 +1,7 @@
 //! The linear least squares that fill a camera's table, with a penalty on its bending.
 
 use super::{ALL, FUNCTIONS, STIFFER_ALONG};
+use crate::numeric::cholesky::Cholesky;
 use nalgebra::DMatrix;
 
 /// Normal equations of the table: the coefficients across, then those along the ray.
@@ -30,16 +31,12 @@ impl Normal {
     }
 
     pub(super) fn solve(&self, bending: &DMatrix<f64>, stiffness: f64) -> Option<Vec<[f64; 4]>> {
-        let mut matrix = &self.matrix + bending * stiffness;
+        let matrix = &self.matrix + bending * stiffness;
         // Keeps what neither points nor bending determine at nothing; too little to matter else.
         let ridge = 1e-9 * matrix.trace();
-        for k in 0..2 * ALL {
-            matrix[(k, k)] += ridge;
-        }
-        let found = matrix.cholesky()?.solve(&self.right);
-        let coefficients = (0..ALL)
-            .map(|k| [found[(k, 0)], found[(k, 1)], found[(ALL + k, 0)], found[(ALL + k, 1)]]);
-        Some(coefficients.collect())
+        let factors = Cholesky::new(&matrix, |_| ridge)?;
+        let [x, y] = [0, 1].map(|axis| factors.solve(self.right.column(axis).as_slice()));
+        Some((0..ALL).map(|k| [x[k], y[k], x[ALL + k], y[ALL + k]]).collect())
     }
 }
 
