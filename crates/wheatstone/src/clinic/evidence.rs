@@ -224,6 +224,12 @@ impl<'a> Evidence<'a> {
         (errors.len() > 1).then(|| mean(&errors))
     }
 
+    /// The least that sound views of a camera leave, the median of its errors in pixels. No explanation of
+    /// a camera's faults is expected to leave less.
+    pub(super) fn floor(&self) -> f64 {
+        self.seen.iter().flatten().map(|seen| seen.typical).fold(f64::INFINITY, f64::min)
+    }
+
     /// Mean over a camera's views of their errors.
     pub(super) fn mean_error(&self, camera: usize) -> f64 {
         let errors: Vec<f64> =

@@ -37,6 +37,9 @@ fn everywhere(evidence: &Evidence, camera: usize) -> Vec<(usize, usize)> {
     (0..evidence.views.len()).map(|view| (view, camera)).collect()
 }
 
+/// The share of its error that a camera is left with at most when labels are read rightly.
+const EXPLAINED: f64 = 0.2;
+
 /// A camera whose views do not agree as the labels are, and agree well when all are read otherwise.
 fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let own = evidence.seen[camera].as_ref()?;
@@ -57,6 +60,9 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
     // Labels so wrong that no camera fits at all leave the sound views' error.
     let plain = evidence.overall(camera, |_, _, pair| Some(pair)).unwrap_or(own.typical);
     let before = plain.min(evidence.mean_error(camera));
+    if EXPLAINED * before < evidence.floor() {
+        return None;
+    }
     let mut found: Option<(f64, Mixing)> = None;
     for how in Mixing::all() {
         let mixed = |view: usize, _: usize, (world, pixel): Pair| {
@@ -65,7 +71,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
         };
         let Some(left) = evidence.overall(camera, mixed) else { continue };
         // Read rightly it is about as good as the best of the others.
-        if left < 0.2 * before
+        if left < EXPLAINED * before
             && left < 4.0 * best + 0.5
             && found.is_none_or(|(least, _)| left < 0.7 * least)
         {

@@ -110,12 +110,21 @@ pub(super) fn proposal(
     }
 }
 
+/// The share of its error that a camera is left with at most when pictures are paired rightly.
+const EXPLAINED: f64 = 0.15;
+
 /// From some view on each picture belongs to the view after (or before): then one camera sees all
 /// views well once they are paired so.
 fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let count = evidence.views.len();
     let suspicious = evidence.cells.iter().filter(|view| view[camera].suspicious).count();
     if count < 4 || suspicious == 0 && !evidence.is_lost(camera) {
+        return None;
+    }
+    let own = evidence.mean_error(camera);
+    // Of all views, of which one may have no partner: that changes it little.
+    let all = evidence.overall(camera, |_, _, pair| Some(pair)).unwrap_or(f64::INFINITY);
+    if EXPLAINED * own.max(all) < evidence.floor() {
         return None;
     }
     let mut best: Option<(f64, usize, i64)> = None;
@@ -150,9 +159,12 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let (left, from, offset) = best?;
     let lone = if offset > 0 { count - 1 } else { from };
     let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
-    let before = evidence.mean_error(camera).max(plain.unwrap_or(0.0));
+    let before = own.max(plain.unwrap_or(0.0));
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
-    if left > 0.15 * before || left > 4.0 * good || plain.is_some_and(|plain| left > 0.4 * plain) {
+    if left > EXPLAINED * before
+        || left > 4.0 * good
+        || plain.is_some_and(|plain| left > 0.4 * plain)
+    {
         return None;
     }
     let cells: Vec<(usize, usize)> = (from..count)
