@@ -172,7 +172,15 @@ fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
     stretch
 }
 
+/// A lens that the formula does not describe makes a view at the end seem a little larger: its error over the
+/// good level.
+const STRETCHED_BY_LENS: f64 = 3.0;
+
 fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
+    let before = cameras.iter().map(|c| evidence.excess((view, *c))).fold(0.0, f64::max);
+    if before < STRETCHED_BY_LENS {
+        return None;
+    }
     let mut shots: Shots = Vec::new();
     let mut all: Vec<Point3> = Vec::new();
     for camera in cameras {
@@ -200,7 +208,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     let left = if moved.is_slip() { left_by(&moved) } else { f64::INFINITY };
     let mut best = (left, moved);
     for scale in [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54] {
-        if best.0 <= 1.0 {
+        if best.0 <= 1.0 || scale != 1.0 && evidence.is_slight(view, cameras) {
             break;
         }
         let stretch = adjusted(&shots, start(scale), false);
@@ -210,7 +218,6 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         }
     }
     let (left, stretch) = best;
-    let before = cameras.iter().map(|c| evidence.excess((view, *c))).fold(0.0, f64::max);
     if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
         return None;
     }
@@ -227,10 +234,6 @@ fn named(
     let [a, b] = stretch.scale;
     // A tenth of a percent is as well as one view of a chart tells its size.
     let sized = (a - 1.0).abs() > 3e-3 || (b - 1.0).abs() > 3e-3;
-    // A lens that the formula does not describe makes a view at the end seem a little larger.
-    if sized && before < 3.0 {
-        return None;
-    }
     let alike = (a / b - 1.0).abs() < 0.01;
     let distance = stretch.by.norm() * evidence.frame.size;
     let angle = stretch.turn.norm().to_degrees();

@@ -49,7 +49,11 @@ fn samples(usable: &[usize], random: &mut Random) -> Vec<Vec<usize>> {
             let mut order = usable.to_vec();
             random.shuffle(&mut order);
             order.truncate(3);
-            all.push(order);
+            order.sort_unstable();
+            // What was tried tells nothing more.
+            if !all.contains(&order) {
+                all.push(order);
+            }
         }
     } else if usable.len() == 3 {
         all.extend([

@@ -4,7 +4,7 @@
 
 use super::{
     consensus::consensus,
-    robust_camera::{Pair, RobustCamera},
+    robust_camera::{Pair, RobustCamera, sides},
     views::{View, views},
 };
 use crate::{
@@ -224,10 +224,23 @@ impl<'a> Evidence<'a> {
         (errors.len() > 1).then(|| mean(&errors))
     }
 
-    /// The least that sound views of a camera leave, the median of its errors in pixels. No explanation of
-    /// a camera's faults is expected to leave less.
+    /// Whether a view is off by so little of its picture's shorter side that its chart has no other size or
+    /// unit: the least that gets mixed up, a factor of two, moves half of its points by an eighth of that.
+    pub(super) fn is_slight(&self, view: usize, cameras: &[usize]) -> bool {
+        const SLIGHT: f64 = 0.05;
+        let slight = |camera: &usize| {
+            let cell = &self.cells[view][*camera];
+            let [width, height] = sides(&cell.pairs);
+            cell.error < SLIGHT * width.min(height)
+        };
+        cameras.iter().all(slight)
+    }
+
+    /// What no explanation of a fault in all views is expected to go below, in pixels: what sound views of
+    /// the best camera leave. Where no view is sound that is too much; most detectors err by this all the same.
     pub(super) fn floor(&self) -> f64 {
-        self.seen.iter().flatten().map(|seen| seen.typical).fold(f64::INFINITY, f64::min)
+        const DETECTORS: f64 = 0.15;
+        self.seen.iter().flatten().map(|seen| seen.typical).fold(DETECTORS, f64::min)
     }
 
     /// Mean over a camera's views of their errors.

@@ -150,7 +150,7 @@ impl RobustCamera {
     /// tell (Necker's cube).
     pub(super) fn tells_near_from_far(&self, pairs: &[Pair]) -> bool {
         let own = self.without_field();
-        let depths: Vec<f64> = pairs.iter().map(|(world, _)| own.depth(*world)).collect();
+        let depths: Vec<f64> = pairs.iter().map(|pair| own.depth(pair.0)).collect();
         let mut other = own.clone();
         other.rotation.row_mut(2).neg_mut();
         other.translation.z = 2.0 * median(&depths) - own.translation.z;
@@ -181,8 +181,7 @@ impl RobustCamera {
             if cost.is_finite() && cost < current.cost {
                 (camera, seen) = (tried, then);
                 damping = (damping * 0.2_f64).max(1e-9);
-                let gained = 1.0 - cost / current.cost;
-                if gained < 1e-6 {
+                if 1.0 - cost / current.cost < 1e-6 {
                     break;
                 }
                 current = Normal::of(&seen, (&camera, unknowns), seen.scale(), cauchy);
@@ -222,13 +221,18 @@ impl RobustCamera {
     }
 }
 
-/// The larger side of the box round the pixels.
+/// The sides of the box round the pixels.
+pub(super) fn sides(pairs: &[Pair]) -> [f64; 2] {
+    [0, 1].map(|axis: usize| {
+        let values = || pairs.iter().map(|(_, pixel)| pixel[axis]);
+        let low = values().fold(f64::INFINITY, f64::min);
+        values().fold(0.0, |side, value| f64::max(side, value - low))
+    })
+}
+
+/// The larger of them.
 pub(super) fn extent(pairs: &[Pair]) -> f64 {
-    let side = |axis: usize| {
-        let values = pairs.iter().map(|(_, pixel)| pixel[axis]);
-        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
-    };
-    if pairs.is_empty() { 0.0 } else { side(0).max(side(1)) }
+    sides(pairs).into_iter().fold(0.0, f64::max)
 }
 
 /// Cauchy's weight.
@@ -243,8 +247,7 @@ struct Linearised {
     unseen: usize,
 }
 
-/// Of one pair: the pixel's slopes by a turn, by the point in the camera's frame and by the lens's numbers;
-/// its error.
+/// Of one pair: the pixel's slopes by a turn, the point in the camera's frame, the lens's numbers; its error.
 struct Row {
     by_turn: Matrix2x3<f64>,
     by_point: Matrix2x3<f64>,
@@ -306,8 +309,8 @@ impl Normal {
         scale: f64,
         weigh: fn(f64, f64) -> f64,
     ) -> Self {
-        let cost = seen.cost((camera, unknowns), scale);
-        let mut normal = Self { cost, scale, ..Self::default() };
+        let mut normal =
+            Self { cost: seen.cost((camera, unknowns), scale), scale, ..Self::default() };
         on_widest(Added { normal: &mut normal, rows: &seen.rows, unknowns, weigh });
         if unknowns == UNKNOWNS {
             normal.hold_lens(camera);

@@ -20,7 +20,9 @@ impl Fault for UnitsMixed {
             !present.is_empty() && evidence.suspects(*view).len() == present.len()
         };
         let views = (0..evidence.views.len()).filter(all_miss);
-        views.filter_map(|view| units(evidence, view, &evidence.present(view))).collect()
+        let views = views.map(|view| (view, evidence.present(view)));
+        let views = views.filter(|(view, present)| !evidence.is_slight(*view, present));
+        views.filter_map(|(view, present)| units(evidence, view, &present)).collect()
     }
 }
 
@@ -114,6 +116,9 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
     (share > 0.85).then(|| proposal(evidence, best, figures))
 }
 
+/// The share of its error that each camera is left with at most in the right unit.
+const EXPLAINED: f64 = 0.2;
+
 /// No camera fits, and all do once it is put right.
 fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
     // In a stretched world half of the views and more agree on no camera, or on a bad one.
@@ -133,6 +138,9 @@ fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
         .iter()
         .map(|camera| evidence.overall(*camera, |_, _, pair| Some(pair)))
         .collect::<Option<_>>()?;
+    if before.iter().any(|error| EXPLAINED * error < evidence.floor()) {
+        return None;
+    }
     let mut best: Option<(f64, Stretch)> = None;
     for stretch in stretches() {
         let (which, ratio, _) = stretch;
@@ -143,11 +151,11 @@ fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
         for camera in &cameras {
             let left = evidence.overall(*camera, read).unwrap_or(f64::INFINITY);
             worst = worst.max(left / before[*camera]);
-            if worst > 0.2 {
+            if worst > EXPLAINED {
                 break;
             }
         }
-        if worst <= 0.2 && best.as_ref().is_none_or(|(least, _)| worst < *least) {
+        if worst <= EXPLAINED && best.as_ref().is_none_or(|(least, _)| worst < *least) {
             best = Some((worst, stretch));
         }
     }

@@ -127,6 +127,40 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     if EXPLAINED * own.max(all) < evidence.floor() {
         return None;
     }
+    let (left, from, offset) = best_pairing(evidence, camera)?;
+    let lone = if offset > 0 { count - 1 } else { from };
+    let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
+    let before = own.max(plain.unwrap_or(0.0));
+    let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
+    if left > EXPLAINED * before
+        || left > 4.0 * good
+        || plain.is_some_and(|plain| left > 0.4 * plain)
+    {
+        return None;
+    }
+    let cells: Vec<(usize, usize)> = (from..count)
+        .filter(|view| evidence.at(*view, camera).is_some())
+        .map(|view| (view, camera))
+        .collect();
+    if cells.len() < 2 {
+        return None;
+    }
+    let what = format!(
+        "from view `{}` on the pictures belong to the view {}",
+        evidence.views[from].name,
+        if offset > 0 { "after" } else { "before" }
+    );
+    let mut found =
+        proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
+    found.also = (0..count).map(|view| (view, camera)).collect();
+    found.figures = overall_figures(before, left);
+    Some(found)
+}
+
+/// What is left of a camera's error where pictures from some view on are paired with the view after (or before),
+/// from which, and which: the least.
+fn best_pairing(evidence: &Evidence, camera: usize) -> Option<(f64, usize, i64)> {
+    let count = evidence.views.len();
     let mut best: Option<(f64, usize, i64)> = None;
     for offset in [1_i64, -1] {
         let shifted: Vec<Vec<Option<Point3>>> = (0..count)
@@ -156,34 +190,7 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
             }
         }
     }
-    let (left, from, offset) = best?;
-    let lone = if offset > 0 { count - 1 } else { from };
-    let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
-    let before = own.max(plain.unwrap_or(0.0));
-    let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
-    if left > EXPLAINED * before
-        || left > 4.0 * good
-        || plain.is_some_and(|plain| left > 0.4 * plain)
-    {
-        return None;
-    }
-    let cells: Vec<(usize, usize)> = (from..count)
-        .filter(|view| evidence.at(*view, camera).is_some())
-        .map(|view| (view, camera))
-        .collect();
-    if cells.len() < 2 {
-        return None;
-    }
-    let what = format!(
-        "from view `{}` on the pictures belong to the view {}",
-        evidence.views[from].name,
-        if offset > 0 { "after" } else { "before" }
-    );
-    let mut found =
-        proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
-    found.also = (0..count).map(|view| (view, camera)).collect();
-    found.figures = overall_figures(before, left);
-    Some(found)
+    best
 }
 
 /// Mean of the views' median errors, before and after.
