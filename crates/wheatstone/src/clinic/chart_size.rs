@@ -11,7 +11,7 @@ use crate::{
     geometry::{Point3, Pose, Vector3, principal_axes},
     numeric::statistics::median,
 };
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector2};
 
 pub(super) struct ChartSize;
 
@@ -101,12 +101,15 @@ impl Stretch {
 /// The view's points with each camera.
 type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
 
-fn cost(shots: &Shots, stretch: &Stretch, scale: f64) -> f64 {
-    let each = shots.iter().map(|(camera, (place, pixel))| {
-        let square = camera.error(&(stretch.map(*place), *pixel)).norm_squared();
-        libm::log1p(square / (scale * scale))
-    });
-    each.sum()
+fn errors(shots: &Shots, stretch: &Stretch) -> Vec<Vector2<f64>> {
+    let error = |(camera, (place, pixel)): &(&RobustCamera, Pair)| {
+        camera.error(&(stretch.map(*place), *pixel))
+    };
+    shots.iter().map(error).collect()
+}
+
+fn cost(errors: &[Vector2<f64>], scale: f64) -> f64 {
+    errors.iter().map(|error| libm::log1p(error.norm_squared() / (scale * scale))).sum()
 }
 
 /// Adjusts a stretch to the pixels, under Cauchy's weight, by damped steps with slopes by differences.
@@ -115,12 +118,9 @@ fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
     const STEP: f64 = 1e-5;
     let mut stretch = start;
     let mut damping = 1e-3;
+    let mut left = errors(shots, &stretch);
     for _ in 0..25 {
-        let errors: Vec<_> = shots
-            .iter()
-            .map(|(camera, (place, pixel))| camera.error(&(stretch.map(*place), *pixel)))
-            .collect();
-        let lengths: Vec<f64> = errors.iter().map(|error| error.norm()).collect();
+        let lengths: Vec<f64> = left.iter().map(|error| error.norm()).collect();
         let scale = (1.2 * median(&lengths)).max(1e-3);
         let mut matrix = SMatrix::<f64, 8, 8>::zeros();
         let mut gradient = SVector::<f64, 8>::zeros();
@@ -131,7 +131,7 @@ fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
                 stretch.stepped(&step)
             })
             .collect();
-        for ((camera, (place, pixel)), error) in shots.iter().zip(&errors) {
+        for ((camera, (place, pixel)), error) in shots.iter().zip(&left) {
             let weight = 1.0 / (1.0 + error.norm_squared() / (scale * scale));
             let slopes: Vec<_> = moved
                 .iter()
@@ -143,7 +143,7 @@ fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
                 gradient += row * (weight * error[axis]);
             }
         }
-        let before = cost(shots, &stretch, scale);
+        let before = cost(&left, scale);
         for index in 0..8 {
             matrix[(index, index)] *= 1.0 + damping;
         }
@@ -155,9 +155,10 @@ fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
         }
         let Some(factors) = matrix.cholesky() else { break };
         let next = stretch.stepped(&factors.solve(&gradient));
-        let after = cost(shots, &next, scale);
+        let then = errors(shots, &next);
+        let after = cost(&then, scale);
         if after < before {
-            stretch = next;
+            (stretch, left) = (next, then);
             damping = (damping * 0.2_f64).max(1e-9);
             if 1.0 - after / before < 1e-5 {
                 break;

@@ -17,6 +17,7 @@ mod chart_size;
 mod consensus;
 mod duplicates;
 mod evidence;
+mod field;
 mod finding;
 mod handedness;
 mod pixel_offset;

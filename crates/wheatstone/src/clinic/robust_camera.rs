@@ -4,6 +4,7 @@
 //! Source: iteratively reweighted least squares with Cauchy's weight, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
+use super::field::Field;
 use crate::{
     camera::{AdjustableCamera, kannala_brandt::KannalaBrandt},
     geometry::{Pixel, Point3, Pose, Vector3},
@@ -28,9 +29,8 @@ pub(super) struct RobustCamera {
     /// Determinant -1 for a mirrored camera or a left-handed world.
     pub(super) rotation: Matrix3<f64>,
     pub(super) translation: Vector3,
-    /// What the formula leaves over, at places of the picture.
-    field: Vec<(Pixel, Vector2<f64>)>,
-    reach: f64,
+    /// What the formula leaves over.
+    field: Field,
 }
 
 impl RobustCamera {
@@ -42,7 +42,7 @@ impl RobustCamera {
             pairs.iter().step_by(pairs.len().div_ceil(STARTING).max(1)).copied().collect();
         let mut best: Option<(f64, Self)> = None;
         for (lens, rotation, translation) in starting_cameras(&few) {
-            let start = Self { lens, rotation, translation, field: Vec::new(), reach: 1.0 };
+            let start = Self { lens, rotation, translation, field: Field::nothing() };
             let camera = start.refined(&few, steps);
             let error = camera.median_error(&few);
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
@@ -62,23 +62,7 @@ impl RobustCamera {
     /// Where a world point falls.
     pub(super) fn project(&self, world: Point3) -> Option<Pixel> {
         let pixel = self.formula(world)?;
-        Some(pixel + self.left_over(pixel))
-    }
-
-    /// The field at a place: the mean of what lies near, drawn towards nothing where little does.
-    fn left_over(&self, pixel: Pixel) -> Vector2<f64> {
-        // As much as half a neighbour at the very place.
-        let (mut sum, mut weights) = (Vector2::zeros(), 0.5);
-        for (place, rest) in &self.field {
-            let square = (pixel - place).norm_squared() / (self.reach * self.reach);
-            if square < 9.0 {
-                // A bell that needs no exponential: (1 - s/9)^4.
-                let weight = (1.0 - square / 9.0).powi(4);
-                sum += rest * weight;
-                weights += weight;
-            }
-        }
-        sum / weights
+        Some(pixel + self.field.at(pixel))
     }
 
     /// Learns the field from what the formula leaves over at these pairs.
@@ -96,8 +80,8 @@ impl RobustCamera {
         let size: Vec<f64> = seen.iter().map(|(_, rest)| rest.norm()).collect();
         // Gross errors teach nothing.
         let most = 5.0 * median(&size);
-        self.reach = 0.05 * extent(pairs).max(1.0);
-        self.field = seen.into_iter().filter(|(_, rest)| rest.norm() <= most).collect();
+        let taught: Vec<_> = seen.into_iter().filter(|(_, rest)| rest.norm() <= most).collect();
+        self.field = Field::of(&taught, 0.05 * extent(pairs).max(1.0));
     }
 
     /// Pixel error of a pair.
@@ -262,7 +246,8 @@ impl Linearised {
             let mut by_lens = [[0.0; 2]; 8];
             let point = Point3::from(turned + camera.translation);
             let (seen, by_point) = camera.lens.project_with_slopes(point, &mut by_lens)?;
-            let error = pixel - (seen + camera.left_over_if_any(seen));
+            // The field counts in a pose's refit, not while the lens itself is fitted (it is nothing then).
+            let error = pixel - (seen + camera.field.at(seen));
             Some(Row { by_turn: by_point * -turned.cross_matrix(), by_point, by_lens, error })
         };
         let rows: Vec<Row> = pairs.iter().filter_map(row).collect();
@@ -388,13 +373,8 @@ impl WithSimd for Added<'_> {
 }
 
 impl RobustCamera {
-    /// The field counts in a pose's refit, not while the lens itself is fitted (it is empty then).
-    fn left_over_if_any(&self, pixel: Pixel) -> Vector2<f64> {
-        if self.field.is_empty() { Vector2::zeros() } else { self.left_over(pixel) }
-    }
-
     /// Forgets the field.
     pub(super) fn without_field(&self) -> Self {
-        Self { field: Vec::new(), ..self.clone() }
+        Self { field: Field::nothing(), ..self.clone() }
     }
 }

@@ -76,7 +76,7 @@ fn trimmed_camera(pairs: &[(Point3, Pixel)], random: &mut Random) -> Option<Proj
         }
         let sample: Vec<(Point3, Pixel)> = order[..SAMPLE].iter().map(|i| pairs[*i]).collect();
         if let Some(camera) = ProjectionMatrix::sketch(&sample) {
-            found.push((half_of_errors(&judges, &camera).0, sample));
+            found.push((sum_of_half(&judges, &camera), sample));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -103,11 +103,30 @@ fn improved(first: ProjectionMatrix, judges: &[(Point3, Pixel)]) -> (f64, Projec
     (least, best)
 }
 
+/// How many of so many points are the better half.
+fn half(points: usize) -> usize {
+    points.div_ceil(2).max(SAMPLE).min(points)
+}
+
+fn errors(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> Vec<f64> {
+    lengths(&differences(pairs, |index| camera.project(pairs[index].0)))
+}
+
+/// Sum of the smaller half of the errors.
+fn sum_of_half(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> f64 {
+    let mut errors = errors(pairs, camera);
+    let half = half(errors.len());
+    if half < errors.len() {
+        errors.select_nth_unstable_by(half, f64::total_cmp);
+    }
+    errors[..half].iter().sum()
+}
+
 /// Sum of the smaller half of the errors, and whose they are.
 fn half_of_errors(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> (f64, Vec<usize>) {
-    let errors = lengths(&differences(pairs, |index| camera.project(pairs[index].0)));
+    let errors = errors(pairs, camera);
     let mut order: Vec<usize> = (0..pairs.len()).collect();
-    let half = pairs.len().div_ceil(2).max(SAMPLE).min(pairs.len());
+    let half = half(pairs.len());
     if half < order.len() {
         order.select_nth_unstable_by(half, |a, b| errors[*a].total_cmp(&errors[*b]));
         order.truncate(half);
