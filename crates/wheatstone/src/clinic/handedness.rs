@@ -11,6 +11,7 @@ use super::{
     spread::{THIN, thickness},
     unsynchronised::overall_figures,
 };
+use crate::geometry::Point3;
 
 pub(super) struct Handedness;
 
@@ -69,6 +70,9 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             let board = evidence.views[view].board.as_ref()?;
             Some((board.mixed(world, how)?, pixel))
         };
+        if is_taken_up(evidence, camera, mixed) {
+            continue;
+        }
         let Some(left) = evidence.overall(camera, mixed) else { continue };
         // Read rightly it is about as good as the best of the others.
         if left < EXPLAINED * before
@@ -96,6 +100,34 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             "read the board in the same order in every camera, or let `wheatstone check --fix OUT` put the labels right",
         )
     })
+}
+
+/// Whether places that are read in some way are those that were, moved as one body, or its mirror image: a camera
+/// takes that up, and its error stays as it is.
+fn is_taken_up(
+    evidence: &Evidence,
+    camera: usize,
+    read: impl Fn(usize, usize, Pair) -> Option<Pair>,
+) -> bool {
+    /// Points a view: a body of a few hundred points in all.
+    const TRIED: usize = 14;
+    /// In sizes of the scene: thousandths of a pixel.
+    const ALIKE: f64 = 1e-6;
+    let cells = evidence.cells.iter().map(|view| &view[camera].pairs).enumerate();
+    let moved = cells.flat_map(|(view, pairs)| {
+        let step = pairs.len().div_ceil(TRIED).max(1);
+        let read = &read;
+        (0..pairs.len()).step_by(step).map(move |index| {
+            let (to, _) = read(view, index, pairs[index])?;
+            Some((pairs[index].0, to))
+        })
+    });
+    let Some(moved) = moved.collect::<Option<Vec<(Point3, Point3)>>>() else { return false };
+    let alike = |(a, to_a): &(Point3, Point3), (b, to_b): &(Point3, Point3)| {
+        ((a - b).norm() - (to_a - to_b).norm()).abs() < ALIKE
+    };
+    let mut places = moved.iter().enumerate();
+    places.all(|(index, one)| moved[..index].iter().all(|other| alike(one, other)))
 }
 
 /// Points of the sound views, thinned out.

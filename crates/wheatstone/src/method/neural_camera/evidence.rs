@@ -13,7 +13,10 @@ use super::{
     lens::FIRST_EXPECTED,
     settings::{NOISE, SETTINGS, Settings, Variance},
 };
-use crate::numeric::{cholesky::Cholesky, panels::Panels};
+use crate::numeric::{
+    cholesky::{Cholesky, Lower},
+    panels::Panels,
+};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 /// Sums over the points of a camera, linearised about its present state: products of the field's
@@ -107,14 +110,15 @@ impl Sums {
         (0..variances.len()).filter(free).collect()
     }
 
-    /// The active functions' precision by the points, in units of their prior standard deviations: its lower
-    /// triangle.
-    fn whitened(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> DMatrix<f64> {
-        let mut matrix = DMatrix::zeros(active.len(), active.len());
-        for column in 0..active.len() {
-            for row in column..active.len() {
-                let product = self.field[(active[row], active[column])];
-                matrix[(row, column)] = precision * scale[row] * scale[column] * product;
+    /// The active functions' precision by the points, in units of their prior standard deviations.
+    fn whitened(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> Lower {
+        let functions = self.field.nrows();
+        let mut matrix = Lower::zeros(active.len());
+        for (column, (function, by)) in active.iter().zip(scale).enumerate() {
+            let products = &self.field.as_slice()[function * functions..][..functions];
+            for (row, (other, own)) in active.iter().zip(scale).enumerate().skip(column) {
+                let value = precision * own * by * products[*other];
+                matrix.values_mut()[Lower::place(row, column)] = value;
             }
         }
         matrix
@@ -123,17 +127,16 @@ impl Sums {
     /// Of x, then of y: what of the active functions mixes with each of the lens's numbers, then the
     /// errors; in the same units.
     fn sides(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> Panels {
-        let numbers = self.numbers.len();
-        let mut sides = Panels::zeros(2 * (numbers + 1), active.len());
-        for (axis, (mixed, errors)) in self.mixed.iter().zip(&self.field_errors).enumerate() {
-            let first = axis * (numbers + 1);
-            for (place, (index, scale)) in active.iter().zip(scale).enumerate() {
-                let factor = precision * scale;
-                for (number, value) in mixed.row(*index).iter().enumerate() {
-                    sides.set(first + number, place, factor * value);
-                }
-                sides.set(first + numbers, place, factor * errors[*index]);
+        let mut sides = Panels::zeros(2 * (self.numbers.len() + 1), active.len());
+        let mut side = Vec::new();
+        for (place, (index, scale)) in active.iter().zip(scale).enumerate() {
+            let factor = precision * scale;
+            side.clear();
+            for (mixed, errors) in self.mixed.iter().zip(&self.field_errors) {
+                side.extend(mixed.row(*index).iter().map(|value| factor * value));
+                side.push(factor * errors[*index]);
             }
+            sides.fill_column(place, &side);
         }
         sides
     }
@@ -144,7 +147,7 @@ impl Sums {
         let variances = settings.field_variances(field);
         let active = self.active(&variances, precision);
         let scale: Vec<f64> = active.iter().map(|i| variances[*i].0.sqrt()).collect();
-        let factors = Cholesky::new(&self.whitened((&active, &scale), precision), |_| 1.0)?;
+        let factors = Cholesky::of(self.whitened((&active, &scale), precision), |_| 1.0)?;
         let numbers = self.numbers.len();
         let mut sides = self.sides((&active, &scale), precision);
         factors.take_lower(&mut sides);

@@ -158,6 +158,7 @@ impl Curvature {
     }
 
     /// Lays the activations out sample by sample.
+    #[inline(always)]
     fn turn(&mut self, samples: usize) {
         let activations = self.activations.as_chunks::<SAMPLES>().0;
         for (layer, rows) in self.layers.iter().zip(&mut self.rows) {
@@ -165,9 +166,10 @@ impl Curvature {
             let rows = rows.chunks_exact_mut(2 * layer.below + 1).take(samples);
             for (sample, row) in rows.enumerate() {
                 let (once, again) = row.split_at_mut(layer.below);
-                for ((once, again), unit) in once.iter_mut().zip(again).zip(below) {
-                    (*once, *again) = (unit[sample], unit[sample]);
+                for (value, unit) in once.iter_mut().zip(below) {
+                    *value = unit[sample];
                 }
+                again[..layer.below].copy_from_slice(once);
             }
         }
     }
