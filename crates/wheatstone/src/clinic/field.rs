@@ -41,7 +41,7 @@ impl Field {
         Self { eights: places.chunks(LANES).map(eight).collect(), reach }
     }
 
-    pub(super) fn is_nothing(&self) -> bool {
+    fn is_nothing(&self) -> bool {
         self.eights.is_empty()
     }
 

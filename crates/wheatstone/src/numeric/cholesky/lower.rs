@@ -15,7 +15,7 @@ pub struct Lower {
 }
 
 /// Columns of all panels before this one: each has eight more than the last.
-pub(super) fn columns_before(panel: usize) -> usize {
+fn columns_before(panel: usize) -> usize {
     panel * (panel + 1) / 2 * ROWS
 }
 
