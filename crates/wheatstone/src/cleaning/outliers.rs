@@ -201,11 +201,15 @@ impl Sightings {
     ) -> Result<Option<Verdict>> {
         let mut accepted = start;
         let mut best: Option<Verdict> = None;
+        let mut last: Option<Fitted> = None;
         let mut most_sigma = judge.most_sigma;
         let (mut wary, mut reach) = (true, FIRST_REACH);
         for _ in 0..ROUNDS {
-            let Some(fitted) = self.fitted(&accepted, random, progress)? else { break };
-            let mut verdict = judge.verdict(&fitted, (wary, most_sigma));
+            let earlier = last.take();
+            let fitted = self.fitted(&accepted, earlier.as_ref(), random, progress)?;
+            let Some(fitted) = fitted else { break };
+            let held = judge.held(&fitted);
+            let mut verdict = judge.verdict(&held, (wary, most_sigma));
             if let Some(best) = best.as_ref().filter(|_| verdict.misfit > most_sigma) {
                 // What came last was bad, and the fit broke: not so far next time.
                 reach *= 0.5;
@@ -220,7 +224,7 @@ impl Sightings {
             let stands = |next: &[bool]| next == accepted || next.iter().all(|taken| *taken);
             if wary && stands(&verdict.members(reach)) {
                 wary = false;
-                verdict = judge.verdict(&fitted, (wary, most_sigma));
+                verdict = judge.verdict(&held, (wary, most_sigma));
             }
             let next = verdict.members(reach);
             let settled = stands(&next);
@@ -230,14 +234,17 @@ impl Sightings {
             if settled {
                 break;
             }
+            last = Some(fitted);
         }
         Ok(best)
     }
 
-    /// A neural camera of the accepted points; `None` where they determine none.
+    /// A neural camera of the accepted points, from an `earlier` one where they are nearly the points of that;
+    /// `None` where they determine none.
     fn fitted(
         &self,
         accepted: &[bool],
+        earlier: Option<&Fitted>,
         random: &mut Random,
         progress: &dyn Progress,
     ) -> Result<Option<Fitted>> {
@@ -263,11 +270,20 @@ impl Sightings {
             views: Vec::new(),
             correspondences: members.iter().map(point).collect(),
         };
-        match NeuralCamera::default().fit(&alone, 0, &Muted(progress)).map(|fit| fit.reconstructor)
-        {
-            Ok(AnyReconstructor::NeuralCamera(camera)) => Ok(Some(Fitted { camera, members })),
+        let progress = &Muted(progress);
+        let camera = match earlier.filter(|earlier| earlier.has_nearly(&members)) {
+            Some(Fitted { camera, .. }) => camera.refit(&alone, progress).map(Some),
+            None => NeuralCamera::default().fit(&alone, 0, progress).map(|fit| {
+                match fit.reconstructor {
+                    AnyReconstructor::NeuralCamera(camera) => Some(camera),
+                    _ => None,
+                }
+            }),
+        };
+        match camera {
+            Ok(camera) => Ok(camera.map(|camera| Fitted { camera, members })),
             Err(Error::Cancelled) => Err(Error::Cancelled),
-            _ => Ok(None),
+            Err(_) => Ok(None),
         }
     }
 }
@@ -276,6 +292,18 @@ impl Sightings {
 struct Fitted {
     camera: NeuralCameraReconstructor,
     members: Vec<usize>,
+}
+
+/// The share of points that may have come to those of a fit for another to go on from there.
+const FEW_MORE: f64 = 0.1;
+
+impl Fitted {
+    /// Whether `members` are the points that it was fitted to, and few more. One that was left out since may
+    /// have bent the camera to where no refit would leave.
+    fn has_nearly(&self, members: &[usize]) -> bool {
+        self.members.iter().all(|member| members.binary_search(member).is_ok())
+            && members.len() as f64 <= (1.0 + FEW_MORE) * self.members.len() as f64
+    }
 }
 
 #[cfg(test)]

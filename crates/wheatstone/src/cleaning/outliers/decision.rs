@@ -120,9 +120,8 @@ impl<'a> Judge<'a> {
         self.first.iter().map(|error| *error < 5.0 * sigma).collect()
     }
 
-    /// Judges all pixels by a camera that was fitted to the accepted ones. `wary` while bad pixels may
-    /// be among them: the noise is then the median's, not the fit's.
-    pub(super) fn verdict(&self, fitted: &Fitted, (wary, most_sigma): (bool, f64)) -> Verdict {
+    /// Holds all pixels against a camera that was fitted to the accepted ones.
+    pub(super) fn held(&self, fitted: &Fitted) -> Held {
         let noise = fitted.camera.pixel_sigma().first().copied().unwrap_or(f64::NAN);
         let mut member = vec![false; self.pairs.len()];
         fitted.members.iter().for_each(|index| member[*index] = true);
@@ -140,34 +139,62 @@ impl<'a> Judge<'a> {
                 ((pixel - at).norm(), share)
             })
             .collect();
-        let whitened = |index: usize| seen[index].0 / seen[index].1.sqrt();
-        let inside: Vec<f64> = fitted.members.iter().map(|index| whitened(*index)).collect();
-        let robust = rayleigh_sigma(&inside);
-        let sigma = if wary { robust } else { robust.max(noise) };
-        let sigma = sigma.min(most_sigma).max(self.least_sigma);
+        let whitened: Vec<f64> = seen.iter().map(|(error, share)| error / share.sqrt()).collect();
+        let inside: Vec<f64> = fitted.members.iter().map(|index| whitened[*index]).collect();
         let near = neighbours(self.places, &fitted.members);
-        let freedom = (2.0 * fitted.members.len() as f64 - 11.0).max(2.0);
+        let local = |near: &Vec<usize>| {
+            rayleigh_sigma(&near.iter().map(|other| whitened[*other]).collect::<Vec<_>>())
+        };
+        Held {
+            noise,
+            misfit: rayleigh_sigma(&inside),
+            local: near.iter().map(local).collect(),
+            whitened,
+            seen,
+            fitted: fitted.members.len(),
+        }
+    }
+
+    /// Judges all pixels. `wary` while bad ones may be among those fitted: the noise is then the median's,
+    /// not the fit's.
+    pub(super) fn verdict(&self, held: &Held, (wary, most_sigma): (bool, f64)) -> Verdict {
+        let sigma = if wary { held.misfit } else { held.misfit.max(held.noise) };
+        let sigma = sigma.min(most_sigma).max(self.least_sigma);
+        let freedom = (2.0 * held.fitted as f64 - 11.0).max(2.0);
         // The tail of Fisher's F with 2 and so many degrees of freedom, (1 + x^2 / n)^(-n / 2) of an
         // error of x deviations, in closed form.
         let limit = (freedom * (libm::pow(self.level, -2.0 / freedom) - 1.0)).sqrt();
-        let good = |index: usize| {
-            let local: Vec<f64> = near[index].iter().map(|other| whitened(*other)).collect();
-            whitened(index) <= limit * sigma.max(rayleigh_sigma(&local))
-        };
-        let good: Vec<bool> = (0..self.pairs.len()).map(good).collect();
+        let judged = held.whitened.iter().zip(&held.local);
         Verdict {
-            good,
-            shares: seen.iter().map(|(_, share)| *share).collect(),
+            good: judged.map(|(error, local)| *error <= limit * sigma.max(*local)).collect(),
+            shares: held.seen.iter().map(|(_, share)| *share).collect(),
             // Where the camera sees nothing the polynomial still says how far off the pixel is.
-            errors: seen
+            errors: held
+                .seen
                 .iter()
                 .zip(&self.first)
                 .map(|((own, _), first)| if own.is_finite() { *own } else { *first })
                 .collect(),
             pixel_sigma: sigma,
-            misfit: robust,
+            misfit: held.misfit,
         }
     }
+}
+
+/// All pixels of a camera beside where a fit to some of them sees their points.
+pub(super) struct Held {
+    /// Standard deviation of a coordinate by the fit.
+    noise: f64,
+    /// The same by the fitted ones' median.
+    misfit: f64,
+    /// Of each pixel: how far off it is, and the variance of that over the noise's.
+    seen: Vec<(f64, f64)>,
+    /// How far off, in deviations of what was to be expected for a noise of 1.
+    whitened: Vec<f64>,
+    /// Standard deviation of a coordinate among the nearest fitted ones.
+    local: Vec<f64>,
+    /// How many were fitted.
+    fitted: usize,
 }
 
 impl Verdict {

@@ -3,15 +3,17 @@
 use super::{
     evidence::Posterior,
     field::{Field, chained},
-    fit::displaced,
+    fit::{displaced, refit_state, undetermined},
     lens::{Lens, PARAMETERS},
     settings::{NOISE, Settings},
     slopes::Sloped,
 };
 use crate::{
+    Result,
     geometry::{Pixel, Point3, ProjectionMatrix, Ray},
     method::PlacedCamera,
     numeric::covariance::Covariance,
+    progress::Progress,
 };
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
 use serde::{Deserialize, Serialize};
@@ -145,6 +147,12 @@ impl CorrectedCamera {
             modes: Vec::new(),
         };
         camera.is_consistent().then_some(camera)
+    }
+
+    /// Fitted anew, from here, to points that are nearly those it was fitted to.
+    pub(super) fn refit(&self, pairs: &[(Point3, Pixel)], progress: &dyn Progress) -> Result<Self> {
+        let (state, posterior) = refit_state(pairs, (&self.optics.lens, self.settings), progress)?;
+        Self::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
     }
 
     /// Standard deviation of one pixel coordinate that the fit could not explain.

@@ -35,6 +35,8 @@ pub(super) struct Sums {
     pub(super) lens_errors: DVector<f64>,
     /// e'e over both coordinates.
     pub(super) squares: f64,
+    /// The same of what the present weights leave of e.
+    pub(super) left: f64,
     /// Points.
     pub(super) points: usize,
     /// The lens's present numbers, of which those of the lens itself are expected near 0; then those
@@ -61,6 +63,8 @@ pub(super) struct Posterior {
     pub(super) evidence: f64,
     /// By the settings' logarithms.
     gradient: [f64; SETTINGS],
+    /// What the points tell of each setting's logarithm: Fisher's information, its own entry.
+    information: [f64; SETTINGS],
     pub(super) mode: Mode,
     /// Effective number of parameters.
     pub(super) effective: f64,
@@ -243,7 +247,8 @@ impl Trial<'_> {
     fn posterior(self) -> Posterior {
         let (mut follow, white) = self.solved();
         let lens_covariance = self.lens_factors.inverse();
-        let (gradient, effective) = self.slopes((&follow, &white), &lens_covariance);
+        let Slopes { gradient, information, effective } =
+            self.slopes((&follow, &white), &lens_covariance);
         for follow in &mut follow {
             for (place, scale) in self.freedom.scale.iter().enumerate() {
                 follow.row_mut(place).scale_mut(*scale);
@@ -253,6 +258,7 @@ impl Trial<'_> {
             settings: self.settings,
             evidence: self.evidence,
             gradient,
+            information,
             mode: self.at(&white),
             effective,
             active: self.active,
@@ -262,14 +268,14 @@ impl Trial<'_> {
         }
     }
 
-    /// The evidence's gradient, and the effective number of parameters.
+    /// How the evidence changes with the settings, and the effective number of parameters.
     fn slopes(
         &self,
         (follow, white): (&[DMatrix<f64>; 2], &[DVector<f64>; 2]),
         lens_covariance: &DMatrix<f64>,
-    ) -> ([f64; SETTINGS], f64) {
+    ) -> Slopes {
         let Self { sums, settings, .. } = self;
-        let mut gradient = [0.0; SETTINGS];
+        let (mut gradient, mut information) = ([0.0; SETTINGS], [0.0; SETTINGS]);
         let mut effective = sums.numbers.len() as f64;
         let mut prior_squares = 0.0;
         for index in FIRST_EXPECTED..sums.numbers.len() {
@@ -280,6 +286,7 @@ impl Trial<'_> {
             prior_squares += square;
             if let Some(setting) = setting {
                 gradient[setting] -= 1.0 - square - spread;
+                information[setting] += 2.0 * (1.0 - spread).powi(2);
             }
         }
         let lens_part =
@@ -292,15 +299,24 @@ impl Trial<'_> {
             prior_squares += square;
             for (setting, slope) in self.variances[*index].1 {
                 gradient[setting] -= 0.5 * slope * (2.0 - square - spread);
+                information[setting] += (slope * (1.0 - 0.5 * spread)).powi(2);
             }
         }
         let rows = 2.0 * sums.points as f64;
         gradient[NOISE] -= rows - (self.least - prior_squares) - effective;
+        information[NOISE] += 2.0 * (rows - effective);
         for (index, slope) in gradient.iter_mut().enumerate() {
             *slope -= settings.value(index) / Settings::SCALES[index];
         }
-        (gradient, effective)
+        Slopes { gradient, information, effective }
     }
+}
+
+/// How the evidence changes with the settings' logarithms.
+struct Slopes {
+    gradient: [f64; SETTINGS],
+    information: [f64; SETTINGS],
+    effective: f64,
 }
 
 impl Posterior {

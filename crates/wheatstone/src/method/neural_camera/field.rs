@@ -67,6 +67,11 @@ impl Field {
         field
     }
 
+    /// No functions.
+    pub(super) fn none() -> Self {
+        Self::new(&[(Pixel::origin(), 1.0)], 1.0, 0).pruned(|_| false)
+    }
+
     /// Number of functions.
     pub(super) fn len(&self) -> usize {
         self.waves.len() + self.parallax.len()
@@ -178,33 +183,6 @@ impl<'a> Functions<'a> {
             [near * a * b, near * slope_a * b * by_x, near * a * slope_b * by_y, a * b / half[2]]
         }));
         &self.values
-    }
-
-    /// Sum of the functions times `weights` at a place: a displacement in pixels, without slopes.
-    pub(super) fn displacement(
-        &mut self,
-        pixel: Pixel,
-        nearness: f64,
-        weights: &[[f64; 2]],
-    ) -> [f64; 2] {
-        let [x, y, near] = self.field.place(pixel, nearness);
-        let Field { waves, parallax, .. } = self.field;
-        let (of_waves, of_parallax) = weights.split_at(waves.len().min(weights.len()));
-        cosines(x / MARGIN, &mut self.cosines[0]);
-        cosines(y / MARGIN, &mut self.cosines[1]);
-        let mut sums = [[0.0; 2]; 2];
-        for ([i, j], [by_x, by_y]) in waves.iter().zip(of_waves) {
-            let value = self.cosines[0][*i].0 * self.cosines[1][*j].0;
-            sums[0][0] += value * by_x;
-            sums[0][1] += value * by_y;
-        }
-        let powers = [legendre(x), legendre(y)];
-        for ([i, j], [by_x, by_y]) in parallax.iter().zip(of_parallax) {
-            let value = powers[0][*i].0 * powers[1][*j].0;
-            sums[1][0] += value * by_x;
-            sums[1][1] += value * by_y;
-        }
-        [0, 1].map(|axis| sums[0][axis] + near * sums[1][axis])
     }
 }
 

@@ -63,18 +63,55 @@ pub(super) fn fit_state<'a>(
             best = Some((state, posterior));
         }
     }
-    let (mut state, posterior) = best.ok_or_else(undetermined)?;
+    let (state, Posterior { settings, .. }) = best.ok_or_else(undetermined)?;
+    // The evidence may have two hills: short waves and long ones.
+    let starts = [0.25, 0.8].map(|length| {
+        let mut start = settings;
+        start.logs[WAVES] = settings.logs[NOISE];
+        start.logs[PARALLAX] = settings.logs[NOISE];
+        start.logs[LENGTH] = libm::log(length);
+        start
+    });
+    with_correction(state, &starts, progress)
+}
+
+/// Fits a camera from where a fit to nearly the same points ended: no other layout and no other hill is tried.
+pub(super) fn refit_state<'a>(
+    pairs: &'a [(Point3, Pixel)],
+    (lens, settings): (&Lens, Settings),
+    progress: &dyn Progress,
+) -> Result<(State<'a>, Posterior)> {
+    let (lens, field) = (lens.clone(), Field::none());
+    let state = State { pairs, lens, field, weights: Vec::new(), charts: None };
+    with_correction(state, &[settings], progress)
+}
+
+/// Fits lens and correction together, from the best of some settings.
+fn with_correction<'a>(
+    mut state: State<'a>,
+    starts: &[Settings],
+    progress: &dyn Progress,
+) -> Result<(State<'a>, Posterior)> {
     state.lens = state.lens.seen_from_its_centre();
-    let seen: Option<Vec<(Pixel, f64)>> = pairs
+    let seen: Option<Vec<(Pixel, f64)>> = state
+        .pairs
         .iter()
         .map(|(world, pixel)| Some((*pixel, state.lens.project(*world)?.nearness)))
         .collect();
-    let most = MOST_WAVES.min(pairs.len() / 2);
+    let most = MOST_WAVES.min(state.pairs.len() / 2);
     state.field = Field::new(&seen.ok_or_else(undetermined)?, state.lens.reach, most);
     state.weights = vec![[0.0; 2]; state.field.len()];
-    let posterior =
-        corrected(&mut state, posterior.settings, progress)?.ok_or_else(undetermined)?;
-    Ok((state, posterior))
+    let sums = state.sums().ok_or_else(undetermined)?;
+    let mut best: Option<Posterior> = None;
+    for start in starts {
+        progress.check()?;
+        let Some(found) = sums.climb(&state.field, *start, [true; SETTINGS]) else { continue };
+        if best.as_ref().is_none_or(|other| found.evidence > other.evidence) {
+            best = Some(found);
+        }
+    }
+    let posterior = state.alternate(sums, best, [true; SETTINGS], progress)?;
+    Ok((state, posterior.ok_or_else(undetermined)?))
 }
 
 /// The lens of one layout without correction, and how well it explains the points.
@@ -87,13 +124,14 @@ fn bare<'a>(
 ) -> Result<Option<(State<'a>, Posterior)>> {
     let start = plain.clone().laid_out(layout, pairs);
     let Some(lens) = least_squares(pairs, &start, progress)? else { return Ok(None) };
-    let field = Field::new(&[(Pixel::origin(), 1.0)], 1.0, 0).pruned(|_| false);
+    let field = Field::none();
     let mut state = State { pairs, lens, field, weights: Vec::new(), charts };
     let free = std::array::from_fn(|setting| !OF_FIELD.contains(&setting));
     let Some(sums) = state.sums() else { return Ok(None) };
     let noise = (sums.squares / (2 * pairs.len()) as f64).sqrt();
     let settings = Settings::start(noise);
-    let posterior = state.alternate(sums.climb(&state.field, settings, free), free, progress)?;
+    let first = sums.climb(&state.field, settings, free);
+    let posterior = state.alternate(sums, first, free, progress)?;
     Ok(posterior.map(|posterior| (state, posterior)))
 }
 
@@ -143,33 +181,12 @@ fn least_squares(
     }
 }
 
-/// Fits lens and correction together.
-fn corrected(
-    state: &mut State<'_>,
-    settings: Settings,
-    progress: &dyn Progress,
-) -> Result<Option<Posterior>> {
-    let Some(sums) = state.sums() else { return Ok(None) };
-    // The evidence may have two hills: short waves and long ones.
-    let mut best: Option<Posterior> = None;
-    for length in [0.25, 0.8] {
-        progress.check()?;
-        let mut start = settings;
-        start.logs[WAVES] = settings.logs[NOISE];
-        start.logs[PARALLAX] = settings.logs[NOISE];
-        start.logs[LENGTH] = libm::log(length);
-        let Some(found) = sums.climb(&state.field, start, [true; SETTINGS]) else { continue };
-        if best.as_ref().is_none_or(|other| found.evidence > other.evidence) {
-            best = Some(found);
-        }
-    }
-    state.alternate(best, [true; SETTINGS], progress)
-}
-
 impl State<'_> {
-    /// Settings and linearisation take turns; ends at the mode, with the posterior there.
+    /// Settings and linearisation take turns, from `sums` about the present state and the posterior that was
+    /// found by them; ends at the mode, with the posterior there.
     pub(super) fn alternate(
         &mut self,
+        mut sums: Sums,
         first: Option<Posterior>,
         free: [bool; SETTINGS],
         progress: &dyn Progress,
@@ -177,20 +194,19 @@ impl State<'_> {
         let Some(mut posterior) = first else { return Ok(None) };
         for round in 0..=ROUNDS {
             progress.check()?;
-            let settings = posterior.settings;
-            let Some(settled) = self.settle(&posterior) else { return Ok(None) };
+            let Some((moved, there)) = self.settle(sums, &posterior) else { return Ok(None) };
             // What was chosen for a state that does not move is chosen.
-            if !settled.moved {
+            if !moved {
                 break;
             }
-            let Some(sums) = settled.sums.or_else(|| self.sums()) else { return Ok(None) };
+            let settings = posterior.settings;
             let next = if round < ROUNDS {
-                sums.climb(&self.field, settings, free)
+                there.climb(&self.field, settings, free)
             } else {
-                sums.posterior(&self.field, settings)
+                there.posterior(&self.field, settings)
             };
             let Some(next) = next else { return Ok(None) };
-            posterior = next;
+            (sums, posterior) = (there, next);
         }
         Ok(Some(posterior))
     }
@@ -204,6 +220,7 @@ impl State<'_> {
         let mut sides = Panels::zeros(2 * SIDE, points);
         let mut motions = Motions::default();
         let mut plain = Vec::with_capacity(self.field.len());
+        let mut left = 0.0;
         let mut functions = Functions::new(&self.field);
         for (row, (world, pixel)) in self.placed().enumerate() {
             let (seen, slopes) = sloped.project(world)?;
@@ -218,6 +235,7 @@ impl State<'_> {
             for axis in 0..2 {
                 plain.extend(slopes.row(axis).iter());
                 plain.push(errors[axis]);
+                left += (errors[axis] - sum[axis][0]).powi(2);
             }
             sides.fill_column(row, &plain);
             let by_chart = self.charts.as_ref().and_then(|charts| {
@@ -228,7 +246,7 @@ impl State<'_> {
             });
             motions.rows.extend(by_chart.map(|(first, slopes)| (row, first, slopes)));
         }
-        let mut sums = summed((&field, &sides), numbers);
+        let mut sums = Sums { left, ..summed((&field, &sides), numbers) };
         motions.add_to(&mut sums, (&field, &sides));
         Some(sums)
     }
@@ -248,24 +266,15 @@ impl State<'_> {
         numbers
     }
 
-    /// What the fit makes least at fixed settings; `None` where a point does not project.
-    fn objective(&self, settings: &Settings) -> Option<f64> {
-        let mut squares = 0.0;
-        let mut functions = Functions::new(&self.field);
-        for (world, pixel) in self.placed() {
-            let seen = self.lens.project(world)?;
-            let [x, y] = functions.displacement(seen.pixel, seen.nearness, &self.weights);
-            squares += (pixel.x - seen.pixel.x - x).powi(2);
-            squares += (pixel.y - seen.pixel.y - y).powi(2);
-        }
+    /// What the fit makes least at fixed settings, of the sums about the present lens and weights.
+    fn objective(&self, sums: &Sums, settings: &Settings) -> f64 {
         let precision = settings.value(NOISE).powi(-2);
-        let penalty = settings.penalty(&self.field, &self.weights, &self.numbers());
-        Some(squares * precision + penalty).filter(|value| value.is_finite())
+        sums.left * precision + settings.penalty(&self.field, &self.weights, &sums.numbers)
     }
 
-    /// Goes towards a mode, the step halved until it is better than where it
-    /// started, `before`; how good that is, `None` where no step helps.
-    fn advance(&mut self, mode: &Mode, settings: &Settings, before: f64) -> Option<f64> {
+    /// Goes towards a mode, the step halved until it is better than where it started, `before`; how good that
+    /// is, with the sums there. `None` where no step helps. A step is hardly ever halved: sums are made at once.
+    fn advance(&mut self, mode: &Mode, settings: &Settings, before: f64) -> Option<(f64, Sums)> {
         let old = (self.lens.clone(), self.weights.clone(), self.charts.clone());
         let (old_lens, old_weights, old_charts) = &old;
         for halvings in 0..12 {
@@ -281,48 +290,39 @@ impl State<'_> {
             if let Some(charts) = &mut self.charts {
                 charts.advance(share, &mode.step.as_slice()[PARAMETERS..]);
             }
-            let after = self.objective(settings).filter(|value| *value < before);
-            if after.is_some() {
-                return after;
+            let there = self.sums().map(|sums| (self.objective(&sums, settings), sums));
+            if let Some(better) = there.filter(|(after, _)| *after < before) {
+                return Some(better);
             }
         }
         (self.lens, self.weights, self.charts) = old;
         None
     }
 
-    /// Goes to the mode at the settings of `first`, the posterior here; `None` where a point does not
-    /// project.
-    pub(super) fn settle(&mut self, first: &Posterior) -> Option<Settled> {
+    /// Goes from `sums`, about the present state, to the mode at the settings of `first`, their posterior:
+    /// whether that moved it, and the sums there. `None` where no camera is determined.
+    pub(super) fn settle(&mut self, mut sums: Sums, first: &Posterior) -> Option<(bool, Sums)> {
         let settings = first.settings;
-        let mut settled = Settled { moved: false, sums: None };
-        let Some(mut here) = self.objective(&settings) else { return Some(settled) };
+        let mut here = self.objective(&sums, &settings);
+        let mut moved = false;
         let mut next;
         let mut mode = &first.mode;
         for step in 0..MOST_STEPS {
             // No step brings what the mode, for which the camera is linear, does not promise.
-            let after = (here - mode.least >= ENOUGH).then(|| self.advance(mode, &settings, here));
-            let Some(after) = after.flatten() else { return Some(settled) };
-            settled = Settled { moved: true, sums: None };
+            let better = (here - mode.least >= ENOUGH).then(|| self.advance(mode, &settings, here));
+            let Some((after, there)) = better.flatten() else { break };
+            (moved, sums) = (true, there);
             if here - after < ENOUGH {
                 break;
             }
             here = after;
             if step + 1 < MOST_STEPS {
-                let sums = settled.sums.insert(self.sums()?);
                 next = sums.mode(&self.field, settings)?;
                 mode = &next;
             }
         }
-        Some(settled)
+        Some((moved, sums))
     }
-}
-
-/// What became of a camera that went to the mode.
-pub(super) struct Settled {
-    /// Whether it is elsewhere now.
-    moved: bool,
-    /// About where it is now, if they were needed on the way.
-    sums: Option<Sums>,
 }
 
 /// A gain that is not worth a step: the objective is in units of a squared standard deviation.
@@ -347,6 +347,7 @@ fn summed((field, sides): (&Panels, &Panels), numbers: Vec<f64>) -> Sums {
         lens: (lens(0) + lens(SIDE)).resize(size, size, 0.0),
         lens_errors: (errors(0) + errors(SIDE)).column(0).into_owned().resize_vertically(size, 0.0),
         squares: own[(PARAMETERS, PARAMETERS)] + own[(SIDE + PARAMETERS, SIDE + PARAMETERS)],
+        left: 0.0,
         points: field.shape().1,
         numbers,
     }

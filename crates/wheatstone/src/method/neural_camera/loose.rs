@@ -155,10 +155,6 @@ impl<'a> LooseCamera<'a> {
         Information::of(posterior, &motions)
     }
 
-    fn posterior(&self) -> Option<Posterior> {
-        self.state.sums()?.posterior(&self.state.field, self.settings)
-    }
-
     fn hold(&mut self, held: bool) {
         if let Some(charts) = &mut self.state.charts {
             charts.held = held;
@@ -172,8 +168,9 @@ impl<'a> LooseCamera<'a> {
             loose.charts = charts.to_vec();
         }
         self.hold(true);
-        let held = self.posterior()?;
-        self.state.settle(&held)?;
+        let sums = self.state.sums()?;
+        let held = sums.posterior(&self.state.field, self.settings)?;
+        self.state.settle(sums, &held)?;
         self.hold(false);
         let sums = self.state.sums()?;
         let posterior = if learn {

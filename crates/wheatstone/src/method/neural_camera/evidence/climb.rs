@@ -26,6 +26,12 @@ impl Sums {
         inverse *= 0.5 / slope(&best).norm().max(0.5);
         for _ in 0..MOST_CLIMBS {
             let gradient = slope(&best);
+            // What points and hyperpriors leave to be gained, were the settings independent.
+            let promised = gradient.iter().zip(&best.information);
+            let promised = promised.map(|(g, information)| g * g / (1.0 + information));
+            if 0.5 * promised.sum::<f64>() < ENOUGH {
+                break;
+            }
             let mut direction = &inverse * &gradient;
             if direction.dot(&gradient) <= 0.0 {
                 direction = gradient.clone();
