@@ -1,5 +1,5 @@
 //! Second-order training of a perceptron whose weight decay the data choose: Levenberg-Marquardt
-//! steps, and after each the decay and the noise that make the data most probable.
+//! steps, and after every second the decay and the noise that make the data most probable.
 //!
 //! Sources: MacKay 1992, "A practical Bayesian framework for backpropagation networks"
 //! (doi:10.1162/neco.1992.4.3.448); Foresee & Hagan 1997, "Gauss-Newton approximation to Bayesian
@@ -31,13 +31,13 @@ pub struct Evidence {
     pub first_steps: u64,
     /// Most steps from there.
     pub steps: u64,
-    /// Training ends when the log evidence has risen by less than this over ten steps.
+    /// Training ends when the log evidence has risen by less than this over six steps.
     pub least_gain: f64,
 }
 
 impl Default for Evidence {
     fn default() -> Self {
-        Self { starts: 4, first_steps: 60, steps: 400, least_gain: 0.1 }
+        Self { starts: 4, first_steps: 60, steps: 400, least_gain: 0.3 }
     }
 }
 
@@ -102,7 +102,7 @@ impl Course {
     }
 
     /// Goes on for at most `steps` steps, or until the evidence rises by less than `least_gain` over
-    /// ten.
+    /// six.
     ///
     /// # Errors
     ///
@@ -123,9 +123,8 @@ impl Course {
             let weights = self.network.weights().to_vec();
             expansion.at(&weights, &self.noise);
             let square = misfit(&self.errors, &self.noise);
-            self.history.push((square, f64::NEG_INFINITY));
-            // Nobody asks for the evidence of the first steps, unless one of them is the last.
-            if !self.warm && self.history.len() <= WARM_UP && step + 1 < steps {
+            self.history.push((square, self.log_evidence()));
+            if !self.is_judged() && step + 1 < steps {
                 if self.step(&mut expansion) {
                     continue;
                 }
@@ -138,9 +137,10 @@ impl Course {
             if let Some(last) = self.history.last_mut() {
                 last.1 = evidence;
             }
-            let ten_ago = self.history.len().checked_sub(11).map(|place| self.history[place].1);
-            let long = self.history.len() > 2 * WARM_UP;
-            self.settled = long && ten_ago.is_some_and(|before| evidence - before < least_gain);
+            let past = self.history.len();
+            let before = past.checked_sub(STANDSTILL + 1).map(|place| self.history[place].1);
+            let long = past > 2 * WARM_UP;
+            self.settled = long && before.is_some_and(|before| evidence - before < least_gain);
             if self.warm {
                 let noise = self.noise.clone();
                 state.update(&mut self.decay, &mut self.noise, (&weights, &self.errors, count));
@@ -153,6 +153,13 @@ impl Course {
             self.settled |= !self.step(&mut expansion);
         }
         Ok(())
+    }
+
+    /// Whether the evidence is asked for after the present step: not of the first, whose noise and decay are
+    /// guesses, and then of every second, so that the weights follow what it chose before it chooses again.
+    fn is_judged(&self) -> bool {
+        let past = self.history.len();
+        (self.warm || past > WARM_UP) && past.is_multiple_of(2)
     }
 
     /// What was found.
@@ -216,6 +223,9 @@ const FIRST_NOISE: f64 = 1e-3;
 /// Steps taken under the first guess of noise and decay, so that the network has something to show
 /// before either is judged.
 const WARM_UP: usize = 15;
+
+/// Steps over which the evidence must rise for training to go on.
+const STANDSTILL: usize = 6;
 
 /// What holds weights back in the first step, in multiples of their decay.
 const FIRST_DAMPING: f64 = 1000.0;
