@@ -121,7 +121,7 @@ fn main() {
             let mut last = 0.0;
             for _ in 0..steps.parse::<u64>().unwrap() / RUN {
                 let mut course = Course::new(network.clone(), &batch);
-                course.go_on(&batch, (RUN, f64::NEG_INFINITY), &Silent).unwrap();
+                course.go_on((RUN, f64::NEG_INFINITY), &Silent).unwrap();
                 last = course.log_evidence();
             }
             println!("{{\"log_evidence\": {last}}}");

@@ -13,7 +13,7 @@ mod posterior;
 
 use super::{
     cholesky::Cholesky,
-    perceptron::{Batch, Perceptron, Sweep},
+    perceptron::{Batch, Perceptron},
 };
 use crate::{Error, Result, progress::Progress};
 use expansion::Expansion;
@@ -27,9 +27,7 @@ use serde::{Deserialize, Serialize};
 pub struct Evidence {
     /// Starts from which it is trained.
     pub starts: u64,
-    /// Steps from each start; the one with the most evidence then goes on.
-    pub first_steps: u64,
-    /// Most steps from there.
+    /// Most steps from each start.
     pub steps: u64,
     /// Training ends when the log evidence has risen by less than this over six steps.
     pub least_gain: f64,
@@ -37,7 +35,7 @@ pub struct Evidence {
 
 impl Default for Evidence {
     fn default() -> Self {
-        Self { starts: 4, first_steps: 60, steps: 400, least_gain: 0.3 }
+        Self { starts: 4, steps: 400, least_gain: 0.3 }
     }
 }
 
@@ -60,6 +58,8 @@ pub struct Trained {
 /// A training under way: one start, or what became of it.
 pub struct Course {
     network: Perceptron,
+    expansion: Expansion,
+    samples: f64,
     decay: Decay,
     noise: Vec<f64>,
     errors: Vec<f64>,
@@ -77,16 +77,17 @@ impl Course {
     /// Begins from the weights of `network`.
     #[must_use]
     pub fn new(network: Perceptron, batch: &Batch) -> Self {
-        let mut unused = vec![0.0; network.weights().len()];
+        let mut expansion = Expansion::new(&network, batch);
         let ones = vec![1.0; network.sizes().last().map_or(0, |outputs| *outputs)];
-        let mut sweep = Sweep::<f64>::new(&network, batch);
-        let errors = sweep.pass(network.weights(), &ones, &mut unused).to_vec();
-        let count = batch.samples() as f64;
+        let errors = expansion.squared_errors(network.weights(), &ones).to_vec();
+        let samples = batch.samples() as f64;
         Self {
             decay: Decay::new(network.sizes(), FIRST_DECAY),
-            noise: errors.iter().map(|sum| (FIRST_NOISE * sum / count).max(1e-30)).collect(),
+            noise: errors.iter().map(|sum| (FIRST_NOISE * sum / samples).max(1e-30)).collect(),
             errors,
             network,
+            expansion,
+            samples,
             damping: FIRST_DAMPING,
             growth: 2.0,
             warm: false,
@@ -95,10 +96,30 @@ impl Course {
         }
     }
 
-    /// The log evidence reached.
+    /// The log evidence when it was last asked for; minus infinity before.
     #[must_use]
     pub fn log_evidence(&self) -> f64 {
         self.history.last().map_or(f64::NEG_INFINITY, |last| last.1)
+    }
+
+    /// By how much it rose in the last so many steps; infinity where it was not asked for before them.
+    #[must_use]
+    pub fn gain(&self, steps: usize) -> f64 {
+        let place = self.history.len().checked_sub(steps + 1);
+        let before = place.map(|place| self.history[place].1).filter(|before| before.is_finite());
+        before.map_or(f64::INFINITY, |before| self.log_evidence() - before)
+    }
+
+    /// Whether there is nothing left to train.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.settled
+    }
+
+    /// Steps taken.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.history.len() as u64
     }
 
     /// Goes on for at most `steps` steps, or until the evidence rises by less than `least_gain` over
@@ -109,48 +130,27 @@ impl Course {
     /// [`Error::Cancelled`], [`Error::Degenerate`] where no step can be computed.
     pub fn go_on(
         &mut self,
-        batch: &Batch,
         (steps, least_gain): (u64, f64),
         progress: &dyn Progress,
     ) -> Result<()> {
-        let count = batch.samples() as f64;
-        let mut expansion = Expansion::new(&self.network, batch);
-        for step in 0..steps {
+        for _ in 0..steps {
             if self.settled {
                 break;
             }
             progress.check()?;
-            let weights = self.network.weights().to_vec();
-            expansion.at(&weights, &self.noise);
+            self.expansion.at(self.network.weights(), &self.noise);
             let square = misfit(&self.errors, &self.noise);
             self.history.push((square, self.log_evidence()));
-            if !self.is_judged() && step + 1 < steps {
-                if self.step(&mut expansion) {
+            if !self.is_judged() {
+                if self.step() {
                     continue;
                 }
                 (self.damping, self.growth, self.warm) = (FIRST_DAMPING, 2.0, true);
             }
             self.warm |= self.history.len() > WARM_UP;
-            let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
-            let evidence =
-                state.log_evidence(&self.decay, (&self.noise, &self.errors, count), &weights);
-            if let Some(last) = self.history.last_mut() {
-                last.1 = evidence;
+            if self.judge(least_gain)? {
+                self.settled |= !self.step();
             }
-            let past = self.history.len();
-            let before = past.checked_sub(STANDSTILL + 1).map(|place| self.history[place].1);
-            let long = past > 2 * WARM_UP;
-            self.settled = long && before.is_some_and(|before| evidence - before < least_gain);
-            if self.warm {
-                let noise = self.noise.clone();
-                state.update(&mut self.decay, &mut self.noise, (&weights, &self.errors, count));
-                // The expansion holds for the noise it was made with: its step would lead astray.
-                let ratios = noise.iter().zip(&self.noise).map(|(old, new)| old / new);
-                if ratios.into_iter().any(|ratio| !(1.0 / JUMP..JUMP).contains(&ratio)) {
-                    continue;
-                }
-            }
-            self.settled |= !self.step(&mut expansion);
         }
         Ok(())
     }
@@ -162,18 +162,48 @@ impl Course {
         (self.warm || past > WARM_UP) && past.is_multiple_of(2)
     }
 
+    /// Asks for the evidence, and once warm takes the noise and the decay that it chooses; whether the expansion
+    /// still serves for a step.
+    fn judge(&mut self, least_gain: f64) -> Result<bool> {
+        let state = self.posterior()?;
+        let evidence = self.evidence_of(&state);
+        if let Some(last) = self.history.last_mut() {
+            last.1 = evidence;
+        }
+        let long = self.history.len() > 2 * WARM_UP;
+        self.settled = long && self.gain(STANDSTILL) < least_gain;
+        if !self.warm {
+            return Ok(true);
+        }
+        let noise = self.noise.clone();
+        let found = (self.network.weights(), &*self.errors, self.samples);
+        state.update(&mut self.decay, &mut self.noise, found);
+        // The expansion holds for the noise it was made with: its step would lead astray.
+        let mut ratios = noise.iter().zip(&self.noise).map(|(old, new)| old / new);
+        Ok(ratios.all(|ratio| (1.0 / JUMP..JUMP).contains(&ratio)))
+    }
+
+    fn posterior(&self) -> Result<Posterior> {
+        Posterior::new(&self.expansion.hessian, &self.decay).ok_or_else(singular)
+    }
+
+    fn evidence_of(&self, state: &Posterior) -> f64 {
+        let left = (&*self.noise, &*self.errors, self.samples);
+        state.log_evidence(&self.decay, left, self.network.weights())
+    }
+
     /// What was found.
     ///
     /// # Errors
     ///
     /// [`Error::Degenerate`] where the weights have no covariance.
-    pub fn finish(self, batch: &Batch) -> Result<(Perceptron, Trained)> {
-        let mut expansion = Expansion::new(&self.network, batch);
-        expansion.at(self.network.weights(), &self.noise);
-        let state = Posterior::new(&expansion.hessian, &self.decay).ok_or_else(singular)?;
-        let factors = Cholesky::of(expansion.hessian, |index| self.decay.of(index));
+    pub fn finish(mut self) -> Result<(Perceptron, Trained)> {
+        self.expansion.at(self.network.weights(), &self.noise);
+        let state = self.posterior()?;
+        let log_evidence = self.evidence_of(&state);
+        let factors = Cholesky::of(self.expansion.hessian, |index| self.decay.of(index));
         let trained = Trained {
-            log_evidence: self.log_evidence(),
+            log_evidence,
             effective_parameters: state.effective,
             noise: self.noise,
             covariance: factors.ok_or_else(singular)?.inverse(),
@@ -186,14 +216,14 @@ impl Course {
     ///
     /// What holds a weight back is a multiple of its decay: the scale on which weights of its class vary, where
     /// Marquardt's, the curvature, would hold back the weights that matter most. Nielsen's rule says how much.
-    fn step(&mut self, expansion: &mut Expansion) -> bool {
+    fn step(&mut self) -> bool {
         let start = self.network.weights().to_vec();
         let before = misfit(&self.errors, &self.noise) + self.decay.penalty(&start);
         for _ in 0..MOST_TRIES {
             if let Some((moved, promised)) =
-                expansion.step((&start, &self.noise), &self.decay, self.damping)
+                self.expansion.step((&start, &self.noise), &self.decay, self.damping)
             {
-                let errors = expansion.squared_errors(&moved, &self.noise);
+                let errors = self.expansion.squared_errors(&moved, &self.noise);
                 let gain = before - misfit(errors, &self.noise) - self.decay.penalty(&moved);
                 if gain > 0.0 {
                     let off = 2.0 * gain / promised.max(f64::MIN_POSITIVE) - 1.0;
@@ -202,7 +232,7 @@ impl Course {
                     self.growth = 2.0;
                     self.errors.copy_from_slice(errors);
                     self.network.set_weights(&moved);
-                    expansion.take(&self.noise);
+                    self.expansion.take(&self.noise);
                     return true;
                 }
             }
@@ -272,8 +302,8 @@ mod tests {
         let (inputs, targets) = lesson(&mut random);
         let batch = Batch::new(&inputs, &targets);
         let mut course = Course::new(start(&mut random), &batch);
-        course.go_on(&batch, (300, 0.01), &Silent).unwrap();
-        let (network, trained) = course.finish(&batch).unwrap();
+        course.go_on((300, 0.01), &Silent).unwrap();
+        let (network, trained) = course.finish().unwrap();
         // Two hundred samples tell a standard deviation to a twentieth.
         assert!((trained.noise[0].sqrt() / 0.1 - 1.0).abs() < 0.15, "{:?}", trained.noise);
         assert!((trained.noise[1].sqrt() / 0.02 - 1.0).abs() < 0.15, "{:?}", trained.noise);

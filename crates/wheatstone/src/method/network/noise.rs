@@ -201,7 +201,7 @@ mod tests {
         if let AnyMethod::Network(network) = &mut method
             && let Training::Evidence(training) = &mut network.training
         {
-            (training.starts, training.first_steps, training.steps) = (3, 30, 10);
+            (training.starts, training.steps) = (3, 40);
         }
         let whole = method.fit_checked(&data, 0, &Silent).unwrap();
         assert!(whole.start.is_some_and(|start| start < 3));

@@ -15,7 +15,7 @@ use crate::numeric::{
     lines::Lines,
     simd::{Real, Simd, WithSimd, on_widest},
 };
-use pairs::{COLUMNS, Layer, Pair, distances};
+use pairs::{COLUMNS, Factor, Layer, Pair};
 use product::add_matrix_product;
 
 /// Samples whose products are made before they are multiplied: they stay in the second cache.
@@ -23,6 +23,12 @@ const SAMPLES: usize = 5 * LANES;
 
 /// Registers of samples that are multiplied together: [`SAMPLES`] are a multiple of so many at any width.
 const TOGETHER: usize = 5;
+
+/// Columns of the right factor that are made and multiplied together: they stay in the first cache.
+const STRIP: usize = 2 * COLUMNS;
+
+/// Length of a row of a strip: its last register may be written whole.
+const STRIDE: usize = STRIP + COLUMNS;
 
 /// Rows of the left factor that are multiplied at a time.
 const ROWS: usize = 4;
@@ -39,10 +45,10 @@ pub struct Curvature {
     /// Output by output, unit by unit.
     deltas: Lines<f64>,
     /// Layer by layer, sample by sample, twice, and then the 1 that the biases are multiplied by.
-    rows: Vec<Vec<f64>>,
+    rows: Vec<Lines<f64>>,
     /// Products of deltas: pair by pair, sample by sample.
     left: Lines<f64>,
-    /// Products of activations: sample by sample, pair by pair.
+    /// A strip of the products of activations: sample by sample, pair by pair.
     right: Lines<f64>,
     pairs: Vec<Pair>,
 }
@@ -59,9 +65,7 @@ impl Curvature {
             pairs.extend((first..layers.len()).map(|second| Pair::new(&layers, (first, second))));
         }
         let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
-        let widest = pairs.iter().map(|pair| pair.width).max().unwrap_or(0);
-        // One register more than is meant: the last is read and written whole.
-        let row = |layer: &Layer| vec![1.0; (2 * layer.below + 1) * SAMPLES + COLUMNS];
+        let row = |layer: &Layer| Lines::of(&vec![1.0; layer.row() * SAMPLES]);
         Self {
             inputs: Lines::of(batch.inputs.as_flattened()),
             present: Lines::of(&batch.present()),
@@ -69,7 +73,7 @@ impl Curvature {
             deltas: Lines::zeros((packed.units() - inputs) * outputs * SAMPLES),
             rows: layers.iter().map(row).collect(),
             left: Lines::zeros(tallest * SAMPLES),
-            right: Lines::zeros(widest * SAMPLES + COLUMNS),
+            right: Lines::zeros(STRIDE * SAMPLES),
             pairs,
             layers,
             packed,
@@ -109,11 +113,12 @@ impl WithSimd for Pass<'_> {
             curvature.turn(samples);
             for index in 0..curvature.pairs.len() {
                 curvature.multiply_deltas(simd, samples, index);
-                curvature.multiply_activations(simd, samples, index);
-                let Curvature { left, right, pairs, .. } = curvature;
-                let pair = &mut pairs[index];
-                let right = &right[..samples * pair.width];
-                add_matrix_product(simd, (left, right), (&mut pair.sums, pair.width));
+                for first in (0..curvature.pairs[index].width).step_by(STRIP) {
+                    curvature.multiply_activations(simd, (index, first));
+                    let Curvature { left, right, pairs, .. } = curvature;
+                    let right = &right[..samples * STRIDE];
+                    add_matrix_product(simd, (left, right), &mut pairs[index], first);
+                }
             }
         }
     }
@@ -163,13 +168,12 @@ impl Curvature {
         let activations = self.activations.as_chunks::<SAMPLES>().0;
         for (layer, rows) in self.layers.iter().zip(&mut self.rows) {
             let below = &activations[layer.first_below..][..layer.below];
-            let rows = rows.chunks_exact_mut(2 * layer.below + 1).take(samples);
-            for (sample, row) in rows.enumerate() {
-                let (once, again) = row.split_at_mut(layer.below);
-                for (value, unit) in once.iter_mut().zip(below) {
-                    *value = unit[sample];
+            for (place, unit) in below.iter().enumerate() {
+                let rows = rows.chunks_exact_mut(layer.row());
+                for (row, value) in rows.zip(unit).take(samples) {
+                    row[place] = *value;
+                    row[layer.below + place] = *value;
                 }
-                again[..layer.below].copy_from_slice(once);
             }
         }
     }
@@ -188,11 +192,14 @@ impl Curvature {
         for (row, (one, other)) in left.zip(units) {
             let asked = if is_last { *other..other + 1 } else { 0..outputs };
             let deltas = &deltas[asked.start * upper..asked.end * upper];
-            for slot in (0..samples.div_ceil(width)).step_by(TOGETHER) {
+            for slot in
+                (0..SAMPLES / width).step_by(TOGETHER).take_while(|slot| slot * width < samples)
+            {
                 let mut products = [simd.splat_f64s(0.0); TOGETHER];
                 for deltas in deltas.chunks_exact(upper) {
-                    let of = &f64::vectors::<S>(&deltas[a.first_here + one])[slot..];
-                    let by = &f64::vectors::<S>(&deltas[b.first_here + other])[slot..];
+                    let of = &f64::vectors::<S>(&deltas[a.first_here + one])[slot..slot + TOGETHER];
+                    let by =
+                        &f64::vectors::<S>(&deltas[b.first_here + other])[slot..slot + TOGETHER];
                     for (product, (a, b)) in products.iter_mut().zip(of.iter().zip(by)) {
                         *product = f64::add_product(simd, *product, *a, *b);
                     }
@@ -202,61 +209,78 @@ impl Curvature {
         }
     }
 
-    /// The right factor of a pair of layers, in the order of [`pairs_of_inputs`]. Whole registers are written where
-    /// less is left: the rest is written over by what follows, or stands in columns that mean nothing.
+    /// The strip of a pair's right factor that begins with this column. Whole registers are written where less is
+    /// left: the rest is written over by what follows, or stands in columns that mean nothing.
     #[inline(always)]
-    fn multiply_activations<S: Simd>(&mut self, simd: S, samples: usize, pair: usize) {
-        let Pair { layers: (first, second), width, .. } = &self.pairs[pair];
-        let [a, b] = [*first, *second].map(|layer| self.layers[layer].below);
-        let [a_rows, b_rows] = [*first, *second].map(|layer| &*self.rows[layer]);
-        let right = &mut *self.right;
-        for sample in 0..samples {
-            let (one, other) = (&a_rows[sample * (2 * a + 1)..], &b_rows[sample * (2 * b + 1)..]);
-            let mut own = &mut right[sample * width..];
-            if first == second {
-                for (apart, count) in distances(a) {
-                    let with = f64::vectors::<S>(&one[apart..]);
-                    multiply(simd, f64::vectors::<S>(one), with, (own, count));
-                    own = &mut own[count..];
-                }
-            } else {
-                for factor in &one[a..=2 * a] {
-                    scale(simd, *factor, f64::vectors::<S>(other), (own, b));
-                    own = &mut own[b..];
+    fn multiply_activations<S: Simd>(&mut self, simd: S, (pair, first): (usize, usize)) {
+        let pair = &self.pairs[pair];
+        let activations =
+            &self.activations.as_chunks::<SAMPLES>().0[self.layers[pair.layers.0].first_below..];
+        for block in &pair.blocks {
+            let (begin, end) =
+                (block.first.max(first), (block.first + block.count).min(first + STRIP));
+            if begin >= end {
+                continue;
+            }
+            let rows =
+                Rows { values: &self.rows[block.layer], length: self.layers[block.layer].row() };
+            let from = block.from + begin - block.first;
+            for column in (0..end - begin).step_by(f64::width::<S>()) {
+                let (from, to) = (from + column, begin - first + column);
+                match block.factor {
+                    Factor::Behind(apart) => {
+                        rows.multiply(simd, (from, from + apart), (&mut self.right, to))
+                    }
+                    Factor::Input(input) => {
+                        rows.scale(simd, (&activations[input], from), (&mut self.right, to))
+                    }
+                    Factor::One => rows.scale(simd, (&[1.0; SAMPLES], from), (&mut self.right, to)),
                 }
             }
-            scale(simd, 1.0, f64::vectors::<S>(&one[a..]), (own, a + 1));
         }
     }
 }
 
-/// So many products, and what fills the last register.
-#[inline(always)]
-fn multiply<S: Simd>(
-    simd: S,
-    one: &[S::f64s],
-    other: &[S::f64s],
-    (products, count): (&mut [f64], usize),
-) {
-    let products = f64::vectors_mut::<S>(products).iter_mut();
-    let both = one.iter().zip(other).take(count.div_ceil(f64::width::<S>()));
-    for (product, (one, other)) in products.zip(both) {
-        *product = simd.mul_f64s(*one, *other);
-    }
+/// Values sample by sample, so many each.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    values: &'a [f64],
+    length: usize,
 }
 
-/// As [`multiply`], by the same factor all.
-#[inline(always)]
-fn scale<S: Simd>(
-    simd: S,
-    factor: f64,
-    others: &[S::f64s],
-    (products, count): (&mut [f64], usize),
-) {
-    let factor = simd.splat_f64s(factor);
-    let products = f64::vectors_mut::<S>(products).iter_mut();
-    for (product, other) in products.zip(others).take(count.div_ceil(f64::width::<S>())) {
-        *product = simd.mul_f64s(factor, *other);
+impl Rows<'_> {
+    /// A register of the products of two stretches of each sample.
+    #[inline(always)]
+    fn multiply<S: Simd>(
+        self,
+        simd: S,
+        (one, other): (usize, usize),
+        (products, to): (&mut [f64], usize),
+    ) {
+        let width = f64::width::<S>();
+        let rows = self.values.chunks_exact(self.length);
+        for (own, row) in products.as_chunks_mut::<STRIDE>().0.iter_mut().zip(rows) {
+            let one = f64::vectors::<S>(&row[one..one + width])[0];
+            let other = f64::vectors::<S>(&row[other..other + width])[0];
+            f64::vectors_mut::<S>(&mut own[to..to + width])[0] = simd.mul_f64s(one, other);
+        }
+    }
+
+    /// A register of the products of a stretch of each sample and a factor of its own.
+    #[inline(always)]
+    fn scale<S: Simd>(
+        self,
+        simd: S,
+        (factors, from): (&[f64; SAMPLES], usize),
+        (products, to): (&mut [f64], usize),
+    ) {
+        let width = f64::width::<S>();
+        let rows = self.values.chunks_exact(self.length).zip(factors);
+        for (own, (row, factor)) in products.as_chunks_mut::<STRIDE>().0.iter_mut().zip(rows) {
+            let values = f64::vectors::<S>(&row[from..from + width])[0];
+            f64::vectors_mut::<S>(&mut own[to..to + width])[0] =
+                simd.mul_f64s(simd.splat_f64s(*factor), values);
+        }
     }
 }
 

@@ -17,9 +17,34 @@ pub(super) struct Pair {
     /// Pairs of units, a row each, times pairs of inputs.
     pub(super) sums: Lines<f64>,
     /// Where each sum belongs in the lower triangle; within a layer each belongs to two places.
-    places: Vec<Vec<usize>>,
-    /// Length of a row.
+    places: Vec<Vec<u32>>,
+    /// Length of a row of sums.
     pub(super) width: usize,
+    /// What the columns of the right factor are made of.
+    pub(super) blocks: Vec<Block>,
+}
+
+/// Columns of a right factor side by side, as many inputs of a layer times what they are multiplied by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    /// The layer whose inputs they are, and the first of them: the inputs may go round, and the bias comes last.
+    pub(super) layer: usize,
+    pub(super) from: usize,
+    pub(super) factor: Factor,
+    /// The first column.
+    pub(super) first: usize,
+    pub(super) count: usize,
+}
+
+/// What inputs are multiplied by.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Factor {
+    /// Those of the same layer so far behind.
+    Behind(usize),
+    /// One input of the first layer.
+    Input(usize),
+    /// A bias's 1.
+    One,
 }
 
 /// One layer of weights within the network.
@@ -49,6 +74,11 @@ impl Layer {
         sizes.windows(2).map(layer).collect()
     }
 
+    /// Length of a row of its inputs, twice, and the 1 of the biases: the last register is read whole.
+    pub(super) fn row(&self) -> usize {
+        (2 * self.below + COLUMNS).next_multiple_of(COLUMNS)
+    }
+
     /// Place among the weights of what leads from `input` (or is the bias, after the last) to `unit`.
     fn weight(&self, unit: usize, input: usize) -> usize {
         if input < self.below {
@@ -64,10 +94,13 @@ impl Pair {
     pub(super) fn new(layers: &[Layer], (first, second): (usize, usize)) -> Self {
         let (a, b, same) = (layers[first], layers[second], first == second);
         let units = pairs_of_units((&a, &b), (same, first + 1 == layers.len()));
-        let inputs = pairs_of_inputs((a.below, b.below), same);
+        let blocks = blocks((first, a.below), (second, b.below));
+        let inputs: Vec<(usize, usize)> =
+            blocks.iter().flat_map(|block| block.pairs((a.below, b.below))).collect();
         let width = inputs.len().next_multiple_of(COLUMNS);
         let sums = Lines::zeros(units.len().next_multiple_of(ROWS) * width);
-        let place = |one: usize, other: usize| Lower::place(one.max(other), one.min(other));
+        // Half as long as a word, so that they stay in the second cache.
+        let place = |one: usize, other: usize| Lower::place(one.max(other), one.min(other)) as u32;
         let mut places = vec![Vec::new(); if same { 2 } else { 1 }];
         for (one, other) in &units {
             for (p, q) in &inputs {
@@ -77,7 +110,7 @@ impl Pair {
                 }
             }
         }
-        Self { layers: (first, second), units, inputs, sums, places, width }
+        Self { layers: (first, second), units, inputs, sums, places, width, blocks }
     }
 
     /// Puts the entries where they belong in the lower triangle.
@@ -87,31 +120,45 @@ impl Pair {
             let rows = places.chunks_exact(self.inputs.len());
             for (places, sums) in rows.zip(self.sums.chunks_exact(self.width)) {
                 for (place, sum) in places.iter().zip(sums) {
-                    matrix[*place] = *sum;
+                    matrix[*place as usize] = *sum;
                 }
             }
         }
     }
 }
 
-/// How far inputs are apart, counted round the layer, whose pairs are made together, and how many pairs that are:
-/// each pair once.
-pub(super) fn distances(inputs: usize) -> impl Iterator<Item = (usize, usize)> {
-    let count = move |apart| if 2 * apart == inputs { apart } else { inputs };
-    (0..=inputs / 2).map(move |apart| (apart, count(apart)))
+impl Block {
+    /// An input of each of two layers, pair by pair.
+    fn pairs(self, (a, b): (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
+        (self.from..self.from + self.count).map(move |own| match self.factor {
+            Factor::Behind(apart) => (own, (own + apart) % a),
+            Factor::Input(input) => (input, own),
+            // The second layer's bias, or the first's.
+            Factor::One if self.from > 0 => (own - a, b),
+            Factor::One => (a, own),
+        })
+    }
 }
 
-/// The pairs of inputs of two layers, or of one with itself, in the order in which they are made: those with
-/// the second layer's bias come last, so that eight inputs are as many products side by side and not nine.
-fn pairs_of_inputs((a, b): (usize, usize), same: bool) -> Vec<(usize, usize)> {
-    let mut pairs: Vec<(usize, usize)> = if same {
-        let turned = |(apart, count)| (0..count).map(move |one| (one, (one + apart) % a));
-        distances(a).flat_map(turned).collect()
+/// What the pairs of inputs of two layers are made of, or of one with itself, each pair once: those with the second
+/// layer's bias come last, so that eight inputs are as many products side by side and not nine.
+fn blocks((one, a): (usize, usize), (other, b): (usize, usize)) -> Vec<Block> {
+    let of = |layer, factor, count| Block { layer, from: 0, factor, first: 0, count };
+    let mut blocks: Vec<Block> = if one == other {
+        // How far inputs are apart, counted round the layer.
+        let count = |apart| if 2 * apart == a { apart } else { a };
+        (0..=a / 2).map(|apart| of(one, Factor::Behind(apart), count(apart))).collect()
     } else {
-        (0..=a).flat_map(|one| (0..b).map(move |other| (one, other))).collect()
+        let inputs = (0..a).map(Factor::Input).chain([Factor::One]);
+        inputs.map(|factor| of(other, factor, b)).collect()
     };
-    pairs.extend((0..=a).map(|one| (one, b)));
-    pairs
+    blocks.push(Block { from: a, ..of(one, Factor::One, a + 1) });
+    let mut first = 0;
+    for block in &mut blocks {
+        block.first = first;
+        first += block.count;
+    }
+    blocks
 }
 
 /// The pairs of units of two layers, or of one with itself, whose weights some output depends on together: of
