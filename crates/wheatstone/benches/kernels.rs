@@ -117,7 +117,7 @@ fn main() {
             println!("{{\"error\": {error:e}}}");
         }
         ["steps", steps] => {
-            const RUN: u64 = 15;
+            const RUN: u64 = 16;
             let mut last = 0.0;
             for _ in 0..steps.parse::<u64>().unwrap() / RUN {
                 let mut course = Course::new(network.clone(), &batch);

@@ -25,7 +25,7 @@ const SAMPLES: usize = 5 * LANES;
 const TOGETHER: usize = 5;
 
 /// Columns of the right factor that are made and multiplied together: they stay in the first cache.
-const STRIP: usize = 2 * COLUMNS;
+const STRIP: usize = 4 * COLUMNS;
 
 /// Length of a row of a strip: its last register may be written whole.
 const STRIDE: usize = STRIP + COLUMNS;
