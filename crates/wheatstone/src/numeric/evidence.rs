@@ -19,11 +19,11 @@ use crate::{Error, Result, progress::Progress};
 use expansion::Expansion;
 use nalgebra::DMatrix;
 use posterior::{Decay, Posterior, misfit};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::IgnoredAny};
 
 /// Settings of the training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(from = "Stored")]
 pub struct Evidence {
     /// Starts from which it is trained.
     pub starts: u64,
@@ -36,6 +36,31 @@ pub struct Evidence {
 impl Default for Evidence {
     fn default() -> Self {
         Self { starts: 4, steps: 400, least_gain: 0.3 }
+    }
+}
+
+/// Settings as files have them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Stored {
+    starts: u64,
+    steps: u64,
+    least_gain: f64,
+    /// Where files were written when all starts but one ended after so many steps.
+    #[serde(rename = "first_steps")]
+    _first_steps: IgnoredAny,
+}
+
+impl Default for Stored {
+    fn default() -> Self {
+        let Evidence { starts, steps, least_gain } = Evidence::default();
+        Self { starts, steps, least_gain, _first_steps: IgnoredAny }
+    }
+}
+
+impl From<Stored> for Evidence {
+    fn from(Stored { starts, steps, least_gain, .. }: Stored) -> Self {
+        Self { starts, steps, least_gain }
     }
 }
 
@@ -294,6 +319,16 @@ mod tests {
 
     fn start(random: &mut Random) -> Perceptron {
         Perceptron::nguyen_widrow(&[1, 12, 2], 1.0, OutputActivation::Linear, random)
+    }
+
+    #[test]
+    fn settings_of_earlier_files_are_read_and_unknown_ones_refused() {
+        let read = |text| serde_json::from_str::<Evidence>(text);
+        let earlier = read(r#"{"starts":3,"first_steps":60,"steps":50,"least_gain":0.1}"#).unwrap();
+        assert_eq!(earlier, Evidence { starts: 3, steps: 50, least_gain: 0.1 });
+        assert_eq!(read(&serde_json::to_string(&earlier).unwrap()).unwrap(), earlier);
+        assert_eq!(read("{}").unwrap(), Evidence::default());
+        assert!(read(r#"{"frist_steps":60}"#).is_err());
     }
 
     #[test]
