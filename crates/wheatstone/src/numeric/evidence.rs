@@ -323,7 +323,7 @@ mod tests {
 
     #[test]
     fn settings_of_earlier_files_are_read_and_unknown_ones_refused() {
-        let read = |text| serde_json::from_str::<Evidence>(text);
+        let read = |text: &str| serde_json::from_str::<Evidence>(text);
         let earlier = read(r#"{"starts":3,"first_steps":60,"steps":50,"least_gain":0.1}"#).unwrap();
         assert_eq!(earlier, Evidence { starts: 3, steps: 50, least_gain: 0.1 });
         assert_eq!(read(&serde_json::to_string(&earlier).unwrap()).unwrap(), earlier);
