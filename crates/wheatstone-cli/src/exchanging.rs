@@ -14,7 +14,7 @@ use std::{
 };
 use wheatstone::{
     Calibration, Error,
-    exchange::{
+    formats::{
         self, Approximation, Format, Given, Imported, InputFile, Rig, approximate, approximate_rig,
         calibration, gather, save,
     },
@@ -263,7 +263,7 @@ pub(crate) fn source(name: Option<&str>, paths: &[PathBuf]) -> Outcome<Option<&'
     Ok(match name {
         Some("model") => None,
         Some(name) => Some(Format::named(name)?),
-        None => exchange::guess(paths)?,
+        None => formats::guess(paths)?,
     })
 }
 

@@ -5,14 +5,12 @@ use crate::{failure::Outcome, progress::Bar};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use wheatstone::{
-    cleaning::poses,
-    dataset::{
-        Dataset,
-        capture::{Capture, FILE_NAME},
-        detection::{DetectionSettings, Found, detect},
-        points_file::{self, Duplicates},
-    },
+    capture::{Capture, FILE_NAME},
+    dataset::Dataset,
+    detection::{DetectionSettings, Found, detect},
+    fit::bundle,
     synthetic::Truth,
+    tables::{self, Duplicates},
 };
 
 /// How input is read.
@@ -97,7 +95,7 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
             );
         }
         let data = found.dataset.clone();
-        let truth = truth.filter(|_| !poses::needed(&data));
+        let truth = truth.filter(|_| !bundle::needed(&data));
         return Ok(Loaded { data, truth, source: Some(Source { capture, found }) });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
@@ -106,9 +104,9 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         (None, Some(truth)) => truth.unit.clone(),
         (None, None) => "mm".into(),
     };
-    let data = points_file::read(path, &unit, duplicates)?;
+    let data = tables::read(path, &unit, duplicates)?;
     // Charts held by hand get a frame of their own, in which the true cameras do not stand.
-    let truth = truth.filter(|_| !poses::needed(&data));
+    let truth = truth.filter(|_| !bundle::needed(&data));
     Ok(Loaded { data, truth, source: None })
 }
 

@@ -9,14 +9,12 @@ use crate::{
 };
 use clap::{Args, builder::PossibleValuesParser};
 use wheatstone::{
-    cleaning::{
-        outliers::Outlier,
-        poses::{Gauge, Lenses, Placing},
+    fit::{
+        bundle::{Gauge, Lenses, Placing},
         stage::{StagePrior, ViewOffset},
     },
-    clinic::Severity,
     method::AnyMethod,
-    preparation::{Placed, Preparation, Prepared},
+    preparation::{Placed, Preparation, Prepared, checks::Severity, outliers::Outlier},
 };
 
 /// How data are prepared.

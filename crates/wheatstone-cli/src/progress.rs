@@ -6,7 +6,7 @@ use std::{
     sync::{Mutex, PoisonError},
     time::{Duration, Instant},
 };
-use wheatstone::progress::Progress;
+use wheatstone::numeric::progress::Progress;
 
 /// Shows how far a command is. Nothing appears for work that takes less than a second.
 pub(crate) struct Bar {

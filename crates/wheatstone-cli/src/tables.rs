@@ -10,11 +10,11 @@ use std::{
 };
 use wheatstone::{
     Error,
-    dataset::points_file::{
+    storage::Output,
+    tables::{
         Cells, Column, Columns, ColumnsReader, ColumnsWriter, Pieces, Rows, TextReader,
         header_line, is_parquet,
     },
-    storage::Output,
 };
 
 /// Parts of a table that wait between two threads: enough that neither waits for the other's slower ones.

@@ -10,9 +10,9 @@
 
 use std::{path::Path, time::Instant};
 use wheatstone::{
-    dataset::points_file::{self, Duplicates},
     method::AnyMethod,
-    progress::Silent,
+    numeric::progress::Silent,
+    tables::{self, Duplicates},
 };
 
 const METHODS: [&str; 6] = ["dlt", "brown", "kannala-brandt", "tsai", "neural-camera", "network"];
@@ -21,7 +21,7 @@ fn main() {
     let given: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let Some(path) = given.first() else { return };
     let times: usize = given.get(1).map_or(9, |times| times.parse().unwrap());
-    let data = points_file::read(Path::new(path), "mm", Duplicates::Refuse).unwrap();
+    let data = tables::read(Path::new(path), "mm", Duplicates::Refuse).unwrap();
     let milliseconds = |method: &AnyMethod| {
         let start = Instant::now();
         method.fit_checked(&data, 0, &Silent).unwrap();

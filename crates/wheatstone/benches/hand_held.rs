@@ -13,12 +13,10 @@
 use std::{path::Path, time::Instant};
 use wheatstone::{
     camera::{AnyCamera, brown_conrady::BrownConrady},
-    cleaning::poses::{self, Lenses, Placing, SolvedPoses},
-    dataset::{
-        Dataset,
-        points_file::{self, Duplicates},
-    },
-    progress::Silent,
+    dataset::Dataset,
+    fit::bundle::{self, Lenses, Placing, SolvedPoses},
+    numeric::progress::Silent,
+    tables::{self, Duplicates},
 };
 
 /// What one camera saw.
@@ -47,21 +45,21 @@ fn main() {
     let given: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let Some(path) = given.first() else { return };
     let times: usize = given.get(1).map_or(9, |times| times.parse().unwrap());
-    let data = points_file::read(Path::new(path), "mm", Duplicates::Refuse).unwrap();
+    let data = tables::read(Path::new(path), "mm", Duplicates::Refuse).unwrap();
     // All terms and all points, as OpenCV has them: the same minimum.
     let placing =
         Placing { lenses: Lenses::Brown, all_terms: true, keep_gross: true, ..Placing::default() };
     let lens = |camera: usize| -> BrownConrady {
-        let own = poses::solve(&of_one(&data, camera), placing, &Silent).unwrap();
+        let own = bundle::solve(&of_one(&data, camera), placing, &Silent).unwrap();
         match &own.cameras[0] {
             AnyCamera::BrownConrady(lens) => *lens,
             other => panic!("{other:?}"),
         }
     };
     let lenses: Vec<BrownConrady> = (0..data.cameras).map(lens).collect();
-    let (whole, found) = timed(times, || poses::solve(&data, placing, &Silent).unwrap());
+    let (whole, found) = timed(times, || bundle::solve(&data, placing, &Silent).unwrap());
     let (joint, near) =
-        timed(times, || poses::solve_near(&data, &lenses, placing, &Silent).unwrap());
+        timed(times, || bundle::solve_near(&data, &lenses, placing, &Silent).unwrap());
     println!(
         "{{\"median\": {}, \"least\": {}, \"joint\": {}, \"joint_least\": {}, \"rms\": {}, \"joint_rms\": {}, \"baseline\": {}}}",
         whole[whole.len() / 2],

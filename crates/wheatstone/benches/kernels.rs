@@ -12,16 +12,14 @@
 )]
 
 use std::{hint::black_box, time::Instant};
-use wheatstone::{
-    numeric::{
-        backpropagation::{Backpropagation, Precision},
-        cholesky::{Cholesky, Lower},
-        evidence::Course,
-        perceptron::{Batch, Curvature, Forward, OutputActivation, Perceptron, Sweep, Workspace},
-        random::Random,
-        simd::Real,
-    },
+use wheatstone::numeric::{
+    backpropagation::{Backpropagation, Precision},
+    cholesky::{Cholesky, Lower},
+    evidence::Course,
+    perceptron::{Batch, Curvature, Forward, OutputActivation, Perceptron, Sweep, Workspace},
     progress::Silent,
+    random::Random,
+    simd::Real,
 };
 
 const SIZES: [usize; 4] = [4, 8, 8, 3];

@@ -15,7 +15,7 @@ use wheatstone::{
     dataset::volume::Volume,
     geometry::{PixelColumns, columns_of},
     method::{AnyMethod, AnyReconstructor, Locator, Places, network::Training},
-    progress::Silent,
+    numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 

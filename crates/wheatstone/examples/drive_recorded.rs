@@ -15,7 +15,7 @@
 use std::{error::Error, path::Path};
 use wheatstone::{
     Calibration,
-    progress::Silent,
+    numeric::progress::Silent,
     robot::{
         Ground, Vehicle,
         navigator::Decision,

@@ -1,34 +1,21 @@
 //! Metric 3-D from matched pixels of any two or more cameras.
-//!
-//! The modules stand in the order in which data flows through them; a module may use only those
-//! above it.
 
-pub mod error;
-pub mod progress;
-pub mod storage;
-pub mod numeric;
-pub mod geometry;
-pub mod imaging;
-mod html;
-mod registry;
-pub mod chart;
-pub mod camera;
-pub mod dataset;
-pub mod method;
-pub mod cleaning;
-pub mod evaluate;
-pub mod clinic;
-pub mod preparation;
-pub mod calibration;
-pub mod rectification;
-pub mod exchange;
-pub mod synthetic;
-pub mod robot;
-pub mod reproduction;
-pub mod report;
+pub use wheatstone_core::{
+    Calibration, Error, Result, calibration, camera, dataset, error, evaluate, fit, geometry,
+    method, preparation, rectification, storage,
+};
+pub use wheatstone_numeric::{self as numeric, progress};
 
-pub use calibration::Calibration;
-pub use error::{Error, Result};
+#[cfg(feature = "charts")]
+pub use wheatstone_charts::{capture, chart, detection, imaging};
+#[cfg(feature = "io")]
+pub use wheatstone_io::{formats, rectification as rectified_pictures, tables};
+#[cfg(feature = "report")]
+pub use wheatstone_report as report;
+#[cfg(feature = "robot")]
+pub use wheatstone_robot as robot;
+#[cfg(feature = "synthetic")]
+pub use wheatstone_synthetic as synthetic;
 
 /// The README's example is compiled as a test.
 #[cfg(doctest)]

@@ -14,10 +14,11 @@ use serde_json::{Value, json};
 use std::{io::Write, path::PathBuf};
 use wheatstone::{
     Error,
-    clinic::{self, Examination, Finding, Severity},
-    dataset::{Dataset, points_file},
+    dataset::Dataset,
+    preparation::checks::{self, Examination, Finding, Severity},
     storage,
     synthetic::fault_survey::{Survey, Tally, survey},
+    tables,
 };
 
 /// Look for faults in calibration data: what is wrong, where, and what to do about it
@@ -75,8 +76,8 @@ impl Check {
         }
         let mut remaining = fatal(&examination);
         if let Some(output) = &self.fix {
-            let repaired = clinic::repair_all(&data, &examination.findings);
-            storage::write(output, points_file::write(&repaired).as_bytes())?;
+            let repaired = checks::repair_all(&data, &examination.findings);
+            storage::write(output, tables::write(&repaired).as_bytes())?;
             let after = self.examine(&repaired);
             remaining = fatal(&after);
             say!(
@@ -103,9 +104,9 @@ impl Check {
     }
 
     fn examine(&self, data: &Dataset) -> Examination {
-        let mut examination = clinic::examine(data);
+        let mut examination = checks::examine(data);
         if let Some((length, tolerance)) = self.expect_baseline {
-            let differs = clinic::compare_baseline(&examination, length, tolerance);
+            let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
         }
         examination

@@ -17,9 +17,9 @@ use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     Calibration, Error,
-    cleaning::stage::{Significance, suspect},
     dataset::split::FoldKind,
     evaluate::{Budget, Comparison, MethodScore, Part, compare},
+    fit::stage::{Significance, suspect},
     method::AnyMethod,
     numeric::statistics::root_mean_square,
     preparation::Prepared,

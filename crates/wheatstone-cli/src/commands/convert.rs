@@ -11,7 +11,7 @@ use crate::{
 use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use wheatstone::exchange::{FORMATS, Format, Given, gather, save};
+use wheatstone::formats::{FORMATS, Format, Given, gather, save};
 
 /// Turn files of one program into those of another
 #[derive(Args)]

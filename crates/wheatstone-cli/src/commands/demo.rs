@@ -18,13 +18,10 @@ use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration,
     camera::PosedCamera,
+    capture::Capture,
     chart::{AnyChart, line_grid::LineGrid},
-    dataset::{
-        Dataset,
-        capture::Capture,
-        detection::{DetectionSettings, Found, detect},
-        points_file,
-    },
+    dataset::Dataset,
+    detection::{DetectionSettings, Found, detect},
     evaluate::{Evaluation, evaluate, floor},
     geometry::Vector3,
     method::AnyMethod,
@@ -33,6 +30,7 @@ use wheatstone::{
     report::{Material, MethodFigures, Report, Seen as Pictures},
     storage,
     synthetic::{Rig, Sensor, Stage, write_capture},
+    tables,
 };
 
 /// Show the whole story: render the 2001 paper's rig, detect, fit, and judge
@@ -170,7 +168,7 @@ impl Demo {
         let capture = Capture::open(&folder)?;
         let sub_pixel = detect(&capture, DetectionSettings::default(), bar)?;
         let points = folder.join("points.csv");
-        storage::write(&points, points_file::write(&sub_pixel.dataset).as_bytes())?;
+        storage::write(&points, tables::write(&sub_pixel.dataset).as_bytes())?;
         let mut whole_pixel = sub_pixel.dataset.clone();
         for row in &mut whole_pixel.correspondences {
             for pixel in row.pixels.iter_mut().flatten() {
@@ -178,7 +176,7 @@ impl Demo {
             }
         }
         let points = folder.join("points-whole-pixels.csv");
-        storage::write(&points, points_file::write(&whole_pixel).as_bytes())?;
+        storage::write(&points, tables::write(&whole_pixel).as_bytes())?;
         Ok(Seen { capture, sub_pixel, whole_pixel })
     }
 

@@ -7,11 +7,12 @@ use clap::Args;
 use serde_json::json;
 use std::{io::Write, path::PathBuf};
 use wheatstone::{
-    dataset::{capture::Capture, detection::Found, points_file},
+    capture::Capture,
+    detection::Found,
     geometry::Pixel,
     imaging::{Annotated, Limits, read_image},
     numeric::statistics::median,
-    storage,
+    storage, tables,
 };
 
 /// Find chart points in every picture of a capture
@@ -43,7 +44,7 @@ impl Detect {
         if let Some(folder) = &self.draw {
             draw(&capture, &found, folder)?;
         }
-        let text = points_file::write(&found.dataset);
+        let text = tables::write(&found.dataset);
         if let Some(path) = &self.output {
             storage::write(path, text.as_bytes())?;
         }

@@ -12,11 +12,11 @@ use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     Calibration,
-    cleaning::poses,
     dataset::Dataset,
     evaluate::{
         Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate, evaluate_one_camera,
     },
+    fit::bundle,
 };
 
 /// Judge a model on points whose places are known
@@ -82,7 +82,7 @@ impl Evaluate {
             drop(bar);
             return self.one_camera(&model, &data);
         }
-        if data.known().next().is_none() && poses::needed(&data) {
+        if data.known().next().is_none() && bundle::needed(&data) {
             drop(bar);
             return Err(Failure::usage(
                 "this file tells of places on a board held by hand only, none in the world",

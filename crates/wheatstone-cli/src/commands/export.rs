@@ -7,7 +7,7 @@ use crate::{
 };
 use clap::{Args, builder::PossibleValuesParser};
 use std::path::PathBuf;
-use wheatstone::exchange::{FORMATS, Format};
+use wheatstone::formats::{FORMATS, Format};
 
 /// Write a model's cameras for another program
 #[derive(Args)]

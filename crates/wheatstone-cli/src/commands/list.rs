@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::io::Write;
 use wheatstone::{
-    camera::AnyCamera, chart::AnyChart, exchange::FORMATS, method::AnyMethod, synthetic::Rig,
+    camera::AnyCamera, chart::AnyChart, formats::FORMATS, method::AnyMethod, synthetic::Rig,
 };
 
 /// List what there is: methods, charts, camera models, file formats, synthetic rigs

@@ -18,15 +18,13 @@ use std::{
 };
 use wheatstone::{
     Calibration, Error,
-    dataset::{
-        points_file::{Cells, Column, Rows, Words},
-        volume::Trust,
-    },
+    dataset::volume::Trust,
     geometry::{Pixel, PixelColumns},
     method::{
         Locator, Places,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
+    tables::{Cells, Column, Rows, Words},
 };
 
 /// Turn matched pixels into points in the world

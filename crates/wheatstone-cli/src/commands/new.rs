@@ -8,8 +8,8 @@ use crate::{
 use clap::{Args, builder::PossibleValuesParser};
 use std::{fmt::Write as _, path::PathBuf};
 use wheatstone::{
+    capture::FILE_NAME,
     chart::{AnyChart, svg},
-    dataset::capture::FILE_NAME,
     storage,
 };
 

@@ -13,11 +13,12 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration, Error,
-    dataset::points_file::{self, Duplicates},
-    exchange::Format,
+    formats::Format,
     imaging::{GrayImage, Limits, read_image, read_size},
-    rectification::{Rectification, Table, Wanted, side_by_side},
+    rectification::{Rectification, Table, Wanted},
+    rectified_pictures::{remapped, side_by_side},
     storage::create_folder,
+    tables::{self, Duplicates},
 };
 
 /// Make a rectified pair of any two cameras: tables for cv2.remap, P1 P2 Q, pictures
@@ -141,7 +142,7 @@ impl Rectify {
                 let path = &pair[if exchanged { 1 - side } else { side }];
                 let picture = read_image(path, Limits::default())?;
                 refuse_other_size(path, &picture, &mut size[side])?;
-                rectified.push(tables[side].apply(&picture));
+                rectified.push(remapped(&tables[side], &picture));
                 let name = path.file_stem().unwrap_or_default().to_string_lossy();
                 let place = folders[side].join(format!("{name}.png"));
                 rectified[side].write_png(&place)?;
@@ -152,7 +153,7 @@ impl Rectify {
                 side_by_side(&rectified[0], &rectified[1]).write_png(&lines)?;
                 written.push(lines);
             }
-            wheatstone::progress::Progress::check(&bar)?;
+            wheatstone::progress::Progress::check(&bar).map_err(wheatstone::Error::from)?;
         }
         drop(bar);
         let shares = tables.each_ref().map(|table: &Table| table.filled);
@@ -223,7 +224,7 @@ fn refuse_other_size(
 
 /// Vertical differences of matched pixels.
 fn judge(made: &Rectification, model: &Calibration, path: &Path) -> Outcome<Value> {
-    let data = points_file::read(path, &model.unit, Duplicates::Keep)?;
+    let data = tables::read(path, &model.unit, Duplicates::Keep)?;
     if data.cameras != model.volume.cameras() {
         return Err(Error::Mismatch {
             what: "number of cameras",

@@ -15,7 +15,8 @@ use wheatstone::{
     Calibration,
     evaluate::{Comparison, compare},
     method::AnyMethod,
-    report::{self, Material, Seen},
+    report,
+    report::{Material, Seen},
     storage::Output,
     synthetic::Truth,
 };

@@ -13,10 +13,8 @@ use crate::{
 };
 use clap::Args;
 use std::path::PathBuf;
-use wheatstone::{
-    report::Report,
-    reproduction::{Effort, Reproduction, Verdict, reproduce, write},
-};
+use wheatstone::report::Report;
+use wheatstone::report::reproduction::{Effort, Reproduction, Verdict, reproduce, write};
 
 /// Do the 2001 paper again: its figures and claims, each beside what is measured
 #[derive(Args)]

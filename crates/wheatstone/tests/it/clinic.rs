@@ -2,20 +2,17 @@
 
 use super::data;
 use wheatstone::{
-    clinic::{Severity, compare_baseline, examine, repair_all},
-    dataset::{
-        Dataset,
-        points_file::{self, Duplicates},
-    },
+    dataset::Dataset,
     evaluate::cross_validate,
     method::AnyMethod,
-    numeric::random::Random,
-    progress::Silent,
+    numeric::{progress::Silent, random::Random},
+    preparation::checks::{Severity, compare_baseline, examine, repair_all},
     synthetic::{
         fault_survey::survey,
         faults::{inject, names},
         random_capture::RandomCapture,
     },
+    tables::{self, Duplicates},
 };
 
 fn codes(data: &Dataset) -> Vec<&'static str> {
@@ -112,7 +109,7 @@ fn real_data_raise_no_fatal_finding() {
         ["myptv-vee", "myptv-plate", "multidic-cylinder", "openptv-multiplane", "bailus-corner"]
     {
         let Some(folder) = data::folder(set) else { continue };
-        let data = points_file::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
+        let data = tables::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
         let findings = examine(&data).findings;
         assert!(findings.iter().all(|f| f.severity < Severity::Fatal), "{set}: {findings:#?}");
     }

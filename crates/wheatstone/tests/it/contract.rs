@@ -13,8 +13,7 @@ use wheatstone::{
         AnyMethod,
         network::{Network, Training},
     },
-    numeric::random::Random,
-    progress::Silent,
+    numeric::{progress::Silent, random::Random},
     synthetic::{Noise, Rig, Sensor, Stage, chart_correspondences, random_correspondences, render},
 };
 

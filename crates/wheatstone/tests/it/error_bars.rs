@@ -7,7 +7,7 @@ use wheatstone::{
     evaluate::{Ellipsoids, coverage, hold_out},
     geometry::{Pixel, Point3},
     method::{AnyMethod, AnyReconstructor},
-    progress::Silent,
+    numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 

@@ -5,21 +5,18 @@ use wheatstone::{
     Error,
     camera::{AnyCamera, brown_conrady::BrownConrady},
     chart::{AnyChart, line_grid::LineGrid},
-    cleaning::poses::{self, Gauge, Lenses, Placing},
-    dataset::{
-        Dataset,
-        points_file::{self, Duplicates},
-    },
+    dataset::Dataset,
     evaluate::floor,
+    fit::bundle::{self, Gauge, Lenses, Placing},
     geometry::{Point3, Pose},
     method::AnyMethod,
-    numeric::random::Random,
+    numeric::{progress::Silent, random::Random},
     preparation::{Preparation, Prepared},
-    progress::Silent,
     synthetic::{
         HandHeld, Noise, Rig, Stage, chart_correspondences, hand_held_correspondences,
         random_correspondences,
     },
+    tables::{self, Duplicates},
 };
 
 const NOISE: Noise = Noise::Normal(0.1);
@@ -82,7 +79,7 @@ fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing()
     let rig = Rig::named("paper", 2).unwrap();
     let (data, _) = waved(&rig, 12, NOISE, 6);
     let placing = Placing { lenses: Lenses::Brown, all_terms: true, ..Placing::default() };
-    let whole = poses::solve(&data, placing, &Silent).unwrap();
+    let whole = bundle::solve(&data, placing, &Silent).unwrap();
     let mut lenses: Vec<BrownConrady> = Vec::new();
     for camera in &whole.cameras {
         let AnyCamera::BrownConrady(lens) = camera else { panic!("{camera:?}") };
@@ -90,10 +87,10 @@ fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing()
         off.pinhole.focal = lens.pinhole.focal.map(|focal| 1.02 * focal);
         lenses.push(off);
     }
-    let near = poses::solve_near(&data, &lenses, placing, &Silent).unwrap();
+    let near = bundle::solve_near(&data, &lenses, placing, &Silent).unwrap();
     assert!((near.rms - whole.rms).abs() < 1e-6 * whole.rms);
     assert!((near.baselines[0] - whole.baselines[0]).abs() < 1e-3 * whole.baselines[0]);
-    let few = poses::solve_near(&data, &lenses[..1], placing, &Silent);
+    let few = bundle::solve_near(&data, &lenses[..1], placing, &Silent);
     assert!(matches!(few, Err(Error::TooFew { got: 1, need: 2, .. })));
 }
 
@@ -108,7 +105,7 @@ fn three_cameras_of_which_each_view_has_two() {
     let data = data.subset(|index, _| seen[index]);
     let places = places.into_iter().zip(seen).filter(|(_, seen)| *seen).map(|(place, _)| place);
     let placing = Placing { gauge: Gauge::FirstCamera, ..Placing::default() };
-    let solved = poses::solve(&data, placing, &Silent).unwrap();
+    let solved = bundle::solve(&data, placing, &Silent).unwrap();
     assert_eq!(solved.baselines.len(), 2);
     let pairs: Vec<(Point3, Point3)> =
         solved.data.known().map(|(world, _)| world).zip(places).collect();
@@ -130,7 +127,7 @@ fn sigmas_of_places_are_those_of_repeated_solutions() {
             let waving = HandHeld { views: 10, ..HandHeld::default() };
             let placements = waving.placements(&chart, 4).unwrap();
             let (data, _) = hand_held_correspondences(&rig, &chart, &placements, (NOISE, seed));
-            poses::solve(&data, placing, &Silent).unwrap()
+            bundle::solve(&data, placing, &Silent).unwrap()
         })
         .collect();
     for axis in 0..3 {
@@ -156,7 +153,7 @@ fn the_first_views_chart_is_the_world_or_the_first_camera() {
         assert!(row.world.unwrap().z.abs() < 1e-6, "{row:?}");
     }
     let placing = Placing { gauge: Gauge::FirstCamera, ..Placing::default() };
-    let solved = poses::solve(&data, placing, &Silent).unwrap();
+    let solved = bundle::solve(&data, placing, &Silent).unwrap();
     // In front of the first camera, at about the distance at which it was held.
     let depths: Vec<f64> = solved.views.iter().map(|view| view.translation[2]).collect();
     assert!(depths.iter().all(|depth| (40.0..160.0).contains(depth)), "{depths:?}");
@@ -171,7 +168,7 @@ fn known_places_are_kept_and_the_others_found_in_their_frame() {
             (row.world, row.board) = (Some(*place), None);
         }
     }
-    let solved = poses::solve(&data, Placing::default(), &Silent).unwrap();
+    let solved = bundle::solve(&data, Placing::default(), &Silent).unwrap();
     assert_eq!(solved.views.len(), 12);
     let off = solved.data.known().zip(&places).map(|((found, row), place)| {
         let off = (found - place).norm();
@@ -195,7 +192,7 @@ fn gross_errors_do_not_move_charts() {
             }
         }
     }
-    let solved = poses::solve(&data, Placing::default(), &Silent).unwrap();
+    let solved = bundle::solve(&data, Placing::default(), &Silent).unwrap();
     let pairs: Vec<(Point3, Point3)> =
         solved.data.known().map(|(world, _)| world).zip(places).collect();
     let aligned = Pose::aligning(&pairs).unwrap();
@@ -215,7 +212,7 @@ fn parallel_charts_are_refused_with_the_reason() {
         for row in &mut data.correspondences {
             row.board = row.world.take().map(|world| [world.x, world.y]);
         }
-        let refused = poses::solve(&data, Placing::default(), &Silent).unwrap_err();
+        let refused = bundle::solve(&data, Placing::default(), &Silent).unwrap_err();
         let Error::Degenerate { problem, hint } = refused else { panic!("{refused}") };
         assert!(problem.contains("parallel") && hint.contains("tilt"), "{problem}: {hint}");
     }
@@ -231,7 +228,7 @@ fn one_known_plane_among_parallel_charts_does_not_help() {
     for row in data.correspondences.iter_mut().filter(|row| row.view != 2) {
         row.board = row.world.take().map(|world| [world.x, world.y]);
     }
-    let refused = poses::solve(&data, Placing::default(), &Silent).unwrap_err();
+    let refused = bundle::solve(&data, Placing::default(), &Silent).unwrap_err();
     assert!(refused.to_string().contains("parallel"), "{refused}");
 }
 
@@ -240,7 +237,7 @@ fn too_few_views_and_unlinked_cameras_are_named() {
     let rig = Rig::named("paper", 2).unwrap();
     let (data, _) = waved(&rig, 2, NOISE, 9);
     assert!(matches!(
-        poses::solve(&data, Placing::default(), &Silent),
+        bundle::solve(&data, Placing::default(), &Silent),
         Err(Error::TooFew { need: 3, got: 2, .. })
     ));
     let (mut data, _) = waved(&rig, 12, NOISE, 9);
@@ -248,7 +245,7 @@ fn too_few_views_and_unlinked_cameras_are_named() {
         row.pixels[usize::from(row.view % 2 == 0)] = None;
     }
     let data = data.subset(|_, row| row.seen_by() > 0);
-    let refused = poses::solve(&data, Placing::default(), &Silent).unwrap_err();
+    let refused = bundle::solve(&data, Placing::default(), &Silent).unwrap_err();
     assert!(refused.to_string().contains("camera 2 shares no view"), "{refused}");
 }
 
@@ -268,7 +265,7 @@ fn corners(name: &str, id: &[&str]) -> Option<Dataset> {
     }
     let file = tempfile::NamedTempFile::with_suffix(".csv").unwrap();
     std::fs::write(file.path(), out).unwrap();
-    Some(points_file::read(file.path(), "mm", Duplicates::Refuse).unwrap())
+    Some(tables::read(file.path(), "mm", Duplicates::Refuse).unwrap())
 }
 
 /// A set, the columns that name a point, root mean square, baseline, and fx, fy, cx, cy a camera.
@@ -315,7 +312,7 @@ fn the_minimum_is_that_of_other_tools() {
         Placing { lenses: Lenses::Brown, all_terms: true, keep_gross: true, ..Placing::default() };
     for (name, id, rms, baseline, lenses) in EXPECTED {
         let Some(data) = corners(name, id) else { continue };
-        let solved = poses::solve(&data, placing, &Silent).unwrap();
+        let solved = bundle::solve(&data, placing, &Silent).unwrap();
         assert!((solved.rms / rms - 1.0).abs() < 1e-3, "{name}: {} for {rms}", solved.rms);
         let found = solved.baselines[0];
         assert!((found / baseline - 1.0).abs() < 1e-3, "{name}: {found} for {baseline}");

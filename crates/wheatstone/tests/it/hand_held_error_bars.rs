@@ -2,12 +2,12 @@
 
 use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
-    cleaning::poses::{Lenses, Placing},
     dataset::Dataset,
+    fit::bundle::{Lenses, Placing},
     geometry::{Point3, Pose, Vector3},
     method::{AnyMethod, network::Training},
+    numeric::progress::Silent,
     preparation::Preparation,
-    progress::Silent,
     synthetic::{HandHeld, Noise, Rig, hand_held_correspondences},
 };
 

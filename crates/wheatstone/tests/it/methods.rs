@@ -8,7 +8,7 @@ use wheatstone::{
     evaluate::{evaluate, floor},
     geometry::Point3,
     method::AnyMethod,
-    progress::Silent,
+    numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 

@@ -3,15 +3,13 @@
 
 use crate::data::folder;
 use wheatstone::{
-    cleaning::{
-        outliers,
-        poses::{self, Gauge, Lenses, Placing},
-    },
     dataset::{Correspondence, Dataset},
     evaluate::evaluate_one_camera,
+    fit::bundle::{self, Gauge, Lenses, Placing},
     geometry::Pixel,
     method::{Method, neural_camera::NeuralCamera},
-    progress::Silent,
+    numeric::progress::Silent,
+    preparation::outliers,
 };
 
 /// Root mean square length of the errors of the same points, in pixels, with OpenCV 5.0's eight-parameter
@@ -51,7 +49,7 @@ fn a_fisheye_predicts_better_than_the_rational_model() {
     let placing =
         Placing { gauge: Gauge::FirstCamera, lenses: Lenses::KannalaBrandt, ..Placing::default() };
     let train = data.subset(|_, row| !held_out(row.view));
-    let placed = poses::solve(&train, placing, &Silent).unwrap().data;
+    let placed = bundle::solve(&train, placing, &Silent).unwrap().data;
     let clean = outliers::screen(&placed, 0, &Silent).unwrap().clean(&placed);
     let fit = NeuralCamera::default().fit(&clean, 0, &Silent).unwrap();
     let exam = data.subset(|_, row| held_out(row.view));

@@ -6,7 +6,7 @@ use wheatstone::{
     dataset::Dataset,
     evaluate::{evaluate, floor, viewpoint},
     method::AnyMethod,
-    progress::Silent,
+    numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 

@@ -3,15 +3,13 @@
 use std::path::Path;
 use wheatstone::{
     Calibration, Error,
+    capture::Capture,
     chart::{AnyChart, line_grid::LineGrid},
-    dataset::{
-        capture::Capture,
-        detection::{DetectionSettings, detect},
-    },
+    detection::{DetectionSettings, detect},
     evaluate::evaluate,
     method::AnyMethod,
+    numeric::progress::Silent,
     preparation::Preparation,
-    progress::Silent,
     synthetic::{Rig, Sensor, Stage, Truth, write_capture},
 };
 

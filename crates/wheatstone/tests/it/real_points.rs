@@ -3,17 +3,17 @@
 
 use super::data;
 use wheatstone::{
-    cleaning::outliers::screen,
-    dataset::points_file::{self, Duplicates},
     evaluate::cross_validate,
     method::AnyMethod,
-    progress::Silent,
+    numeric::progress::Silent,
+    preparation::outliers::screen,
+    tables::{self, Duplicates},
 };
 
 /// Held-out error of DLT on a data set, in millimetres, and how many cameras it has.
 fn held_out(set: &str) -> Option<(f64, usize)> {
     let path = data::folder(set)?.join("points.csv");
-    let data = points_file::read(&path, "mm", Duplicates::Refuse).unwrap();
+    let data = tables::read(&path, "mm", Duplicates::Refuse).unwrap();
     let dlt = AnyMethod::named("dlt").unwrap();
     let scores = cross_validate(&dlt, &data, 0, &Silent).unwrap().unwrap();
     assert_eq!(scores.all.located, scores.all.n);
@@ -46,7 +46,7 @@ fn real_points_are_accused_with_good_reason_only() {
         ("bailus-corner", None),
     ] {
         let Some(folder) = data::folder(set) else { continue };
-        let data = points_file::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
+        let data = tables::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
         let screening = screen(&data, 0, &Silent).unwrap();
         let places: Vec<f64> = screening
             .outliers

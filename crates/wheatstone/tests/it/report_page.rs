@@ -5,7 +5,7 @@ use wheatstone::{
     Calibration,
     chart::line_grid::LineGrid,
     method::AnyMethod,
-    progress::Silent,
+    numeric::progress::Silent,
     report::{Material, Report},
     synthetic::{Noise, Rig, Stage, chart_correspondences},
 };

@@ -3,8 +3,7 @@
 use wheatstone::{
     Calibration,
     method::AnyMethod,
-    numeric::random::Random,
-    progress::Silent,
+    numeric::{progress::Silent, random::Random},
     robot::{
         Ground, PlanarPose, Vehicle, Velocity,
         capture::ChartPictures,

@@ -6,19 +6,16 @@ use rayon::prelude::*;
 use wheatstone::{
     Error,
     chart::{AnyChart, line_grid::LineGrid},
-    cleaning::stage::{SolvedStage, StagePrior, solve, suspect},
-    dataset::{
-        Dataset,
-        points_file::{self, Duplicates},
-    },
+    dataset::Dataset,
     evaluate::cross_validate,
+    fit::stage::{SolvedStage, StagePrior, solve, suspect},
     method::AnyMethod,
-    numeric::{least_squares, statistics::root_mean_square},
-    progress::Silent,
+    numeric::{least_squares, progress::Silent, statistics::root_mean_square},
     synthetic::{
         Noise, Rig, Stage, StageError, chart_correspondences, misplaced_correspondences,
         random_correspondences,
     },
+    tables::{self, Duplicates},
 };
 
 /// Near charts, so that pixels locate points to 0.2 mm and a stage that errs by 0.4 mm shows.
@@ -225,7 +222,7 @@ fn held_out_views(data: &Dataset) -> f64 {
 #[test]
 fn one_pair_of_real_cameras_corrects_the_stage_for_the_other() {
     let Some(folder) = data::folder("openptv-multiplane") else { return };
-    let data = points_file::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
+    let data = tables::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
     // Pairs that look from both sides; bars are what was measured (0.50 and 0.75), rounded up.
     for (pair, other, bar) in [([0, 2], [1, 3], 0.55), ([1, 3], [0, 2], 0.80)] {
         let solved = solve(&seen_by(&data, &pair), &StagePrior::of(0.3), &Silent).unwrap();

@@ -3,8 +3,8 @@
 use std::path::Path;
 use wheatstone::{
     Error,
-    dataset::points_file::{Cells, Column, Columns, ColumnsReader, ColumnsWriter, Texts, Words},
     numeric::random::Random,
+    tables::{Cells, Column, Columns, ColumnsReader, ColumnsWriter, Texts, Words},
 };
 
 const WORDS: &[&str] = &["inside", "edge", "outside"];

@@ -3,7 +3,7 @@
 use super::{file, format, given, rig, written};
 use wheatstone::{
     dataset::{Correspondence, Dataset},
-    exchange::{FORMATS, Form, Given, InputFile},
+    formats::{FORMATS, Form, Given, InputFile},
     geometry::{Pixel, Point3},
     numeric::random::Random,
 };

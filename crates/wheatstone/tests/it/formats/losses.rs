@@ -3,11 +3,11 @@
 use wheatstone::{
     Calibration,
     chart::AnyChart,
-    exchange::{Form, approximate, approximate_rig},
+    formats::{Form, approximate, approximate_rig},
     geometry::Pixel,
     method::AnyMethod,
+    numeric::progress::Silent,
     preparation::Preparation,
-    progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 

@@ -10,7 +10,7 @@ mod tools;
 use std::path::PathBuf;
 use wheatstone::{
     camera::pinhole::Pinhole,
-    exchange::{Format, Given, InputFile, Optics, OutputFile, Rig, RigCamera},
+    formats::{Format, Given, InputFile, Optics, OutputFile, Rig, RigCamera},
     geometry::{Point3, Pose, Vector3},
     numeric::random::Random,
 };

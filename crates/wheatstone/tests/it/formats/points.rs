@@ -4,13 +4,11 @@ use super::{format, given, places, written};
 use crate::data;
 use wheatstone::{
     Error,
-    dataset::{
-        Correspondence, Dataset,
-        points_file::{self, Duplicates},
-    },
-    exchange::{FORMATS, Given, InputFile},
+    dataset::{Correspondence, Dataset},
+    formats::{FORMATS, Given, InputFile},
     geometry::Pixel,
     numeric::random::Random,
+    tables::{self, Duplicates},
 };
 
 /// A table with what tables have: gaps, views, names, odd numbers.
@@ -189,7 +187,7 @@ fn corners_of_a_board_are_sorted_into_cameras_and_views() {
 fn real_tables_pass_through_every_format_that_reads_and_writes() {
     for set in ["myptv-vee", "myptv-plate"] {
         let Some(folder) = data::folder(set) else { return };
-        let data = points_file::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
+        let data = tables::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
         let formats = FORMATS.iter().filter(|f| !f.is_calibration() && f.reads() && f.writes());
         for format in formats {
             let given = Given { sizes: vec![[1280, 1024]], ..Given::default() };

@@ -3,9 +3,9 @@
 use super::{format, given, places, rig, written};
 use wheatstone::{
     Calibration, Error,
-    exchange::{FORMATS, Form, Imported, Optics, Rig, approximate, calibration, exact},
+    formats::{FORMATS, Form, Imported, Optics, Rig, approximate, calibration, exact},
     geometry::{Pixel, Pose, Vector3},
-    progress::Silent,
+    numeric::progress::Silent,
 };
 
 /// Rigs whose cameras each are in one of the format's forms.

@@ -5,7 +5,7 @@
 use super::{file, format, given};
 use wheatstone::{
     Error,
-    exchange::{Given, InputFile, Optics},
+    formats::{Given, InputFile, Optics},
     geometry::{Pixel, Point3},
 };
 
@@ -128,7 +128,7 @@ fn intrinsics_and_extrinsics_may_lie_apart_as_in_opencvs_sample() {
     let read = |files: &[InputFile]| format("opencv").read_rig(files, &given(2));
     let both = read(&[part(intrinsics.clone()), part(extrinsics)]).unwrap();
     let one = read(&[file("opencv.yml")]).unwrap();
-    let optics = |rig: &wheatstone::exchange::Rig| {
+    let optics = |rig: &wheatstone::formats::Rig| {
         rig.cameras.iter().map(|camera| camera.optics.clone()).collect::<Vec<_>>()
     };
     assert_eq!(optics(&both), optics(&one));

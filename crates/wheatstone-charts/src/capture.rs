@@ -1,0 +1,398 @@
+//! A capture on disk: `capture.toml` and the pictures that it names.
+
+use crate::{
+    chart::{AnyChart, kalibr_target},
+    imaging::read_size,
+};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use wheatstone_core::{
+    Error, Result,
+    geometry::{Pose, Vector3},
+    storage,
+};
+
+/// The name of the file that describes a capture.
+pub const FILE_NAME: &str = "capture.toml";
+
+/// What the user recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Capture {
+    /// The file that describes it.
+    pub path: PathBuf,
+    /// The unit of every length in it.
+    pub unit: String,
+    /// What was shown to the cameras.
+    pub chart: AnyChart,
+    /// The cameras, in the order in which pixels are given.
+    pub cameras: Vec<CameraPictures>,
+    /// The chart's placements, one picture a camera each.
+    pub views: Vec<CapturedView>,
+}
+
+/// One camera's pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraPictures {
+    /// Its name.
+    pub name: String,
+    /// One picture a view, in the views' order.
+    pub pictures: Vec<PathBuf>,
+}
+
+/// One placement of the chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CapturedView {
+    /// Its name.
+    pub name: String,
+    /// Where the chart stood, where that is known.
+    pub world_from_chart: Option<Pose>,
+    /// Standard deviation of that place along each axis, in the capture's unit, where it is given.
+    pub sigma: Option<f64>,
+}
+
+/// `capture.toml` as it stands in the file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CaptureFile {
+    /// The unit of every length in it.
+    pub unit: String,
+    /// What was shown to the cameras.
+    pub chart: AnyChart,
+    /// A pattern of picture files a camera.
+    pub cameras: toml::Table,
+    /// Where the chart stood.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub views: Vec<ViewEntry>,
+}
+
+/// One `[[views]]` entry.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewEntry {
+    /// Its name.
+    pub name: String,
+    /// `world_from_chart`, in the capture's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translation: Option<[f64; 3]>,
+    /// `world_from_chart`: axis times angle, in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<[f64; 3]>,
+    /// Standard deviation of the translation along each axis, in the capture's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
+}
+
+/// A capture file is a page of text; this is far beyond it.
+const LARGEST_FILE: u64 = 16 << 20;
+
+impl Capture {
+    /// Reads `capture.toml`, or the folder that holds one, and finds the pictures.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`], or [`Error::Malformed`] naming the line.
+    pub fn open(path: &Path) -> Result<Self> {
+        let path = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
+        let text = storage::read_text(&path, LARGEST_FILE)?;
+        let malformed = |e: toml::de::Error| Error::Malformed {
+            path: path.clone(),
+            line: e.span().map(|span| line_of(&text, span.start)),
+            problem: e.message().to_owned(),
+            hint: "`wheatstone list charts` prints the charts; lengths are plain numbers in `unit`"
+                .into(),
+        };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut table: toml::Table = toml::from_str(&text).map_err(malformed)?;
+        let mut file: CaptureFile = if kalibr_target::declare(&mut table, folder)? {
+            table.try_into().map_err(malformed)?
+        } else {
+            toml::from_str(&text).map_err(malformed)?
+        };
+        file.chart.load(folder)?;
+        file.chart
+            .validate()
+            .map_err(|e| refuse(&path, e.to_string(), "correct it in the file"))?;
+        Self::resolve(path, file)
+    }
+
+    /// Width and height of each camera's pictures in pixels; all pictures of a camera have that of its
+    /// first.
+    #[must_use]
+    pub fn sizes(&self) -> Vec<Option<[u32; 2]>> {
+        let first = |camera: &CameraPictures| read_size(camera.pictures.first()?).ok();
+        self.cameras.iter().map(first).collect()
+    }
+
+    fn resolve(path: PathBuf, file: CaptureFile) -> Result<Self> {
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut cameras = Vec::new();
+        for (name, pattern) in &file.cameras {
+            let Some(pattern) = pattern.as_str() else {
+                return Err(refuse(
+                    &path,
+                    format!("camera `{name}` is not a file pattern in quotes"),
+                    "such as `left = \"left/*.png\"`",
+                ));
+            };
+            cameras.push(CameraPictures {
+                name: name.clone(),
+                pictures: matching_files(&path, &folder, name, pattern)?,
+            });
+        }
+        if cameras.is_empty() {
+            return Err(refuse(
+                &path,
+                "no camera under [cameras]: depth needs two or more".into(),
+                "one line a camera, such as `left = \"left/*.png\"`",
+            ));
+        }
+        let mut views = pair_up(&path, &mut cameras, &file.views)?;
+        place_bodies(&path, &file.chart, &mut views)?;
+        Ok(Self { path, unit: file.unit, chart: file.chart, cameras, views })
+    }
+}
+
+/// A chart that is not flat and was shown once is the world itself; shown more often, its places must be
+/// known.
+fn place_bodies(path: &Path, chart: &AnyChart, views: &mut [CapturedView]) -> Result<()> {
+    let flat = chart.points().iter().all(|point| point.z == 0.0);
+    if flat || views.iter().all(|view| view.world_from_chart.is_some()) {
+        return Ok(());
+    }
+    if let [only] = views {
+        only.world_from_chart = Some(Pose::default());
+        return Ok(());
+    }
+    Err(refuse(
+        path,
+        format!("{} views of a chart that is not flat, at places that are not known", views.len()),
+        "give every view its `translation` (and `rotation`) under [[views]], or show the chart once: then its frame is the world",
+    ))
+}
+
+fn refuse(path: &Path, problem: String, hint: &str) -> Error {
+    Error::Malformed { path: path.into(), line: None, problem, hint: hint.into() }
+}
+
+fn line_of(text: &str, offset: usize) -> u64 {
+    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() as u64 + 1
+}
+
+/// The files that a pattern names, sorted; relative patterns begin at the capture's folder.
+fn matching_files(path: &Path, folder: &Path, camera: &str, pattern: &str) -> Result<Vec<PathBuf>> {
+    // Characters of the folder's own name are meant literally.
+    let full = if Path::new(pattern).is_absolute() || folder.as_os_str().is_empty() {
+        pattern.to_owned()
+    } else {
+        format!("{}/{pattern}", glob::Pattern::escape(&folder.to_string_lossy()))
+    };
+    let found = glob::glob(&full).map_err(|e| {
+        refuse(
+            path,
+            format!("camera `{camera}`: `{pattern}` is no file pattern: {}", e.msg),
+            "`*` stands for any part of a name",
+        )
+    })?;
+    let mut files: Vec<PathBuf> =
+        found.filter_map(|entry| entry.ok()).filter(|p| p.is_file()).collect();
+    files.sort();
+    if files.is_empty() {
+        return Err(refuse(
+            path,
+            format!("camera `{camera}`: no file matches `{pattern}`"),
+            "patterns begin at the folder of this file; check spelling and extension",
+        ));
+    }
+    Ok(files)
+}
+
+/// One picture a camera for every view. Pictures named like the views go by their names, others by
+/// sorted order.
+fn pair_up(
+    path: &Path,
+    cameras: &mut [CameraPictures],
+    entries: &[ViewEntry],
+) -> Result<Vec<CapturedView>> {
+    let counts: Vec<usize> = cameras.iter().map(|camera| camera.pictures.len()).collect();
+    if counts.iter().any(|count| *count != counts[0]) {
+        let list: Vec<String> =
+            cameras.iter().zip(&counts).map(|(c, n)| format!("`{}` has {n}", c.name)).collect();
+        return Err(refuse(
+            path,
+            format!("cameras have unequal numbers of pictures: {}", list.join(", ")),
+            &odd_ones_out(cameras),
+        ));
+    }
+    if entries.is_empty() {
+        let name = |picture: &PathBuf| CapturedView {
+            name: stem(picture),
+            world_from_chart: None,
+            sigma: None,
+        };
+        return Ok(cameras[0].pictures.iter().map(name).collect());
+    }
+    if entries.len() != counts[0] {
+        return Err(refuse(
+            path,
+            format!("{} [[views]], but {} pictures a camera", entries.len(), counts[0]),
+            "one [[views]] entry a picture pair, or none at all",
+        ));
+    }
+    let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+    if let Some(twice) = names.iter().enumerate().find(|(i, n)| names[..*i].contains(n)) {
+        return Err(refuse(
+            path,
+            format!("two [[views]] are named `{}`", twice.1),
+            "give each its own name",
+        ));
+    }
+    for camera in cameras.iter_mut() {
+        let by_name: Option<Vec<PathBuf>> = names
+            .iter()
+            .map(|name| camera.pictures.iter().find(|p| stem(p) == *name).cloned())
+            .collect();
+        if let Some(pictures) = by_name {
+            camera.pictures = pictures;
+        }
+    }
+    entries.iter().map(|entry| view_of(path, entry)).collect()
+}
+
+fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
+    if entry.rotation.is_some() && entry.translation.is_none() {
+        return Err(refuse(
+            path,
+            format!("view `{}` has a rotation but no translation", entry.name),
+            "give `translation = [x, y, z]` too, or neither for a hand-held chart",
+        ));
+    }
+    let numbers = entry.translation.iter().chain(&entry.rotation).flatten();
+    if numbers.clone().any(|number| !number.is_finite()) {
+        return Err(refuse(
+            path,
+            format!("view `{}` stands at a place that is no number", entry.name),
+            "lengths are finite numbers in `unit`, angles in radians",
+        ));
+    }
+    let world_from_chart = entry.translation.map(|translation| {
+        let rotation = entry.rotation.unwrap_or_default();
+        Pose::from_rotation_vector(Vector3::from(translation), Vector3::from(rotation))
+    });
+    if entry.sigma.is_some_and(|sigma| !(sigma.is_finite() && sigma >= 0.0)) {
+        return Err(refuse(
+            path,
+            format!("the sigma of view `{}` is no standard deviation", entry.name),
+            "it is a length in `unit`, not negative",
+        ));
+    }
+    Ok(CapturedView { name: entry.name.clone(), world_from_chart, sigma: entry.sigma })
+}
+
+/// A picture's file name without its extension.
+fn stem(path: &Path) -> String {
+    path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Which pictures seem to have no partner: those whose number none of another camera's has.
+fn odd_ones_out(cameras: &[CameraPictures]) -> String {
+    let number =
+        |path: &PathBuf| -> String { stem(path).chars().filter(char::is_ascii_digit).collect() };
+    let mut lonely = Vec::new();
+    for camera in cameras {
+        for picture in &camera.pictures {
+            let paired = cameras
+                .iter()
+                .all(|other| other.pictures.iter().any(|p| number(p) == number(picture)));
+            if !paired {
+                lonely.push(format!("`{}`", picture.display()));
+            }
+        }
+    }
+    if lonely.is_empty() || lonely.len() > 5 {
+        return "files pair up in sorted order: remove those without a partner".into();
+    }
+    format!("without a partner, by their numbers: {}", lonely.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chart::chessboard::Chessboard;
+
+    const HEAD: &str = "unit = \"cm\"\n[chart]\ntype = \"line-grid\"\ncolumns = 17\nrows = 13\npitch = 5.0\n[cameras]\nleft = \"left/*.png\"\nright = \"right/*.png\"\n";
+
+    fn capture(text: &str, pictures: &[&str]) -> (tempfile::TempDir, Result<Capture>) {
+        let dir = tempfile::tempdir().unwrap();
+        for picture in pictures {
+            let path = dir.path().join(picture);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, b"").unwrap();
+        }
+        std::fs::write(dir.path().join(FILE_NAME), text).unwrap();
+        let opened = Capture::open(dir.path());
+        (dir, opened)
+    }
+
+    #[test]
+    fn pictures_pair_up_in_sorted_order_and_cameras_keep_theirs() {
+        let text = HEAD.replace("left = ", "zeta = ");
+        let (_dir, capture) =
+            capture(&text, &["left/b.png", "left/a.png", "right/1.png", "right/2.png"]);
+        let capture = capture.unwrap();
+        assert_eq!(capture.cameras[0].name, "zeta");
+        assert!(capture.cameras[0].pictures[0].ends_with("a.png"));
+        assert_eq!(capture.views[1].name, "b");
+        assert_eq!(capture.views[0].world_from_chart, None);
+    }
+
+    #[test]
+    fn a_target_of_kalibr_declares_the_chart_in_the_unit_of_the_capture() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("board.yaml");
+        let text = "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.06\n";
+        std::fs::write(&target, text).unwrap();
+        let rest = &HEAD[HEAD.find("[cameras]").unwrap()..];
+        let text = format!("unit = \"cm\"\n[chart]\nfile = {target:?}\n{rest}");
+        let (_dir, capture) = capture(&text, &["left/a.png", "right/a.png"]);
+        let chart = Chessboard { columns: 6, rows: 7, pitch: 6.0, ..Chessboard::default() };
+        assert_eq!(capture.unwrap().chart, chart.into());
+    }
+
+    #[test]
+    fn views_go_by_name_where_pictures_have_their_names() {
+        let views = "[[views]]\nname = \"50\"\ntranslation = [0, 0, 50]\n[[views]]\nname = \"110\"\ntranslation = [0, 0, 110]\nrotation = [0, 0.1, 0]\n";
+        let pictures = ["left/110.png", "left/50.png", "right/110.png", "right/50.png"];
+        let (_dir, capture) = capture(&(HEAD.to_owned() + views), &pictures);
+        let capture = capture.unwrap();
+        assert!(capture.cameras[1].pictures[0].ends_with("50.png"));
+        assert_eq!(capture.views[1].world_from_chart.unwrap().translation.z, 110.0);
+        assert!(
+            (capture.views[1].world_from_chart.unwrap().rotation_vector().y - 0.1).abs() < 1e-12
+        );
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let both = ["left/a.png", "right/a.png"];
+        let view = "[[views]]\nname = \"a\"\n";
+        for (text, pictures, words) in [
+            (HEAD.replace("columns", "colums"), &both[..], "colums"),
+            (HEAD.replace("line-grid", "line-gird"), &both[..], "line-gird"),
+            (HEAD.replace("columns = 17", "columns = 1"), &both[..], "columns cannot be 1"),
+            (HEAD.replace("5.0", "-5.0"), &both[..], "pitch cannot be -5"),
+            (HEAD.to_owned(), &["left/a.png"], "no file matches `right/*.png`"),
+            (HEAD.to_owned(), &["left/a1.png", "left/a2.png", "right/a1.png"], "`left` has 2"),
+            (format!("{HEAD}{view}{view}"), &both[..], "2 [[views]], but 1"),
+            (HEAD.replace("\"cm\"", "cm"), &both[..], ":1:"),
+            (format!("{HEAD}{view}rotation = [0, 0, 0]\n"), &both[..], "no translation"),
+        ] {
+            let (_dir, outcome) = capture(&text, pictures);
+            let error = outcome.unwrap_err();
+            assert!(error.to_string().contains(words), "{words}: {error}");
+            assert!(error.hint().is_some());
+        }
+        // One camera alone can be calibrated.
+        let (_dir, one) = capture(&HEAD.replace("right = \"right/*.png\"\n", ""), &both[..1]);
+        assert_eq!(one.unwrap().cameras.len(), 1);
+    }
+}

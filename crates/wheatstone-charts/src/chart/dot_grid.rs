@@ -1,0 +1,344 @@
+//! The grid of dots: points at the dots' centres. Symmetric grids, the asymmetric ones of OpenCV, and
+//! calibration plates.
+
+pub(super) mod blobs;
+pub(super) mod centre;
+mod ground;
+pub(super) mod growth;
+mod layout;
+
+use super::{
+    Chart, Shape, Sighting, Sigmas,
+    lattice::{Labelled, Lattice, Origin},
+    trimming::trim,
+};
+use crate::imaging::{GrayImage, filter::halve};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use wheatstone_core::{
+    Error, Result,
+    geometry::{Pixel, Point3},
+};
+
+/// Dots in rows. Dark ones on a light ground are drawn; light ones on a dark ground are found as well.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DotGrid {
+    /// Dots a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+    /// Distance of neighbouring rows, in the user's unit. In symmetric grids the dots of a row are as far
+    /// apart, in asymmetric ones twice as far.
+    pub pitch: f64,
+    /// Of a dot, in the user's unit; half the pitch where it is left out. Used for drawing; any size is
+    /// found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter: Option<f64>,
+    /// Whether every second row is moved to the right by the pitch, as in OpenCV's asymmetric grids.
+    #[serde(default)]
+    pub asymmetric: bool,
+    /// Whether the dot with id 0 is larger than the others, which tells how the chart is turned.
+    #[serde(default)]
+    pub first_larger: bool,
+    /// Where the chart's frame begins.
+    #[serde(default)]
+    pub origin: Origin,
+}
+
+impl Default for DotGrid {
+    fn default() -> Self {
+        Self {
+            columns: 10,
+            rows: 7,
+            pitch: 20.0,
+            diameter: None,
+            asymmetric: false,
+            first_larger: false,
+            origin: Origin::Centre,
+        }
+    }
+}
+
+/// Dots below which a part of a grid is not told from clutter.
+const LEAST_FOUND: usize = 8;
+/// Share of the places between the outermost dots that must have one: grids have nearly all, chance
+/// alignments in noise and text of 12 megapixels had a quarter.
+const LEAST_FILLED: f64 = 0.5;
+/// Of a first dot that is larger, to the others: drawn so.
+const LARGER: f64 = 1.6;
+/// The square of the least such ratio that is taken for one: dots are equal to a tenth.
+const LARGER_AREA: f64 = 1.6;
+/// In pixels, the shorter side of the smallest half that is looked at: four dots across.
+const LEAST_SIDE: usize = 24;
+/// In pixels: the chessboard's search begins with the half of such pictures too.
+const LARGE: usize = 4_000_000;
+/// Patches that a picture is searched for a grid with, at least: noise has them everywhere, dots have
+/// the strongest.
+const MOST_PATCHES: usize = 4_000;
+
+impl DotGrid {
+    /// Places a pitch apart, a dot at each or, in asymmetric grids, at every second.
+    fn lattice(&self) -> Lattice {
+        let columns = if self.asymmetric { 2 * self.columns } else { self.columns };
+        Lattice { columns, rows: self.rows, pitch: self.pitch, origin: self.origin }
+    }
+
+    fn diameter(&self) -> f64 {
+        self.diameter.unwrap_or(self.pitch / 2.0)
+    }
+
+    fn radius(&self, id: usize) -> f64 {
+        let larger = if self.first_larger && id == 0 { LARGER } else { 1.0 };
+        larger * self.diameter() / 2.0
+    }
+
+    /// The grid that one size of the picture shows, in the whole picture's pixels, by labels along the
+    /// chart's rows and columns.
+    fn labels(
+        &self,
+        blobs: &mut Vec<blobs::Blob>,
+        halvings: usize,
+    ) -> Option<BTreeMap<(i32, i32), blobs::Blob>> {
+        // How clearly a patch stands out from noise.
+        let clear = |blob: &blobs::Blob| blob.contrast * blob.area().sqrt();
+        blobs.sort_by(|a, b| clear(b).total_cmp(&clear(a)));
+        blobs.truncate(MOST_PATCHES.max(4 * self.columns * self.rows));
+        let found = growth::largest(blobs, LEAST_FOUND.min(self.columns * self.rows))?;
+        let mut labels = layout::straightened(&found, self.asymmetric);
+        let lattice = self.lattice();
+        trim(&mut labels, (lattice.columns, lattice.rows));
+        Some(labels.into_iter().map(|(label, blob)| (label, blob.restored(halvings))).collect())
+    }
+
+    /// Every way in which dots at these labels can be the chart.
+    fn place(&self, image: &GrayImage, centres: &BTreeMap<(i32, i32), Pixel>) -> Sighting {
+        if self.asymmetric {
+            return layout::place(self, centres);
+        }
+        let found = centres.iter().map(|((column, row), pixel)| Labelled {
+            column: *column,
+            row: *row,
+            pixel: *pixel,
+        });
+        self.lattice().place(&found.collect::<Vec<_>>(), image, None)
+    }
+
+    /// What a grid comes to. With it: whether nothing is missing, and how much there is of it, anything
+    /// that can be placed on the chart before anything that cannot.
+    fn look(
+        &self,
+        image: &GrayImage,
+        labels: &BTreeMap<(i32, i32), blobs::Blob>,
+    ) -> (bool, usize, Sighting) {
+        let lattice = self.lattice();
+        let (width, height) = layout::size(labels);
+        let (width, height) = (width.max(height) as usize, width.min(height) as usize);
+        if width > lattice.columns.max(lattice.rows) || height > lattice.columns.min(lattice.rows) {
+            // No chart of this size, so that places need not be exact.
+            let centres = labels.iter().map(|(label, blob)| (*label, blob.centre)).collect();
+            return (false, labels.len(), self.place(image, &centres));
+        }
+        let dots: BTreeMap<_, _> = labels
+            .iter()
+            .filter_map(|(label, blob)| {
+                Some((*label, centre::measure(image, blob, gap(labels, *label))?))
+            })
+            .collect();
+        let whole = self.columns * self.rows;
+        if dots.len() < LEAST_FOUND.min(whole) {
+            return (false, 0, Sighting::Unseen("no grid of dots found".into()));
+        }
+        let places = width * height / if self.asymmetric { 2 } else { 1 };
+        if dots.len() < (LEAST_FILLED * places as f64) as usize {
+            return (false, 0, Sighting::Unseen("no grid of dots found".into()));
+        }
+        let placed = centre::placed(&dots);
+        let centres: BTreeMap<_, _> =
+            placed.iter().map(|(label, dot)| (*label, dot.centre)).collect();
+        let mut sighting = self.place(image, &centres);
+        if self.first_larger {
+            sighting = turned_by(larger(&placed), sighting);
+        }
+        let mut sigmas = Sigmas::default();
+        for (label, dot) in &placed {
+            sigmas.add(dot.centre, dots[label].sigma);
+        }
+        sighting = sigmas.told(sighting);
+        let seen = matches!(sighting, Sighting::Seen(_));
+        (seen && dots.len() == whole, dots.len() + if seen { whole } else { 0 }, sighting)
+    }
+}
+
+/// In which order a picture's halves are searched: the finest first, but dots of few pixels in a large
+/// picture are rare, and looked for last.
+fn order(sizes: &[GrayImage]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    if sizes[0].values().len() > LARGE {
+        order.rotate_left(1);
+    }
+    order
+}
+
+/// In pixels, from a dot's edge to that of its nearest neighbour.
+fn gap(labels: &BTreeMap<(i32, i32), blobs::Blob>, (column, row): (i32, i32)) -> f64 {
+    let own = &labels[&(column, row)];
+    let around =
+        (-2..=2).flat_map(|c| (-2..=2).map(move |r| (c, r))).filter(|step| *step != (0, 0));
+    around
+        .filter_map(|(c, r)| labels.get(&(column + c, row + r)))
+        .map(|other| {
+            let step = other.centre - own.centre;
+            let way = step / step.norm();
+            // An ellipse reaches this far along a direction, at most.
+            let reach =
+                |blob: &blobs::Blob| 2.0 * (way.transpose() * blob.covariance * way)[0].sqrt();
+            step.norm() - reach(own) - reach(other)
+        })
+        .fold(f64::INFINITY, f64::min)
+        .max(0.0)
+}
+
+/// The dot that is clearly larger than the others, if there is one.
+fn larger(dots: &BTreeMap<(i32, i32), centre::Placed>) -> Option<Pixel> {
+    let mut sizes: Vec<f64> = dots.values().map(|dot| dot.radius_squared).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2)?;
+    let largest = dots.values().max_by(|a, b| a.radius_squared.total_cmp(&b.radius_squared))?;
+    (largest.radius_squared > LARGER_AREA * median).then_some(largest.centre)
+}
+
+/// The readings whose point 0 is at this dot; all where no dot is larger than the others.
+fn turned_by(first: Option<Pixel>, sighting: Sighting) -> Sighting {
+    let (Some(first), Sighting::Seen(mut readings)) = (first, sighting.clone()) else {
+        return sighting;
+    };
+    readings.retain(|reading| reading.points.contains(&(0, first)));
+    if readings.is_empty() {
+        return Sighting::Unseen("the larger dot is not where the chart has its first".into());
+    }
+    Sighting::Seen(readings)
+}
+
+impl Chart for DotGrid {
+    fn points(&self) -> Vec<Point3> {
+        let all = self.lattice().points();
+        if !self.asymmetric {
+            return all;
+        }
+        let across = 2 * self.columns;
+        let places = all.into_iter().enumerate();
+        places
+            .filter(|(index, _)| (index / across + index % across).is_multiple_of(2))
+            .map(|(_, point)| point)
+            .collect()
+    }
+
+    fn shapes(&self) -> Vec<Shape> {
+        let points = self.points().into_iter().enumerate();
+        points.map(|(id, point)| Shape::Disc([point.x, point.y], self.radius(id))).collect()
+    }
+
+    fn board(&self) -> [f64; 4] {
+        let lattice = self.lattice();
+        let [left, top] = lattice.first_point();
+        [
+            left - self.pitch,
+            top - self.pitch,
+            left + lattice.columns as f64 * self.pitch,
+            top + lattice.rows as f64 * self.pitch,
+        ]
+    }
+
+    fn reflectance(&self, [x, y]: [f64; 2], size: [f64; 2]) -> Option<f64> {
+        let [left, top, right, bottom] = self.board();
+        if x < left || x > right || y < top || y > bottom {
+            return None;
+        }
+        let lattice = self.lattice();
+        let [first_x, first_y] = lattice.first_point();
+        let nearest = |at: f64, first: f64, count: usize| {
+            ((at - first) / self.pitch).round().clamp(0.0, (count - 1) as f64) as usize
+        };
+        let column = nearest(x, first_x, lattice.columns);
+        let row = nearest(y, first_y, lattice.rows);
+        // Dots of asymmetric grids may reach beyond their own place's cell.
+        let places = (row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1)).flat_map(|row| {
+            (column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1))
+                .map(move |column| (column, row))
+        });
+        let ink: f64 = places
+            .filter(|(column, row)| !self.asymmetric || (column + row).is_multiple_of(2))
+            .map(|(column, row)| {
+                let centre = [column, row].map(|count| count as f64 * self.pitch);
+                let from = [x - first_x - centre[0], y - first_y - centre[1]];
+                covered(from, size, self.radius(row * lattice.columns + column))
+            })
+            .sum();
+        Some(1.0 - ink)
+    }
+
+    fn detect(&self, image: &GrayImage) -> Sighting {
+        let mut sizes = vec![image.clone()];
+        while let Some(last) = sizes.last() {
+            if last.width().min(last.height()) < 2 * LEAST_SIDE {
+                break;
+            }
+            sizes.push(halve(last));
+        }
+        let mut best: Option<(usize, Sighting)> = None;
+        for halvings in order(&sizes) {
+            let mut blobs = blobs::find(&sizes[halvings], blobs::Outline::Ellipse);
+            for side in [&mut blobs.dark, &mut blobs.bright] {
+                let Some(labels) = self.labels(side, halvings) else { continue };
+                let (full, rank, sighting) = self.look(image, &labels);
+                if full {
+                    return sighting;
+                }
+                if best.as_ref().is_none_or(|(most, _)| rank > *most) {
+                    best = Some((rank, sighting));
+                }
+            }
+        }
+        best.map_or_else(|| Sighting::Unseen("no grid of dots found".into()), |(_, it)| it)
+    }
+
+    fn validate(&self) -> Result<()> {
+        Lattice { columns: self.columns, ..self.lattice() }.validate()?;
+        // Asymmetric dots are as near as the diagonal, and the first may be larger.
+        let nearest = if self.asymmetric { std::f64::consts::SQRT_2 } else { 1.0 } * self.pitch;
+        let diameter = self.diameter();
+        let most = nearest * if self.first_larger { 2.0 / (1.0 + LARGER) } else { 1.0 };
+        if diameter > 0.0 && diameter < 0.95 * most {
+            return Ok(());
+        }
+        Err(Error::Setting {
+            setting: "[chart] diameter".into(),
+            value: diameter.to_string(),
+            need: "a length above 0 at which dots stay apart".into(),
+        })
+    }
+}
+
+/// Share of a box of `size` that a disc of `radius` covers, the box's middle at `from` the disc's.
+pub(super) fn covered([x, y]: [f64; 2], [width, height]: [f64; 2], radius: f64) -> f64 {
+    if width <= 0.0 || height <= 0.0 {
+        return if x * x + y * y < radius * radius { 1.0 } else { 0.0 };
+    }
+    let (far_x, far_y) = (x.abs() + width / 2.0, y.abs() + height / 2.0);
+    if far_x * far_x + far_y * far_y < radius * radius {
+        return 1.0;
+    }
+    let (near_x, near_y) = ((x.abs() - width / 2.0).max(0.0), (y.abs() - height / 2.0).max(0.0));
+    if near_x * near_x + near_y * near_y >= radius * radius {
+        return 0.0;
+    }
+    // Strips of the box, each cut by the disc at two heights: at sixteen the error is under 1e-3 of the box.
+    const STRIPS: usize = 16;
+    let strip = |index: usize| {
+        let at = x + width * ((index as f64 + 0.5) / STRIPS as f64 - 0.5);
+        let half = (radius * radius - at * at).max(0.0).sqrt();
+        ((y + height / 2.0).min(half) - (y - height / 2.0).max(-half)).max(0.0) / height
+    };
+    (0..STRIPS).map(strip).sum::<f64>() / STRIPS as f64
+}

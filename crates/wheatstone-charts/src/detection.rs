@@ -1,0 +1,350 @@
+//! Chart points in every picture of a capture, named the same in all cameras.
+//!
+//! A picture alone cannot always tell which point of a grid is which. What it leaves open is settled
+//! by the rest of the capture: pictures that show the whole chart at known places give each camera's
+//! projection, and that tells where the points of the other pictures must be; where no place is
+//! known, the cameras are taken to be less than a quarter turn apart.
+
+mod refusals;
+
+use crate::capture::Capture;
+use crate::{
+    chart::{Detection, PictureOf, Sighting},
+    imaging::{GrayImage, Limits, read_image},
+};
+use nalgebra::Vector2;
+use rayon::prelude::*;
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicU64, Ordering},
+};
+use wheatstone_core::dataset::{Correspondence, Dataset};
+use wheatstone_core::{
+    Error, Result,
+    geometry::{Pixel, Point3, ProjectionMatrix},
+};
+use wheatstone_numeric::progress::Progress;
+
+/// How chart points are searched for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DetectionSettings {
+    /// Rounds every point to the nearest pixel centre, as the 2001 paper measured.
+    pub whole_pixels: bool,
+    /// Largest picture that is read.
+    pub limits: Limits,
+}
+
+/// Gives the picture of a path.
+pub type Read<'a> = &'a (dyn Fn(&Path) -> Result<GrayImage> + Sync);
+
+/// What was found in one picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// The file.
+    pub path: PathBuf,
+    /// The points, or why there are none.
+    pub outcome: Result<Detection, String>,
+}
+
+/// What was found in a whole capture.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// View by view, camera by camera.
+    pub pictures: Vec<Vec<Picture>>,
+    /// The points that at least one camera saw.
+    pub dataset: Dataset,
+}
+
+/// Sightings of one view, camera by camera, as they are narrowed down.
+type Sightings = Vec<Sighting>;
+
+/// Looks for the chart in every picture.
+///
+/// # Errors
+///
+/// [`Error::Image`] for a picture that cannot be read or has another size than its camera's others;
+/// [`Error::Degenerate`] where no picture shows the chart; [`Error::Cancelled`].
+pub fn detect(
+    capture: &Capture,
+    settings: DetectionSettings,
+    progress: &dyn Progress,
+) -> Result<Found> {
+    let read = |path: &Path| read_image(path, settings.limits);
+    detect_in(capture, settings, &read, progress)
+}
+
+/// [`detect`] in pictures that are not read from files: `read` gives that of each path.
+///
+/// # Errors
+///
+/// As [`detect`], and those of `read`.
+pub fn detect_in(
+    capture: &Capture,
+    settings: DetectionSettings,
+    read: Read,
+    progress: &dyn Progress,
+) -> Result<Found> {
+    let mut sightings = search(capture, read, progress)?;
+    settle_by_projection(capture, &mut sightings);
+    for view in &mut sightings {
+        settle_by_partner(view);
+    }
+    let pictures: Vec<Vec<Picture>> = sightings
+        .into_iter()
+        .enumerate()
+        .map(|(view, cameras)| {
+            cameras
+                .into_iter()
+                .zip(&capture.cameras)
+                .map(|(sighting, camera)| Picture {
+                    path: camera.pictures[view].clone(),
+                    outcome: settled(sighting, settings.whole_pixels),
+                })
+                .collect()
+        })
+        .collect();
+    let all: Vec<&Picture> = pictures.iter().flatten().collect();
+    let seen = all.iter().filter(|picture| picture.outcome.is_ok()).count();
+    if 2 * seen < all.len() {
+        refusals::refuse_a_miscount(capture, &all, (seen, read))?;
+    }
+    let dataset = assemble(capture, &pictures);
+    if dataset.correspondences.is_empty() {
+        return Err(refusals::nothing_found(capture, &pictures));
+    }
+    Ok(Found { pictures, dataset })
+}
+
+/// Reads and searches all pictures, in parallel.
+fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<Sightings>> {
+    let cameras = capture.cameras.len();
+    let total = capture.views.len() * cameras;
+    let done = AtomicU64::new(0);
+    let each: Vec<Result<((usize, usize), Sighting)>> = (0..total)
+        .into_par_iter()
+        .map(|index| {
+            progress.check()?;
+            let path = &capture.cameras[index % cameras].pictures[index / cameras];
+            let image = read(path)?;
+            let of =
+                PictureOf { camera: index % cameras, view: &capture.views[index / cameras].name };
+            let sighting = capture.chart.detect_in(&image, of);
+            progress.report("detecting", done.fetch_add(1, Ordering::Relaxed) + 1, total as u64);
+            Ok(((image.width(), image.height()), sighting))
+        })
+        .collect();
+    let mut sizes = vec![None; cameras];
+    let mut views: Vec<Sightings> = vec![Vec::new(); capture.views.len()];
+    for (index, outcome) in each.into_iter().enumerate() {
+        let (size, sighting) = outcome?;
+        let (view, camera) = (index / cameras, index % cameras);
+        let expected = *sizes[camera].get_or_insert(size);
+        if size != expected {
+            return Err(Error::Image {
+                path: capture.cameras[camera].pictures[view].clone(),
+                problem: format!(
+                    "{} x {} pixels, but camera `{}` has {} x {} before",
+                    size.0, size.1, capture.cameras[camera].name, expected.0, expected.1
+                ),
+                hint:
+                    "one camera's pictures have one size: remove it, or give it to its own camera"
+                        .into(),
+            });
+        }
+        views[view].push(sighting);
+    }
+    Ok(views)
+}
+
+/// The chart's points in the world, where the view's place is known.
+fn world_points(capture: &Capture, view: usize) -> Option<Vec<Point3>> {
+    let pose = capture.views[view].world_from_chart?;
+    Some(capture.chart.points().into_iter().map(|point| pose.transform(point)).collect())
+}
+
+/// How far, as a share of the distance between neighbours, points may lie from where the projection
+/// of the other pictures puts them. A lens bends by some percent of it, a wrong name is off by 1.
+const WORST_MISS: f64 = 0.5;
+
+/// How many times worse the next best reading must be.
+const CLEARLY_WORSE: f64 = 2.0;
+
+/// Settles readings by each camera's projection matrix, fitted to what is already settled: at first
+/// the pictures that show the whole chart, upright. Goes on until nothing new is settled.
+fn settle_by_projection(capture: &Capture, sightings: &mut [Sightings]) {
+    let whole = capture.chart.points().len();
+    for camera in 0..capture.cameras.len() {
+        let worlds: Vec<_> = (0..sightings.len()).map(|view| world_points(capture, view)).collect();
+        for _ in 0..sightings.len() {
+            let mut pairs: Vec<(Point3, Pixel)> = Vec::new();
+            for (view, world) in sightings.iter().zip(&worlds) {
+                let (Sighting::Seen(readings), Some(world)) = (&view[camera], world) else {
+                    continue;
+                };
+                if readings.len() == 1 || readings[0].points.len() == whole {
+                    pairs.extend(readings[0].points.iter().map(|(id, pixel)| (world[*id], *pixel)));
+                }
+            }
+            let Some(projection) = ProjectionMatrix::fit(&pairs) else { break };
+            let mut news = false;
+            for (view, world) in sightings.iter_mut().zip(&worlds) {
+                let Some(world) = world else { continue };
+                if let Sighting::Seen(readings) = &mut view[camera]
+                    && readings.len() > 1
+                {
+                    news |= keep_the_reading_that_fits(readings, world, &projection);
+                }
+            }
+            if !news {
+                break;
+            }
+        }
+    }
+}
+
+/// Leaves only the reading that the projection explains, if one is explained clearly better than
+/// the others.
+fn keep_the_reading_that_fits(
+    readings: &mut Vec<Detection>,
+    world: &[Point3],
+    projection: &ProjectionMatrix,
+) -> bool {
+    let mut scored: Vec<(f64, usize)> = readings
+        .iter()
+        .map(|reading| relative_miss(reading, world, projection))
+        .enumerate()
+        .map(|(index, miss)| (miss, index))
+        .collect();
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match scored[..] {
+        [(best, index), (next, _), ..] if best < WORST_MISS && next > CLEARLY_WORSE * best => {
+            *readings = vec![readings.swap_remove(index)];
+            true
+        }
+        _ => false,
+    }
+}
+
+/// Median distance from where the projection puts the points, as a share of that between
+/// neighbouring points.
+fn relative_miss(reading: &Detection, world: &[Point3], projection: &ProjectionMatrix) -> f64 {
+    let (mut misses, mut steps) = (Vec::new(), Vec::new());
+    let mut last: Option<Pixel> = None;
+    for (id, pixel) in &reading.points {
+        match projection.project(world[*id]) {
+            Some(predicted) => misses.push((predicted - pixel).norm()),
+            None => return f64::INFINITY,
+        }
+        steps.extend(last.map(|last| (pixel - last).norm()));
+        last = Some(*pixel);
+    }
+    wheatstone_numeric::statistics::median(&misses)
+        / wheatstone_numeric::statistics::median(&steps).max(f64::MIN_POSITIVE)
+}
+
+/// Where two cameras see the same chart and each leaves open how it is turned, they are taken to be
+/// turned alike, as the first reads it.
+fn settle_by_partner(view: &mut [Sighting]) {
+    let reference = view.iter().find_map(|sighting| match sighting {
+        Sighting::Seen(readings) => Some(readings[0].clone()),
+        Sighting::Unseen(_) => None,
+    });
+    let Some(reference) = reference else { return };
+    for sighting in view {
+        let Sighting::Seen(readings) = sighting else { continue };
+        if readings.len() == 1 || !readings.iter().all(|reading| covers(reading, &readings[0])) {
+            continue;
+        }
+        let agreement = |reading: &Detection| likeness(reading, &reference).unwrap_or(-1.0);
+        let best = (0..readings.len())
+            .max_by(|a, b| agreement(&readings[*a]).total_cmp(&agreement(&readings[*b])));
+        if let Some(best) = best {
+            *readings = vec![readings.swap_remove(best)];
+        }
+    }
+}
+
+/// Whether two readings are of nearly the same points: they differ by how the chart is turned, not by
+/// which part of it is seen.
+fn covers(reading: &Detection, other: &Detection) -> bool {
+    let has = |id: &usize| other.points.binary_search_by_key(id, |(id, _)| *id).is_ok();
+    let both = reading.points.iter().filter(|(id, _)| has(id)).count();
+    20 * both >= 19 * reading.points.len().max(other.points.len())
+}
+
+/// How alike two pictures of the same points are, up to place and size: the cosine of their displacements
+/// from their middles.
+fn likeness(reading: &Detection, other: &Detection) -> Option<f64> {
+    let pairs: Vec<(Pixel, Pixel)> = reading
+        .points
+        .iter()
+        .filter_map(|(id, at)| {
+            let place = other.points.binary_search_by_key(id, |(id, _)| *id).ok()?;
+            Some((*at, other.points[place].1))
+        })
+        .collect();
+    let count = pairs.len() as f64;
+    let sum = pairs.iter().fold((Vector2::zeros(), Vector2::zeros()), |sum, (a, b)| {
+        (sum.0 + a.coords, sum.1 + b.coords)
+    });
+    let (mut own, mut its, mut both) = (0.0, 0.0, 0.0);
+    for (a, b) in &pairs {
+        let (a, b) = (a.coords - sum.0 / count, b.coords - sum.1 / count);
+        own += a.norm_squared();
+        its += b.norm_squared();
+        both += a.dot(&b);
+    }
+    (pairs.len() >= 2).then(|| both / (own * its).sqrt())
+}
+
+/// The one reading that is left, or why it is none.
+fn settled(sighting: Sighting, whole_pixels: bool) -> Result<Detection, String> {
+    match sighting {
+        Sighting::Unseen(why) => Err(why),
+        Sighting::Seen(readings) => match &readings[..] {
+            [only] => {
+                let round = |pixel: Pixel| {
+                    if whole_pixels { pixel.map(f64::round) } else { pixel }
+                };
+                let points = only.points.iter().map(|(id, pixel)| (*id, round(*pixel)));
+                Ok(Detection { points: points.collect(), sigmas: only.sigmas.clone() })
+            }
+            many => Err(format!(
+                "{} points found, but {} places on the chart fit: show all of it, give [[views]] with known places, two of which show all of it, or name a point in a start file where the chart takes one",
+                many[0].points.len(),
+                many.len()
+            )),
+        },
+    }
+}
+
+/// One correspondence a chart point and view that any camera saw.
+fn assemble(capture: &Capture, pictures: &[Vec<Picture>]) -> Dataset {
+    let points = capture.chart.points();
+    let mut correspondences = Vec::new();
+    for (view, cameras) in pictures.iter().enumerate() {
+        let world = world_points(capture, view);
+        for (id, point) in points.iter().enumerate() {
+            let seen = |picture: &Picture| {
+                let found = &picture.outcome.as_ref().ok()?.points;
+                found.binary_search_by_key(&id, |(id, _)| *id).ok().map(|place| found[place].1)
+            };
+            let pixels: Vec<Option<Pixel>> = cameras.iter().map(seen).collect();
+            if pixels.iter().any(Option::is_some) {
+                correspondences.push(Correspondence {
+                    view,
+                    id: Some(capture.chart.name(id)),
+                    pixels,
+                    world: world.as_ref().map(|world| world[id]),
+                    board: world.is_none().then_some([point.x, point.y]),
+                });
+            }
+        }
+    }
+    Dataset {
+        unit: capture.unit.clone(),
+        cameras: capture.cameras.len(),
+        views: capture.views.iter().map(|view| view.name.clone()).collect(),
+        correspondences,
+    }
+}

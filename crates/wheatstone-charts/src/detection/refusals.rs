@@ -1,0 +1,68 @@
+//! What is said where a chart is found in too few pictures, or in none.
+
+use super::{Picture, Read};
+use crate::{capture::Capture, chart::Sighting};
+use rayon::prelude::*;
+use wheatstone_core::{Error, Result};
+
+/// Where the chart is in few pictures, looks for the one that is left when squares were counted instead
+/// of corners, and says so if it is there.
+pub(super) fn refuse_a_miscount(
+    capture: &Capture,
+    pictures: &[&Picture],
+    (seen, read): (usize, Read),
+) -> Result<()> {
+    // A few pictures tell; looking at all would take as long again.
+    const LOOKED_AT: usize = 6;
+    let Some(meant) = capture.chart.miscounted() else { return Ok(()) };
+    let few: Vec<&&Picture> = pictures.iter().take(LOOKED_AT).collect();
+    let found = few
+        .par_iter()
+        .filter(|picture| {
+            read(&picture.path).is_ok_and(|image| matches!(meant.detect(&image), Sighting::Seen(_)))
+        })
+        .count();
+    if 2 * found <= few.len() {
+        return Ok(());
+    }
+    let described = serde_json::to_value(&meant).unwrap_or_default();
+    Err(Error::Degenerate {
+        problem: format!("the chart was found in {seen} of {} pictures only", pictures.len()),
+        hint: format!(
+            "with `columns = {}`, `rows = {}` it is in {found} of the first {}: inner corners or crossings are counted, not squares",
+            described["columns"],
+            described["rows"],
+            few.len()
+        ),
+    })
+}
+
+/// The error for a capture without a single chart, naming the commonest reason.
+pub(super) fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Error {
+    let mut reasons: std::collections::BTreeMap<&str, usize> = std::collections::BTreeMap::new();
+    for picture in pictures.iter().flatten() {
+        if let Err(why) = &picture.outcome {
+            *reasons.entry(why).or_default() += 1;
+        }
+    }
+    let total: usize = reasons.values().sum();
+    let (why, count) = reasons
+        .iter()
+        .max_by_key(|(_, count)| **count)
+        .map_or(("no picture", 0), |(why, count)| (*why, *count));
+    let hint = match crate::chart::lattice::size_in_reason(why) {
+        Some((width, height)) => format!(
+            "is it `columns = {width}`, `rows = {height}`? Inner corners, crossings or dots are counted, but squares of a charuco board and tags of an april-grid"
+        ),
+        None => format!(
+            "compare the pictures with [chart] in `{}`; `wheatstone detect --draw DIR` shows what was found",
+            capture.path.display()
+        ),
+    };
+    Error::Degenerate {
+        problem: format!(
+            "the chart was found in none of {total} pictures; in {count} of them: {why}"
+        ),
+        hint,
+    }
+}

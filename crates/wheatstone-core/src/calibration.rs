@@ -1,0 +1,279 @@
+//! The file that a fit leaves behind: the fitted map, the data that it was fitted to, how it was
+//! fitted, and how good it is. It carries its own evidence.
+
+use crate::{
+    Error, Result,
+    dataset::{
+        Dataset, SavedDataset,
+        volume::{Trust, Volume},
+    },
+    evaluate::{
+        self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference,
+    },
+    fit::stage::ViewOffset,
+    geometry::Point3,
+    method::{AnyMethod, AnyReconstructor, Choice, Reconstructor},
+    preparation::{Placed, Prepared, SavedFinding, SetAside},
+    storage,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
+
+/// What the first field of every model file says.
+pub const FORMAT: &str = "wheatstone-calibration";
+
+/// The version of the form that is written, and the only one that is read.
+pub const VERSION: u32 = 1;
+
+/// A fitted method and where it came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// The program that wrote it.
+    pub program: String,
+    /// The unit of world lengths.
+    pub unit: String,
+    /// The settings that were fitted.
+    pub method: AnyMethod,
+    /// The seed of every random choice in the fit.
+    pub seed: u64,
+    /// The fitted map.
+    pub reconstructor: AnyReconstructor,
+    /// Which method was chosen and why, where there was a choice.
+    pub choice: Option<Choice>,
+    /// The middle of the cameras in the world: errors in percent are of the distance from it.
+    pub viewpoint: Option<Point3>,
+    /// The space and the parts of the pictures that the fit was shown.
+    pub volume: Volume,
+    /// How it does on the points that it was fitted to: in pixels where it is one camera alone.
+    pub training: Evaluation,
+    /// How the same settings do on views that they were not fitted to.
+    pub validation: Option<CrossValidation>,
+    /// How large error ellipsoids must be drawn to hold what they say.
+    pub ellipsoids: Ellipsoids,
+    /// How the error fell during the fit, for methods that learn in steps.
+    pub curve: Vec<CurvePoint>,
+    /// Points that were set aside as gross outliers.
+    pub outliers: Vec<SetAside>,
+    /// Where the charts are believed to have stood, where that was solved for.
+    pub stage: Vec<ViewOffset>,
+    /// Where charts of unknown place were found to have stood, where there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placed: Option<Placed>,
+    /// What was wrong with the data, in sentences.
+    pub findings: Vec<SavedFinding>,
+    /// Width and height of each camera's pictures in pixels, where they were known; empty where nothing
+    /// was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sizes: Vec<Option<[u32; 2]>>,
+    /// The points that it was fitted to.
+    pub data: SavedDataset,
+    /// Where it comes from, where another program made it: then it has no points of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imported: Option<Imported>,
+}
+
+/// The origin of a calibration that another program made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Imported {
+    /// The format that it was read from.
+    pub format: String,
+    /// The names of its files, without their folders.
+    pub files: Vec<String>,
+    /// The cameras' names.
+    pub cameras: Vec<String>,
+    /// Width and height of the cameras' pictures in pixels, where known.
+    pub sizes: Vec<Option<[u32; 2]>>,
+    /// The standard deviation that one pixel coordinate is believed to have. The files do not say it.
+    pub pixel_sigma: f64,
+}
+
+/// What is read of a file before the rest is trusted.
+#[derive(Deserialize)]
+struct Heading {
+    format: Option<String>,
+    version: Option<u32>,
+}
+
+/// A model holds its data; a million points take a hundred megabytes.
+const LARGEST_FILE: u64 = 1 << 30;
+
+impl Calibration {
+    /// Fits a method to all points that were prepared, and judges it on those and, if told to, on
+    /// views that are left out one after the other.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`AnyMethod::fit_checked`].
+    pub fn fit(
+        method: &AnyMethod,
+        prepared: &Prepared,
+        seed: u64,
+        validate: bool,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let data = &prepared.data;
+        let fit = method.fit_checked(data, seed, progress)?;
+        let viewpoint = evaluate::viewpoint(data);
+        let (training, validation, held_out) = if data.cameras == 1 {
+            let training = evaluate::on_its_own_points(&*fit.reconstructor, data)?;
+            let judge = || evaluate::hold_out_one_camera(method, data, seed, progress);
+            (training, if validate { judge()? } else { None }, Vec::new())
+        } else {
+            let training = evaluate::evaluate(&*fit.reconstructor, data, viewpoint)?;
+            let judge = || evaluate::hold_out_of(method, data, (seed, Some(&fit)), progress);
+            let (validation, held_out) = if validate { judge()? } else { None }.unzip();
+            (training, validation, held_out.unwrap_or_default())
+        };
+        let ellipsoids = Ellipsoids::estimate(&*fit.reconstructor, data, &held_out);
+        Ok(Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            program: concat!("wheatstone ", env!("CARGO_PKG_VERSION")).into(),
+            unit: data.unit.clone(),
+            method: method.clone(),
+            seed,
+            reconstructor: fit.reconstructor,
+            choice: fit.choice,
+            viewpoint,
+            volume: Volume::of(data),
+            training,
+            validation,
+            ellipsoids,
+            curve: fit.curve,
+            outliers: prepared.set_aside(),
+            stage: prepared.stage.clone(),
+            placed: prepared.placed.clone(),
+            findings: prepared.findings(),
+            sizes: Vec::new(),
+            data: data.into(),
+            imported: None,
+        })
+    }
+
+    /// Why this model is worthless, if it is: where its error on views left out (on its own points,
+    /// where there are none) is a good part of the whole volume that they span, whatever it was fitted
+    /// to was not what it takes them for.
+    #[must_use]
+    pub fn broken(&self) -> Option<String> {
+        // The recipe of 2001, the worst that is of use, errs by a twelfth on its own kind of data.
+        const MOST: f64 = 0.25;
+        let (judged, on) = match &self.validation {
+            Some(validation) => (&validation.all, "on views left out"),
+            None => (&self.training, "on its own points"),
+        };
+        // One camera errs in pixels.
+        let spread = if self.reconstructor.cameras() == 1 { f64::MAX } else { self.data.spread() };
+        if judged.rms.is_nan() || judged.rms > MOST * spread {
+            return Some(format!(
+                "the error {on} is {:.3e} {} rms, where the points themselves spread over {spread:.3e} {}",
+                judged.rms, self.unit, self.unit
+            ));
+        }
+        (2 * judged.located < judged.n).then(|| {
+            format!("only {} of {} points {on} could be located", judged.located, judged.n)
+        })
+    }
+
+    /// What the model's errors on an exam are made of; points that are not inside its volume count as
+    /// beyond. `None` where the data that it was fitted to do not tell.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Cancelled`].
+    pub fn budget(&self, exam: &Dataset, progress: &dyn Progress) -> Result<Option<Budget>> {
+        let train = self.data.restored();
+        let reference = match &self.reconstructor {
+            AnyReconstructor::NeuralCamera(cameras) => Reference::of(cameras.clone(), &train),
+            _ => match Reference::fit(&train, progress) {
+                Ok(Some(reference)) => reference,
+                _ => {
+                    progress.check()?;
+                    return Ok(None);
+                }
+            },
+        };
+        let errors = |of: &dyn Reconstructor| -> Vec<HeldOut> {
+            let held_out = |error: PointError| HeldOut {
+                row: error.row,
+                difference: error.difference,
+                beyond: self.volume.trust(&exam.correspondences[error.row].pixels) != Trust::Inside,
+            };
+            evaluate::point_errors(of, exam, None).into_iter().map(held_out).collect()
+        };
+        let (own, other) = (errors(&*self.reconstructor), errors(reference.cameras()));
+        Ok(Budget::of(exam, &own, &other, &reference))
+    }
+
+    /// Width and height of a camera's pictures in pixels, counted from 0, where known.
+    #[must_use]
+    pub fn picture_size(&self, camera: usize) -> Option<[u32; 2]> {
+        let imported = || self.imported.as_ref()?.sizes.get(camera).copied().flatten();
+        self.sizes.get(camera).copied().flatten().or_else(imported)
+    }
+
+    /// Writes the file; what was there before stays until the new one is whole.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`].
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let mut bytes = serde_json::to_vec(self).map_err(|e| Error::writing(path, e.into()))?;
+        bytes.push(b'\n');
+        storage::write(path, &bytes)
+    }
+
+    /// Reads a file that [`Calibration::save`] wrote.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of this version.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = storage::read_text(path, LARGEST_FILE)?;
+        let refuse = |line, problem: String, hint: &str| Error::Malformed {
+            path: path.into(),
+            line,
+            problem,
+            hint: hint.into(),
+        };
+        const HINT: &str = "models are written by `wheatstone fit … -o model.json`";
+        let heading: Heading = serde_json::from_str(&text)
+            .map_err(|e| refuse(Some(e.line() as u64), format!("not a model file: {e}"), HINT))?;
+        if heading.format.as_deref() != Some(FORMAT) {
+            return Err(refuse(
+                None,
+                "not a model file: it does not say that it is one".into(),
+                HINT,
+            ));
+        }
+        if heading.version != Some(VERSION) {
+            let found = heading.version.map_or("none".into(), |version| version.to_string());
+            return Err(refuse(
+                None,
+                format!("model version {found}; this program reads version {VERSION}"),
+                "use the program that wrote it, or fit again",
+            ));
+        }
+        let model: Self = serde_json::from_str(&text).map_err(|e| {
+            refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again")
+        })?;
+        let whole = model.reconstructor.is_consistent()
+            && model.volume.is_consistent()
+            && model.volume.cameras() == model.reconstructor.cameras()
+            && (model.sizes.is_empty() || model.sizes.len() == model.volume.cameras());
+        if !whole {
+            return Err(refuse(
+                None,
+                "damaged model file: its numbers do not fit together".into(),
+                "fit again",
+            ));
+        }
+        Ok(model)
+    }
+}

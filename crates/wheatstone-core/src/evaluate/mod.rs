@@ -1,0 +1,177 @@
+//! How good a map is: errors in the user's unit on points that it has not seen, comparison of
+//! methods, the floor that pixel noise sets, and error ellipsoids that hold.
+
+mod budget;
+mod compare;
+mod coverage;
+mod floor;
+mod one_camera;
+
+pub use budget::{Budget, HeldOut, Part, Reference};
+pub(crate) use compare::hold_out_of;
+pub use compare::{
+    Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate, divide, hold_out,
+};
+pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};
+pub use floor::floor;
+pub use one_camera::evaluate_one_camera;
+pub(crate) use one_camera::{hold_out_one_camera, on_its_own_points};
+
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Point3, Pose, ProjectionMatrix, Vector3},
+    method::Reconstructor,
+};
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::statistics::{mean, median, percentile, root_mean_square};
+
+/// `data` with its known places moved as a whole to where the map puts them: what is left is the map's
+/// own error, whatever the two frames are. `None` where too few points are located, or all on a line.
+#[must_use]
+pub fn aligned(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<Dataset> {
+    let pairs: Vec<(Point3, Point3)> = data
+        .known()
+        .filter_map(|(world, row)| Some((world, reconstructor.locate(&row.pixels)?.point)))
+        .collect();
+    let motion = Pose::aligning(&pairs)?;
+    let mut moved = data.clone();
+    for row in &mut moved.correspondences {
+        row.world = row.world.map(|world| motion.transform(world));
+    }
+    Some(moved)
+}
+
+/// Errors of located points against known ones, in the unit of the world; of one camera alone, those of
+/// its pixels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evaluation {
+    /// The unit of the lengths below.
+    pub unit: String,
+    /// Points with a known place that at least two cameras saw.
+    pub n: usize,
+    /// Those of them that were located.
+    pub located: usize,
+    /// Root mean square distance.
+    pub rms: f64,
+    /// Mean distance.
+    pub mean: f64,
+    /// Median distance.
+    pub median: f64,
+    /// The distance that 95 % of the points stay below.
+    pub p95: f64,
+    /// Mean of the distance as a percentage of the point's distance from the cameras.
+    pub mean_percent: f64,
+    /// Root mean square along X, Y and Z.
+    pub rms_xyz: [f64; 3],
+}
+
+/// One located point beside its true place.
+#[derive(Clone, Copy, Debug)]
+pub struct PointError {
+    /// The point's place among the dataset's correspondences.
+    pub row: usize,
+    /// Located minus true.
+    pub difference: Vector3,
+    /// From the cameras to the true place.
+    pub working_distance: f64,
+}
+
+/// The middle of the cameras, from the points that each of them saw: their centres follow in closed
+/// form from the direct linear transformation, wherever the world's origin is. `None` where they do
+/// not (too few points, all on a plane).
+#[must_use]
+pub fn viewpoint(data: &Dataset) -> Option<Point3> {
+    let centres: Option<Vec<Point3>> = (0..data.cameras)
+        .map(|camera| ProjectionMatrix::fit(&data.seen_by_camera(camera))?.centre())
+        .collect();
+    let centres = centres?;
+    let sum: Vector3 = centres.iter().map(|centre| centre.coords).sum();
+    Some(Point3::from(sum / centres.len() as f64))
+}
+
+/// The points of `data` that can be judged: place known, seen by two cameras or more.
+#[must_use]
+pub fn judged(data: &Dataset) -> usize {
+    data.known().filter(|(_, row)| row.seen_by() >= 2).count()
+}
+
+/// The error of each point that is located.
+#[must_use]
+pub fn point_errors(
+    reconstructor: &dyn Reconstructor,
+    data: &Dataset,
+    viewpoint: Option<Point3>,
+) -> Vec<PointError> {
+    let from = viewpoint.unwrap_or(Point3::origin());
+    data.correspondences
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| {
+            let world = row.world?;
+            let point = reconstructor.place(&row.pixels)?;
+            Some(PointError {
+                row: index,
+                difference: point - world,
+                working_distance: (world - from).norm(),
+            })
+        })
+        .collect()
+}
+
+/// Sums errors up; `n` is how many points there were to locate.
+///
+/// # Errors
+///
+/// [`Error::Degenerate`] where none was located.
+pub fn summarise(errors: &[PointError], n: usize, unit: &str) -> Result<Evaluation> {
+    if errors.is_empty() {
+        return Err(Error::Degenerate {
+            problem: format!("none of {n} points with a known place could be located"),
+            hint: "each must have been seen by two cameras or more, all of them for the network"
+                .into(),
+        });
+    }
+    let distances: Vec<f64> = errors.iter().map(|error| error.difference.norm()).collect();
+    let percents: Vec<f64> = errors
+        .iter()
+        .zip(&distances)
+        .map(|(error, distance)| 100.0 * distance / error.working_distance)
+        .collect();
+    let along = |axis: usize| {
+        root_mean_square(&errors.iter().map(|error| error.difference[axis]).collect::<Vec<_>>())
+    };
+    Ok(Evaluation {
+        unit: unit.into(),
+        n,
+        located: errors.len(),
+        rms: root_mean_square(&distances),
+        mean: mean(&distances),
+        median: median(&distances),
+        p95: percentile(&distances, 0.95),
+        mean_percent: mean(&percents),
+        rms_xyz: [along(0), along(1), along(2)],
+    })
+}
+
+/// Judges a map on points whose places are known.
+///
+/// # Errors
+///
+/// [`Error::Mismatch`] where the numbers of cameras differ, [`Error::Degenerate`] where no point
+/// could be located.
+pub fn evaluate(
+    reconstructor: &dyn Reconstructor,
+    data: &Dataset,
+    viewpoint: Option<Point3>,
+) -> Result<Evaluation> {
+    if reconstructor.cameras() != data.cameras {
+        return Err(Error::Mismatch {
+            what: "number of cameras",
+            model: reconstructor.cameras().to_string(),
+            data: data.cameras.to_string(),
+        });
+    }
+    summarise(&point_errors(reconstructor, data, viewpoint), judged(data), &data.unit)
+}

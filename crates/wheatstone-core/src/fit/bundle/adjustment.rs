@@ -1,0 +1,222 @@
+//! Cameras and charts adjusted together.
+//!
+//! Source: bundle adjustment, Triggs, McLauchlan, Hartley & Fitzgibbon 2000
+//! (doi:10.1007/3-540-44480-7_21): every view's six unknowns are eliminated first (Schur's
+//! complement), so that what is solved has the cameras' unknowns only. Damping as Nielsen's (Madsen,
+//! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
+//! (doi:10.1080/03610927708827533).
+
+use super::{elimination::Step, sums::ViewSums};
+use crate::{
+    Error, Result,
+    camera::{
+        sightings::{Sightings, Sums},
+        trace::Traced,
+    },
+    geometry::{Pixel, Point3, Pose, Vector3},
+};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use wheatstone_numeric::{loss::Loss, progress::Progress};
+
+/// Unknowns of a place and attitude.
+pub(super) const POSE: usize = 6;
+
+/// What every camera saw of one view: the chart's points in its own frame, with pixels, a camera.
+pub(super) type Shot = Vec<Vec<(Point3, Pixel)>>;
+
+/// At most so many points of what each camera saw of a view, spread evenly over the list.
+pub(super) fn thinned(shots: &[Shot], most: usize) -> Vec<Shot> {
+    let few = |seen: &Vec<(Point3, Pixel)>| -> Vec<(Point3, Pixel)> {
+        if seen.len() <= most {
+            return seen.clone();
+        }
+        (0..most).map(|index| seen[index * seen.len() / most]).collect()
+    };
+    shots.iter().map(|shot| shot.iter().map(few).collect()).collect()
+}
+
+/// A camera at its place.
+#[derive(Clone, Debug)]
+pub(super) struct Posed<L> {
+    pub(super) lens: L,
+    pub(super) camera_from_world: Pose,
+}
+
+/// All that is adjusted.
+#[derive(Clone, Debug)]
+pub(super) struct State<L> {
+    pub(super) cameras: Vec<Posed<L>>,
+    /// World from chart, a view.
+    pub(super) charts: Vec<Pose>,
+}
+
+/// An adjustment: what was seen, and what of it may change.
+pub(super) struct Bundle<'a> {
+    pub(super) shots: &'a [Shot],
+    /// Whether each view's chart may move.
+    pub(super) loose: &'a [bool],
+    /// Which of each camera's unknowns may change: 0 to 5 its pose, then its lens's own numbers.
+    pub(super) free: Vec<Vec<usize>>,
+    pub(super) loss: Loss,
+    /// Of the first step.
+    pub(super) damping: f64,
+}
+
+/// How an adjustment ended.
+#[derive(Clone, Debug)]
+pub(super) struct Adjusted<L> {
+    pub(super) state: State<L>,
+    /// What points say at that state, and how strongly the last step was damped.
+    pub(super) sums: Whole,
+    pub(super) damping: f64,
+}
+
+/// Sums of all views at one state.
+#[derive(Clone, Debug)]
+pub(super) struct Whole {
+    /// Half the weighted sum of squares.
+    pub(super) cost: f64,
+    /// By the unknowns of all cameras.
+    pub(super) cameras: DMatrix<f64>,
+    pub(super) gradient: DVector<f64>,
+    pub(super) views: Vec<ViewSums>,
+}
+
+impl<'a> Bundle<'a> {
+    fn unknowns(&self) -> usize {
+        self.free.iter().map(Vec::len).sum()
+    }
+
+    fn first(&self, camera: usize) -> usize {
+        self.free[..camera].iter().map(Vec::len).sum()
+    }
+
+    /// What was seen, of each view in each camera, as sums are taken of it.
+    fn seen(&self) -> Vec<Vec<Sightings>> {
+        let of = |seen: &Vec<(Point3, Pixel)>| Sightings::new(seen.iter().copied());
+        self.shots.iter().map(|shot| shot.iter().map(of).collect()).collect()
+    }
+
+    /// Half the weighted sum of squares at a state.
+    pub(super) fn cost<L: Traced>(&self, state: &State<L>) -> f64 {
+        self.sums(state, &self.seen()).cost
+    }
+
+    fn sums<L: Traced>(&self, state: &State<L>, seen: &[Vec<Sightings>]) -> Whole {
+        // Points that are worth another core: some tens of microseconds.
+        const TOGETHER: usize = 1000;
+        let points: usize = seen.iter().flatten().map(Sightings::len).sum();
+        let views: Vec<ViewSums> = (0..seen.len())
+            .into_par_iter()
+            .with_min_len(1 + TOGETHER * seen.len() / points.max(1))
+            .map_init(Sums::default, |sums, view| {
+                let chart = (&state.charts[view], self.loose[view]);
+                let seen = (seen[view].as_slice(), state.cameras.as_slice());
+                ViewSums::of(seen, chart, (&self.free, self.loss), sums)
+            })
+            .collect();
+        let count = self.unknowns();
+        let mut whole = Whole {
+            cost: 0.0,
+            cameras: DMatrix::zeros(count, count),
+            gradient: DVector::zeros(count),
+            views: Vec::new(),
+        };
+        for view in &views {
+            whole.cost += view.cost;
+            let counts = self.free.iter().map(Vec::len);
+            view.add_to(counts, &mut whole.cameras, &mut whole.gradient);
+        }
+        whole.cameras.fill_upper_triangle_with_lower_triangle();
+        whole.views = views;
+        whole
+    }
+
+    /// Adjusts until a step gains less than a share of the cost.
+    pub(super) fn adjust<L: Traced>(
+        &self,
+        start: State<L>,
+        (steps, least_gain): (usize, f64),
+        progress: &dyn Progress,
+    ) -> Result<Adjusted<L>> {
+        let mut state = start;
+        let seen = self.seen();
+        let mut whole = self.sums(&state, &seen);
+        let (mut damping, mut raise) = (self.damping, 2.0);
+        for _ in 0..steps {
+            progress.check()?;
+            let Some(step) = whole.step(self, damping) else {
+                damping *= raise;
+                raise *= 2.0;
+                if damping > 1e12 {
+                    break;
+                }
+                continue;
+            };
+            let tried = self.moved(&state, &step);
+            // Most steps are good ones: what the next one needs is worked out with the cost.
+            let next = self.sums(&tried, &seen);
+            if next.cost.is_finite() && next.cost < whole.cost {
+                let gain = whole.cost - next.cost;
+                let expected = step.expected(&whole, damping);
+                let quality = if expected > 0.0 { (gain / expected).min(1.0) } else { 0.5 };
+                damping *= (1.0 - (2.0 * quality - 1.0).powi(3)).max(1.0 / 3.0);
+                raise = 2.0;
+                let done = gain < least_gain * whole.cost;
+                state = tried;
+                whole = next;
+                if done {
+                    break;
+                }
+            } else {
+                damping *= raise;
+                raise *= 2.0;
+                if damping > 1e12 {
+                    break;
+                }
+            }
+        }
+        if !whole.cost.is_finite() {
+            return Err(lost());
+        }
+        Ok(Adjusted { state, sums: whole, damping })
+    }
+
+    fn moved<L: Traced>(&self, state: &State<L>, step: &Step) -> State<L> {
+        let mut moved = state.clone();
+        for (index, camera) in moved.cameras.iter_mut().enumerate() {
+            let first = self.first(index);
+            let (mut turn, mut by) = (Vector3::zeros(), Vector3::zeros());
+            let mut numbers = camera.lens.parameters_mut();
+            for (offset, unknown) in self.free[index].iter().enumerate() {
+                let value = step.cameras[first + offset];
+                match unknown {
+                    0..3 => turn[*unknown] = value,
+                    3..POSE => by[unknown - 3] = value,
+                    _ => *numbers[unknown - POSE] += value,
+                }
+            }
+            let pose = &mut camera.camera_from_world;
+            // The turn is about the world's origin in the camera's axes: the translation stays.
+            pose.rotation =
+                Pose::from_rotation_vector(Vector3::zeros(), turn).rotation * pose.rotation;
+            pose.translation += by;
+        }
+        for (chart, step) in moved.charts.iter_mut().zip(&step.charts) {
+            let turn = Vector3::new(step[0], step[1], step[2]);
+            chart.rotation =
+                Pose::from_rotation_vector(Vector3::zeros(), turn).rotation * chart.rotation;
+            chart.translation += Vector3::new(step[3], step[4], step[5]);
+        }
+        moved
+    }
+}
+
+pub(super) fn lost() -> Error {
+    Error::Degenerate {
+        problem: "cameras and chart placements could not be adjusted together".into(),
+        hint: "check that every view's points carry the board's own coordinates, in one unit"
+            .into(),
+    }
+}

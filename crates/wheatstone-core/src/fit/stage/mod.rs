@@ -1,0 +1,188 @@
+//! Where charts really stood.
+//!
+//! A chart is put at its places with a ruler or on a stage, and that is often the largest error of
+//! all: pixels are known to a twentieth of a pixel, places to half a millimetre. Every pixel of a view
+//! then disagrees with those of the other views in the same way, and that can be seen: cameras and
+//! charts are adjusted together (bundle adjustment: Triggs et al. 2000,
+//! doi:10.1007/3-540-44480-7_21), each chart's offset and rotation under the prior that the user's word
+//! for the stage is. The cameras are those of [`crate::method::neural_camera`], so that it holds for
+//! any optics, and noise and correction are learnt from pixels whose charts are loose
+//! (`docs/decisions/0010-stage-errors.md`).
+//!
+//! **What cannot be seen.** Motions that all charts have in common, and offsets that grow evenly with
+//! the place (a stage's scale, a stage that runs askew), look exactly like other cameras: the cameras
+//! take them up. Such parts stay near nothing, with the prior's uncertainty. Offsets are reported
+//! whole, and as their *observable part*: what is left when the best affine function of the place is
+//! taken away. Points located later share the unobservable part: their errors are those of the stage
+//! as a whole, not of one placement.
+
+mod charts;
+mod joint;
+mod observable;
+
+use crate::{Error, Result, dataset::Dataset};
+use charts::Placement;
+use joint::{Joint, Sight};
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::progress::Progress;
+
+/// How well the charts' places are known before the pixels are asked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StagePrior {
+    /// Standard deviation of a chart's place along each axis, in world units.
+    pub offset_sigma: f64,
+    /// Standard deviation of its rotation about each axis, in radians. Without one, the view's offset
+    /// sigma over half the chart's extent (a chart held at its ends) is a first guess, and what the
+    /// pixels say of it is learnt.
+    pub rotation_sigma: Option<f64>,
+    /// Views (by name) whose place is known better or worse than that: their own offset sigma. 0
+    /// holds a view where it is.
+    pub views: Vec<(String, f64)>,
+}
+
+impl StagePrior {
+    /// The same for all views.
+    #[must_use]
+    pub fn of(offset_sigma: f64) -> Self {
+        Self { offset_sigma, rotation_sigma: None, views: Vec::new() }
+    }
+
+    fn check(&self, data: &Dataset) -> Result<()> {
+        let sigmas = [("stage sigma", self.offset_sigma, false)].into_iter();
+        let sigmas = sigmas.chain(self.rotation_sigma.map(|s| ("stage rotation sigma", s, true)));
+        let sigmas =
+            sigmas.chain(self.views.iter().map(|(_, s)| ("stage sigma of a view", *s, true)));
+        for (setting, value, zero) in sigmas {
+            if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero) {
+                let need = if zero { "a number that is 0 or more" } else { "a number above 0" };
+                return Err(Error::Setting {
+                    setting: setting.into(),
+                    value: value.to_string(),
+                    need: format!("{need}, in the data's unit (radians for rotations)"),
+                });
+            }
+        }
+        match self.views.iter().find(|(name, _)| !data.views.contains(name)) {
+            Some((name, _)) => Err(Error::UnknownName {
+                kind: "view",
+                name: name.clone(),
+                known: data.views.clone(),
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Where one chart stood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewOffset {
+    /// The view's name, or the layer's.
+    pub view: String,
+    /// Where the middle of its points stood less where it was said to stand, in world units.
+    pub offset: [f64; 3],
+    /// By how much the chart was turned about that middle: a rotation vector along the world's axes,
+    /// in radians.
+    pub rotation: [f64; 3],
+    /// Standard deviation of `offset`, with what cannot be seen.
+    pub sigma: [f64; 3],
+    /// The part of `offset` that the pixels show: what is left when the best affine function of the
+    /// place over all views is taken away.
+    pub observable: [f64; 3],
+    /// Standard deviation of `observable`.
+    pub observable_sigma: [f64; 3],
+}
+
+/// Whether the charts stood elsewhere at all.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Significance {
+    /// Sum of squares of what the pixels say against the places as given, in standard deviations:
+    /// about `degrees` if the charts stood where they were said to. Less by as much as the cameras
+    /// contradict each other.
+    pub chi_square: f64,
+    /// In how many directions the pixels say more than the prior did.
+    pub degrees: usize,
+    /// The standard deviation of the places (world units, each axis) that explains this best; 0 where
+    /// the pixels' noise does.
+    pub estimated_sigma: f64,
+}
+
+impl Significance {
+    /// Whether chance is out of the question: five standard deviations of the chi-square beyond its
+    /// mean, which leaves room for noise that is not quite normal.
+    #[must_use]
+    pub fn is_clear(&self) -> bool {
+        let degrees = self.degrees as f64;
+        self.degrees > 0 && self.chi_square > degrees + 5.0 * (2.0 * degrees).sqrt()
+    }
+}
+
+/// Charts put where they stood.
+#[derive(Clone, Debug)]
+pub struct SolvedStage {
+    /// One entry a view that has points, in the order of the data.
+    pub offsets: Vec<ViewOffset>,
+    /// The data with world places corrected.
+    pub data: Dataset,
+    /// Whether that was worth it.
+    pub significance: Significance,
+    /// Standard deviation of one pixel coordinate, a camera each, that neither the camera nor any
+    /// place of its charts explains.
+    pub pixel_noise: Vec<f64>,
+    /// How much the cameras disagree on where the charts stood: chi-square a degree of freedom, about
+    /// 1 where nothing but noise parts them. All sigmas above are widened by its root where it is more
+    /// than 1.
+    pub disagreement: f64,
+    /// Rounds of adjustment until the charts stood still.
+    pub rounds: usize,
+}
+
+/// Solves for where the charts of `data` stood, together with the cameras, under `prior`. Views are
+/// taken by name; where the file has none, layers of points on a common level of one axis are.
+///
+/// Gross outliers bend the result as they bend any fit: set them aside before.
+///
+/// # Errors
+///
+/// [`Error::Setting`] and [`Error::UnknownName`] for a prior that means nothing,
+/// [`Error::Degenerate`] for fewer than three views or points in no layers (nothing can be seen of
+/// where charts stood then), [`Error::TooFew`] for cameras that saw next to nothing,
+/// [`Error::Cancelled`].
+pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Result<SolvedStage> {
+    prior.check(data)?;
+    let placements = charts::placements(data)?;
+    let charts = charts::loose(&placements, prior);
+    let sights = Sight::of_all(data, &placements);
+    let mut joint = Joint::new(&sights, charts, progress)?;
+    let rounds = joint.settle(prior.rotation_sigma.is_none(), progress)?;
+    let covariance = joint.covariance().ok_or_else(joint::lost)?;
+    let offsets = observable::offsets(&placements, &joint.charts, &covariance);
+    Ok(SolvedStage {
+        offsets,
+        data: charts::moved(data, &placements, &joint.charts),
+        significance: observable::significance(&joint, prior.offset_sigma),
+        pixel_noise: joint.pixel_noise(),
+        disagreement: joint.disagreement,
+        rounds,
+    })
+}
+
+/// The share of the views' extent that [`suspect`] supposes as standard deviation of their places:
+/// two millimetres over a metre, more than any ruler's. What it estimates hardly depends on it.
+const SUPPOSED: f64 = 2e-3;
+
+/// Whether data look as if charts had not stood where they were said to, and by how much, without
+/// solving for it: one adjustment, no iteration.
+///
+/// # Errors
+///
+/// As [`solve`].
+pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> {
+    let placements = charts::placements(data)?;
+    let sigma = SUPPOSED * Placement::extent(&placements);
+    let charts = charts::loose(&placements, &StagePrior::of(sigma));
+    let sights = Sight::of_all(data, &placements);
+    let joint = Joint::new(&sights, charts, progress)?;
+    Ok(observable::significance(&joint, sigma))
+}

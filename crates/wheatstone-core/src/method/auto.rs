@@ -1,0 +1,264 @@
+//! The method that chooses a method: each candidate is fitted without one view (or slab of space)
+//! after the other, and the one whose located points lie nearest to their places is fitted to all.
+//!
+//! Nearly equal candidates are told apart by simplicity: fewer freedoms have fewer ways to go wrong
+//! where there was no exam.
+
+use super::{AnyMethod, Choice, Fit, Method, depth_is_observable, only_default};
+use crate::{
+    Error, Result,
+    dataset::{
+        Dataset,
+        split::{Fold, fewest_layers, folds, folds_across},
+    },
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::{
+    progress::{Muted, Progress},
+    statistics::root_mean_square,
+};
+
+/// There is nothing to set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Auto {}
+
+/// The candidates, the simplest first.
+const CANDIDATES: [&str; 5] = ["dlt", "brown", "kannala-brandt", "soloff", "neural-camera"];
+
+/// Those of them whose rays are straight. Where points lie in few layers, any other can say between
+/// the layers what nothing contradicts.
+const STRAIGHT: [&str; 4] = ["dlt", "brown", "kannala-brandt", "neural-camera"];
+
+/// Every method that a comparison can speak for, the simplest first.
+pub const BY_SIMPLICITY: [&str; 8] = [
+    "dlt",
+    "tsai",
+    "brown",
+    "kannala-brandt",
+    "soloff",
+    "neural-camera",
+    "network",
+    "interpolation",
+];
+
+/// Tried beside them where even the best errs by more than it says: it takes ten times as long.
+const SECOND_OPINION: &str = "network";
+
+/// A simpler method is taken when its error is within this factor of the least. The errors of two
+/// sound methods on the same few hundred points differ by one percent by chance.
+const MARGIN: f64 = 1.02;
+
+/// Errors this many times those that a method's own error bars predict ask for a second opinion.
+const HONEST: f64 = 1.25;
+
+/// With fewer views or layers than this, leaving one out says more of their lack than of the method:
+/// slabs across the views are then left out too, and only methods with straight rays are tried.
+const FEW: usize = 5;
+
+/// How a candidate did on what was left out.
+#[derive(Clone, Debug)]
+pub struct Score<'a> {
+    /// The candidate.
+    pub method: &'a str,
+    /// Root mean square error on each fold, in world units.
+    pub folds: Vec<f64>,
+    /// Root mean square of the errors over what the error bars predict.
+    pub surprise: f64,
+    /// Points located.
+    pub located: usize,
+}
+
+/// Sums over the points of one fold.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    squares: f64,
+    surprise: f64,
+    located: usize,
+}
+
+/// Fits without the fold, and adds up the errors on it.
+fn examine(
+    method: &AnyMethod,
+    data: &Dataset,
+    fold: &Fold,
+    (seed, progress): (u64, &dyn Progress),
+) -> Result<Tally> {
+    let (train, exam) = fold.divide(data);
+    let fit = method.fit_part_checked(&train, None, seed, progress)?;
+    let mut tally = Tally::default();
+    for (world, row) in exam.known() {
+        let Some(found) = fit.reconstructor.locate(&row.pixels) else { continue };
+        let error = found.point - world;
+        tally.squares += error.norm_squared();
+        if let Some(inverse) = found.covariance.try_inverse() {
+            tally.surprise += error.dot(&(inverse * error)) / 3.0;
+        }
+        tally.located += 1;
+    }
+    Ok(tally)
+}
+
+/// How each candidate does; those that cannot be fitted without some fold are left out.
+fn scores(
+    names: &[&'static str],
+    data: &Dataset,
+    folds: &[Fold],
+    (seed, progress): (u64, &dyn Progress),
+) -> Result<Vec<Score<'static>>> {
+    let methods =
+        names.iter().map(|name| AnyMethod::named(name)).collect::<Result<Vec<AnyMethod>>>()?;
+    let tallies: Vec<Result<Tally>> = (0..methods.len() * folds.len())
+        .into_par_iter()
+        .map(|task| {
+            let (method, fold) = (&methods[task / folds.len()], &folds[task % folds.len()]);
+            examine(method, data, fold, (seed, &Muted(progress)))
+        })
+        .collect();
+    progress.check()?;
+    let score = |(name, tallies): (&&'static str, &[Result<Tally>])| {
+        let (mut surprise, mut located, mut rms) = (0.0, 0, Vec::new());
+        for tally in tallies {
+            let tally = tally.as_ref().ok().filter(|tally| tally.located > 0)?;
+            rms.push((tally.squares / tally.located as f64).sqrt());
+            surprise += tally.surprise;
+            located += tally.located;
+        }
+        let surprise = (surprise / f64::max(located as f64, 1.0)).sqrt();
+        Some(Score { method: name, folds: rms, surprise, located })
+    };
+    Ok(names.iter().zip(tallies.chunks(folds.len())).filter_map(score).collect())
+}
+
+/// The simplest of those that are nearly best, of scores on the same folds ordered by simplicity.
+/// Errors are compared fold by fold, as ratios, so that far and near views count alike; methods that
+/// leave out more than a hundredth of the points that others locate are not considered.
+#[must_use]
+pub fn simplest_near_best<'a>(scores: &[Score<'a>]) -> Option<&'a str> {
+    let most = scores.iter().map(|score| score.located).max()?;
+    let whole: Vec<&Score> =
+        scores.iter().filter(|score| 100 * score.located >= 99 * most).collect();
+    let least_of_fold = |fold: usize| {
+        whole
+            .iter()
+            .filter_map(|score| score.folds.get(fold))
+            .copied()
+            .fold(f64::INFINITY, f64::min)
+    };
+    // Mean logarithm of the ratio to the best on each fold.
+    let behind = |score: &Score| {
+        let ratios = score.folds.iter().enumerate().map(|(fold, rms)| {
+            libm::log(rms.max(f64::MIN_POSITIVE) / least_of_fold(fold).max(f64::MIN_POSITIVE))
+        });
+        ratios.sum::<f64>() / score.folds.len() as f64
+    };
+    let least = whole.iter().map(|score| behind(score)).fold(f64::INFINITY, f64::min);
+    let near = |score: &&&Score| behind(score) <= least + libm::log(MARGIN);
+    whole.iter().find(near).map(|score| score.method)
+}
+
+impl Method for Auto {
+    fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        let mut folds = folds(train);
+        let few = folds.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
+        if few {
+            folds.extend(folds_across(train));
+        }
+        // What is left without a fold must still tell depth: without one wing of a V it does not.
+        folds.retain(|fold| depth_is_observable(&fold.divide(train).0).is_ok());
+        let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
+        let mut tried = if folds.len() < 2 {
+            Vec::new()
+        } else {
+            scores(candidates, train, &folds, (seed, progress))?
+        };
+        let best = simplest_near_best(&tried);
+        let honest = |score: &Score| Some(score.method) == best && score.surprise < HONEST;
+        if !few && !tried.is_empty() && !tried.iter().any(honest) {
+            tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
+        }
+        let Some(chosen) = simplest_near_best(&tried) else {
+            return without_an_exam(train, seed, progress);
+        };
+        let mut fit = AnyMethod::named(chosen)?.fit(train, seed, progress)?;
+        let held_out: Vec<(&str, f64)> =
+            tried.iter().map(|score| (score.method, root_mean_square(&score.folds))).collect();
+        fit.choice = Some(Choice {
+            chosen: chosen.into(),
+            reason: reason(chosen, &held_out, &train.unit),
+            held_out_rms: held_out.iter().map(|(name, rms)| ((*name).into(), *rms)).collect(),
+        });
+        Ok(fit)
+    }
+
+    fn summary(&self) -> &'static str {
+        "tries the others on views left out and takes the simplest of the best"
+    }
+
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        only_default(self, name)
+    }
+}
+
+/// Why `chosen` was, in one sentence.
+fn reason(chosen: &str, held_out: &[(&str, f64)], unit: &str) -> String {
+    let own = held_out.iter().find(|score| score.0 == chosen).map_or(f64::NAN, |score| score.1);
+    let others = held_out.iter().filter(|score| score.0 != chosen);
+    match others.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((other, rms)) => format!(
+            "{own:.4} {unit} rms on what was left out, the simplest of the best fold by fold; {other} comes to {rms:.4}"
+        ),
+        None => format!("{own:.4} {unit} rms on what was left out; nothing else could be fitted"),
+    }
+}
+
+/// Too few views to leave one out: the most general method that can be fitted at all, of those that
+/// keep straight rays where there are no points.
+fn without_an_exam(train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
+    let mut last = Error::Cancelled;
+    for name in ["brown", "dlt"] {
+        progress.check()?;
+        match AnyMethod::named(name)?.fit(train, seed, progress) {
+            Ok(mut fit) => {
+                fit.choice = Some(Choice {
+                    chosen: name.into(),
+                    reason: "there are too few views to leave one out, so nothing was compared"
+                        .into(),
+                    held_out_rms: Vec::new(),
+                });
+                return Ok(fit);
+            }
+            Err(e) => last = e,
+        }
+    }
+    Err(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Score, simplest_near_best};
+
+    fn score(method: &str, folds: [f64; 2], located: usize) -> Score<'_> {
+        Score { method, folds: folds.to_vec(), surprise: 1.0, located }
+    }
+
+    #[test]
+    fn simplicity_wins_ties_and_completeness_comes_first() {
+        let dlt = score("dlt", [1.5, 1.5], 100);
+        let neural = score("neural-camera", [1.0, 1.0], 100);
+        let near = [dlt.clone(), score("brown", [1.01, 1.02], 100), neural.clone()];
+        assert_eq!(simplest_near_best(&near), Some("brown"));
+        let behind = [dlt.clone(), score("brown", [1.0, 1.1], 100), neural];
+        assert_eq!(simplest_near_best(&behind), Some("neural-camera"));
+        let partial = [dlt, score("network", [0.5, 0.5], 60)];
+        assert_eq!(simplest_near_best(&partial), Some("dlt"));
+        assert_eq!(simplest_near_best(&[]), None);
+    }
+
+    #[test]
+    fn a_distant_view_does_not_outvote_the_near_ones() {
+        let scores = [score("dlt", [0.2, 10.0], 50), score("brown", [0.1, 10.1], 50)];
+        assert_eq!(simplest_near_best(&scores), Some("brown"));
+    }
+}

@@ -1,0 +1,103 @@
+//! Fisheye cameras after Kannala and Brandt, fitted by bundle adjustment to known points; then
+//! triangulation.
+//!
+//! Source: Kannala & Brandt 2006 (doi:10.1109/TPAMI.2006.153), in the form of
+//! [`crate::camera::kannala_brandt`]; adjustment and choice of terms as in the module on fitting
+//! cameras.
+
+use super::{
+    AnyMethod, Fit, FittedCameras, Method,
+    camera_fit::Ladder,
+    camera_start::{Lens, starts},
+    unknown,
+};
+use crate::{
+    Error, Result,
+    camera::{kannala_brandt::KannalaBrandt as Model, pinhole::Pinhole},
+    dataset::Dataset,
+    geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
+};
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::progress::Progress;
+
+/// Which terms of the radius a camera may have, beside focal lengths and principal point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct KannalaBrandt {
+    /// How many of k1 to k4: 0 to 4.
+    pub terms: usize,
+    /// Whether each camera may do with fewer, where more would not predict better.
+    pub choose: bool,
+}
+
+impl Default for KannalaBrandt {
+    fn default() -> Self {
+        Self { terms: 4, choose: true }
+    }
+}
+
+/// Fisheye cameras and their noise.
+pub type KannalaBrandtReconstructor = FittedCameras<Model>;
+
+impl KannalaBrandt {
+    const PRESETS: &'static [&'static str] = &["default", "fixed"];
+
+    fn ladder(&self) -> Ladder {
+        let least = if self.choose { 0 } else { self.terms };
+        let rungs: Vec<Vec<usize>> =
+            (least..=self.terms).map(|terms| (0..4 + terms).collect()).collect();
+        Ladder { method: "kannala-brandt", rungs }
+    }
+}
+
+/// Cameras from which an adjustment to these pairs may start, for lenses from telephoto to fisheye:
+/// lens, rotation (determinant -1 for a mirrored camera) and translation.
+pub(crate) fn starting_cameras(pairs: &[(Point3, Pixel)]) -> Vec<(Model, Matrix3<f64>, Vector3)> {
+    let Some(linear) = ProjectionMatrix::fit(pairs) else { return Vec::new() };
+    let found = starts::<Model>(pairs, &linear).into_iter();
+    found.map(|camera| (camera.model, camera.rotation, camera.translation)).collect()
+}
+
+impl Lens for Model {
+    fn ideal(pinhole: Pinhole, first: f64) -> Self {
+        Self { pinhole, coefficients: [first, 0.0, 0.0, 0.0] }
+    }
+
+    fn pinhole(&self) -> Pinhole {
+        self.pinhole
+    }
+
+    fn undistorted(radius: f64, depth: f64) -> Option<f64> {
+        Some(libm::atan2(radius, depth))
+    }
+}
+
+impl Method for KannalaBrandt {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        if self.terms > 4 {
+            return Err(Error::Setting {
+                setting: "terms".into(),
+                value: self.terms.to_string(),
+                need: "0 to 4".into(),
+            });
+        }
+        self.ladder().fit::<Model>(train, progress)
+    }
+
+    fn summary(&self) -> &'static str {
+        "fisheye cameras, bundle adjusted, then triangulation (2006)"
+    }
+
+    fn presets(&self) -> &'static [&'static str] {
+        Self::PRESETS
+    }
+
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        match name {
+            "default" => Ok(Self::default().into()),
+            "fixed" => Ok(Self { choose: false, ..Self::default() }.into()),
+            _ => Err(unknown("preset", name, Self::PRESETS)),
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! Cameras made ready for many points: where their rays meet, a block at a time in vector registers.
+
+use super::{
+    patches::{Patches, TOLD},
+    plan::{FormulaCameras, Formulas, PlacedCamera},
+    sheet::{Part, Sheet},
+};
+use crate::{
+    geometry::{
+        Pixel, PixelColumns,
+        meeting::{
+            ALONG, BENT, Cameras, Meeting, PLAIN, Polynomials, SCALED, Sighting, Sightings,
+            StraightCamera, spread,
+        },
+    },
+    method::PixelNoise,
+};
+use wheatstone_numeric::{
+    lines::ask_ahead,
+    number::{Doubles, Number, Pair, registers, registers_mut},
+    simd::{Simd, WithSimd, on_widest},
+};
+
+/// Points worked on at once: their numbers stay in the nearest cache.
+const BLOCK: usize = 128;
+
+/// Cameras with their lenses in patches.
+pub(super) struct Rig<'a> {
+    pub(super) cameras: Vec<PlacedCamera<'a>>,
+    straight: Cameras,
+    /// What they are where they are formulas, and how pixels scatter about each.
+    formulas: Option<(Formulas, Vec<&'a PixelNoise>)>,
+    /// None for cameras without a lens.
+    pub(super) patches: Vec<Option<Patches>>,
+    /// For each camera the part of the picture that was last tried, and the sheet over it.
+    sheets: Vec<Option<(Part, Option<Sheet>)>>,
+}
+
+/// Where the figures of points go, column by column, those that are wanted; not numbers where the rays'
+/// meeting is not known.
+pub(super) struct Met<'p> {
+    pub(super) point: Option<[&'p mut [f64]; 3]>,
+    /// Root mean square over pixel coordinates.
+    pub(super) residual: &'p mut [f64],
+    /// To the first camera.
+    pub(super) nearness: &'p mut [f64],
+}
+
+impl<'a> Rig<'a> {
+    pub(super) fn new(cameras: Vec<PlacedCamera<'a>>) -> Self {
+        let patches = |camera: &PlacedCamera| camera.sees.is_some().then(|| Patches::new(camera));
+        Self {
+            straight: straight(&cameras),
+            formulas: None,
+            patches: cameras.iter().map(patches).collect(),
+            sheets: cameras.iter().map(|_| None).collect(),
+            cameras,
+        }
+    }
+
+    /// Of cameras that are formulas.
+    pub(super) fn of_formulas(given: FormulaCameras<'a>) -> Self {
+        Self { formulas: Some((given.formulas, given.noise)), ..Self::new(given.placed) }
+    }
+
+    /// Where points are.
+    pub(super) fn meet(&self, pixels: &PixelColumns, met: Met) {
+        if pixels.cameras().len() == self.cameras.len() && self.cameras.len() <= MOST_CAMERAS {
+            on_widest(Pass { rig: self, pixels, met });
+        } else {
+            met.residual.fill(f64::NAN);
+        }
+    }
+
+    /// How sure points are, where cameras say that themselves: covariances, and what residuals to expect.
+    pub(super) fn spread(
+        &self,
+        (pixels, points): (&PixelColumns, [&[f64]; 3]),
+        covariance: &mut [&mut [f64]; 6],
+        residual_sigma: &mut [f64],
+    ) {
+        let Some((formulas, noise)) = &self.formulas else { return };
+        let variances =
+            noise.iter().zip(pixels.cameras()).map(|(noise, seen)| noise.variances(*seen));
+        let variances: Vec<Vec<f64>> = variances.collect();
+        if variances.len() != noise.len() {
+            return;
+        }
+        let at = (points, variances.as_slice());
+        match formulas {
+            Formulas::Matrices(matrices) => spread(matrices, at, covariance, residual_sigma),
+            Formulas::Polynomials(polynomials) => {
+                spread(polynomials, at, covariance, residual_sigma);
+            }
+        }
+    }
+
+    /// Whether cameras say themselves how sure points are.
+    pub(super) fn knows_spread(&self) -> bool {
+        self.formulas.is_some()
+    }
+
+    /// Makes sheets over where there are patches.
+    pub(super) fn cover(&mut self) {
+        let lenses = self.cameras.iter().zip(&self.patches);
+        for ((camera, patches), sheet) in lenses.zip(&mut self.sheets) {
+            let covered = patches.as_ref().and_then(Patches::covered);
+            let tried = sheet.as_ref().map(|(part, _)| *part);
+            if let (Some(part), true) = (covered, covered != tried) {
+                *sheet = Some((part, Sheet::new(camera, part)));
+            }
+        }
+    }
+
+    /// The patches that a point asks for and that are not made yet: camera and slot.
+    pub(super) fn missing(
+        &self,
+        pixels: impl Iterator<Item = Option<Pixel>>,
+    ) -> impl Iterator<Item = (usize, u32)> {
+        let asked = self.patches.iter().zip(pixels).enumerate();
+        asked.filter_map(|(camera, (patches, pixel))| {
+            Some((camera, patches.as_ref()?.missing(pixel?)?))
+        })
+    }
+}
+
+/// Cameras by their projective ones.
+fn straight(cameras: &[PlacedCamera]) -> Cameras {
+    let straight = |camera: &PlacedCamera| {
+        let row = |row: usize| [0, 1, 2, 3].map(|column| camera.projection.0[(row, column)]);
+        StraightCamera {
+            rows: [0, 1, 2].map(row),
+            nearness: camera.nearness[0],
+            weight: camera.weight,
+            range: range(camera),
+        }
+    };
+    Cameras::new(cameras.iter().map(straight).collect())
+}
+
+/// The nearness of points for which a camera's patches hold.
+fn range(camera: &PlacedCamera) -> [f64; 2] {
+    // Patches are tried over the range itself; a parabola goes on a little beyond.
+    const BEYOND: f64 = 1.2;
+    let [middle, half] = camera.nearness;
+    if camera.is_central {
+        [0.0, f64::INFINITY]
+    } else {
+        [(middle - BEYOND * half).max(0.0), middle + BEYOND * half]
+    }
+}
+
+/// One run through columns.
+struct Pass<'a, 'p> {
+    rig: &'a Rig<'a>,
+    pixels: &'a PixelColumns<'a>,
+    met: Met<'p>,
+}
+
+/// More cameras than this are not made ready: nobody has them.
+pub(super) const MOST_CAMERAS: usize = 32;
+
+/// What is told of a block of points by one camera; as caches have their lines, or every second register would lie
+/// across two of them.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Told([[f64; BLOCK]; TOLD]);
+
+impl WithSimd for Pass<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rig, pixels, mut met } = self;
+        // Cameras without a lens see a step on the plane as a step in the picture.
+        let mut told = vec![Told([[0.0; BLOCK]; TOLD]); rig.cameras.len()];
+        for Told(told) in &mut told {
+            (told[2], told[5]) = ([1.0; BLOCK], [1.0; BLOCK]);
+        }
+        let mut out = [[0.0; BLOCK]; 5];
+        for start in (0..pixels.points()).step_by(BLOCK) {
+            let length = BLOCK.min(pixels.points() - start);
+            for (index, (Told(told), [x, y])) in told.iter_mut().zip(pixels.cameras()).enumerate() {
+                let (x, y) = (&x[start..start + length], &y[start..start + length]);
+                ask_ahead(x);
+                ask_ahead(y);
+                look(simd, (rig, index), (x, y), told);
+            }
+            // Whole blocks are written where they belong, the last one by way of `out`.
+            let mut columns = out.each_mut().map(|column| &mut column[..]);
+            if length == BLOCK {
+                for (column, own) in columns.iter_mut().zip(met.point.iter_mut().flatten()) {
+                    *column = &mut own[start..start + length];
+                    ask_ahead(column);
+                }
+                columns[3] = &mut met.residual[start..start + length];
+                columns[4] = &mut met.nearness[start..start + length];
+            }
+            let lenses = || rig.cameras.iter().zip(&rig.patches).filter(|(_, lens)| lens.is_some());
+            let lens = (told.as_slice(), columns);
+            if lenses().any(|(camera, _)| !camera.is_central) {
+                meet_block::<S, { SCALED | ALONG | BENT }>(simd, rig, lens);
+            } else if lenses().next().is_some() {
+                meet_block::<S, SCALED>(simd, rig, lens);
+            } else {
+                meet_block::<S, PLAIN>(simd, rig, lens);
+            }
+            if length < BLOCK {
+                let points = met.point.iter_mut().flatten().zip(&out);
+                let [.., residual, nearness] = &out;
+                let rays = [(&mut met.residual, residual), (&mut met.nearness, nearness)];
+                for (column, out) in points.chain(rays) {
+                    column[start..start + length].copy_from_slice(&out[..length]);
+                }
+            }
+        }
+    }
+}
+
+/// Where the rays of a block of points meet.
+#[inline(always)]
+fn meet_block<S: Simd, const KIND: u8>(
+    simd: S,
+    rig: &Rig,
+    (told, mut columns): (&[Told], [&mut [f64]; 5]),
+) {
+    let zero = Doubles(simd, simd.splat_f64s(0.0));
+    let share = zero.all(1.0 / (2 * rig.cameras.len()) as f64);
+    // Two registers at a time: there is much that waits for one number.
+    for group in (0..registers::<S>(columns[0]).len()).step_by(2) {
+        let (told, zeros) = (Groups { simd, told, group }, Pair([zero, zero]));
+        let mut met = rig.straight.meet::<_, KIND>(&told, zeros);
+        if let (PLAIN, Some((Formulas::Polynomials(polynomials), _))) = (KIND, &rig.formulas) {
+            met = refined(polynomials, &told, met);
+        }
+        let Meeting { point: [x, y, z], squares, nearness } = met;
+        let residual = (squares * Pair([share, share])).root();
+        for (column, Pair(pair)) in columns.iter_mut().zip([x, y, z, residual, nearness]) {
+            for (place, value) in registers_mut::<S>(column)[group..].iter_mut().zip(pair) {
+                *place = value.1;
+            }
+        }
+    }
+}
+
+/// Where polynomials have the points, a register at a time: they fill all registers.
+#[inline(always)]
+fn refined<S: Simd>(
+    polynomials: &Polynomials,
+    told: &Groups<S>,
+    mut met: Meeting<Pair<Doubles<S>>>,
+) -> Meeting<Pair<Doubles<S>>> {
+    for place in 0..2 {
+        let [Pair(x), Pair(y), Pair(z)] = met.point;
+        let Pair(nearness) = met.nearness;
+        let start = Meeting {
+            point: [x[place], y[place], z[place]],
+            squares: nearness[place],
+            nearness: nearness[place],
+        };
+        let found = polynomials.refine(&Half { told, place }, start);
+        for (Pair(pair), value) in met.point.iter_mut().zip(found.point) {
+            pair[place] = value;
+        }
+        met.squares.0[place] = found.squares;
+    }
+    met
+}
+
+/// Where the points of the first register or of the second are seen.
+struct Half<'a, 'b, S> {
+    told: &'a Groups<'b, S>,
+    place: usize,
+}
+
+impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
+    #[inline(always)]
+    fn of(&self, camera: usize) -> Sighting<Doubles<S>> {
+        let (simd, place) = (self.told.simd, self.told.group + self.place);
+        let zero = Doubles(simd, simd.splat_f64s(0.0));
+        let mut at = [zero; 2];
+        let Told(told) = &self.told.told[camera];
+        for (value, told) in at.iter_mut().zip(told) {
+            value.1 = registers::<S>(told)[place];
+        }
+        Sighting { at, along: [zero; 2], bend: [zero; 2], scale: [zero; 4] }
+    }
+}
+
+/// What is told of two registers full of points.
+struct Groups<'a, S> {
+    simd: S,
+    told: &'a [Told],
+    group: usize,
+}
+
+impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
+    #[inline(always)]
+    fn of(&self, camera: usize) -> Sighting<Pair<Doubles<S>>> {
+        let Told(told) = &self.told[camera];
+        let zero = Doubles(self.simd, self.simd.splat_f64s(0.0));
+        let mut all = [Pair([zero, zero]); TOLD];
+        for (told, pair) in told.iter().zip(&mut all) {
+            for (register, place) in registers::<S>(told)[self.group..].iter().zip(&mut pair.0) {
+                place.1 = *register;
+            }
+        }
+        let [x, y, a, b, c, d, along_x, along_y, bend_x, bend_y] = all;
+        Sighting {
+            at: [x, y],
+            along: [along_x, along_y],
+            bend: [bend_x, bend_y],
+            scale: [a, b, c, d],
+        }
+    }
+}
+
+/// Where a camera's pixels look.
+#[inline(always)]
+fn look<S: Simd>(
+    simd: S,
+    (rig, index): (&Rig, usize),
+    (x, y): (&[f64], &[f64]),
+    told: &mut [[f64; BLOCK]; TOLD],
+) {
+    let sheet = rig.sheets[index].as_ref().and_then(|(_, sheet)| sheet.as_ref());
+    match &rig.patches[index] {
+        None => {
+            told[0][..x.len()].copy_from_slice(x);
+            told[1][..y.len()].copy_from_slice(y);
+        }
+        Some(patches) if rig.cameras[index].is_central => {
+            look_through::<S, false>(simd, (patches, sheet), [x, y], told);
+        }
+        Some(patches) => look_through::<S, true>(simd, (patches, sheet), [x, y], told),
+    }
+}
+
+/// Where a camera with a lens looks: by its sheet, and by its patches where that does not reach.
+#[inline(always)]
+fn look_through<S: Simd, const CURVED: bool>(
+    simd: S,
+    (patches, sheet): (&Patches, Option<&Sheet>),
+    [x, y]: [&[f64]; 2],
+    told: &mut [[f64; BLOCK]; TOLD],
+) {
+    if let Some(sheet) = sheet {
+        sheet.tell::<S, BLOCK, CURVED>(simd, [x, y], told);
+        let mut all = true;
+        for (x, y) in x.iter().zip(y) {
+            all &= sheet.holds(*x, *y);
+        }
+        if all {
+            return;
+        }
+    }
+    for (lane, (x, y)) in x.iter().zip(y).enumerate() {
+        if sheet.is_none_or(|sheet| !sheet.holds(*x, *y)) {
+            patches.look::<S, BLOCK, CURVED>(simd, (*x, *y, lane), told);
+        }
+    }
+}

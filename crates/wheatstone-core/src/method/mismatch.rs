@@ -1,0 +1,194 @@
+//! Whether pixels belong together: whether their rays miss each other by more than noise makes them.
+
+use super::{Located, Places, Reconstructor, locate_all};
+use crate::geometry::{Pixel, PixelColumns};
+use wheatstone_numeric::statistics::chi_square_upper_quantile;
+
+/// No detector or matcher is better than this many pixels (sub-pixel detectors end at a hundredth), so
+/// that what misses by less is no sign of a wrong match, whatever the fit's own points say.
+const LEAST_SIGMA: f64 = 0.01;
+
+/// How far rays of a true match may miss each other, worked out once for all points.
+#[derive(Clone, Debug)]
+pub struct MismatchTest {
+    /// The largest residual over the standard deviation of a pixel coordinate, by the number of cameras that
+    /// saw the point.
+    largest: Vec<f64>,
+}
+
+impl MismatchTest {
+    /// One that calls a true match of at most so many cameras a false one with probability `rate` at most. A
+    /// point takes three of the two numbers of each of `n` cameras that saw it, so that
+    /// `2 n residual^2 / sigma^2` is chi-square with `2 n - 3` degrees of freedom. Errors from rounding are
+    /// bounded, which keeps the rate lower still.
+    #[must_use]
+    pub fn new(rate: f64, cameras: usize) -> Self {
+        let largest = |seen: usize| match 2 * seen {
+            0..=3 => f64::INFINITY,
+            numbers => (chi_square_upper_quantile(rate, numbers - 3) / numbers as f64).sqrt(),
+        };
+        Self { largest: (0..=cameras).map(largest).collect() }
+    }
+
+    /// The residual, in pixels, that a true match exceeds with the test's rate at most, where the standard
+    /// deviation of a pixel coordinate is `sigma`. Infinite for fewer than two cameras.
+    #[must_use]
+    pub fn largest_residual(&self, sigma: f64, cameras_seen: usize) -> f64 {
+        sigma.max(LEAST_SIGMA) * self.largest.get(cameras_seen).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether a located point's residual is larger than chance makes it. A residual that does not exist
+    /// (NaN) says nothing.
+    #[must_use]
+    pub fn is_mismatch(&self, found: &Located, cameras_seen: usize) -> bool {
+        found.residual > self.largest_residual(found.residual_sigma, cameras_seen)
+    }
+
+    /// Whether each of many points' residuals is larger than chance makes it, as
+    /// [`MismatchTest::is_mismatch`] has it. All are false where no residuals were asked for.
+    #[must_use]
+    pub fn mismatches(&self, pixels: &PixelColumns, places: &Places) -> Vec<bool> {
+        let mut seen = vec![0_u16; pixels.points()];
+        for [x, y] in pixels.cameras() {
+            for (seen, (x, y)) in seen.iter_mut().zip(x.iter().zip(*y)) {
+                *seen += u16::from(!(x.is_nan() | y.is_nan()));
+            }
+        }
+        let residuals = places.residual.iter().zip(&places.residual_sigma);
+        let mut found: Vec<bool> = seen
+            .iter()
+            .zip(residuals)
+            .map(|(seen, (residual, sigma))| {
+                *residual > self.largest_residual(*sigma, usize::from(*seen))
+            })
+            .collect();
+        found.resize(pixels.points(), false);
+        found
+    }
+}
+
+/// What share of points seen by two cameras or more have pixels that do not belong together: they
+/// miss each other, or meet nowhere. `None` where there are no such points.
+#[must_use]
+pub fn mismatched_share(
+    reconstructor: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+    rate: f64,
+) -> Option<f64> {
+    let test = MismatchTest::new(rate, reconstructor.cameras());
+    let (mut seen, mut wrong) = (0_u32, 0_u32);
+    for (row, found) in pixels.iter().zip(locate_all(reconstructor, pixels)) {
+        let cameras = row.iter().flatten().count();
+        if cameras >= 2 {
+            seen += 1;
+            wrong += u32::from(found.is_none_or(|found| test.is_mismatch(&found, cameras)));
+        }
+    }
+    (seen > 0).then(|| f64::from(wrong) / f64::from(seen))
+}
+
+/// The two cameras whose exchange makes most pixels belong together, where hardly any do as they are
+/// given. Nothing is said of fewer than eight points.
+#[must_use]
+pub fn exchanged_cameras(
+    reconstructor: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+    rate: f64,
+) -> Option<(usize, usize)> {
+    const LEAST_POINTS: usize = 8;
+    // A quarter may be ordinary mismatches.
+    const MOST_LEFT: f64 = 0.25;
+    if pixels.len() < LEAST_POINTS || mismatched_share(reconstructor, pixels, rate)? < 0.75 {
+        return None;
+    }
+    let cameras = reconstructor.cameras();
+    let pairs = (0..cameras).flat_map(|a| (a + 1..cameras).map(move |b| (a, b)));
+    pairs
+        .filter_map(|(a, b)| {
+            let mut exchanged = pixels.to_vec();
+            exchanged.iter_mut().for_each(|row| row.swap(a, b));
+            Some(((a, b), mismatched_share(reconstructor, &exchanged, rate)?))
+        })
+        .filter(|(_, share)| *share < MOST_LEFT)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(pair, _)| pair)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::method::AnyMethod;
+    use wheatstone_charts::chart::line_grid::LineGrid;
+    use wheatstone_numeric::progress::Silent;
+    use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences};
+
+    #[test]
+    fn true_matches_are_called_false_at_the_stated_rate_or_less() {
+        for (cameras, noise) in
+            [(2, Noise::Normal(0.1)), (2, Noise::Quantised), (4, Noise::Normal(0.3))]
+        {
+            let rig = Rig::named("paper", cameras).unwrap();
+            let chart = LineGrid::default().into();
+            let views = Stage::default().views().unwrap();
+            let train = chart_correspondences(&rig, &chart, &views, (noise, 3), None);
+            let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+            let fit = &*fit.reconstructor;
+            let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 4), 10_000);
+            for rate in [0.01_f64, 0.001] {
+                let test = MismatchTest::new(rate, cameras);
+                let flagged = exam
+                    .correspondences
+                    .iter()
+                    .filter(|row| test.is_mismatch(&fit.locate(&row.pixels).unwrap(), cameras));
+                let (count, expected) = (flagged.count() as f64, 10_000.0 * rate);
+                // Four standard deviations of a count, and that of sigma's own error.
+                let most = expected * 1.25 + 4.0 * expected.sqrt();
+                assert!(count <= most, "{cameras}, {noise}: {count} at {rate}");
+                let least = if noise == Noise::Quantised { 0.0 } else { 0.5 * expected - 3.0 };
+                assert!(count >= least, "{cameras}, {noise}: {count} at {rate}");
+            }
+        }
+    }
+
+    #[test]
+    fn false_matches_are_told() {
+        let rig = Rig::named("paper", 2).unwrap();
+        let (chart, noise) = (LineGrid::default().into(), Noise::Normal(0.1));
+        let views = Stage::default().views().unwrap();
+        let train = chart_correspondences(&rig, &chart, &views, (noise, 3), None);
+        let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+        let rows = &train.correspondences;
+        let test = MismatchTest::new(0.001, 2);
+        let false_pairs = rows.iter().zip(rows.iter().skip(40)).filter(|(one, other)| {
+            let pair = [one.pixels[0], other.pixels[1]];
+            fit.reconstructor.locate(&pair).is_none_or(|found| test.is_mismatch(&found, 2))
+        });
+        // Some points of a chart lie on each other's epipolar lines.
+        assert!(false_pairs.count() > (rows.len() - 40) * 95 / 100);
+        let found = fit.reconstructor.locate(&rows[0].pixels).unwrap();
+        let none = Located { residual: f64::NAN, residual_sigma: f64::NAN, ..found };
+        assert!(!test.is_mismatch(&none, 2));
+        let exact = Located { residual: 1e-9, residual_sigma: 0.0, ..found };
+        assert!(!test.is_mismatch(&exact, 2), "exact data is not a mismatch by rounding");
+        assert_eq!(test.largest_residual(0.1, 1), f64::INFINITY);
+    }
+
+    #[test]
+    fn exchanged_cameras_are_told_apart_from_plain_mismatches() {
+        let rig = Rig::named("paper", 3).unwrap();
+        let (chart, noise) = (LineGrid::default().into(), Noise::Normal(0.1));
+        let views = Stage::default().views().unwrap();
+        let train = chart_correspondences(&rig, &chart, &views, (noise, 3), None);
+        let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+        let pixels: Vec<_> = train.correspondences.iter().map(|row| row.pixels.clone()).collect();
+        assert_eq!(exchanged_cameras(&*fit.reconstructor, &pixels, 1e-3), None);
+        let mut exchanged = pixels.clone();
+        exchanged.iter_mut().for_each(|row| row.swap(0, 2));
+        assert_eq!(exchanged_cameras(&*fit.reconstructor, &exchanged, 1e-3), Some((0, 2)));
+        let mut shifted = pixels.clone();
+        let last = pixels.len() - 1;
+        shifted.iter_mut().zip(&pixels).for_each(|(row, _)| row[1] = pixels[last][1]);
+        assert_eq!(exchanged_cameras(&*fit.reconstructor, &shifted, 1e-3), None);
+        assert!(mismatched_share(&*fit.reconstructor, &shifted, 1e-3).unwrap() > 0.9);
+    }
+}

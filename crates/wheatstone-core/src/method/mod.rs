@@ -1,0 +1,341 @@
+//! Ways from matched pixels to a point in the world.
+//!
+//! A method is settings that fit, and the reconstructor that they fit. To add one: write
+//! `method/<name>.rs` with both, then add its `mod` line and its rows below.
+
+pub mod auto;
+pub mod brown;
+mod camera_fit;
+mod camera_start;
+mod camera_uncertainty;
+mod checks;
+pub mod dlt;
+mod fitted_cameras;
+mod found_charts;
+pub mod interpolation;
+pub mod kannala_brandt;
+mod locator;
+mod matrix_uncertainty;
+pub mod mismatch;
+pub mod network;
+pub mod neural_camera;
+mod pixel_noise;
+mod projection;
+mod radial_alignment;
+mod sight;
+pub mod soloff;
+pub mod tsai;
+
+pub(crate) use camera_fit::information;
+pub(crate) use camera_start::Lens;
+pub use camera_uncertainty::CameraUncertainty;
+pub use checks::depth_is_observable;
+pub use fitted_cameras::{FittedCamera, FittedCameras};
+use locator::Formulas;
+pub use locator::{FormulaCameras, Learned, Locator, PlacedCamera, Places, Plan};
+pub use pixel_noise::PixelNoise;
+
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3, Ray},
+    registry,
+};
+use nalgebra::{Matrix2x3, Matrix3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
+
+/// Settings that can be fitted.
+pub trait Method: Sync + Send {
+    /// Fits to every point whose place in the world is known. The same `seed` gives the same bits.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooFew`] or [`Error::Degenerate`] where the data do not determine the unknowns,
+    /// [`Error::Cancelled`].
+    fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit>;
+
+    /// As [`Method::fit`], for who asks of the map only where points are and how sure that is, such as of
+    /// points left out of `train`: what else a map can say may be missing. Where the fit to all points
+    /// is given, the one of several starts that was best there may be taken without trying the others.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::fit`].
+    fn fit_part(
+        &self,
+        train: &Dataset,
+        _whole: Option<&Fit>,
+        seed: u64,
+        progress: &dyn Progress,
+    ) -> Result<Fit> {
+        self.fit(train, seed, progress)
+    }
+
+    /// In one line, what it is.
+    fn summary(&self) -> &'static str;
+
+    /// The names of its ready-made settings, the default first.
+    fn presets(&self) -> &'static [&'static str] {
+        &["default"]
+    }
+
+    /// Itself with the settings called `name`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`].
+    fn preset(&self, name: &str) -> Result<AnyMethod>;
+}
+
+/// What a fit leaves.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The fitted map.
+    pub reconstructor: AnyReconstructor,
+    /// How the error fell, for methods that learn in steps.
+    pub curve: Vec<CurvePoint>,
+    /// Which method was chosen and why, where there was a choice.
+    pub choice: Option<Choice>,
+    /// Which of several starts was best, for methods that try some.
+    pub start: Option<u64>,
+}
+
+impl Fit {
+    /// A fit that leaves nothing but the map.
+    fn of(reconstructor: impl Into<AnyReconstructor>) -> Self {
+        Self { reconstructor: reconstructor.into(), curve: Vec::new(), choice: None, start: None }
+    }
+}
+
+/// Which method was chosen among several, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// The method's name.
+    pub chosen: String,
+    /// Why, in one sentence.
+    pub reason: String,
+    /// Root mean square error of each method tried, on views left out, in world units.
+    pub held_out_rms: Vec<(String, f64)>,
+}
+
+/// A point found from its pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// Where it is, in world coordinates.
+    pub point: Point3,
+    /// Its covariance, in squared world units.
+    pub covariance: Matrix3<f64>,
+    /// How badly the rays miss each other: root mean square over pixel coordinates. NaN for methods
+    /// that have no rays.
+    pub residual: f64,
+    /// What noise and uncertainty of the fit let expect of it, as the standard deviation of one
+    /// pixel coordinate: NaN where the residual is.
+    pub residual_sigma: f64,
+}
+
+impl Located {
+    /// The residual as a chi-square, with its degrees of freedom: two coordinates for each of the
+    /// cameras that saw the point, less three. Larger than chance allows for pixels that do not
+    /// belong together. `None` where there are no rays, or no error is expected.
+    #[must_use]
+    pub fn misfit(&self, cameras: usize) -> Option<(f64, usize)> {
+        let coordinates = 2 * cameras;
+        let chi_square = coordinates as f64 * (self.residual / self.residual_sigma).powi(2);
+        (chi_square.is_finite() && coordinates > 3).then_some((chi_square, coordinates - 3))
+    }
+}
+
+/// A fitted map from pixels to points.
+pub trait Reconstructor: Sync + Send {
+    /// The cameras whose pixels it takes.
+    fn cameras(&self) -> usize;
+
+    /// The point that the cameras saw at `pixels` (one entry a camera); `None` where too few cameras
+    /// saw it or the pixels mean no point.
+    fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located>;
+
+    /// Standard deviation of one coordinate that its error bars assume of a pixel of this camera
+    /// (counted from 0) that shows a world point, in pixels, without what the fit is uncertain by.
+    /// `None` for no such camera, and for methods that assume nothing of pixels.
+    fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
+
+    /// Where a camera (counted from 0) sees a world point, with derivatives by its coordinates; `None`
+    /// where it cannot, and for maps that are no cameras.
+    fn sees(&self, _camera: usize, _world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        None
+    }
+
+    /// Where a camera's pixel looks, about the middle of the depths that the fit was shown; `None`
+    /// likewise.
+    fn looks(&self, _camera: usize, _pixel: Pixel) -> Option<Ray> {
+        None
+    }
+
+    /// The point that [`Reconstructor::locate`] finds, for who asks nothing else of it.
+    fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
+        Some(self.locate(pixels)?.point)
+    }
+
+    /// How many numbers the fit adjusted to its points, effectively, for each coordinate that a point
+    /// gives it (two a camera that sees it, or three of its place): over the number of points, the
+    /// share of the noise that the errors at the fit's own points lack. `None` for a map that passes
+    /// through its points, or does not know.
+    fn unknowns(&self) -> Option<f64> {
+        None
+    }
+
+    /// How [`Locator`] makes it ready for many points.
+    fn plan(&self) -> Plan<'_> {
+        Plan::PointByPoint
+    }
+
+    /// Whether the parts of a reconstructor read from a file fit together.
+    fn is_consistent(&self) -> bool;
+}
+
+registry! {
+    /// Every method the toolkit knows.
+    pub enum AnyMethod: Method, all {
+        "auto" => Auto(auto::Auto),
+        "network" => Network(network::Network),
+        "dlt" => Dlt(dlt::Dlt),
+        "brown" => Brown(brown::Brown),
+        "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandt),
+        "tsai" => Tsai(tsai::Tsai),
+        "soloff" => Soloff(soloff::Soloff),
+        "interpolation" => Interpolation(interpolation::Interpolation),
+        "neural-camera" => NeuralCamera(neural_camera::NeuralCamera),
+    }
+}
+
+registry! {
+    /// Every fitted map the toolkit can save and load.
+    pub enum AnyReconstructor: Reconstructor {
+        "network" => Network(network::NetworkReconstructor),
+        "dlt" => Dlt(dlt::DltReconstructor),
+        "brown" => Brown(brown::BrownReconstructor),
+        "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandtReconstructor),
+        "tsai" => Tsai(tsai::TsaiReconstructor),
+        "soloff" => Soloff(soloff::SoloffReconstructor),
+        "interpolation" => Interpolation(interpolation::InterpolationReconstructor),
+        "neural-camera" => NeuralCamera(neural_camera::NeuralCameraReconstructor),
+    }
+}
+
+/// Locates many points, in parallel; the order is kept.
+#[must_use]
+pub fn locate_all(
+    reconstructor: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+) -> Vec<Option<Located>> {
+    // Points a task: large enough to pay for handing it over, small enough to balance.
+    const TASK: usize = 256;
+    pixels
+        .par_chunks(TASK)
+        .flat_map_iter(|chunk| chunk.iter().map(|pixels| reconstructor.locate(pixels)))
+        .collect()
+}
+
+impl AnyMethod {
+    /// The method called `name`, with its default settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`].
+    pub fn named(name: &str) -> Result<Self> {
+        Self::NAMES
+            .iter()
+            .position(|known| *known == name)
+            .and_then(|place| Self::all().into_iter().nth(place))
+            .ok_or_else(|| unknown("method", name, Self::NAMES))
+    }
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        let place = Self::all()
+            .iter()
+            .position(|other| std::mem::discriminant(other) == std::mem::discriminant(self));
+        place.map_or("", |place| Self::NAMES[place])
+    }
+
+    /// Whether it can be fitted to so many cameras: one alone locates no point, but can be calibrated.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Degenerate`] for one camera and a method that is not made of cameras.
+    pub fn takes(&self, cameras: usize) -> Result<()> {
+        let is_camera = matches!(
+            self,
+            Self::Brown(_) | Self::KannalaBrandt(_) | Self::Tsai(_) | Self::NeuralCamera(_)
+        );
+        if cameras > 1 || is_camera {
+            return Ok(());
+        }
+        Err(Error::Degenerate {
+            problem: format!(
+                "these points are of one camera, which locates no point: `{}` has nothing to learn",
+                self.name()
+            ),
+            hint: "one camera can be calibrated: `--method neural-camera`, `brown` or `kannala-brandt`".into(),
+        })
+    }
+
+    /// Checks what every method needs of its data, then fits.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Method::fit`], and [`Error::Degenerate`] where no method could.
+    pub fn fit_checked(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        depth_is_observable(train)?;
+        self.takes(train.cameras)?;
+        self.fit(train, seed, progress)
+    }
+
+    /// [`AnyMethod::fit_checked`] by [`Method::fit_part`].
+    ///
+    /// # Errors
+    ///
+    /// As [`AnyMethod::fit_checked`].
+    pub(crate) fn fit_part_checked(
+        &self,
+        train: &Dataset,
+        whole: Option<&Fit>,
+        seed: u64,
+        progress: &dyn Progress,
+    ) -> Result<Fit> {
+        depth_is_observable(train)?;
+        self.takes(train.cameras)?;
+        self.fit_part(train, whole, seed, progress)
+    }
+}
+
+fn unknown(kind: &'static str, name: &str, known: &[&str]) -> Error {
+    let known = known.iter().map(|name| (*name).to_owned()).collect();
+    Error::UnknownName { kind, name: name.into(), known }
+}
+
+/// The settings of a method that has only its default ones.
+fn only_default(method: &(impl Into<AnyMethod> + Clone), name: &str) -> Result<AnyMethod> {
+    if name == "default" {
+        Ok(method.clone().into())
+    } else {
+        Err(unknown("preset", name, &["default"]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::dataset::Dataset;
+    use wheatstone_charts::chart::line_grid::LineGrid;
+    use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences};
+
+    /// A chart that fills the rig's field of view, at each distance of a stage.
+    pub(super) fn charts(rig: &Rig, stage: Stage, noise: Noise, most: usize) -> Dataset {
+        let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+        chart_correspondences(rig, &chart, &stage.views().unwrap(), (noise, 100), Some(most))
+    }
+}

@@ -1,0 +1,189 @@
+//! Cameras fitted to charts that may not stand where they are believed to: what the pixels of one
+//! camera say about that, whatever the camera is.
+//!
+//! A chart's motion joins the lens's numbers with a prior of its own; field and lens are then
+//! eliminated (the Schur complement of bundle adjustment, Triggs et al. 2000,
+//! doi:10.1007/3-540-44480-7_21), and the evidence that sets noise and correction is that of pixels
+//! whose charts are loose, so that it takes no chart's error for noise or for a bent lens.
+
+use super::{
+    POINTS_NEEDED,
+    evidence::Posterior,
+    fit::{State, fit_state, undetermined},
+    lens::PARAMETERS,
+    settings::{SETTINGS, Settings},
+};
+use crate::{
+    Error, Result,
+    geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
+};
+use nalgebra::{DMatrix, DVector};
+use wheatstone_numeric::progress::Progress;
+
+/// Numbers of a chart's motion: offset along the world's axes, then the rotation vector.
+pub(crate) const MOTION: usize = 6;
+
+/// A chart's place, believed and possible.
+#[derive(Clone, Debug)]
+pub(crate) struct LooseChart {
+    /// About which it turns.
+    pub(crate) centre: Point3,
+    /// Standard deviations of its motion: offset in world units, rotation in radians.
+    pub(crate) sigma: [f64; MOTION],
+    /// Its present motion in units of `sigma`.
+    pub(crate) motion: [f64; MOTION],
+}
+
+impl LooseChart {
+    /// Offset in world units and rotation vector in radians.
+    pub(crate) fn moved_by(&self) -> (Vector3, Vector3) {
+        let by = |index: usize| self.motion[index] * self.sigma[index];
+        (Vector3::new(by(0), by(1), by(2)), Vector3::new(by(3), by(4), by(5)))
+    }
+
+    /// Where a point that is believed to be at `world` is with the chart moved.
+    pub(crate) fn place(&self, world: Point3) -> Point3 {
+        let (offset, rotation) = self.moved_by();
+        let turned = Pose::from_rotation_vector(offset, rotation);
+        self.centre + turned.transform(Point3::from(world - self.centre)).coords
+    }
+}
+
+/// The charts of the points that one camera saw.
+#[derive(Clone, Debug)]
+pub(crate) struct LooseCharts {
+    pub(crate) charts: Vec<LooseChart>,
+    /// Each point's chart.
+    pub(crate) of_point: Vec<usize>,
+    /// Whether the charts stay as they are in a fit.
+    pub(crate) held: bool,
+}
+
+impl LooseCharts {
+    pub(super) fn place(&self, row: usize, world: Point3) -> Point3 {
+        self.charts[self.of_point[row]].place(world)
+    }
+
+    /// The motions that a fit may change.
+    pub(super) fn free_numbers(&self) -> impl Iterator<Item = f64> {
+        let free = if self.held { &[] } else { self.charts.as_slice() };
+        free.iter().flat_map(|chart| chart.motion)
+    }
+
+    /// Slopes of a point's pixel (x, y) by its chart's motion, from those by the moved point's place;
+    /// and the first of the motion's numbers. None while the charts are held.
+    pub(super) fn slopes(
+        &self,
+        row: usize,
+        placed: Point3,
+        by_world: &[Vector3; 2],
+    ) -> Option<(usize, [[f64; MOTION]; 2])> {
+        let index = self.of_point[row];
+        let chart = self.charts.get(index).filter(|_| !self.held)?;
+        let arm = placed - (chart.centre + chart.moved_by().0);
+        let slopes = by_world.map(|slope| {
+            let turning = arm.cross(&slope);
+            std::array::from_fn(|number| {
+                let plain = if number < 3 { slope[number] } else { turning[number - 3] };
+                plain * chart.sigma[number]
+            })
+        });
+        Some((MOTION * index, slopes))
+    }
+
+    /// Moves free charts by a share of a step.
+    pub(super) fn advance(&mut self, share: f64, step: &[f64]) {
+        let motions = self.charts.iter_mut().flat_map(|chart| &mut chart.motion);
+        motions.zip(step).for_each(|(number, step)| *number += share * step);
+    }
+}
+
+/// What one camera says about all motions, in units of their standard deviations, its own numbers
+/// eliminated: its logarithm of likelihood is `vector . m - m' matrix m / 2` of the motions `m`.
+#[derive(Clone, Debug)]
+pub(crate) struct Information {
+    pub(crate) matrix: DMatrix<f64>,
+    pub(crate) vector: DVector<f64>,
+}
+
+impl Information {
+    pub(super) fn of(posterior: &Posterior, motions: &[f64]) -> Option<Self> {
+        let count = motions.len();
+        let covariance = posterior.lens_covariance.view((PARAMETERS, PARAMETERS), (count, count));
+        let precision = covariance.into_owned().cholesky()?.inverse();
+        let mean = DVector::from_fn(count, |index, _| {
+            motions[index] + posterior.mode.step[PARAMETERS + index]
+        });
+        let vector = &precision * mean;
+        // The posterior holds the prior, which is not the camera's to say.
+        Some(Self { matrix: precision - DMatrix::identity(count, count), vector })
+    }
+}
+
+/// A camera on its way to be fitted, with loose charts.
+pub(crate) struct LooseCamera<'a> {
+    state: State<'a>,
+    settings: Settings,
+}
+
+impl<'a> LooseCamera<'a> {
+    /// Fits a camera and, for itself alone, where the charts stand.
+    pub(crate) fn fit(
+        pairs: &'a [(Point3, Pixel)],
+        charts: LooseCharts,
+        camera: usize,
+        progress: &dyn Progress,
+    ) -> Result<(Self, Information)> {
+        if pairs.len() < POINTS_NEEDED {
+            return Err(Error::TooFew {
+                method: "solving for where charts stood".into(),
+                what: format!("points seen by camera {}", camera + 1),
+                need: POINTS_NEEDED,
+                got: pairs.len(),
+            });
+        }
+        let start = ProjectionMatrix::fit(pairs).ok_or_else(undetermined)?;
+        let (state, posterior) = fit_state(pairs, &start, Some(charts), progress)?;
+        let camera = Self { state, settings: posterior.settings };
+        let information = camera.information(&posterior).ok_or_else(undetermined)?;
+        Ok((camera, information))
+    }
+
+    fn information(&self, posterior: &Posterior) -> Option<Information> {
+        let motions: Vec<f64> =
+            self.state.charts.iter().flat_map(LooseCharts::free_numbers).collect();
+        Information::of(posterior, &motions)
+    }
+
+    fn hold(&mut self, held: bool) {
+        if let Some(charts) = &mut self.state.charts {
+            charts.held = held;
+        }
+    }
+
+    /// Refits the camera to charts that stand as `charts` do, learns noise and priors anew if asked,
+    /// and says again what it knows about the charts. `None` where a point no longer projects.
+    pub(crate) fn refit(&mut self, charts: &[LooseChart], learn: bool) -> Option<Information> {
+        if let Some(loose) = &mut self.state.charts {
+            loose.charts = charts.to_vec();
+        }
+        self.hold(true);
+        let sums = self.state.sums()?;
+        let held = sums.posterior(&self.state.field, self.settings)?;
+        self.state.settle(sums, &held)?;
+        self.hold(false);
+        let sums = self.state.sums()?;
+        let posterior = if learn {
+            sums.climb(&self.state.field, self.settings, [true; SETTINGS])?
+        } else {
+            sums.posterior(&self.state.field, self.settings)?
+        };
+        self.settings = posterior.settings;
+        self.information(&posterior)
+    }
+
+    /// Standard deviation of one pixel coordinate that neither camera nor charts explain.
+    pub(crate) fn noise(&self) -> f64 {
+        self.settings.value(super::settings::NOISE)
+    }
+}

@@ -1,0 +1,248 @@
+//! A camera that learns what its lens does: a projective camera with a symmetric lens, and a
+//! regularised radial-basis correction for what that misses, as a function of the direction and the
+//! inverse depth seen from the camera. Fitted in pixels, where the noise is; located by least pixel
+//! errors; rays are straight, so that it goes on beyond the depths it was shown.
+//!
+//! How much correction there is, how smooth it is and how noisy the pixels are is decided by the
+//! evidence: MacKay 1992 (doi:10.1162/neco.1992.4.3.415), Foresee & Hagan 1997
+//! (doi:10.1109/ICNN.1997.614194). With Gaussian priors on its weights the correction is a Gaussian
+//! process (Neal 1996, doi:10.1007/978-1-4612-0745-0), here in the reduced-rank form of Solin & Sarkka
+//! 2020 (doi:10.1007/s11222-019-09886-w). Triangulation: Hartley & Sturm 1997
+//! (doi:10.1006/cviu.1997.0547).
+
+mod corrected;
+mod evidence;
+mod field;
+mod fit;
+mod lens;
+mod motions;
+mod places;
+mod settings;
+mod slopes;
+mod witness;
+pub(crate) mod loose;
+
+pub(super) use {places::Motions, witness::Witness};
+
+use super::{AnyMethod, Fit, Located, Method, Plan, Reconstructor, only_default, sight::Sight};
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
+};
+use corrected::{CorrectedCamera, Spread};
+use nalgebra::{Matrix2, Matrix2x3};
+use places::{Following, FoundCharts};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::progress::Progress;
+
+/// There is nothing to set: the evidence does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NeuralCamera {}
+
+/// The fitted cameras.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NeuralCameraReconstructor {
+    cameras: Vec<CorrectedCamera>,
+}
+
+/// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
+const POINTS_NEEDED: usize = 8;
+
+impl NeuralCamera {
+    /// Each camera fitted to what it saw; beside them how charts may have stood otherwise, where their
+    /// places were found from the same pixels.
+    fn cameras(
+        &self,
+        train: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<CorrectedCamera>, Option<Motions>)> {
+        let charts = found_charts(train);
+        let fit = |camera: usize| fit_one(camera, (train, charts.as_ref()), progress);
+        let fitted: Vec<Result<_>> = (0..train.cameras).into_par_iter().map(fit).collect();
+        let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
+        let (mut cameras, following): (Vec<_>, Vec<_>) = fitted.into_iter().unzip();
+        let following: Option<Vec<Following>> = following.into_iter().collect();
+        let motions = charts
+            .zip(following.as_ref())
+            .and_then(|(charts, following)| Motions::of(charts, following, train));
+        if let (Some(motions), Some(following)) = (&motions, &following) {
+            for (camera, following) in cameras.iter_mut().zip(following) {
+                camera.follow(following.modes(motions.modes()));
+            }
+        }
+        Ok((cameras, motions))
+    }
+}
+
+/// The charts whose places were found from the same pixels.
+fn found_charts(train: &Dataset) -> Option<FoundCharts> {
+    let centre = ProjectionMatrix::fit(&train.seen_by_camera(0))?.centre()?;
+    FoundCharts::of(train, centre)
+}
+
+/// One camera fitted to what it saw, and how it follows charts that were found.
+fn fit_one(
+    camera: usize,
+    (train, charts): (&Dataset, Option<&FoundCharts>),
+    progress: &dyn Progress,
+) -> Result<(CorrectedCamera, Option<Following>)> {
+    progress.check()?;
+    let pairs = train.seen_by_camera(camera);
+    if pairs.len() < POINTS_NEEDED {
+        return Err(Error::TooFew {
+            method: "neural-camera".into(),
+            what: format!("points seen by camera {}", camera + 1),
+            need: POINTS_NEEDED,
+            got: pairs.len(),
+        });
+    }
+    let start = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
+        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+        hint: "show it points at two or more distances".into(),
+    })?;
+    let (state, posterior) = fit::fit_state(&pairs, &start, None, progress)?;
+    let fitted = CorrectedCamera::new(state.lens.clone(), &state.field, &posterior);
+    let following =
+        charts.and_then(|charts| Following::of(state, &posterior, charts.loosened(camera, train)));
+    Ok((fitted.ok_or_else(fit::undetermined)?, following))
+}
+
+impl Method for NeuralCamera {
+    fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
+        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, progress)?.0 }))
+    }
+
+    fn summary(&self) -> &'static str {
+        "each camera a lens and a learned correction, as much as the points ask for; any optics"
+    }
+
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        only_default(self, name)
+    }
+}
+
+impl NeuralCameraReconstructor {
+    /// Standard deviation, in pixels, of what each camera's fit could not explain.
+    #[must_use]
+    pub fn pixel_noise(&self) -> Vec<f64> {
+        self.cameras.iter().map(CorrectedCamera::noise).collect()
+    }
+
+    /// Where a camera sees a world point, with the covariance of a detected pixel about it: that of
+    /// the detector and that of the fit, in squared pixels.
+    #[must_use]
+    pub fn predict(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2<f64>)> {
+        let camera = self.cameras.get(camera)?;
+        let (pixel, _) = camera.project(world)?;
+        Some((pixel, camera.pixel_covariance(world)?))
+    }
+
+    /// Standard deviation of one coordinate of a camera's detected pixels about what the fit can
+    /// explain, a camera.
+    #[must_use]
+    pub fn pixel_sigma(&self) -> Vec<f64> {
+        self.cameras.iter().map(CorrectedCamera::noise).collect()
+    }
+
+    /// Where a camera sees a world point, with the derivatives by the world's coordinates.
+    #[must_use]
+    pub fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.cameras.get(camera)?.project(world)
+    }
+
+    /// Cameras fitted to points that are nearly those they were fitted to, in a fraction of the time of a fit
+    /// from nothing: they stay near the lens and the smoothness that were found then.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Degenerate`], [`Error::Cancelled`].
+    pub(crate) fn refit(&self, train: &Dataset, progress: &dyn Progress) -> Result<Self> {
+        let refit = |(index, camera): (usize, &CorrectedCamera)| {
+            camera.refit(&train.seen_by_camera(index), progress)
+        };
+        let cameras = self.cameras.iter().enumerate().map(refit).collect::<Result<_>>()?;
+        Ok(Self { cameras })
+    }
+
+    /// How many numbers each camera's points determined: between 11 and all of lens and correction.
+    #[must_use]
+    pub fn effective_parameters(&self) -> Vec<f64> {
+        self.cameras.iter().map(CorrectedCamera::effective).collect()
+    }
+}
+
+impl Reconstructor for NeuralCameraReconstructor {
+    fn cameras(&self) -> usize {
+        self.cameras.len()
+    }
+
+    fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
+        let (cameras, seen): (Vec<&CorrectedCamera>, Vec<Pixel>) =
+            self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
+        if seen.len() < 2 {
+            return None;
+        }
+        let mut start = None;
+        // The first time at the middle of the depths, then nearly where the point is.
+        for _ in 0..2 {
+            let rays =
+                cameras.iter().zip(&seen).map(|(camera, pixel)| camera.optics.ray(*pixel, start));
+            start =
+                Some(triangulation::nearest(rays.collect::<Option<Vec<_>>>()?.into_iter(), 0.0)?);
+        }
+        let start = start?;
+        // In units of each camera's noise.
+        let scaled: Vec<Pixel> =
+            cameras.iter().zip(&seen).map(|(camera, pixel)| pixel / camera.noise()).collect();
+        let found = triangulation::refine(start, &scaled, |index, point| {
+            let camera = cameras[index];
+            let (pixel, slopes) = camera.project(point)?;
+            Some((pixel / camera.noise(), slopes / camera.noise()))
+        })?;
+        let mut displaced = Vec::new();
+        let sight = |(camera, pixel): (&&CorrectedCamera, Pixel)| {
+            let (predicted, slopes) = camera.project(found.point)?;
+            let Spread { covariance: spread, displaced: by } = camera.spread(found.point)?;
+            displaced.push(by);
+            Some(Sight { pixel, predicted, slopes, spread, weight: camera.noise().powi(-2) })
+        };
+        let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
+        let sights = sights?;
+        Located::by_least_squares(found.point, &sights)?.with_displaced_cameras(&sights, &displaced)
+    }
+
+    fn pixel_sigma(&self, camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
+        Some(self.cameras.get(camera)?.noise())
+    }
+
+    fn sees(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.project(camera, world)
+    }
+
+    fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
+        self.cameras.get(camera)?.optics.ray(pixel, None)
+    }
+
+    fn plan(&self) -> Plan<'_> {
+        let cameras = self.cameras.iter();
+        let cameras: Option<Vec<_>> =
+            cameras.map(|camera| camera.optics.placed(camera.noise().powi(-2))).collect();
+        cameras.map_or(Plan::PointByPoint, Plan::Cameras)
+    }
+
+    fn unknowns(&self) -> Option<f64> {
+        Some(self.effective_parameters().iter().sum::<f64>() / (2 * self.cameras.len()) as f64)
+    }
+
+    fn is_consistent(&self) -> bool {
+        !self.cameras.is_empty()
+            && self.cameras.iter().all(CorrectedCamera::is_consistent)
+            && self.cameras.windows(2).all(|pair| pair[0].modes() == pair[1].modes())
+    }
+}
+#[cfg(test)]
+mod tests;

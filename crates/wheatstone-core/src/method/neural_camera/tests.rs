@@ -1,0 +1,212 @@
+use super::{lens::Layout, *};
+use crate::{
+    camera::PosedCamera,
+    dataset::Correspondence,
+    evaluate::{evaluate, floor},
+    geometry::Vector3,
+    method::{AnyReconstructor, tests::charts},
+};
+use wheatstone_numeric::{progress::Silent, random::Random};
+use wheatstone_synthetic::{Noise, Rig, Stage, random_correspondences};
+
+fn fitted(data: &Dataset) -> NeuralCameraReconstructor {
+    match (NeuralCamera {}).fit(data, 0, &Silent).unwrap().reconstructor {
+        AnyReconstructor::NeuralCamera(fitted) => fitted,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn test_points(rig: &Rig, range: (f64, f64), noise: Noise) -> Dataset {
+    let pitch = rig.chart_pitch();
+    let chart =
+        wheatstone_charts::chart::line_grid::LineGrid { pitch, ..Default::default() }.into();
+    random_correspondences(rig, &chart, range, (noise, 5), 1000)
+}
+
+/// Error over that of the true cameras.
+fn ratio(fitted: &NeuralCameraReconstructor, cameras: &[PosedCamera], test: &Dataset) -> f64 {
+    evaluate(fitted, test, None).unwrap().rms / floor(cameras, test).unwrap().rms
+}
+
+/// Share of the points that lie in their ellipsoids of 95 %.
+fn coverage(fitted: &NeuralCameraReconstructor, test: &Dataset) -> f64 {
+    // The chi-square distribution's 95 % for three degrees of freedom.
+    const BOUND: f64 = 7.814_728;
+    let inside = test.known().filter(|(world, row)| {
+        let located = fitted.locate(&row.pixels).unwrap();
+        let error = located.point - world;
+        error.dot(&(located.covariance.try_inverse().unwrap() * error)) < BOUND
+    });
+    inside.count() as f64 / test.correspondences.len() as f64
+}
+
+#[test]
+fn exact_points_of_a_brown_lens_come_back() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let fitted = fitted(&charts(&rig, Stage::default(), Noise::None, 400));
+    let test = test_points(&rig, (50.0, 200.0), Noise::None);
+    let rms = evaluate(&fitted, &test, None).unwrap().rms;
+    assert!(rms < 2e-3, "{rms} cm");
+}
+
+#[test]
+fn every_optics_reaches_the_floor_in_range_and_beyond() {
+    for (name, bars) in [("fisheye", [1.05, 1.12]), ("glass", [1.05, 1.12]), ("bump", [1.10, 1.20])]
+    {
+        let rig = Rig::named(name, 2).unwrap();
+        let noise = Noise::Normal(0.1);
+        let fitted = fitted(&charts(&rig, Stage::default(), noise, 400));
+        for (range, bar) in [(50.0, 140.0), (150.0, 200.0)].into_iter().zip(bars) {
+            let test = test_points(&rig, range, noise);
+            let ratio = ratio(&fitted, &rig.cameras, &test);
+            assert!(ratio < bar, "{name} at {range:?}: {ratio}");
+            let coverage = coverage(&fitted, &test);
+            assert!((0.925..0.975).contains(&coverage), "{name} at {range:?}: {coverage}");
+        }
+        for noise in fitted.pixel_noise() {
+            assert!((noise - 0.1).abs() < 0.01, "{name}: {noise} px");
+        }
+    }
+}
+
+#[test]
+fn three_planes_make_no_staircase() {
+    let rig = Rig::named("water", 2).unwrap();
+    let stage = Stage { step: 45.0, ..Stage::default() };
+    let noise = Noise::Normal(0.1);
+    let fitted = fitted(&charts(&rig, stage, noise, usize::MAX));
+    for (near, far) in [(60.0, 85.0), (105.0, 130.0)] {
+        let ratio = ratio(&fitted, &rig.cameras, &test_points(&rig, (near, far), noise));
+        assert!(ratio < 1.15, "{near} to {far}: {ratio}");
+    }
+}
+
+#[test]
+fn the_evidence_asks_for_correction_only_where_there_is_something_to_correct() {
+    let effective = |name: &str| {
+        let rig = Rig::named(name, 2).unwrap();
+        fitted(&charts(&rig, Stage::default(), Noise::Normal(0.1), 400)).effective_parameters()[0]
+    };
+    let (plain, bump) = (effective("pinhole"), effective("bump"));
+    assert!((11.0..25.0).contains(&plain), "{plain}");
+    assert!((60.0..200.0).contains(&bump), "{bump}");
+}
+
+#[test]
+fn few_points_and_missing_cameras() {
+    let rig = Rig::named("paper", 3).unwrap();
+    let noise = Noise::Normal(0.1);
+    let mut data = charts(&rig, Stage::default(), noise, 90);
+    for (index, row) in data.correspondences.iter_mut().enumerate() {
+        row.pixels[index % 3] = None;
+    }
+    let fitted = fitted(&data);
+    let test = test_points(&rig, (60.0, 130.0), noise);
+    let ratio = ratio(&fitted, &rig.cameras, &test);
+    assert!(ratio < 1.3, "{ratio}");
+    let mut pixels = test.correspondences[0].pixels.clone();
+    pixels[1] = None;
+    assert!(fitted.locate(&pixels).is_some());
+    pixels[0] = None;
+    assert!(fitted.locate(&pixels).is_none());
+    let few = data.subset(|index, _| index < 10);
+    assert!(matches!(NeuralCamera {}.fit(&few, 0, &Silent), Err(Error::TooFew { .. })));
+    let flat = |_: usize, row: &Correspondence| row.view == 3;
+    let flat = charts(&rig, Stage::default(), noise, 400).subset(flat);
+    assert!(matches!(NeuralCamera {}.fit(&flat, 0, &Silent), Err(Error::Degenerate { .. })));
+}
+
+#[test]
+fn slopes_agree_with_differences() {
+    let mut random = Random::new(3);
+    for name in ["fisheye", "bump", "water"] {
+        let rig = Rig::named(name, 2).unwrap();
+        let fitted = fitted(&charts(&rig, Stage::default(), Noise::Normal(0.1), 200));
+        for _ in 0..20 {
+            let world = Point3::new(
+                random.uniform(-15.0, 15.0),
+                random.uniform(-10.0, 10.0),
+                random.uniform(60.0, 130.0),
+            );
+            let step = 1e-4;
+            let (_, slopes) = fitted.cameras[0].project(world).unwrap();
+            for axis in 0..3 {
+                let mut by = Vector3::zeros();
+                by[axis] = step;
+                let ahead = fitted.cameras[0].project(world + by).unwrap().0;
+                let behind = fitted.cameras[0].project(world - by).unwrap().0;
+                let gap = (ahead - behind) / (2.0 * step) - slopes.column(axis);
+                assert!(gap.norm() < 1e-5 * slopes.norm(), "{name} at {world}: {gap}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_of_both_layouts_pass_through_what_they_show() {
+    let rig = Rig::named("fisheye", 2).unwrap();
+    let data = charts(&rig, Stage::default(), Noise::None, 100);
+    let pairs = data.seen_by_camera(0);
+    let plain = lens::Lens::from_projection(&ProjectionMatrix::fit(&pairs).unwrap()).unwrap();
+    for layout in [Layout::Perspective, Layout::Equidistant] {
+        let mut lens = plain.clone().laid_out(layout, &pairs);
+        lens.bend = [0.05, -0.01, 0.003, 0.001, -0.002];
+        for (world, _) in &pairs {
+            let ray = lens.ray(lens.project(*world).unwrap().pixel).unwrap();
+            let away = world - ray.origin;
+            assert!(away.cross(&ray.direction).norm() < 1e-9 * away.norm(), "{layout:?} {world}");
+        }
+    }
+}
+
+#[test]
+fn same_input_same_bits_and_a_file_brings_all_back() {
+    let rig = Rig::named("glass", 2).unwrap();
+    let data = charts(&rig, Stage::default(), Noise::Quantised, 150);
+    let first = fitted(&data);
+    let text = serde_json::to_string(&first).unwrap();
+    assert_eq!(text, serde_json::to_string(&fitted(&data)).unwrap());
+    assert_eq!(serde_json::from_str::<NeuralCameraReconstructor>(&text).unwrap(), first);
+    assert!(first.is_consistent());
+    for (from, to) in [
+        ("{\"cameras\"", "{\"other\":1,\"cameras\""),
+        ("{\"layout\"", "{\"other\":1,\"layout\""),
+        ("{\"centre\"", "{\"other\":1,\"centre\""),
+    ] {
+        let odd = text.replacen(from, to, 1);
+        assert!(odd != text && serde_json::from_str::<NeuralCameraReconstructor>(&odd).is_err());
+    }
+    for (from, to) in [("\"reach\":", "\"reach\":-"), ("\"weights\":[", "\"weights\":[[0.0,0.0],")]
+    {
+        let broken: NeuralCameraReconstructor =
+            serde_json::from_str(&text.replacen(from, to, 1)).unwrap();
+        assert!(!broken.is_consistent(), "{to}");
+    }
+    assert!(!NeuralCameraReconstructor { cameras: Vec::new() }.is_consistent());
+}
+
+#[test]
+fn a_few_more_points_are_taken_in_as_by_a_fit_from_nothing() {
+    for name in ["paper", "fisheye", "glass", "bump"] {
+        let rig = Rig::named(name, 2).unwrap();
+        let all = charts(&rig, Stage::default(), Noise::Normal(0.1), 400);
+        let most = all.subset(|row, _| row % 15 != 0);
+        let (earlier, wanted) = (fitted(&most), fitted(&all));
+        let refitted = earlier.refit(&all, &Silent).unwrap();
+        let apart = |one: &NeuralCameraReconstructor| {
+            let squares = all.known().flat_map(|(world, _)| {
+                [0, 1].map(|camera| {
+                    let [a, b] = [one, &wanted].map(|c| c.project(camera, world).unwrap().0);
+                    (a - b).norm_squared()
+                })
+            });
+            (squares.sum::<f64>() / (4 * all.correspondences.len()) as f64).sqrt()
+        };
+        // In pixels: the noise is a tenth of one, and settings are sought no longer than they convince.
+        let (before, after) = (apart(&earlier), apart(&refitted));
+        assert!(after < 0.003 && after < 0.4 * before, "{name}: {after} px, {before} before");
+        for (found, wanted) in refitted.pixel_noise().iter().zip(wanted.pixel_noise()) {
+            assert!((found / wanted - 1.0).abs() < 0.005, "{name}: {found} px for {wanted}");
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! A view whose world places have another size than the others', or stand elsewhere.
+
+use super::{
+    Fault,
+    evidence::Evidence,
+    finding::{Change, Freedom, Proposal, Severity},
+    robust_camera::{Pair, RobustCamera},
+    units_mixed::{is_ratio, tidy},
+};
+use crate::geometry::{Point3, Pose, Vector3, principal_axes};
+use nalgebra::{SMatrix, SVector, Vector2};
+use wheatstone_numeric::statistics::median;
+
+pub(super) struct ChartSize;
+
+impl Fault for ChartSize {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let mut found = Vec::new();
+        for view in 0..evidence.views.len() {
+            let present = evidence.present(view);
+            if present.is_empty() || evidence.suspects(view).len() != present.len() {
+                continue;
+            }
+            // One camera cannot tell size from distance.
+            if present.len() > 1 {
+                found.extend(size(evidence, view, &present));
+            }
+        }
+        found
+    }
+}
+
+/// Every place of a view changed.
+pub(super) fn places(
+    evidence: &Evidence,
+    view: usize,
+    map: impl Fn(Point3) -> Point3,
+) -> Vec<Change> {
+    let rows = evidence.views[view].rows.iter();
+    rows.filter_map(|row| {
+        let world = evidence.data.correspondences[*row].world?;
+        let to = evidence.frame.world(map(evidence.frame.scaled(world)));
+        Some(Change::World { row: *row, to })
+    })
+    .collect()
+}
+
+/// How well other places of a view explain it in all these cameras: the worst, over the good level.
+pub(super) fn explained(
+    evidence: &Evidence,
+    view: usize,
+    cameras: &[usize],
+    map: &impl Fn(Point3) -> Point3,
+) -> f64 {
+    cameras
+        .iter()
+        .map(|camera| {
+            evidence.explained((view, *camera), |_, (world, pixel)| Some((map(world), pixel)))
+        })
+        .fold(0.0, f64::max)
+}
+
+/// How a chart's places are to be changed: stretched in its plane about its middle, turned, moved.
+#[derive(Clone, Debug)]
+struct Stretch {
+    middle: Point3,
+    along: [Vector3; 2],
+    scale: [f64; 2],
+    turn: Vector3,
+    by: Vector3,
+}
+
+impl Stretch {
+    fn map(&self, place: Point3) -> Point3 {
+        let own = place - self.middle;
+        let [a, b] = [0, 1].map(|axis| own.dot(&self.along[axis]));
+        let height = own - self.along[0] * a - self.along[1] * b;
+        let stretched =
+            self.along[0] * (a * self.scale[0]) + self.along[1] * (b * self.scale[1]) + height;
+        let turn = Pose::from_rotation_vector(Vector3::zeros(), self.turn);
+        self.middle + turn.rotation * stretched + self.by
+    }
+
+    /// Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
+    fn is_slip(&self) -> bool {
+        self.by.norm() >= 0.03 || self.turn.norm() >= 0.03
+    }
+
+    fn stepped(&self, step: &SVector<f64, 8>) -> Self {
+        Self {
+            scale: [self.scale[0] + step[0], self.scale[1] + step[1]],
+            turn: self.turn + Vector3::new(step[2], step[3], step[4]),
+            by: self.by + Vector3::new(step[5], step[6], step[7]),
+            ..self.clone()
+        }
+    }
+}
+
+/// The view's points with each camera.
+type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
+
+fn errors(shots: &Shots, stretch: &Stretch) -> Vec<Vector2<f64>> {
+    let error = |(camera, (place, pixel)): &(&RobustCamera, Pair)| {
+        camera.error(&(stretch.map(*place), *pixel))
+    };
+    shots.iter().map(error).collect()
+}
+
+fn cost(errors: &[Vector2<f64>], scale: f64) -> f64 {
+    errors.iter().map(|error| libm::log1p(error.norm_squared() / (scale * scale))).sum()
+}
+
+/// Adjusts a stretch to the pixels, under Cauchy's weight, by damped steps with slopes by differences.
+/// The scales stay as they are where it is `rigid`.
+fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
+    const STEP: f64 = 1e-5;
+    let mut stretch = start;
+    let mut damping = 1e-3;
+    let mut left = errors(shots, &stretch);
+    for _ in 0..25 {
+        let lengths: Vec<f64> = left.iter().map(|error| error.norm()).collect();
+        let scale = (1.2 * median(&lengths)).max(1e-3);
+        let mut matrix = SMatrix::<f64, 8, 8>::zeros();
+        let mut gradient = SVector::<f64, 8>::zeros();
+        let moved: Vec<Stretch> = (0..8)
+            .map(|index| {
+                let mut step = SVector::<f64, 8>::zeros();
+                step[index] = STEP;
+                stretch.stepped(&step)
+            })
+            .collect();
+        for ((camera, (place, pixel)), error) in shots.iter().zip(&left) {
+            let weight = 1.0 / (1.0 + error.norm_squared() / (scale * scale));
+            let slopes: Vec<_> = moved
+                .iter()
+                .map(|other| (error - camera.error(&(other.map(*place), *pixel))) / STEP)
+                .collect();
+            for axis in 0..2 {
+                let row = SVector::<f64, 8>::from_fn(|index, _| slopes[index][axis]);
+                matrix.ger(weight, &row, &row, 1.0);
+                gradient += row * (weight * error[axis]);
+            }
+        }
+        let before = cost(&left, scale);
+        for index in 0..8 {
+            matrix[(index, index)] *= 1.0 + damping;
+        }
+        for index in 0..if rigid { 2 } else { 0 } {
+            matrix.row_mut(index).fill(0.0);
+            matrix.column_mut(index).fill(0.0);
+            matrix[(index, index)] = 1.0;
+            gradient[index] = 0.0;
+        }
+        let Some(factors) = matrix.cholesky() else { break };
+        let next = stretch.stepped(&factors.solve(&gradient));
+        let then = errors(shots, &next);
+        let after = cost(&then, scale);
+        if after < before {
+            (stretch, left) = (next, then);
+            damping = (damping * 0.2_f64).max(1e-9);
+            if 1.0 - after / before < 1e-5 {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e6 {
+                break;
+            }
+        }
+    }
+    stretch
+}
+
+/// A lens that the formula does not describe makes a view at the end seem a little larger: its error over the
+/// good level.
+const STRETCHED_BY_LENS: f64 = 3.0;
+
+fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
+    let before = cameras.iter().map(|c| evidence.excess((view, *c))).fold(0.0, f64::max);
+    if before < STRETCHED_BY_LENS {
+        return None;
+    }
+    let mut shots: Shots = Vec::new();
+    let mut all: Vec<Point3> = Vec::new();
+    for camera in cameras {
+        let (cell, _, other) = evidence.at(view, *camera)?;
+        let step = cell.pairs.len().div_ceil(40).max(1);
+        shots.extend(cell.pairs.iter().step_by(step).map(|pair| (other, *pair)));
+        all.extend(cell.pairs.iter().map(|pair| pair.0));
+    }
+    let (middle, axes, _) = principal_axes(&all);
+    let along = match &evidence.views[view].board {
+        Some(board) => board.along,
+        None => [axes[0], axes[1]],
+    };
+    let start = |scale: f64| Stretch {
+        middle,
+        along,
+        scale: [scale; 2],
+        turn: Vector3::zeros(),
+        by: Vector3::zeros(),
+    };
+    let left_by =
+        |stretch: &Stretch| explained(evidence, view, cameras, &|place| stretch.map(place));
+    // A chart that only stood elsewhere is the simpler story.
+    let moved = adjusted(&shots, start(1.0), true);
+    let left = if moved.is_slip() { left_by(&moved) } else { f64::INFINITY };
+    let mut best = (left, moved);
+    for scale in [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54] {
+        if best.0 <= 1.0 || scale != 1.0 && evidence.is_slight(view, cameras) {
+            break;
+        }
+        let stretch = adjusted(&shots, start(scale), false);
+        let left = left_by(&stretch);
+        if left < 0.7 * best.0 {
+            best = (left, stretch);
+        }
+    }
+    let (left, stretch) = best;
+    if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
+        return None;
+    }
+    named(evidence, view, cameras, (left, before), &stretch)
+}
+
+fn named(
+    evidence: &Evidence,
+    view: usize,
+    cameras: &[usize],
+    (left, before): (f64, f64),
+    stretch: &Stretch,
+) -> Option<Proposal> {
+    let [a, b] = stretch.scale;
+    // A tenth of a percent is as well as one view of a chart tells its size.
+    let sized = (a - 1.0).abs() > 3e-3 || (b - 1.0).abs() > 3e-3;
+    let alike = (a / b - 1.0).abs() < 0.01;
+    let distance = stretch.by.norm() * evidence.frame.size;
+    let angle = stretch.turn.norm().to_degrees();
+    let unit = &evidence.data.unit;
+    let (code, severity, what, freedom, fixable) = if !sized {
+        if before < 4.0 || !stretch.is_slip() {
+            return None;
+        }
+        let what = format!(
+            "the chart stands {distance:.3} {unit} from where the file says, turned by {angle:.2} degrees"
+        );
+        ("view-misplaced", Severity::Fatal, what, Freedom::Pose, false)
+    } else if alike && is_ratio(a) {
+        let what =
+            format!("the chart's places are {} times too large: another unit", tidy(1.0 / a));
+        ("units-mixed", Severity::Fatal, what, Freedom::Scale, true)
+    } else if alike {
+        let what = format!("the chart's pitch is {:.4} times what the file says", (a + b) / 2.0);
+        ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
+    } else {
+        let what = format!(
+            "the chart's pitch is {a:.4} times what the file says one way and {b:.4} times the other"
+        );
+        ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
+    };
+    let changes =
+        if fixable { places(evidence, view, |place| stretch.map(place)) } else { Vec::new() };
+    Some(Proposal {
+        freedom,
+        left,
+        cells: cameras.iter().map(|camera| (view, *camera)).collect(),
+        also: Vec::new(),
+        key: if fixable { format!("{:.2}", (a + b) / 2.0) } else { view.to_string() },
+        code,
+        severity,
+        what,
+        hint: "measure the chart and give its true size and place, or let `wheatstone check --fix OUT` set right what it can".into(),
+        figures: vec![
+            ("size along rows, of what the file says".into(), a),
+            ("size along columns, of what the file says".into(), b),
+            (format!("displacement, {unit}"), distance),
+            ("turn, degrees".into(), angle),
+        ],
+        changes,
+    })
+}

@@ -1,0 +1,373 @@
+//! What all faults are judged by, worked out once: the views, each camera fitted to the views on
+//! which most agree, and how far each camera's points of each view are from where the camera's
+//! other views put them.
+
+use super::{
+    consensus::consensus,
+    robust_camera::{Pair, RobustCamera, sides},
+    views::{View, views},
+};
+use crate::{
+    dataset::Dataset,
+    geometry::{Pixel, Point3, Vector3},
+};
+use nalgebra::Vector2;
+use rayon::prelude::*;
+use wheatstone_numeric::{
+    random::Random,
+    statistics::{mean, median, percentile},
+};
+
+/// The points of one view in one camera.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cell {
+    /// Indices into the dataset's correspondences.
+    pub(super) rows: Vec<usize>,
+    /// Scaled world places with pixels.
+    pub(super) pairs: Vec<Pair>,
+    /// Median pixel error after the camera of the other views; infinite for too few points.
+    pub(super) error: f64,
+    /// Median of the pixel errors by axis.
+    pub(super) offset: Vector2<f64>,
+    pub(super) suspicious: bool,
+}
+
+/// What is known of one camera.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// Fitted to the sound views.
+    pub(super) camera: RobustCamera,
+    /// For each view, fitted to the sound views without it.
+    pub(super) without: Vec<RobustCamera>,
+    /// Median over sound views of the cells' errors, in pixels.
+    pub(super) typical: f64,
+}
+
+impl Seen {
+    /// A median error up to which a cell is as good as the sound ones.
+    pub(super) fn good(&self) -> f64 {
+        2.0 * self.typical + 0.02
+    }
+}
+
+/// Brings world places to a middle of nothing and a size of one, so that adjustments are well
+/// conditioned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) centre: Vector3,
+    pub(super) size: f64,
+}
+
+impl Frame {
+    fn of(data: &Dataset) -> Self {
+        let along = |axis: usize| {
+            let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
+            median(&values)
+        };
+        let centre = Vector3::new(along(0), along(1), along(2));
+        let distances: Vec<f64> =
+            data.known().map(|(world, _)| (world.coords - centre).norm()).collect();
+        Self { centre, size: median(&distances).max(1e-12) }
+    }
+
+    pub(super) fn scaled(&self, world: Point3) -> Point3 {
+        Point3::from((world.coords - self.centre) / self.size)
+    }
+
+    pub(super) fn world(&self, scaled: Point3) -> Point3 {
+        Point3::from(scaled.coords * self.size + self.centre)
+    }
+}
+
+/// Everything.
+pub(super) struct Evidence<'a> {
+    pub(super) data: &'a Dataset,
+    pub(super) frame: Frame,
+    pub(super) views: Vec<View>,
+    /// By view, then camera.
+    pub(super) cells: Vec<Vec<Cell>>,
+    /// By camera; `None` where no camera could be fitted.
+    pub(super) seen: Vec<Option<Seen>>,
+}
+
+/// Points of a cell that a fit uses, and of all cells: more add time only.
+const FITTED: usize = 30;
+const FITTED_OF_ALL: usize = 900;
+
+/// Views are left out one by one up to so many; beyond, every so-manieth goes with them.
+const GROUPS: usize = 24;
+
+/// Points of a cell that decide which views agree.
+const SCOUTED: usize = 14;
+
+/// Fewer points tell nothing of a cell.
+pub(super) const LEAST: usize = 6;
+
+impl<'a> Evidence<'a> {
+    pub(super) fn new(data: &'a Dataset) -> Self {
+        let frame = Frame::of(data);
+        let views = views(data, &frame);
+        let mut cells: Vec<Vec<Cell>> = views
+            .iter()
+            .map(|view| (0..data.cameras).map(|camera| cell(data, &frame, view, camera)).collect())
+            .collect();
+        let seen: Vec<Option<Seen>> = (0..data.cameras)
+            .into_par_iter()
+            .map(|camera| {
+                let pairs: Vec<Vec<Pair>> =
+                    cells.iter().map(|view| view[camera].pairs.clone()).collect();
+                Seen::of(&pairs)
+            })
+            .collect();
+        for (place, view) in cells.iter_mut().enumerate() {
+            for (cell, seen) in view.iter_mut().zip(&seen) {
+                cell.error = f64::INFINITY;
+                if let (Some(seen), true) = (seen, cell.pairs.len() >= LEAST) {
+                    cell.error = seen.without[place].median_error(&cell.pairs);
+                    cell.suspicious = cell.error > seen.good();
+                    cell.offset = offset(&seen.without[place], &cell.pairs);
+                }
+            }
+        }
+        Self { data, frame, views, cells, seen }
+    }
+
+    /// The cell, what is known of its camera, and the camera of the other views.
+    pub(super) fn at(&self, view: usize, camera: usize) -> Option<(&Cell, &Seen, &RobustCamera)> {
+        let cell = &self.cells[view][camera];
+        let seen = self.seen[camera].as_ref()?;
+        (cell.pairs.len() >= LEAST).then(|| (cell, seen, &seen.without[view]))
+    }
+
+    /// All suspicious cells, by view and camera.
+    pub(super) fn suspicious(&self) -> Vec<(usize, usize)> {
+        let all = (0..self.views.len()).flat_map(|v| (0..self.data.cameras).map(move |c| (v, c)));
+        all.filter(|(view, camera)| self.cells[*view][*camera].suspicious).collect()
+    }
+
+    /// The suspicious cameras of a view.
+    pub(super) fn suspects(&self, view: usize) -> Vec<usize> {
+        (0..self.data.cameras).filter(|camera| self.cells[view][*camera].suspicious).collect()
+    }
+
+    /// The cameras that saw enough of a view.
+    pub(super) fn present(&self, view: usize) -> Vec<usize> {
+        (0..self.data.cameras).filter(|camera| self.at(view, *camera).is_some()).collect()
+    }
+
+    /// Whether no camera explains even most of a camera's views, while another camera's are explained:
+    /// then its views do not stand out from one another, all being bad.
+    pub(super) fn is_lost(&self, camera: usize) -> bool {
+        let typical = |seen: &Option<Seen>| seen.as_ref().map_or(f64::INFINITY, |s| s.typical);
+        let best = self.seen.iter().map(typical).fold(f64::INFINITY, f64::min);
+        // Lenses differ; one that errs so many times as much as another has another reason.
+        typical(&self.seen[camera]) > 4.0 * best + 0.5
+    }
+
+    /// How far sound views of a camera are off as a whole: the median length of their offsets.
+    pub(super) fn stray(&self, camera: usize) -> f64 {
+        let sound = self.cells.iter().map(|view| &view[camera]);
+        let sizes: Vec<f64> = sound
+            .filter(|cell| !cell.suspicious && cell.error.is_finite())
+            .map(|cell| cell.offset.norm())
+            .collect();
+        median(&sizes)
+    }
+
+    /// How well a cell is explained by other world places: median pixel error, over the cell's good
+    /// level. Below 1 it is explained.
+    pub(super) fn explained(
+        &self,
+        (view, camera): (usize, usize),
+        mut pair: impl FnMut(usize, Pair) -> Option<Pair>,
+    ) -> f64 {
+        let Some((cell, seen, other)) = self.at(view, camera) else { return f64::INFINITY };
+        // Eighty points tell as much as a thousand.
+        let step = cell.pairs.len().div_ceil(80).max(1);
+        let pairs: Vec<Option<Pair>> = (0..cell.pairs.len())
+            .step_by(step)
+            .map(|index| pair(index, cell.pairs[index]))
+            .collect();
+        let known: Vec<Pair> = pairs.iter().flatten().copied().collect();
+        // A hypothesis that says nothing of most points explains nothing.
+        if known.len() < LEAST.min(cell.pairs.len()) || 2 * known.len() < pairs.len() {
+            return f64::INFINITY;
+        }
+        other.median_error(&known) / seen.good()
+    }
+
+    /// Mean over a camera's views of the median error, for one camera fitted to all views whose points
+    /// are read in some way (by view, index in the cell, pair).
+    pub(super) fn overall(
+        &self,
+        camera: usize,
+        read: impl Fn(usize, usize, Pair) -> Option<Pair>,
+    ) -> Option<f64> {
+        let mut views: Vec<Vec<Pair>> = Vec::new();
+        for (view, cells) in self.cells.iter().enumerate() {
+            let pairs = &cells[camera].pairs;
+            let step = pairs.len().div_ceil(SCOUTED).max(1);
+            let some = (0..pairs.len()).step_by(step).filter_map(|i| read(view, i, pairs[i]));
+            views.push(some.collect());
+        }
+        let all: Vec<Pair> = views.iter().flatten().copied().collect();
+        let mut fitted = RobustCamera::fit(&all, 10)?;
+        // A wide lens may want more steps; a wrong reading is not helped by them.
+        if fitted.median_error(&all) > 1.0 {
+            fitted = fitted.refined(&all, 30);
+        }
+        let errors: Vec<f64> = views
+            .iter()
+            .filter(|pairs| pairs.len() >= LEAST)
+            .map(|pairs| fitted.median_error(pairs))
+            .collect();
+        (errors.len() > 1).then(|| mean(&errors))
+    }
+
+    /// Whether a view is off by so little of its picture's shorter side that its chart has no other size or
+    /// unit: the least that gets mixed up, a factor of two, moves half of its points by an eighth of that.
+    pub(super) fn is_slight(&self, view: usize, cameras: &[usize]) -> bool {
+        const SLIGHT: f64 = 0.05;
+        let slight = |camera: &usize| {
+            let cell = &self.cells[view][*camera];
+            let [width, height] = sides(&cell.pairs);
+            cell.error < SLIGHT * width.min(height)
+        };
+        cameras.iter().all(slight)
+    }
+
+    /// What no explanation of a fault in all views is expected to go below, in pixels: what sound views of
+    /// the best camera leave. Where no view is sound that is too much; most detectors err by this all the same.
+    pub(super) fn floor(&self) -> f64 {
+        const DETECTORS: f64 = 0.15;
+        self.seen.iter().flatten().map(|seen| seen.typical).fold(DETECTORS, f64::min)
+    }
+
+    /// Mean over a camera's views of their errors.
+    pub(super) fn mean_error(&self, camera: usize) -> f64 {
+        let errors: Vec<f64> =
+            self.cells.iter().map(|view| view[camera].error).filter(|e| e.is_finite()).collect();
+        mean(&errors)
+    }
+
+    /// Whether an explanation that leaves `left` (over the good level) is to be believed: it brings
+    /// the cell down to that level, or, where the cell lies beyond what the sound views tell well,
+    /// takes away nearly all of a great error.
+    pub(super) fn accepts(&self, cell: (usize, usize), left: f64) -> bool {
+        let before = self.excess(cell);
+        left <= 0.5 * before && (left <= 1.0 || left <= 6.0 && left <= 0.06 * before)
+    }
+
+    /// Error of a cell over its good level.
+    pub(super) fn excess(&self, (view, camera): (usize, usize)) -> f64 {
+        let Some((cell, seen, _)) = self.at(view, camera) else { return 0.0 };
+        cell.error / seen.good()
+    }
+}
+
+impl Seen {
+    fn of(pairs: &[Vec<Pair>]) -> Option<Self> {
+        let scouted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, SCOUTED)).collect();
+        let most = (FITTED_OF_ALL / pairs.len().max(1)).clamp(LEAST, FITTED);
+        let fitted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, most)).collect();
+        let found = consensus(&scouted, &mut Random::new(3))?;
+        let mut seen = Self::among(&found.camera, &fitted, &found.agrees);
+        // Views that stand out from the sound ones are left out of the fit, and it is done again.
+        for _ in 0..2 {
+            let good = seen.good();
+            let errors: Vec<f64> = (0..fitted.len())
+                .map(|view| seen.without[view].median_error(&fitted[view]))
+                .collect();
+            let agrees: Vec<bool> = errors
+                .iter()
+                .zip(&fitted)
+                .map(|(e, view)| view.len() >= LEAST && *e <= good)
+                .collect();
+            let count = agrees.iter().filter(|agrees| **agrees).count();
+            if count < 3 || 3 * count < fitted.len() {
+                break;
+            }
+            let next = Self::among(&seen.camera.without_field(), &fitted, &agrees);
+            let settled = (next.typical / seen.typical - 1.0).abs() < 0.02;
+            seen = next;
+            if settled {
+                break;
+            }
+        }
+        Some(seen)
+    }
+
+    /// From the views that agree.
+    fn among(camera: &RobustCamera, views: &[Vec<Pair>], agrees: &[bool]) -> Self {
+        let without_group = |out: usize| -> Vec<Pair> {
+            let kept = |view: usize| agrees[view] && view % GROUPS != out;
+            let views = views.iter().enumerate().filter(|(view, _)| kept(*view));
+            views.flat_map(|(_, pairs)| pairs.iter().copied()).collect()
+        };
+        let all = without_group(usize::MAX);
+        let camera = camera.refined(&all, 12);
+        let sound = agrees.iter().filter(|agrees| **agrees).count();
+        let mut whole = camera.clone();
+        whole.learn_field(&all);
+        let without_group: Vec<RobustCamera> = (0..views.len().min(GROUPS))
+            .map(|group| {
+                let pairs = without_group(group);
+                let mut other = camera.refined(&pairs, 3);
+                other.learn_field(&pairs);
+                other
+            })
+            .collect();
+        // Two views are needed to tell a camera.
+        let left_out = |view: usize| agrees[view] && sound > 2;
+        let without: Vec<RobustCamera> = (0..views.len())
+            .map(|view| if left_out(view) { &without_group[view % GROUPS] } else { &whole }.clone())
+            .collect();
+        let camera = whole;
+        let errors: Vec<f64> = (0..views.len())
+            .filter(|view| agrees[*view])
+            .map(|view| without[view].median_error(&views[view]))
+            .collect();
+        Self { camera, without, typical: median(&errors) }
+    }
+}
+
+/// At most so many pairs, spread evenly.
+fn thinned(pairs: &[Pair], most: usize) -> Vec<Pair> {
+    if pairs.len() <= most {
+        return pairs.to_vec();
+    }
+    (0..most).map(|index| pairs[index * pairs.len() / most]).collect()
+}
+
+/// Median error by axis.
+fn offset(camera: &RobustCamera, pairs: &[Pair]) -> Vector2<f64> {
+    let errors: Vec<_> = pairs.iter().map(|pair| camera.error(pair)).collect();
+    let along = |axis: usize| median(&errors.iter().map(|error| error[axis]).collect::<Vec<_>>());
+    Vector2::new(along(0), along(1))
+}
+
+fn cell(data: &Dataset, frame: &Frame, view: &View, camera: usize) -> Cell {
+    let mut cell = Cell::default();
+    for row in &view.rows {
+        let c = &data.correspondences[*row];
+        if let (Some(world), Some(Some(pixel))) = (c.world, c.pixels.get(camera)) {
+            cell.rows.push(*row);
+            cell.pairs.push((frame.scaled(world), *pixel));
+        }
+    }
+    cell
+}
+
+/// The box that holds nearly all pixels of a camera: left, top, right, bottom.
+pub(super) fn pixel_box(data: &Dataset, camera: usize) -> Option<[f64; 4]> {
+    let seen: Vec<Pixel> =
+        data.correspondences.iter().filter_map(|c| *c.pixels.get(camera)?).collect();
+    if seen.len() < LEAST {
+        return None;
+    }
+    let along = |axis: usize, share: f64| {
+        let values: Vec<f64> = seen.iter().map(|pixel| pixel[axis]).collect();
+        percentile(&values, share)
+    };
+    Some([along(0, 0.01), along(1, 0.01), along(0, 0.99), along(1, 0.99)])
+}

@@ -1,0 +1,189 @@
+//! Pixels of a camera in another measure in some views: the picture resized, flipped, or x and y
+//! exchanged.
+
+use super::{
+    Fault,
+    evidence::{Evidence, LEAST},
+    finding::{Change, Freedom, Proposal, Severity},
+    robust_camera::Pair,
+};
+use crate::geometry::Pixel;
+use wheatstone_numeric::statistics::median;
+
+pub(super) struct PixelUnits;
+
+/// How far above the good level a cell must be before a free scale may explain it.
+const CLEARLY: f64 = 5.0;
+
+impl Fault for PixelUnits {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let mut found = Vec::new();
+        for cell in evidence.suspicious() {
+            for exchanged in [false, true] {
+                found.extend(measured(evidence, cell, exchanged));
+            }
+        }
+        found
+    }
+}
+
+/// Per axis: seen = scale * expected + offset.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measure {
+    pub(super) scale: [f64; 2],
+    pub(super) offset: [f64; 2],
+    pub(super) exchanged: bool,
+}
+
+impl Measure {
+    /// The pixel in the measure of the other views.
+    pub(super) fn undone(&self, pixel: Pixel) -> Pixel {
+        let pixel = if self.exchanged { Pixel::new(pixel.y, pixel.x) } else { pixel };
+        Pixel::new(
+            (pixel.x - self.offset[0]) / self.scale[0],
+            (pixel.y - self.offset[1]) / self.scale[1],
+        )
+    }
+}
+
+/// The line through most points, by the median of slopes between far points (Theil 1950, Sen 1968,
+/// doi:10.1080/01621459.1968.10480934).
+fn line(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let mut sorted = points.to_vec();
+    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let half = sorted.len() / 2;
+    let slopes: Vec<f64> = (0..half)
+        .map(|index| (sorted[index], sorted[index + half]))
+        .filter(|(a, b)| b.0 - a.0 > 1e-9)
+        .map(|(a, b)| (b.1 - a.1) / (b.0 - a.0))
+        .collect();
+    let slope = median(&slopes);
+    let rest: Vec<f64> = sorted.iter().map(|(x, y)| y - slope * x).collect();
+    (!slopes.is_empty() && slope != 0.0).then(|| (slope, median(&rest)))
+}
+
+/// What the measure is called, in words; `None` where it is none that people make.
+fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
+    let [sx, sy] = measure.scale;
+    let one = |scale: f64| (scale - 1.0).abs() < 0.01;
+    let minus = |scale: f64| (scale + 1.0).abs() < 0.02;
+    if measure.exchanged {
+        let right = one(sx) && one(sy);
+        return right.then(|| {
+            ("pixel-axes-swapped", "x and y of the pixels are exchanged".into(), *measure)
+        });
+    }
+    if one(sx) && minus(sy) {
+        return Some(("v-axis-up", "y of the pixels points up".into(), *measure));
+    }
+    if minus(sx) && one(sy) {
+        return Some((
+            "picture-mirrored",
+            "the picture is mirrored left to right".into(),
+            *measure,
+        ));
+    }
+    if minus(sx) && minus(sy) {
+        return Some(("picture-turned", "the picture is turned by 180 degrees".into(), *measure));
+    }
+    let changed = |scale: f64| (scale - 1.0).abs() > 0.02;
+    let resized = (changed(sx) || changed(sy))
+        && sx > 0.0
+        && sy > 0.0
+        && (0.05..20.0).contains(&sx)
+        && (0.05..20.0).contains(&sy);
+    resized.then(|| {
+        let exact = Measure { scale: [clean(sx), clean(sy)], ..*measure };
+        let what = if (exact.scale[0] - exact.scale[1]).abs() < 0.01 {
+            format!("the picture is resized by {:.4}", exact.scale[0])
+        } else {
+            format!(
+                "the picture is resized by {:.4} in x and {:.4} in y",
+                exact.scale[0], exact.scale[1]
+            )
+        };
+        ("picture-resized", what, exact)
+    })
+}
+
+/// The ratio of small whole numbers that is meant, where one is near.
+fn clean(scale: f64) -> f64 {
+    for below in 1..=9_u32 {
+        let above = (scale * f64::from(below)).round();
+        let ratio = above / f64::from(below);
+        if above > 0.0 && (scale / ratio - 1.0).abs() < 2e-3 {
+            return ratio;
+        }
+    }
+    scale
+}
+
+fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Option<Proposal> {
+    let (points, _, other) = evidence.at(cell.0, cell.1)?;
+    let along = |axis: usize| {
+        let pairs = points.pairs.iter().filter_map(|(world, pixel)| {
+            let expected = other.project(*world)?;
+            Some((expected[axis], if exchanged { pixel[1 - axis] } else { pixel[axis] }))
+        });
+        line(&pairs.collect::<Vec<_>>())
+    };
+    let (x, y) = (along(0)?, along(1)?);
+    let fitted = Measure { scale: [x.0, y.0], offset: [x.1, y.1], exchanged };
+    // A lens or a stage makes a cell seem a little larger or smaller too.
+    if evidence.excess(cell) < CLEARLY || points.pairs.len() < 2 * LEAST {
+        return None;
+    }
+    let (code, what, measure) = naming(&fitted)?;
+    let mut left =
+        evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
+    let mut undo = measure;
+    if left > 1.0 {
+        undo = fitted;
+        left = evidence.explained(cell, |_, (world, pixel)| Some((world, fitted.undone(pixel))));
+    }
+    if !evidence.accepts(cell, left) {
+        return None;
+    }
+    let figures = vec![
+        ("scale of x".into(), fitted.scale[0]),
+        ("scale of y".into(), fitted.scale[1]),
+        ("offset of x, px".into(), fitted.offset[0]),
+        ("offset of y, px".into(), fitted.offset[1]),
+    ];
+    let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
+    // Where every camera sees it elsewhere or larger, it is: those explanations come first.
+    let present = evidence.present(cell.0);
+    if present.len() > 1 && evidence.suspects(cell.0).len() == present.len() {
+        found.freedom = Freedom::Each;
+    }
+    Some(found)
+}
+
+/// What the cells' pixels would be in the measure of the other views.
+pub(super) fn proposal(
+    evidence: &Evidence,
+    cell: (usize, usize),
+    (code, what): (&'static str, String),
+    (left, undo): (f64, Measure),
+    figures: Vec<(String, f64)>,
+) -> Proposal {
+    let points = &evidence.cells[cell.0][cell.1];
+    let change = |(row, (_, pixel)): (&usize, &Pair)| Change::Pixel {
+        row: *row,
+        camera: cell.1,
+        to: Some(undo.undone(*pixel)),
+    };
+    Proposal {
+        freedom: Freedom::Scale,
+        left,
+        cells: vec![cell],
+        also: Vec::new(),
+        key: what.clone(),
+        code,
+        severity: Severity::Fatal,
+        what,
+        hint: "take all pictures of a camera with one size and count their pixels alike, or let `wheatstone check --fix OUT` put these right".into(),
+        figures,
+        changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
+    }
+}

@@ -1,0 +1,128 @@
+//! Points that lie where they cannot tell enough: on one plane, in a thin slab, on parallel planes, in
+//! a corner of the picture.
+
+use super::{
+    Fault,
+    evidence::{Evidence, pixel_box},
+    finding::{Proposal, Severity},
+};
+use crate::geometry::{Pixel, Point3, principal_axes};
+use wheatstone_numeric::statistics::median;
+
+pub(super) struct Spread;
+
+impl Fault for Spread {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let mut found: Vec<Proposal> = depth(evidence).into_iter().collect();
+        found.extend(parallel(evidence));
+        // In a slab or on a plane nothing tells where the cameras' axes are.
+        if found.iter().all(|proposal| proposal.severity == Severity::Information) {
+            for camera in 0..evidence.data.cameras {
+                found.extend(corner(evidence, camera));
+            }
+        }
+        found
+    }
+}
+
+/// Thickness of the points over their extent. `None` for too few points.
+pub(super) fn thickness(evidence: &Evidence) -> Option<f64> {
+    // Views that miss in every camera may have wrong places: they tell nothing of the others' spread.
+    let sound = |view: &usize| {
+        let present = evidence.present(*view);
+        present.is_empty() || evidence.suspects(*view).len() < present.len()
+    };
+    let rows = (0..evidence.views.len()).filter(sound).flat_map(|view| &evidence.views[view].rows);
+    let places: Vec<Point3> = rows
+        .filter_map(|row| Some(evidence.frame.scaled(evidence.data.correspondences[*row].world?)))
+        .collect();
+    if places.len() < 4 {
+        return None;
+    }
+    let (_, _, spread) = principal_axes(&places);
+    Some(spread[2] / spread[0].max(1e-12))
+}
+
+/// Below this points are a slab: twenty times as wide as thick, of what most rigs sweep a tenth or less.
+pub(super) const THIN: f64 = 0.05;
+
+fn depth(evidence: &Evidence) -> Option<Proposal> {
+    let share = thickness(evidence)?;
+    let figures = vec![("thickness of the points over their extent".into(), share)];
+    // A chart's own unevenness is a thousandth of its size.
+    if share < 2e-3 {
+        return Some(Proposal {
+            figures,
+            ..Proposal::itself(
+                "single-plane",
+                Severity::Fatal,
+                "all points lie on one plane: depth cannot be learned from them".into(),
+                "show the chart at three or more distances, from nearest to farthest",
+            )
+        });
+    }
+    (share < THIN).then(|| Proposal {
+        figures,
+        ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill a thin slab only ({:.1} % of its extent): depth beyond it is a guess", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located; or, if they were recorded over such a range, look whether one column has another unit")
+    })
+}
+
+fn parallel(evidence: &Evidence) -> Option<Proposal> {
+    let normals: Vec<_> =
+        evidence.views.iter().map(|v| v.board.as_ref().map(|b| b.normal())).collect();
+    let normals: Vec<_> = normals.into_iter().collect::<Option<_>>()?;
+    let first = normals.first()?;
+    // Half a degree is what stages keep to.
+    let alike = normals.iter().all(|normal| normal.cross(first).norm() < 0.01);
+    (alike && normals.len() > 1).then(|| Proposal::itself(
+        "planes-parallel",
+        Severity::Information,
+        format!("the chart is parallel to itself in all {} views: harmless here, where its places are known; without known places nothing could be calibrated from such views", normals.len()),
+        "nothing to do; tilt the chart if its places are ever to be found from the pictures",
+    ))
+}
+
+/// How far from the edges of the points' box the camera's axis may be while the points lie beside it:
+/// of the box's side.
+const MIDDLE: f64 = 0.25;
+
+/// Points beside where the camera's axis meets the picture, on a small part of it.
+fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
+    let seen = evidence.seen[camera].as_ref()?;
+    let [left, top, right, bottom] = pixel_box(evidence.data, camera)?;
+    let axis = seen.camera.principal();
+    let [fx, fy] = seen.camera.focal();
+    let (wide, high) = (right - left, bottom - top);
+    let pairs: Vec<_> =
+        evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
+    let sigma = seen.camera.principal_uncertainty(&pairs)?;
+    // Points in a corner tell little of the axis: it must be off their middle beyond its own error.
+    let off_middle = |low: f64, high: f64, at: f64, sigma: f64| {
+        let margin = MIDDLE * (high - low);
+        at + sigma < low + margin || at - sigma > high - margin
+    };
+    let beside = |axis: Pixel, sigma: f64| {
+        off_middle(left, right, axis.x, sigma) && off_middle(top, bottom, axis.y, sigma)
+    };
+    // One camera's axis may be far off behind glass; those of all are hardly.
+    let axes: Vec<Pixel> =
+        evidence.seen.iter().flatten().map(|seen| seen.camera.principal()).collect();
+    let middle = |of: fn(&Pixel) -> f64| median(&axes.iter().map(of).collect::<Vec<_>>());
+    let several = (axes.len() as f64).sqrt();
+    let common = Pixel::new(middle(|p| p.x), middle(|p| p.y));
+    let beside = beside(common, sigma / several) && (axes.len() > 2 || beside(axis, sigma));
+    // A picture is about twice as wide as its axis is from its edge.
+    let picture = (2.0 * axis.x).max(right) * (2.0 * axis.y).max(bottom);
+    let share = wide * high / picture.max(1.0);
+    let plausible = axis.x > 0.0 && axis.y > 0.0 && fx > 0.0 && fy > 0.0;
+    (plausible && beside && share < 0.2).then(|| Proposal {
+        cells: (0..evidence.views.len()).map(|view| (view, camera)).collect(),
+        figures: vec![("share of the picture".into(), share)],
+        ..Proposal::itself(
+            "corner-only",
+            Severity::Warning,
+            format!("points fill only x {left:.0} to {right:.0}, y {top:.0} to {bottom:.0} of the picture (about {:.0} %): the lens beyond is a guess", 100.0 * share),
+            "show the chart in all parts of the picture in which points will be located",
+        )
+    })
+}

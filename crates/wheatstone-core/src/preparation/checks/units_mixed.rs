@@ -1,0 +1,232 @@
+//! World places in two units: those of a view, or one column of the table.
+
+use super::{
+    Fault,
+    board::Board,
+    chart_size::{explained, places},
+    evidence::{Evidence, LEAST},
+    finding::{Freedom, Proposal, Severity},
+    robust_camera::Pair,
+    spread::{THIN, thickness},
+};
+use crate::geometry::Point3;
+use wheatstone_numeric::statistics::median;
+
+pub(super) struct UnitsMixed;
+
+impl Fault for UnitsMixed {
+    fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
+        let all_miss = |view: &usize| {
+            let present = evidence.present(*view);
+            !present.is_empty() && evidence.suspects(*view).len() == present.len()
+        };
+        let views = (0..evidence.views.len()).filter(all_miss);
+        let views = views.map(|view| (view, evidence.present(view)));
+        let views = views.filter(|(view, present)| !evidence.is_slight(*view, present));
+        views.filter_map(|(view, present)| units(evidence, view, &present)).collect()
+    }
+}
+
+/// Units that get mixed, as ratios: decimal ones, and inches with millimetres and centimetres.
+const RATIOS: [f64; 7] = [10.0, 100.0, 1000.0, 25.4, 2.54, 0.0254, 0.3048];
+
+/// Whether a scale is one of the ratios.
+pub(super) fn is_ratio(scale: f64) -> bool {
+    RATIOS
+        .iter()
+        .any(|ratio| [*ratio, 1.0 / ratio].iter().any(|known| (scale / known - 1.0).abs() < 5e-3))
+}
+
+/// The columns that may have a unit of their own, and their names.
+const COLUMNS: [([bool; 3], &str); 4] = [
+    ([true, false, false], "X"),
+    ([false, true, false], "Y"),
+    ([false, false, true], "Z"),
+    ([true, true, false], "X and Y"),
+];
+
+/// Some of a place's coordinates divided by a ratio of units.
+fn in_unit(evidence: &Evidence, which: [bool; 3], ratio: f64, scaled: Point3) -> Point3 {
+    let mut world = evidence.frame.world(scaled);
+    for axis in 0..3 {
+        if which[axis] {
+            world[axis] /= ratio;
+        }
+    }
+    evidence.frame.scaled(world)
+}
+
+/// A column in another unit: which coordinates, by what ratio, and their name.
+type Stretch = ([bool; 3], f64, &'static str);
+
+fn stretches() -> impl Iterator<Item = Stretch> {
+    let ratios = RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]);
+    ratios.flat_map(|ratio| COLUMNS.into_iter().map(move |(which, name)| (which, ratio, name)))
+}
+
+/// One or two columns in another unit in all views.
+pub(super) fn units_throughout(evidence: &Evidence) -> Option<Proposal> {
+    by_lattice(evidence).or_else(|| by_pixels(evidence))
+}
+
+/// Charts that stand askew are lattices of one pitch only in their own unit.
+fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
+    let places: Vec<Vec<Point3>> = evidence
+        .views
+        .iter()
+        .map(|view| {
+            let known =
+                view.rows.iter().filter_map(|row| evidence.data.correspondences[*row].world);
+            known.map(|world| evidence.frame.scaled(world)).collect()
+        })
+        .filter(|places: &Vec<Point3>| places.len() >= LEAST)
+        .collect();
+    let alike = |map: &dyn Fn(Point3) -> Point3| -> usize {
+        let pitches: Vec<[f64; 2]> = places
+            .iter()
+            .filter_map(|view| {
+                let board = Board::find(&view.iter().map(|place| map(*place)).collect::<Vec<_>>())?;
+                let [a, b] = board.pitch;
+                Some([a.min(b), a.max(b)])
+            })
+            .collect();
+        if pitches.is_empty() {
+            return 0;
+        }
+        let usual =
+            [0, 1].map(|k| median(&pitches.iter().map(|pitch| pitch[k]).collect::<Vec<_>>()));
+        let near = |pitch: &&[f64; 2]| (0..2).all(|k| (pitch[k] / usual[k] - 1.0).abs() < 5e-3);
+        pitches.iter().filter(near).count()
+    };
+    // Charts of odd makes are no lattices at all; a few views may have another fault. Levels of a table
+    // without views may be several charts in one, and lie on a plane once they are squeezed.
+    if evidence.data.views.len() < 3
+        || places.len() < 3
+        || 5 * alike(&|place| place) >= 3 * places.len()
+    {
+        return None;
+    }
+    let score = |(which, ratio, _): &Stretch| {
+        alike(&|place: Point3| in_unit(evidence, *which, *ratio, place))
+    };
+    let scored = stretches().map(|stretch| (score(&stretch), stretch));
+    // Of equal ones the first: they are in the order in which people mix them.
+    let (count, best) = scored.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+    let share = count as f64 / places.len() as f64;
+    let figures = vec![("share of views that are lattices of one pitch then".into(), share)];
+    (share > 0.85).then(|| proposal(evidence, best, figures))
+}
+
+/// The share of its error that each camera is left with at most in the right unit.
+const EXPLAINED: f64 = 0.2;
+
+/// No camera fits, and all do once it is put right.
+fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
+    // In a stretched world half of the views and more agree on no camera, or on a bad one.
+    let bad = |camera: usize| {
+        let sound = evidence.cells.iter().filter(|view| !view[camera].suspicious).count();
+        let typical = evidence.seen[camera].as_ref().map_or(f64::INFINITY, |seen| seen.typical);
+        // Whole pixels leave 0.4.
+        typical > 0.45 || 5 * sound <= 3 * evidence.views.len()
+    };
+    // A slab may be one by its unit alone.
+    let thin = thickness(evidence).is_some_and(|share| share < THIN);
+    if !thin && !(0..evidence.data.cameras).all(bad) {
+        return None;
+    }
+    let cameras: Vec<usize> = (0..evidence.data.cameras).collect();
+    let before: Vec<f64> = cameras
+        .iter()
+        .map(|camera| evidence.overall(*camera, |_, _, pair| Some(pair)))
+        .collect::<Option<_>>()?;
+    if before.iter().any(|error| EXPLAINED * error < evidence.floor()) {
+        return None;
+    }
+    let mut best: Option<(f64, Stretch)> = None;
+    for stretch in stretches() {
+        let (which, ratio, _) = stretch;
+        let read = |_: usize, _: usize, (place, pixel): Pair| {
+            Some((in_unit(evidence, which, ratio, place), pixel))
+        };
+        let mut worst: f64 = 0.0;
+        for camera in &cameras {
+            let left = evidence.overall(*camera, read).unwrap_or(f64::INFINITY);
+            worst = worst.max(left / before[*camera]);
+            if worst > EXPLAINED {
+                break;
+            }
+        }
+        if worst <= EXPLAINED && best.as_ref().is_none_or(|(least, _)| worst < *least) {
+            best = Some((worst, stretch));
+        }
+    }
+    let (left, stretch) = best?;
+    Some(proposal(evidence, stretch, vec![("error left, of that before".into(), left)]))
+}
+
+fn proposal(
+    evidence: &Evidence,
+    (which, ratio, name): Stretch,
+    mut figures: Vec<(String, f64)>,
+) -> Proposal {
+    let all: Vec<(usize, usize)> = (0..evidence.views.len())
+        .flat_map(|view| (0..evidence.data.cameras).map(move |camera| (view, camera)))
+        .collect();
+    let changes = (0..evidence.views.len())
+        .flat_map(|view| places(evidence, view, |place| in_unit(evidence, which, ratio, place)));
+    figures.insert(0, ("scale".into(), ratio));
+    Proposal {
+        cells: all.clone(),
+        also: all,
+        figures,
+        changes: changes.collect(),
+        ..Proposal::itself(
+            "units-mixed",
+            Severity::Fatal,
+            format!(
+                "{name} of all places are {} times what they should be beside the others: another unit",
+                tidy(ratio)
+            ),
+            UNITS_HINT,
+        )
+    }
+}
+
+const UNITS_HINT: &str =
+    "give all world places in one unit, or let `wheatstone check --fix OUT` scale these";
+
+/// All coordinates of a view, or some, in another unit.
+fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
+    let columns = [([true; 3], "X, Y and Z")].into_iter().chain(COLUMNS);
+    for ratio in RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]) {
+        for (which, name) in columns.clone() {
+            let map = |scaled: Point3| in_unit(evidence, which, ratio, scaled);
+            let left = explained(evidence, view, cameras, &map);
+            if !cameras.iter().all(|camera| evidence.accepts((view, *camera), left)) {
+                continue;
+            }
+            let what =
+                format!("{name} are {} times what they should be: another unit", tidy(ratio));
+            return Some(Proposal {
+                freedom: Freedom::Choice,
+                left,
+                cells: cameras.iter().map(|camera| (view, *camera)).collect(),
+                also: Vec::new(),
+                key: what.clone(),
+                code: "units-mixed",
+                severity: Severity::Fatal,
+                what,
+                hint: UNITS_HINT.into(),
+                figures: vec![("scale".into(), ratio)],
+                changes: places(evidence, view, map),
+            });
+        }
+    }
+    None
+}
+
+/// A ratio in as few figures as it has.
+pub(super) fn tidy(ratio: f64) -> String {
+    let text = format!("{ratio:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

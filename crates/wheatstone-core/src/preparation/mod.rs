@@ -1,0 +1,285 @@
+//! From what the user recorded to what a method is fitted to: faults are named, or put right where
+//! that is asked for and certain; charts of unknown place are placed; gross outliers are set aside; charts are moved to where they stood.
+
+pub mod checks;
+pub mod outliers;
+
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    fit::{
+        bundle::{self, Gauge, Lenses, Placing, SolvedPoses, ViewPose},
+        stage::{self, StagePrior, ViewOffset},
+    },
+};
+use checks::{Examination, Finding, Severity};
+use outliers::Outlier;
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::progress::Progress;
+
+/// A point that was set aside as a gross outlier.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetAside {
+    /// Its view's name; empty where there is none.
+    pub view: String,
+    /// Its name within the view; its row, counted from 1, where it has none.
+    pub id: String,
+    /// The cameras whose pixel is wrong, counted from 1.
+    pub cameras: Vec<usize>,
+    /// How far the worst of these pixels is off.
+    pub residual: f64,
+}
+
+/// A fault of the data that was found before the fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SavedFinding {
+    /// Its name, in kebab case.
+    pub code: String,
+    /// `information`, `warning` or `fatal`.
+    pub severity: String,
+    /// The views that have it; none for all of them.
+    pub views: Vec<String>,
+    /// The cameras that have it, counted from 1; none for all of them.
+    pub cameras: Vec<usize>,
+    /// What is wrong and where.
+    pub explanation: String,
+    /// What to do about it.
+    pub hint: String,
+    /// Whether it was put right before the fit.
+    pub repaired: bool,
+}
+
+/// What is done to data before a fit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Preparation {
+    /// Put faults right where that is safe.
+    pub repair: bool,
+    /// Go on in spite of faults that make a fit worthless.
+    pub insist: bool,
+    /// The distance of the first two cameras as measured on the rig, in the data's unit, and by what
+    /// share of it the data may differ.
+    pub baseline: Option<(f64, f64)>,
+    /// Keep gross outliers.
+    pub keep_outliers: bool,
+    /// How well the charts' places are known; without it they are taken as they are given.
+    pub stage: Option<StagePrior>,
+    /// How charts held by hand are placed.
+    pub placing: Placing,
+}
+
+/// Data ready for a fit, and what was done to them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prepared {
+    /// What a method is fitted to.
+    pub data: Dataset,
+    /// The faults that were found, in the data as they came.
+    pub examination: Examination,
+    /// Whether the faults that can be put right were.
+    pub repaired: bool,
+    /// The points set aside, by the rows of the data that were screened.
+    pub outliers: Vec<Outlier>,
+    /// Where the charts are believed to have stood; none where that was not asked for.
+    pub stage: Vec<ViewOffset>,
+    /// Where charts of unknown place were found to have stood; none where all places were known.
+    pub placed: Option<Placed>,
+}
+
+/// Charts of unknown place, placed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placed {
+    /// One entry a view.
+    pub views: Vec<ViewPose>,
+    /// Views that could not be placed, for too few points.
+    pub unplaced: Vec<String>,
+    /// The lens with which they were placed: a name of the registry of cameras.
+    pub lens: String,
+    /// Root mean square distance, in pixels, of detections from where cameras and charts say, with
+    /// that lens.
+    pub rms: f64,
+    /// Distances of each camera from the first one, in the data's unit.
+    pub baselines: Vec<f64>,
+    /// Whether charts and the model-free camera were adjusted together after that.
+    pub freed: bool,
+    /// The frame of the world; none where some places were known, whose frame it is then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gauge: Option<Gauge>,
+}
+
+impl Prepared {
+    /// Data taken as they are.
+    #[must_use]
+    pub fn as_given(data: Dataset) -> Self {
+        let examination = Examination::default();
+        Self {
+            data,
+            examination,
+            repaired: false,
+            outliers: Vec::new(),
+            stage: Vec::new(),
+            placed: None,
+        }
+    }
+
+    /// The outliers as a model file keeps them.
+    #[must_use]
+    pub fn set_aside(&self) -> Vec<SetAside> {
+        let keep = |outlier: &Outlier| SetAside {
+            view: outlier.view.clone(),
+            id: outlier.id.clone().unwrap_or_else(|| (outlier.row + 1).to_string()),
+            cameras: outlier.cameras.iter().map(|camera| camera + 1).collect(),
+            residual: outlier.residual,
+        };
+        self.outliers.iter().map(keep).collect()
+    }
+
+    /// The findings as a model file keeps them.
+    #[must_use]
+    pub fn findings(&self) -> Vec<SavedFinding> {
+        let keep = |finding: &Finding| SavedFinding {
+            code: finding.code.into(),
+            severity: finding.severity.name().into(),
+            views: finding.views.clone(),
+            cameras: finding.cameras.iter().map(|camera| camera + 1).collect(),
+            explanation: finding.explanation.clone(),
+            hint: finding.hint.clone(),
+            repaired: self.repaired && finding.is_fixable(),
+        };
+        self.examination.findings.iter().map(keep).collect()
+    }
+}
+
+impl Preparation {
+    /// Prepares `data`; the same `seed` gives the same bits.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Faulty`] where a fit would be wrong, unless repaired or insisted on; those of
+    /// [`stage::solve`]; [`Error::Cancelled`].
+    pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
+        let mut examination = checks::examine(&data);
+        let mut data = data;
+        if self.repair {
+            data = checks::repair_all(&data, &examination.findings);
+        }
+        if !self.insist {
+            refuse_faults(&examination, self.repair)?;
+        }
+        progress.check()?;
+        let mut placed = None;
+        if bundle::needed(&data) {
+            (data, placed) = self.place(&data, progress)?;
+            add_findings(&mut examination, checks::examine(&data));
+        }
+        if let Some((length, tolerance)) = self.baseline {
+            let differs = checks::compare_baseline(&examination, length, tolerance);
+            examination.findings.splice(0..0, differs);
+        }
+        if !self.insist {
+            refuse_faults(&examination, self.repair)?;
+        }
+        let mut outliers = Vec::new();
+        if !self.keep_outliers {
+            let screening = outliers::screen(&data, seed, progress)?;
+            if !screening.outliers.is_empty() {
+                data = screening.clean(&data);
+            }
+            outliers = screening.outliers;
+        }
+        let mut offsets = Vec::new();
+        if let Some(prior) = &self.stage {
+            let solved = stage::solve(&data, prior, progress)?;
+            (data, offsets) = (solved.data, solved.offsets);
+        }
+        Ok(Prepared { data, examination, repaired: self.repair, outliers, stage: offsets, placed })
+    }
+
+    /// Places charts of unknown place: with cameras of a known lens first, then, where any lens may
+    /// be, together with the model-free camera.
+    fn place(&self, data: &Dataset, progress: &dyn Progress) -> Result<(Dataset, Option<Placed>)> {
+        let mut solved = bundle::solve(data, self.placing, progress)?;
+        let freed =
+            if self.placing.lenses == Lenses::Either { freed(&solved, progress)? } else { None };
+        let is_free = freed.is_some();
+        let known = data.known().next().is_some();
+        let gauge = (!known).then_some(self.placing.gauge);
+        if let Some(freed) = freed {
+            solved.adopt(freed, self.placing.gauge);
+        }
+        // A point with a place on the chart and one in the world tells that the place was found.
+        let data = solved.data;
+        let placed = Placed {
+            views: solved.views,
+            unplaced: solved.unplaced,
+            lens: solved.lens.into(),
+            rms: solved.rms,
+            baselines: solved.baselines,
+            freed: is_free,
+            gauge,
+        };
+        Ok((data, Some(placed)))
+    }
+}
+
+/// How far charts may go from where a known lens put them, as a share of their distance, and in
+/// radians: behind water or glass they are off by a three-hundredth.
+const FREEDOM: f64 = 0.01;
+
+/// Charts and model-free cameras adjusted together; `None` where that does not apply.
+fn freed(solved: &SolvedPoses, progress: &dyn Progress) -> Result<Option<Dataset>> {
+    let held = |view: usize| {
+        let mut rows = solved.data.correspondences.iter().filter(|row| row.view == view);
+        rows.all(|row| row.board.is_none())
+    };
+    let names = solved.data.views.iter().enumerate();
+    let prior = StagePrior {
+        offset_sigma: FREEDOM * solved.distance,
+        rotation_sigma: Some(FREEDOM),
+        // Known places are kept.
+        views: names.filter(|(view, _)| held(*view)).map(|(_, name)| (name.clone(), 0.0)).collect(),
+    };
+    match stage::solve(&solved.data, &prior, progress) {
+        Ok(freed) => Ok(Some(freed.data)),
+        Err(Error::Degenerate { .. } | Error::TooFew { .. }) => Ok(None),
+        Err(other) => Err(other),
+    }
+}
+
+/// What shows only where charts have places. Data are put right before that, not after.
+fn add_findings(examination: &mut Examination, mut after: Examination) {
+    let new = |finding: &Finding| {
+        examination.findings.iter().all(|f| f.code != finding.code)
+            // Wherever the charts stood: it was solved for.
+            && finding.code != "planes-parallel"
+    };
+    after.findings.retain(new);
+    for finding in &mut after.findings {
+        finding.changes.clear();
+    }
+    examination.findings.extend(after.findings);
+    examination.layout = after.layout;
+    examination.cannot_be_seen = after.cannot_be_seen;
+}
+
+/// Refuses data whose faults make a fit worthless, unless they were put right.
+fn refuse_faults(examination: &Examination, repaired: bool) -> Result<()> {
+    let mut left = examination
+        .findings
+        .iter()
+        .filter(|f| f.severity == Severity::Fatal && !(repaired && f.is_fixable()));
+    let Some(first) = left.next() else { return Ok(()) };
+    let others = left.count();
+    let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
+    let way_out = if first.is_fixable() && !repaired {
+        "`--fix` puts it right, `--force` goes on all the same"
+    } else {
+        "`--force` goes on all the same"
+    };
+    Err(Error::Faulty {
+        code: first.code.into(),
+        problem: format!("{}{more}", first.explanation),
+        hint: format!("{}; {way_out}", first.hint),
+    })
+}

@@ -1,0 +1,102 @@
+//! Which format files are in, by their names and their first words.
+
+use super::Format;
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+};
+use wheatstone_core::{Error, Result, storage};
+
+/// What the names of files say, surest first.
+const BY_NAME: [(&str, &str); 11] = [
+    (".cameramodel", "mrcal"),
+    ("cameras.txt", "colmap"),
+    (".toml", "anipose"),
+    (".ori", "openptv"),
+    (".npy", "npy"),
+    (".parquet", "parquet"),
+    (".ply", "ply"),
+    (".pcd", "pcd"),
+    (".vnl", "vnl"),
+    ("_targets", "openptv-targets"),
+    ("markers_c0.txt", "proptv"),
+];
+
+/// The format of files (or of the files in a folder) that are to be read; `None` for a model file.
+///
+/// # Errors
+///
+/// [`Error::Io`] where they cannot be read, [`Error::Malformed`] where nothing tells.
+pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
+    let refuse = |path: &Path, problem: &str, hint: &str| Error::Malformed {
+        path: path.into(),
+        line: None,
+        problem: problem.into(),
+        hint: hint.into(),
+    };
+    let unknown = |path: &Path| {
+        let hint = "say what it is: `--from NAME`; `wheatstone list formats` has the names";
+        refuse(path, "nothing tells which format this is", hint)
+    };
+    let first = paths.first().ok_or_else(|| unknown(Path::new("")))?;
+    let names = if first.is_dir() { listing(first)? } else { paths.to_vec() };
+    let name_of = |path: &PathBuf| path.to_string_lossy().to_lowercase();
+    for (end, format) in BY_NAME {
+        if names.iter().any(|path| name_of(path).ends_with(end)) {
+            return Format::named(format).map(Some);
+        }
+    }
+    if first.is_dir() {
+        let yaml = names.iter().any(|path| name_of(path).ends_with(".yaml"));
+        return if yaml { Format::named("ros").map(Some) } else { Err(unknown(first)) };
+    }
+    let mut beginning = Vec::new();
+    // A model's first field stands first; a header does too.
+    let opened = storage::open(first)?;
+    opened.take(1 << 16).read_to_end(&mut beginning).map_err(|e| Error::reading(first, e))?;
+    let text = String::from_utf8_lossy(&beginning);
+    by_words(&text, &name_of(first)).ok_or_else(|| unknown(first))?.map(Format::named).transpose()
+}
+
+/// Outer `None` where nothing tells, inner `None` for a model.
+fn by_words(text: &str, name: &str) -> Option<Option<&'static str>> {
+    if text.contains("\"wheatstone-calibration\"") {
+        return Some(None);
+    }
+    let header = text.lines().next().unwrap_or("");
+    let is = |format| Some(Some(format));
+    if text.contains("lensmodel") || text.contains("lens_model") {
+        return is("mrcal");
+    }
+    if [".yml", ".yaml", ".json"].iter().any(|end| name.ends_with(end)) {
+        if text.contains("projection_matrix") && text.contains("camera_matrix") {
+            return is("ros");
+        }
+        if text.contains("cam0") && text.contains("intrinsics") {
+            return is("kalibr");
+        }
+        return is("opencv");
+    }
+    if header.contains("x1") && header.contains("x2") {
+        return is("csv");
+    }
+    if header.contains("pt1_cam1_X") {
+        return is("dltdv-points");
+    }
+    if header.starts_with("# filename") {
+        return is("vnl");
+    }
+    if header.trim() == "image size" {
+        return is("mayacam");
+    }
+    None
+}
+
+fn listing(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| Error::reading(folder, e))? {
+        names.push(entry.map_err(|e| Error::reading(folder, e))?.path());
+    }
+    names.sort();
+    Ok(names)
+}

@@ -1,0 +1,318 @@
+//! Other programs' files, in and out: calibrations as a [`Rig`], tables of points as a [`Dataset`].
+//!
+//! To add a format: write `exchange/<name>.rs` with a [`Format`], then add its `mod` line and its row in
+//! [`FORMATS`]. Readers and writers are pure: bytes to values and back; files are touched here alone.
+
+mod anipose;
+mod approximation;
+mod cloud;
+mod colmap;
+mod dlt;
+mod dltdv_points;
+mod files;
+mod guess;
+mod import;
+mod kalibr;
+mod mayacam;
+mod mrcal;
+mod myptv;
+mod npy;
+mod opencv;
+mod openptv;
+mod parquet;
+mod proptv;
+mod remap;
+mod rig;
+mod ros;
+mod samples;
+mod table;
+mod targets;
+mod text;
+mod tree;
+mod vnl;
+mod yaml;
+
+pub use approximation::{Approximation, Loss, approximate, approximate_rig, exact};
+pub use files::{InputFile, OutputFile, gather, save};
+pub use guess::guess;
+pub use import::{Imported, calibration};
+pub use rig::{Form, Optics, Rig, RigCamera, coefficients};
+
+use wheatstone_core::{Error, Result, dataset::Dataset, rectification::Rectification};
+
+/// A format of files.
+pub struct Format {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// In one line, what it is.
+    pub about: &'static str,
+    /// How its files lie on the disk.
+    pub layout: Layout,
+    /// What is in it, and how it is read and written.
+    pub content: Content,
+}
+
+/// How a format's files lie on the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// One file with this extension.
+    File(&'static str),
+    /// A folder with a file a camera, each with this extension.
+    Cameras(&'static str),
+    /// A folder with these files, and any that end so.
+    Folder(&'static [&'static str]),
+}
+
+/// Cameras from files.
+pub type ReadRig = fn(&[InputFile], &Given) -> Result<Rig>;
+
+/// Files from cameras.
+pub type WriteRig = fn(&Rig) -> Result<Vec<OutputFile>>;
+
+/// A table of points from files.
+pub type ReadPoints = fn(&[InputFile], &Given) -> Result<Dataset>;
+
+/// Files from a table of points.
+pub type WritePoints = fn(&Dataset, &Given) -> Result<Vec<OutputFile>>;
+
+/// Files from a rectified pair.
+pub type WritePair = fn(&Rectification) -> Result<Vec<OutputFile>>;
+
+/// What a format holds.
+pub enum Content {
+    /// Cameras.
+    Calibration {
+        /// Reads them, where the format can be read.
+        read: Option<ReadRig>,
+        /// Writes them, where it can be written.
+        write: Option<WriteRig>,
+        /// What of cameras it can hold, what is preferred first.
+        forms: &'static [Form],
+        /// The unit of its lengths, where it knows only one.
+        unit: Option<&'static str>,
+    },
+    /// A rectified pair of cameras; not read.
+    Pair {
+        /// Writes it.
+        write: WritePair,
+    },
+    /// Matched pixels, points in the world, or both.
+    Points {
+        /// Reads them, where the format can be read.
+        read: Option<ReadPoints>,
+        /// Writes them, where it can be written.
+        write: Option<WritePoints>,
+    },
+}
+
+/// What some files do not say of themselves.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Given {
+    /// The unit of world lengths.
+    pub unit: Option<String>,
+    /// Width and height of each camera's pictures in pixels; one for all cameras, or one each.
+    pub sizes: Vec<[u32; 2]>,
+    /// Columns of a chart and the distance between them, for lists of its corners that do not say it.
+    pub board: Option<(usize, f64)>,
+}
+
+impl Given {
+    /// The unit of world lengths; millimetres where none was given.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        self.unit.as_deref().unwrap_or("mm")
+    }
+
+    /// The size of a camera's pictures, counted from 0.
+    #[must_use]
+    pub fn size(&self, camera: usize) -> Option<[u32; 2]> {
+        match &self.sizes[..] {
+            [one] => Some(*one),
+            sizes => sizes.get(camera).copied(),
+        }
+    }
+}
+
+/// Every format that is read or written.
+pub const FORMATS: &[Format] = &[
+    opencv::FORMAT,
+    opencv::FISHEYE,
+    ros::FORMAT,
+    kalibr::FORMAT,
+    mrcal::FORMAT,
+    colmap::FORMAT,
+    anipose::FORMAT,
+    dlt::FORMAT,
+    dlt::DLTDV,
+    dlt::DLTDV8,
+    mayacam::FORMAT,
+    openptv::FORMAT,
+    remap::FORMAT,
+    table::FORMAT,
+    npy::FORMAT,
+    parquet::FORMAT,
+    cloud::PLY,
+    cloud::PCD,
+    dltdv_points::FORMAT,
+    targets::FORMAT,
+    myptv::FORMAT,
+    proptv::FORMAT,
+    vnl::FORMAT,
+];
+
+impl Format {
+    /// The format of this name.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`].
+    pub fn named(name: &str) -> Result<&'static Self> {
+        FORMATS.iter().find(|format| format.name == name).ok_or_else(|| Error::UnknownName {
+            kind: "format",
+            name: name.into(),
+            known: FORMATS.iter().map(|format| format.name.to_owned()).collect(),
+        })
+    }
+
+    /// Whether it holds cameras, be it as a rectified pair.
+    #[must_use]
+    pub fn is_calibration(&self) -> bool {
+        !matches!(self.content, Content::Points { .. })
+    }
+
+    /// Whether it holds a rectified pair.
+    #[must_use]
+    pub fn is_pair(&self) -> bool {
+        matches!(self.content, Content::Pair { .. })
+    }
+
+    /// Whether it is read.
+    #[must_use]
+    pub fn reads(&self) -> bool {
+        match &self.content {
+            Content::Calibration { read, .. } => read.is_some(),
+            Content::Pair { .. } => false,
+            Content::Points { read, .. } => read.is_some(),
+        }
+    }
+
+    /// Whether it is written.
+    #[must_use]
+    pub fn writes(&self) -> bool {
+        match &self.content {
+            Content::Calibration { write, .. } => write.is_some(),
+            Content::Pair { .. } => true,
+            Content::Points { write, .. } => write.is_some(),
+        }
+    }
+
+    /// What it can hold of cameras; nothing for tables of points.
+    #[must_use]
+    pub fn forms(&self) -> &'static [Form] {
+        match &self.content {
+            Content::Calibration { forms, .. } => forms,
+            Content::Pair { .. } | Content::Points { .. } => &[],
+        }
+    }
+
+    /// A table of points from files.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] with file and line, [`Error::Unsupported`] where the format is not one that
+    /// is read as points.
+    pub fn read_points(&self, files: &[InputFile], given: &Given) -> Result<Dataset> {
+        let Content::Points { read: Some(read), .. } = &self.content else {
+            return Err(self.cannot("points that are to be read"));
+        };
+        let first = files.first().ok_or_else(|| self.cannot("nothing: there are no files"))?;
+        let data = read(files, given)?;
+        if data.correspondences.is_empty() {
+            return Err(first.error(
+                0,
+                "there are no points in it".into(),
+                "is this the file that you meant?",
+            ));
+        }
+        Ok(data)
+    }
+
+    /// Files from a table of points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] with what does not go in.
+    pub fn write_points(&self, data: &Dataset, given: &Given) -> Result<Vec<OutputFile>> {
+        match &self.content {
+            Content::Points { write: Some(write), .. } => write(data, given),
+            _ => Err(self.cannot("points that are to be written")),
+        }
+    }
+
+    /// Cameras from files; two of them at least.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] with file and line, [`Error::Unsupported`] where the format is not one that
+    /// is read as cameras.
+    pub fn read_rig(&self, files: &[InputFile], given: &Given) -> Result<Rig> {
+        let Content::Calibration { read: Some(read), unit, .. } = &self.content else {
+            return Err(self.cannot("cameras that are to be read"));
+        };
+        let first = files.first().ok_or_else(|| self.cannot("nothing: there are no files"))?;
+        let mut rig = read(files, given)?;
+        if rig.cameras.is_empty() {
+            return Err(first.error(
+                0,
+                "there are no cameras in it".into(),
+                "is this the file that you meant?",
+            ));
+        }
+        let told = given.unit.clone().or(rig.unit);
+        rig.unit = told.or_else(|| unit.map(Into::into));
+        for (index, camera) in rig.cameras.iter_mut().enumerate() {
+            camera.size = camera.size.or_else(|| given.size(index));
+        }
+        Ok(rig)
+    }
+
+    /// Files from cameras that are in one of the format's forms.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] with what does not go in.
+    pub fn write_rig(&self, rig: &Rig) -> Result<Vec<OutputFile>> {
+        let Content::Calibration { write: Some(write), unit, .. } = &self.content else {
+            return Err(self.cannot("cameras that are to be written"));
+        };
+        match unit {
+            Some(unit) => write(&rig.in_unit(unit, self.name)?),
+            None => write(rig),
+        }
+    }
+
+    /// Files from a rectified pair.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] where the format is not one of rectified pairs.
+    pub fn write_pair(&self, made: &Rectification) -> Result<Vec<OutputFile>> {
+        match &self.content {
+            Content::Pair { write } => write(made),
+            _ => Err(self.cannot("a rectified pair")),
+        }
+    }
+
+    fn cannot(&self, what: &str) -> Error {
+        Error::Unsupported {
+            format: self.name.into(),
+            what: what.into(),
+            hint: "`wheatstone list formats` says what each format holds".into(),
+        }
+    }
+
+    /// A refusal in this format's name.
+    fn unsupported(name: &str, what: String, hint: &str) -> Error {
+        Error::Unsupported { format: name.into(), what, hint: hint.into() }
+    }
+}

@@ -1,0 +1,191 @@
+//! What is not known about numbers that least squares found: their covariance, kept as a triangle.
+
+use nalgebra::{DMatrix, Matrix2};
+use serde::{Deserialize, Serialize};
+
+/// A symmetric matrix, its lower triangle row by row.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Covariance(Vec<f64>);
+
+impl Covariance {
+    /// Of a matrix whose upper triangle says the same as its lower one.
+    #[must_use]
+    pub fn of(matrix: &DMatrix<f64>) -> Self {
+        let row = |row: usize| (0..=row).map(move |column| matrix[(row, column)]);
+        Self((0..matrix.nrows()).flat_map(row).collect())
+    }
+
+    /// Of so many numbers that are exact.
+    #[must_use]
+    pub fn zero(numbers: usize) -> Self {
+        Self(vec![0.0; numbers * (numbers + 1) / 2])
+    }
+
+    /// Covariance of two numbers that depend on the uncertain ones with these `slopes`: the
+    /// derivatives of both by each.
+    #[must_use]
+    pub fn of_two(&self, slopes: &[[f64; 2]]) -> Matrix2<f64> {
+        let (mut first, mut mixed, mut second) = (0.0, 0.0, 0.0);
+        let mut start = 0;
+        for (index, own) in slopes.iter().enumerate() {
+            let row = &self.0[start..=start + index];
+            start += index + 1;
+            let (mut below_first, mut below_second) = (0.0, 0.0);
+            for (value, other) in row.iter().zip(&slopes[..index]) {
+                below_first += value * other[0];
+                below_second += value * other[1];
+            }
+            let diagonal = row[index];
+            first += own[0] * (2.0 * below_first + diagonal * own[0]);
+            second += own[1] * (2.0 * below_second + diagonal * own[1]);
+            mixed += own[0] * (below_second + diagonal * own[1]) + own[1] * below_first;
+        }
+        Matrix2::new(first, mixed, mixed, second)
+    }
+
+    /// The covariance of two of the numbers; `None` where there are not so many.
+    #[must_use]
+    pub fn between(&self, first: usize, second: usize) -> Option<f64> {
+        let (row, column) = (first.max(second), first.min(second));
+        self.0.get(row * (row + 1) / 2 + column).copied()
+    }
+
+    /// Variance of a number that depends on the uncertain ones with these `slopes`.
+    #[must_use]
+    pub fn of_one(&self, slopes: &[f64]) -> f64 {
+        let (mut sum, mut start) = (0.0, 0);
+        for (index, own) in slopes.iter().enumerate() {
+            let row = &self.0[start..=start + index];
+            start += index + 1;
+            sum += own * (2.0 * product(row, &slopes[..index]) + row[index] * own);
+        }
+        sum
+    }
+
+    /// Whether it is one of so many numbers, and finite.
+    #[must_use]
+    pub fn is_sound(&self, numbers: usize) -> bool {
+        let diagonal = (0..numbers).map(|index| index * (index + 3) / 2);
+        self.0.len() == numbers * (numbers + 1) / 2
+            && self.0.iter().all(|value| value.is_finite())
+            && diagonal.into_iter().all(|place| self.0[place] >= 0.0)
+    }
+}
+
+/// Of as many numbers as the shorter list has, in eight sums: one would wait for each addition.
+fn product(one: &[f64], other: &[f64]) -> f64 {
+    let count = one.len().min(other.len());
+    let (ones, one_rest) = one[..count].as_chunks::<8>();
+    let (others, other_rest) = other[..count].as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (one, other) in ones.iter().zip(others) {
+        for ((sum, one), other) in sums.iter_mut().zip(one).zip(other) {
+            *sum += one * other;
+        }
+    }
+    let rest: f64 = one_rest.iter().zip(other_rest).map(|(one, other)| one * other).sum();
+    rest + sums.iter().sum::<f64>()
+}
+
+/// The sums from which follows the covariance of unknowns that least squares found, where each
+/// equation's error has a variance of its own.
+#[derive(Clone, Debug)]
+pub struct LeastSquaresSpread {
+    normal: DMatrix<f64>,
+    errors: DMatrix<f64>,
+}
+
+/// Added to a normal matrix of unit diagonal that rounding has made singular: what the equations say
+/// less of than this is taken for unknown.
+const UNKNOWN: f64 = 1e-12;
+
+impl LeastSquaresSpread {
+    /// Of so many unknowns.
+    #[must_use]
+    pub fn new(unknowns: usize) -> Self {
+        let zeros = DMatrix::zeros(unknowns, unknowns);
+        Self { normal: zeros.clone(), errors: zeros }
+    }
+
+    /// Adds an equation: its derivatives by the unknowns, and its error's variance.
+    pub fn add(&mut self, slopes: &[f64], variance: f64) {
+        add_square(&mut self.normal, slopes, 1.0);
+        add_square(&mut self.errors, slopes, variance);
+    }
+
+    /// Holds the unknowns where they are along `direction`, which no equation tells of.
+    pub fn hold(&mut self, direction: &[f64]) {
+        let scale = self.normal.diagonal().amax();
+        add_square(&mut self.normal, direction, scale);
+    }
+
+    /// The unknowns' covariance; `None` where equations are not finite.
+    #[must_use]
+    pub fn covariance(mut self) -> Option<Covariance> {
+        self.normal.fill_upper_triangle_with_lower_triangle();
+        self.errors.fill_upper_triangle_with_lower_triangle();
+        let scales = self.normal.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
+        let scale = DMatrix::from_diagonal(&scales);
+        let unit = &scale * &self.normal * &scale;
+        let factors = unit.clone().cholesky().or_else(|| {
+            (unit + DMatrix::from_diagonal_element(scales.len(), scales.len(), UNKNOWN)).cholesky()
+        })?;
+        let inverse = &scale * factors.inverse() * &scale;
+        let covariance = &inverse * &self.errors * &inverse;
+        covariance.iter().all(|value| value.is_finite()).then(|| Covariance::of(&covariance))
+    }
+}
+
+/// Adds `factor` times the products of all pairs to the lower triangle.
+fn add_square(matrix: &mut DMatrix<f64>, row: &[f64], factor: f64) {
+    for (column, value) in row.iter().enumerate() {
+        let scaled = factor * value;
+        for (place, other) in row.iter().enumerate().skip(column) {
+            matrix[(place, column)] += scaled * other;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn the_triangle_is_the_matrix() {
+        let mut random = Random::new(3);
+        let root = DMatrix::from_fn(6, 6, |_, _| random.normal());
+        let matrix = &root * root.transpose();
+        let slopes: Vec<[f64; 2]> = (0..6).map(|_| [random.normal(), random.normal()]).collect();
+        let rows = DMatrix::from_fn(2, 6, |row, column| slopes[column][row]);
+        let wanted = &rows * &matrix * rows.transpose();
+        let kept = Covariance::of(&matrix);
+        assert!((kept.of_two(&slopes) - wanted.fixed_view::<2, 2>(0, 0)).norm() < 1e-12 * 50.0);
+        let first: Vec<f64> = slopes.iter().map(|slope| slope[0]).collect();
+        assert!((kept.of_one(&first) - wanted[(0, 0)]).abs() < 1e-10);
+        assert!(kept.is_sound(6) && !kept.is_sound(5));
+        assert!(!Covariance(vec![1.0, 0.0, -1.0]).is_sound(2));
+    }
+
+    #[test]
+    fn a_lines_covariance_is_that_of_repeated_fits() {
+        let mut random = Random::new(4);
+        // y = a + b x, errors growing with x, fitted as if they did not.
+        let places: Vec<f64> = (0..30).map(|index| f64::from(index) / 29.0).collect();
+        let sigma = |x: f64| 0.1 + 0.5 * x;
+        let mut spread = LeastSquaresSpread::new(2);
+        places.iter().for_each(|x| spread.add(&[1.0, *x], sigma(*x).powi(2)));
+        let covariance = spread.covariance().unwrap();
+        let design: Vec<f64> = places.iter().flat_map(|x| [1.0, *x]).collect();
+        let draws: Vec<f64> = (0..4000)
+            .map(|_| {
+                let y: Vec<f64> = places.iter().map(|x| sigma(*x) * random.normal()).collect();
+                let line = crate::least_squares::solve(&design, 2, &y, 1).unwrap();
+                line[0] + 2.0 * line[1]
+            })
+            .collect();
+        let scatter = crate::statistics::root_mean_square(&draws);
+        assert!((covariance.of_one(&[1.0, 2.0]).sqrt() / scatter - 1.0).abs() < 0.05);
+    }
+}

@@ -1,0 +1,292 @@
+//! Nonlinear least squares: Levenberg's and Marquardt's damped Gauss-Newton steps on dense normal
+//! equations, for up to some hundreds of unknowns.
+//!
+//! Source: Marquardt 1963 (doi:10.1137/0111030); the damping rule is Nielsen's (Madsen, Nielsen &
+//! Tingleff 2004, "Methods for non-linear least squares problems", section 3.2).
+
+use crate::progress::Progress;
+use crate::{Error, Result};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// J'J and J'r of a least-squares problem with residuals r and Jacobian J = dr/dp, added up row by
+/// row in the caller's order, so that the same input gives the same bits.
+#[derive(Clone, Debug)]
+pub struct NormalEquations {
+    /// J'J; only its lower triangle is kept up while rows are added.
+    matrix: DMatrix<f64>,
+    /// J'r.
+    gradient: DVector<f64>,
+}
+
+impl NormalEquations {
+    /// Of a problem with so many unknowns.
+    #[must_use]
+    pub fn new(unknowns: usize) -> Self {
+        Self { matrix: DMatrix::zeros(unknowns, unknowns), gradient: DVector::zeros(unknowns) }
+    }
+
+    /// Forgets all rows.
+    pub fn clear(&mut self) {
+        self.matrix.fill(0.0);
+        self.gradient.fill(0.0);
+    }
+
+    /// Adds a residual whose derivatives by the unknowns are `row`.
+    pub fn add(&mut self, row: &[f64], residual: f64) {
+        let count = row.len();
+        for (column, (value, gradient)) in row.iter().zip(self.gradient.iter_mut()).enumerate() {
+            if *value != 0.0 {
+                *gradient += value * residual;
+                let below =
+                    &mut self.matrix.as_mut_slice()[column * count + column..][..count - column];
+                for (sum, other) in below.iter_mut().zip(&row[column..]) {
+                    *sum += value * other;
+                }
+            }
+        }
+    }
+
+    /// Adds the two residuals of a pixel, whose derivatives by the unknowns are `rows`.
+    pub fn add_pixel(&mut self, rows: [&[f64]; 2], residuals: [f64; 2]) {
+        let [first, second] = rows;
+        let count = first.len().min(second.len());
+        let mut columns = self.matrix.as_mut_slice().chunks_exact_mut(count.max(1));
+        for (column, gradient) in self.gradient.iter_mut().enumerate().take(count) {
+            let (a, b) = (first[column], second[column]);
+            *gradient += a * residuals[0] + b * residuals[1];
+            let Some(below) = columns.next() else { return };
+            let others = first[column..count].iter().zip(&second[column..count]);
+            for (sum, (p, q)) in below[column..].iter_mut().zip(others) {
+                *sum += a * p + b * q;
+            }
+        }
+    }
+
+    /// Adds many residuals, of whose slopes and errors these are the products with each other; each unknown
+    /// has its place among them, and the errors have one.
+    pub fn add_square<const N: usize>(
+        &mut self,
+        places: &[usize],
+        error: usize,
+        products: &[[f64; N]; N],
+    ) {
+        for (column, place) in places.iter().enumerate() {
+            self.gradient[column] += products[error][*place];
+            for (row, other) in places.iter().enumerate().skip(column) {
+                self.matrix[(row, column)] += products[*other][*place];
+            }
+        }
+    }
+
+    /// Adds a residual that depends on some unknowns only: `(unknown, derivative)`, each once.
+    pub fn add_sparse(&mut self, row: &[(usize, f64)], residual: f64) {
+        for (column, value) in row {
+            self.gradient[*column] += value * residual;
+            for (other, slope) in row {
+                if other >= column {
+                    self.matrix[(*other, *column)] += value * slope;
+                }
+            }
+        }
+    }
+
+    /// J'J, whole.
+    #[must_use]
+    pub fn matrix(&self) -> DMatrix<f64> {
+        let mut whole = self.matrix.clone();
+        whole.fill_upper_triangle_with_lower_triangle();
+        whole
+    }
+
+    /// J'r.
+    #[must_use]
+    pub fn gradient(&self) -> &DVector<f64> {
+        &self.gradient
+    }
+
+    /// The factors of `J'J + damping * diag(J'J)`, if it is positive definite.
+    fn damped(&self, damping: f64) -> Option<Cholesky<f64, Dyn>> {
+        let mut matrix = self.matrix();
+        for index in 0..matrix.nrows() {
+            let diagonal = matrix[(index, index)];
+            // An unknown that nothing depends on stays where it is.
+            matrix[(index, index)] += damping * if diagonal > 0.0 { diagonal } else { 1.0 };
+        }
+        matrix.cholesky()
+    }
+}
+
+/// Where a search ended.
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    /// The unknowns.
+    pub parameters: Vec<f64>,
+    /// Half the sum of squared residuals.
+    pub cost: f64,
+    /// The normal equations there: the inverse of their matrix is the unknowns' covariance for unit
+    /// noise.
+    pub normal: NormalEquations,
+    /// Steps taken.
+    pub steps: usize,
+}
+
+/// When a search ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Patience {
+    /// Most steps.
+    pub steps: usize,
+    /// A step that lowers the cost by less than this share of it is the last.
+    pub least_gain: f64,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self { steps: 200, least_gain: 1e-12 }
+    }
+}
+
+/// Looks for the least cost from `start`.
+///
+/// `evaluate` returns half the sum of squared residuals, or `None` where they do not exist (a point
+/// behind a camera), and adds every row to the normal equations when it is given some (cleared).
+///
+/// # Errors
+///
+/// [`Error::Degenerate`] where the residuals do not exist at the start, [`Error::Cancelled`].
+pub fn minimise(
+    start: &[f64],
+    patience: Patience,
+    progress: &dyn Progress,
+    mut evaluate: impl FnMut(&[f64], Option<&mut NormalEquations>) -> Option<f64>,
+) -> Result<Minimum> {
+    let mut parameters = start.to_vec();
+    let mut normal = NormalEquations::new(parameters.len());
+    let mut cost = evaluate(&parameters, Some(&mut normal))
+        .filter(|cost| cost.is_finite())
+        .ok_or_else(|| Error::Degenerate {
+            problem: "the search for the best fit cannot begin: its start explains no point".into(),
+            hint: "check the points for gross errors, such as exchanged columns".into(),
+        })?;
+    // Most steps are good ones: what the next one needs is worked out with the cost.
+    let mut next = normal.clone();
+    let (mut damping, mut growth) = (1e-3, 2.0);
+    let mut steps = 0;
+    let mut tries = 0;
+    // As many tries as steps, and as many again to recover the damping.
+    while steps < patience.steps && tries < 2 * patience.steps + 50 {
+        tries += 1;
+        progress.check()?;
+        let step = normal.damped(damping).map(|factors| -factors.solve(&normal.gradient));
+        let tried = step.and_then(|step| {
+            let moved: Vec<f64> = parameters.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
+            next.clear();
+            let reached = evaluate(&moved, Some(&mut next)).filter(|reached| *reached < cost)?;
+            let diagonal = normal.matrix.diagonal().component_mul(&step);
+            let promised = 0.5 * (damping * step.dot(&diagonal) - step.dot(&normal.gradient));
+            Some((moved, reached, promised))
+        });
+        let Some((moved, reached, promised)) = tried else {
+            damping *= growth;
+            growth *= 2.0;
+            if damping > 1e16 {
+                break;
+            }
+            continue;
+        };
+        let gain = cost - reached;
+        let quality = gain / promised.max(f64::MIN_POSITIVE);
+        let cube = (2.0 * quality - 1.0) * (2.0 * quality - 1.0) * (2.0 * quality - 1.0);
+        damping *= (1.0 - cube).clamp(1.0 / 3.0, 2.0);
+        damping = damping.max(1e-16);
+        growth = 2.0;
+        parameters = moved;
+        std::mem::swap(&mut normal, &mut next);
+        cost = reached;
+        steps += 1;
+        if gain <= patience.least_gain * cost {
+            break;
+        }
+    }
+    Ok(Minimum { parameters, cost, normal, steps })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    /// Fits y = f(x, p) to exact or noisy data with derivatives by differences.
+    fn fit(f: impl Fn(f64, &[f64]) -> f64, data: &[(f64, f64)], start: &[f64]) -> Minimum {
+        minimise(start, Patience { steps: 2000, least_gain: 1e-15 }, &Silent, |p, mut normal| {
+            let mut cost = 0.0;
+            for (x, y) in data {
+                let residual = f(*x, p) - y;
+                cost += 0.5 * residual * residual;
+                if let Some(normal) = normal.as_deref_mut() {
+                    let slope = |index: usize| {
+                        let step = 1e-6 * (1.0 + p[index].abs());
+                        let at = |by: f64| {
+                            let mut moved = p.to_vec();
+                            moved[index] += by;
+                            f(*x, &moved)
+                        };
+                        (at(step) - at(-step)) / (2.0 * step)
+                    };
+                    normal.add(&(0..p.len()).map(slope).collect::<Vec<_>>(), residual);
+                }
+            }
+            Some(cost)
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn solves_nist_misra1a_from_its_far_start() {
+        // NIST StRD nonlinear regression, Misra1a: certified b1 238.94212918, b2 5.5015643181e-4.
+        let y = [
+            10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40,
+            75.47, 81.78,
+        ];
+        let x = [
+            77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1,
+            689.1, 760.0,
+        ];
+        let data: Vec<(f64, f64)> = x.into_iter().zip(y).collect();
+        let found = fit(|x, p| p[0] * (1.0 - libm::exp(-p[1] * x)), &data, &[500.0, 1e-4]);
+        assert!((found.parameters[0] / 238.942_129_18 - 1.0).abs() < 1e-7, "{found:?}");
+        assert!((found.parameters[1] / 5.501_564_318_1e-4 - 1.0).abs() < 1e-7);
+        assert!((2.0 * found.cost / 0.124_551_388_94 - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn crosses_rosenbrocks_valley() {
+        let rosenbrock = |p: &[f64]| [10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]];
+        let found = minimise(&[-1.2, 1.0], Patience::default(), &Silent, |p, normal| {
+            let r = rosenbrock(p);
+            if let Some(normal) = normal {
+                normal.add(&[-20.0 * p[0], 10.0], r[0]);
+                normal.add_sparse(&[(0, -1.0)], r[1]);
+            }
+            Some(0.5 * (r[0] * r[0] + r[1] * r[1]))
+        })
+        .unwrap();
+        assert!(found.parameters.iter().all(|p| (p - 1.0).abs() < 1e-9), "{found:?}");
+    }
+
+    #[test]
+    fn rows_add_up_to_the_normal_equations() {
+        let mut dense = NormalEquations::new(3);
+        let mut sparse = dense.clone();
+        dense.add(&[1.0, 0.0, 3.0], 2.0);
+        sparse.add_sparse(&[(2, 3.0), (0, 1.0)], 2.0);
+        assert_eq!(dense.matrix(), sparse.matrix());
+        assert_eq!(dense.matrix()[(0, 2)], 3.0);
+        assert_eq!(dense.gradient().as_slice(), [2.0, 0.0, 6.0]);
+        // The unknowns in another order, and one between that is none.
+        let row = [3.0, 1.0, 7.0, 0.0, 2.0];
+        let products = row.map(|one| row.map(|other| one * other));
+        let mut whole = NormalEquations::new(3);
+        whole.add_square(&[1, 3, 0], 4, &products);
+        assert_eq!((whole.matrix(), whole.gradient()), (dense.matrix(), dense.gradient()));
+    }
+}

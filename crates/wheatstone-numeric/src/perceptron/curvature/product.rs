@@ -1,0 +1,81 @@
+//! The matrix product that adds up the curvature.
+
+use super::{Pair, ROWS, SAMPLES, STRIDE, STRIP};
+use crate::simd::{Real, Simd, has_many_registers};
+use std::ops::Range;
+
+/// The right factor, a portion of samples and a strip of columns: sample by sample.
+struct Right<'a, V> {
+    registers: &'a [V],
+    /// Registers from one sample to the next.
+    stride: usize,
+}
+
+/// Adds to a pair's sums left times right, a strip of columns from this one on; both are laid out sample by sample in
+/// the first and the last index.
+#[inline(always)]
+pub(super) fn add_matrix_product<S: Simd>(
+    simd: S,
+    (left, right): (&[f64], &[f64]),
+    pair: &mut Pair,
+    first: usize,
+) {
+    let numbers = f64::width::<S>();
+    let (width, first) = (pair.width / numbers, first / numbers);
+    let sums = f64::vectors_mut::<S>(&mut pair.sums);
+    let left = left.as_chunks().0;
+    let right = Right { registers: f64::vectors::<S>(right), stride: STRIDE / numbers };
+    let height = sums.len() / width;
+    // Twice as many rows where their sums fit into registers: the right factor is read half as often.
+    let many = has_many_registers::<f64, S>();
+    let tall = if many { height - height % (2 * ROWS) } else { 0 };
+    let (upper, lower) = left.split_at(tall);
+    let (upper_sums, lower_sums) = sums.split_at_mut(tall * width);
+    let last = width.min(first + STRIP / numbers);
+    add_rows::<S, { 2 * ROWS }>(simd, (upper, &right), (upper_sums, width), first..last);
+    add_rows::<S, ROWS>(simd, (lower, &right), (lower_sums, width), first..last);
+}
+
+/// So many rows at a time.
+#[inline(always)]
+fn add_rows<S: Simd, const HIGH: usize>(
+    simd: S,
+    (left, right): (&[[f64; SAMPLES]], &Right<'_, S::f64s>),
+    (sums, width): (&mut [S::f64s], usize),
+    columns: Range<usize>,
+) {
+    let heights = left.as_chunks::<HIGH>().0.iter();
+    for (rows, sums) in heights.zip(sums.chunks_exact_mut(HIGH * width)) {
+        for column in columns.clone().step_by(2) {
+            let from = column - columns.start;
+            if column + 2 <= columns.end {
+                add_tile::<S, HIGH, 2>(simd, (rows, right, from), (sums, width, column));
+            } else {
+                add_tile::<S, HIGH, 1>(simd, (rows, right, from), (sums, width, column));
+            }
+        }
+    }
+}
+
+/// So many rows by a few registers of columns, whose sums stay in registers.
+#[inline(always)]
+fn add_tile<S: Simd, const HIGH: usize, const WIDE: usize>(
+    simd: S,
+    (rows, right, from): (&[[f64; SAMPLES]; HIGH], &Right<'_, S::f64s>, usize),
+    (sums, width, first): (&mut [S::f64s], usize, usize),
+) {
+    let mut tile: [[S::f64s; WIDE]; HIGH] =
+        std::array::from_fn(|row| std::array::from_fn(|column| sums[row * width + first + column]));
+    for (sample, right) in (0..SAMPLES).zip(right.registers.chunks_exact(right.stride)) {
+        let right = &right[from..from + WIDE];
+        for (sums, row) in tile.iter_mut().zip(rows) {
+            let factor = simd.splat_f64s(row[sample]);
+            for (sum, value) in sums.iter_mut().zip(right) {
+                *sum = f64::add_product(simd, *sum, factor, *value);
+            }
+        }
+    }
+    for (row, tile) in tile.into_iter().enumerate() {
+        sums[row * width + first..][..WIDE].copy_from_slice(&tile);
+    }
+}

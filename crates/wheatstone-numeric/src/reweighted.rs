@@ -1,0 +1,142 @@
+//! Linear least squares solved again and again with other weights.
+//!
+//! The unknowns are those of an orthonormal basis of the matrix's columns, found once: the normal equations of
+//! any weights are then about as well determined as the weights are even, and may be squared without harm.
+
+use super::{cholesky::Cholesky, panels::Panels};
+use nalgebra::{DMatrix, DMatrixView};
+
+/// A matrix made ready for other and other weights of its rows.
+#[derive(Clone, Debug)]
+pub struct Reweighted {
+    /// Columns: those of the matrix.
+    width: usize,
+    /// The basis at each row of the matrix, row by row.
+    basis: Vec<f64>,
+    /// The rows that keep unknowns small, in the basis.
+    ridge: Vec<f64>,
+    /// Every so many rows are fitted.
+    stride: usize,
+    /// Weighted rows, then right-hand sides, a column each.
+    columns: Panels,
+}
+
+/// What rounding may take from a unit of the basis, and more: without it nothing would be left of one that
+/// only rows of no weight show.
+const LEAST: f64 = 1e-12;
+
+impl Reweighted {
+    /// `a` holds a matrix row by row, `width` numbers a row. Of many rows at most `most` are fitted, evenly
+    /// chosen. Each unknown is held near 0 by a row of weight one in which it is multiplied by `ridge`, above 0.
+    /// `None` for numbers that are not finite.
+    #[must_use]
+    pub fn new(a: &[f64], width: usize, ridge: f64, most: usize) -> Option<Self> {
+        let height = a.len() / width;
+        if a.iter().any(|value| !value.is_finite()) {
+            return None;
+        }
+        let stride = height.div_ceil(most).max(1);
+        let mut stacked: Vec<f64> =
+            a.chunks_exact(width).step_by(stride).flat_map(|row| row.to_vec()).collect();
+        for own in 0..width {
+            stacked.extend((0..width).map(|column| if column == own { ridge } else { 0.0 }));
+        }
+        let r = DMatrix::from_row_slice(stacked.len() / width, width, &stacked).qr().r();
+        let inverse = r.solve_upper_triangular(&DMatrix::identity(width, width))?;
+        // Row by row is the transposed matrix, column by column.
+        let basis = inverse.tr_mul(&DMatrixView::from_slice(a, width, height));
+        Some(Self {
+            width,
+            basis: basis.as_slice().to_vec(),
+            ridge: (inverse.transpose() * ridge).as_slice().to_vec(),
+            stride,
+            columns: Panels::default(),
+        })
+    }
+
+    /// What the matrix's first `terms` columns make of all rows, fitted to `sides` with these weights, both a
+    /// row each; `None` where the weights leave nothing to fit.
+    pub fn fitted<const SIDES: usize>(
+        &mut self,
+        terms: usize,
+        weights: &[f64],
+        sides: &[[f64; SIDES]],
+    ) -> Option<Vec<[f64; SIDES]>> {
+        let fitted = weights.len().div_ceil(self.stride);
+        self.columns.clear(terms + SIDES, fitted + terms);
+        let mut column = vec![0.0; terms + SIDES];
+        let rows = self.basis.chunks_exact(self.width).zip(weights).zip(sides).step_by(self.stride);
+        for (place, ((row, weight), side)) in rows.enumerate() {
+            let root = weight.sqrt();
+            let values = row[..terms].iter().chain(side);
+            column.iter_mut().zip(values).for_each(|(to, value)| *to = root * value);
+            self.columns.fill_column(place, &column);
+        }
+        for (place, row) in self.ridge.chunks_exact(self.width).take(terms).enumerate() {
+            self.columns.fill_column(fitted + place, &row[..terms]);
+        }
+        let sums = self.columns.square();
+        let normal = sums.view((0, 0), (terms, terms)).into_owned();
+        let factors = Cholesky::new(&normal, |_| LEAST)?;
+        let solutions: [Vec<f64>; SIDES] = std::array::from_fn(|side| {
+            factors.solve(&sums.as_slice()[(terms + side) * sums.nrows()..][..terms])
+        });
+        let at = |row: &[f64]| {
+            let of = |solution: &Vec<f64>| row.iter().zip(solution).map(|(a, b)| a * b).sum();
+            std::array::from_fn(|side| of(&solutions[side]))
+        };
+        Some(self.basis.chunks_exact(self.width).map(at).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{least_squares::solve, random::Random};
+
+    /// Powers of places, which are far from orthogonal; the last column again, so that two are not told apart.
+    fn matrix(rows: usize) -> Vec<f64> {
+        let mut random = Random::new(4);
+        let row = |x: f64| [1.0, x, x * x, x * x * x, x * x * x];
+        (0..rows).flat_map(|_| row(random.uniform(1.0, 3.0))).collect()
+    }
+
+    #[test]
+    fn fits_as_the_plain_solution_of_the_weighted_rows_does() {
+        const RIDGE: f64 = 1e-5;
+        let (a, mut random) = (matrix(60), Random::new(5));
+        let mut problem = Reweighted::new(&a, 5, RIDGE, 1000).unwrap();
+        for terms in [3, 5, 4] {
+            let weights: Vec<f64> = (0..60).map(|_| libm::exp(3.0 * random.normal())).collect();
+            let sides: Vec<[f64; 2]> = (0..60).map(|_| [random.normal(), 5.0]).collect();
+            let (mut left, mut right) = (Vec::new(), Vec::new());
+            for ((row, weight), side) in a.chunks_exact(5).zip(&weights).zip(&sides) {
+                left.extend(row[..terms].iter().map(|value| value * weight.sqrt()));
+                right.extend(side.map(|value| value * weight.sqrt()));
+            }
+            for own in 0..terms {
+                left.extend((0..terms).map(|column| if column == own { RIDGE } else { 0.0 }));
+                right.extend([0.0; 2]);
+            }
+            let wanted = solve(&left, terms, &right, 2).unwrap();
+            let found = problem.fitted(terms, &weights, &sides).unwrap();
+            for (row, found) in a.chunks_exact(5).zip(&found) {
+                for side in 0..2 {
+                    let at = (0..terms).map(|term| row[term] * wanted[(term, side)]).sum::<f64>();
+                    assert!((at - found[side]).abs() < 1e-8, "{terms} terms: {at} {found:?}");
+                }
+            }
+        }
+        assert!(problem.fitted(5, &[f64::NAN; 60], &[[0.0]; 60]).is_none());
+        assert!(Reweighted::new(&[f64::INFINITY, 1.0], 1, RIDGE, 9).is_none());
+    }
+
+    #[test]
+    fn of_many_rows_a_part_is_fitted_and_all_are_told() {
+        let a = matrix(1000);
+        let side: Vec<[f64; 1]> = a.chunks_exact(5).map(|row| [row[1] - 2.0 * row[3]]).collect();
+        let fitted = Reweighted::new(&a, 5, 1e-9, 100).unwrap();
+        let found = fitted.clone().fitted(5, &[1.0; 1000], &side).unwrap();
+        assert!(found.iter().zip(&side).all(|(a, b)| (a[0] - b[0]).abs() < 1e-7));
+    }
+}

@@ -1,0 +1,356 @@
+//! Arithmetic on as many numbers at once as the processor's registers hold, chosen at run time.
+//!
+//! Kernels are written once, over [`Real`] and [`Simd`], and compiled for every width. They must give
+//! the same bits at each: where a product is added without being rounded before, it is so everywhere (a
+//! processor that has no instruction for it takes long), and no sum may run across a register in an order
+//! that depends on its width.
+
+pub mod exponentials;
+mod fused;
+
+pub use exponentials::exponentials;
+use exponentials::exponentials_of_negative;
+use pulp::{
+    Arch,
+    bytemuck::{cast_slice, cast_slice_mut},
+};
+pub use pulp::{Simd, WithSimd};
+use std::any::TypeId;
+
+/// Runs a kernel in the widest registers there are.
+#[inline]
+pub fn on_widest<K: WithSimd>(kernel: K) -> K::Output {
+    match Arch::new() {
+        // Where nothing wider is known to be there: pairs of doubles, which every 64-bit machine has.
+        Arch::Scalar => Simd::vectorize(pulp::Scalar128b, kernel),
+        #[allow(unreachable_patterns, reason = "some processors have one kind of registers only")]
+        wide => wide.dispatch(kernel),
+    }
+}
+
+/// A floating-point number that kernels can be written over, and vectors of it.
+pub trait Real: Copy + Default + Send + Sync + 'static {
+    /// As many as a register holds.
+    type Vector<S: Simd>: Copy;
+
+    /// The nearest to a double.
+    fn nearest(value: f64) -> Self;
+
+    /// As a double.
+    fn double(self) -> f64;
+
+    /// One and another.
+    #[must_use]
+    fn plus(self, other: Self) -> Self;
+
+    /// A slice as vectors; what does not fill one is left off.
+    fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
+
+    /// As [`Real::vectors`].
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
+
+    /// The same number everywhere.
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
+
+    /// a + b.
+    fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// a - b.
+    fn subtract<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// a b.
+    fn multiply<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// sum + a b, rounded once.
+    fn add_product<S: Simd>(
+        simd: S,
+        sum: Self::Vector<S>,
+        a: Self::Vector<S>,
+        b: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+
+    /// sum - a b, rounded once.
+    fn subtract_product<S: Simd>(
+        simd: S,
+        sum: Self::Vector<S>,
+        a: Self::Vector<S>,
+        b: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+
+    /// `1 / (1 + exp(-x))` of several at a time, so that none waits for another: in double precision within
+    /// 4 units in the last place of the exact value, as [`super::sigmoid::sigmoid`], in single precision within
+    /// 2e-7 of it.
+    fn sigmoid<S: Simd, const N: usize>(simd: S, x: [Self::Vector<S>; N]) -> [Self::Vector<S>; N];
+
+    /// How many numbers a vector holds.
+    #[must_use]
+    fn width<S: Simd>() -> usize {
+        size_of::<Self::Vector<S>>() / size_of::<Self>()
+    }
+}
+
+/// Whether there are thirty-two registers and not sixteen: x86 has them where they are this wide.
+#[inline(always)]
+#[must_use]
+pub fn has_many_registers<T: Real, S: Simd>() -> bool {
+    size_of::<T::Vector<S>>() >= 64
+}
+
+/// Whether these are the registers of which nothing is known but that they hold pairs of doubles.
+fn is_portable<S: Simd>() -> bool {
+    TypeId::of::<S>() == TypeId::of::<pulp::Scalar128b>()
+}
+
+/// a b + c, rounded once, of doubles.
+#[inline(always)]
+pub fn multiply_add_doubles<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+    if !is_portable::<S>() {
+        return simd.mul_add_f64s(a, b, c);
+    }
+    let (mut sums, a, b) = ([c], [a], [b]);
+    let (a, b): (&[f64], &[f64]) = (cast_slice(&a), cast_slice(&b));
+    for (sum, (a, b)) in cast_slice_mut::<_, f64>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
+        *sum = fused::double(*a, *b, *sum);
+    }
+    let [sum] = sums;
+    sum
+}
+
+/// a b + c, rounded once, of singles.
+#[inline(always)]
+pub fn multiply_add_singles<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
+    if !is_portable::<S>() {
+        return simd.mul_add_f32s(a, b, c);
+    }
+    let (mut sums, a, b) = ([c], [a], [b]);
+    let (a, b): (&[f32], &[f32]) = (cast_slice(&a), cast_slice(&b));
+    for (sum, (a, b)) in cast_slice_mut::<_, f32>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
+        *sum = fused::single(*a, *b, *sum);
+    }
+    let [sum] = sums;
+    sum
+}
+
+/// `first[r]` and the sum over k of `factors[k][r] * vectors[k]`, in the order of k.
+#[inline(always)]
+pub fn add_products<'a, T: Real, S: Simd, const R: usize>(
+    simd: S,
+    mut sums: [T::Vector<S>; R],
+    factors: &[T],
+    vectors: impl Iterator<Item = &'a T::Vector<S>>,
+) -> [T::Vector<S>; R] {
+    for (factors, vector) in factors.as_chunks::<R>().0.iter().zip(vectors) {
+        for (sum, factor) in sums.iter_mut().zip(factors) {
+            *sum = T::add_product(simd, *sum, T::splat(simd, *factor), *vector);
+        }
+    }
+    sums
+}
+
+impl Real for f64 {
+    type Vector<S: Simd> = S::f64s;
+
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+
+    #[inline(always)]
+    fn vectors<S: Simd>(values: &[Self]) -> &[S::f64s] {
+        S::as_simd_f64s(values).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [S::f64s] {
+        S::as_mut_simd_f64s(values).0
+    }
+
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, value: Self) -> S::f64s {
+        simd.splat_f64s(value)
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn subtract<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.mul_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn add_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
+        multiply_add_doubles(simd, a, b, sum)
+    }
+
+    #[inline(always)]
+    fn subtract_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
+        multiply_add_doubles(simd, simd.neg_f64s(a), b, sum)
+    }
+
+    #[inline(always)]
+    fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S::f64s; N] {
+        for x in &mut x {
+            *x = simd.neg_f64s(*x);
+        }
+        let (one, mut values) = (simd.splat_f64s(1.0), exponentials(simd, x));
+        for value in &mut values {
+            *value = simd.div_f64s(one, simd.add_f64s(one, *value));
+        }
+        values
+    }
+}
+
+/// Whether the minimum and maximum of two numbers of which one is not a number are the second, as in x86's
+/// registers of four doubles and more; elsewhere the first may be taken.
+#[inline(always)]
+pub(super) fn has_second_of_lost<S: Simd>() -> bool {
+    f64::width::<S>() >= 4
+}
+
+impl Real for f32 {
+    type Vector<S: Simd> = S::f32s;
+
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        value as Self
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        f64::from(self)
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+
+    #[inline(always)]
+    fn vectors<S: Simd>(values: &[Self]) -> &[S::f32s] {
+        S::as_simd_f32s(values).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [S::f32s] {
+        S::as_mut_simd_f32s(values).0
+    }
+
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, value: Self) -> S::f32s {
+        simd.splat_f32s(value)
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.add_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn subtract<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.sub_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.mul_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn add_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
+        multiply_add_singles(simd, a, b, sum)
+    }
+
+    #[inline(always)]
+    fn subtract_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
+        multiply_add_singles(simd, simd.neg_f32s(a), b, sum)
+    }
+
+    #[inline(always)]
+    fn sigmoid<S: Simd, const N: usize>(simd: S, x: [S::f32s; N]) -> [S::f32s; N] {
+        let (one, mut values) = (simd.splat_f32s(1.0), exponentials_of_negative(simd, x));
+        for value in &mut values {
+            *value = simd.div_f32s(one, simd.add_f32s(one, *value));
+        }
+        values
+    }
+}
+
+/// Runs a kernel at every width that this machine has, narrowest first.
+#[cfg(test)]
+pub fn on_each<K: WithSimd>(mut kernel: impl FnMut() -> K) -> Vec<K::Output> {
+    let mut results = vec![Simd::vectorize(pulp::Scalar128b, kernel())];
+    #[cfg(target_arch = "x86_64")]
+    {
+        results.extend(pulp::x86::V3::try_new().map(|simd| Simd::vectorize(simd, kernel())));
+        results.extend(pulp::x86::V4::try_new().map(|simd| Simd::vectorize(simd, kernel())));
+    }
+    results.push(on_widest(kernel()));
+    results
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sigmoid::sigmoid;
+
+    struct Sigmoids<T>(Vec<T>);
+
+    impl<T: Real> WithSimd for Sigmoids<T> {
+        type Output = Vec<T>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(mut self, simd: S) -> Vec<T> {
+            for vector in T::vectors_mut::<S>(&mut self.0) {
+                [*vector] = T::sigmoid(simd, [*vector]);
+            }
+            self.0
+        }
+    }
+
+    #[test]
+    fn the_sigmoid_of_doubles_stays_within_its_stated_bound_at_every_width() {
+        let mut values: Vec<f64> = (-70_000..70_000).map(|i| f64::from(i) * 1.000_37e-2).collect();
+        values.extend([0.0, -0.0, 1e9, -1e9, f64::INFINITY, f64::NEG_INFINITY, 700.0, -701.0]);
+        let all = on_each(|| Sigmoids(values.clone()));
+        for (x, found) in values.iter().zip(&all[0]) {
+            let exact = 1.0 / (1.0 + libm::exp(-x.clamp(-700.0, 700.0)));
+            let apart = found.to_bits().abs_diff(exact.to_bits());
+            assert!(apart <= 4, "sigmoid({x}) is {apart} units wrong");
+        }
+        assert!(all.iter().all(|other| *other == all[0]));
+        let lost = on_each(|| Sigmoids(vec![f64::NAN; 16]));
+        assert!(lost.iter().flatten().all(|value| value.is_nan()));
+    }
+
+    #[test]
+    fn the_sigmoid_of_singles_stays_within_its_stated_bound_at_every_width() {
+        let mut values: Vec<f32> = (-600_000..600_000).map(|i| i as f32 * 2.000_37e-4).collect();
+        values.extend([[1e30, -1e30, f32::INFINITY, f32::NEG_INFINITY]; 4].as_flattened());
+        let all = on_each(|| Sigmoids(values.clone()));
+        for (x, found) in values.iter().zip(&all[0]) {
+            let error = (f64::from(*found) - sigmoid(f64::from(*x))).abs();
+            assert!(error < 2e-7, "sigmoid({x}) is wrong by {error}");
+        }
+        assert!(all.iter().all(|other| *other == all[0]));
+        let lost = on_each(|| Sigmoids(vec![f32::NAN; 16]));
+        assert!(lost.iter().flatten().all(|value| value.is_nan()));
+    }
+}

@@ -1,0 +1,134 @@
+//! Products that are added without being rounded before, where the processor has no instruction for it: slower by
+//! far, but the same bits.
+//!
+//! Source: Boldo & Melquiond 2008, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding
+//! to odd" (doi:10.1109/TC.2007.70819); exact products by Dekker 1971 (doi:10.1007/BF01397083).
+
+/// What rounding leaves of a sum: both together are exact (Knuth's TwoSum).
+#[inline(always)]
+fn exact_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let of_b = sum - a;
+    (sum, (a - (sum - of_b)) + (b - of_b))
+}
+
+/// The sum rounded to the neighbour whose last bit is set, unless it is exact: rounded again, to fewer bits, it is as
+/// if it had been rounded once.
+#[inline(always)]
+fn odd_sum(a: f64, b: f64) -> f64 {
+    let (sum, rest) = exact_sum(a, b);
+    let bits = sum.to_bits();
+    // The neighbour on the side of the rest: away from 0 where both have one sign.
+    let is_outwards = (rest.to_bits() ^ bits) >> 63 == 0;
+    let neighbour = if is_outwards { bits.wrapping_add(1) } else { bits.wrapping_sub(1) };
+    f64::from_bits(if rest != 0.0 && bits & 1 == 0 { neighbour } else { bits })
+}
+
+/// A number as the sum of two of half its digits.
+#[inline(always)]
+fn halves(value: f64) -> (f64, f64) {
+    let scaled = value * 134_217_729.0; // 2^27 + 1
+    let upper = scaled - (scaled - value);
+    (upper, value - upper)
+}
+
+/// a b + c, rounded once.
+#[inline(always)]
+pub(super) fn double(a: f64, b: f64, c: f64) -> f64 {
+    // Beyond these, halves and errors may not be numbers of full length.
+    const LARGEST: f64 = 1e150;
+    const SMALLEST: f64 = 1e-280;
+    let product = a * b;
+    let is_held = a.abs() < LARGEST && b.abs() < LARGEST && c.abs() < LARGEST;
+    let is_zero = a == 0.0 || b == 0.0;
+    if !(is_held && (product.abs() > SMALLEST || is_zero)) {
+        return libm::fma(a, b, c);
+    }
+    let ((a_upper, a_lower), (b_upper, b_lower)) = (halves(a), halves(b));
+    let rest =
+        ((a_upper * b_upper - product) + a_upper * b_lower + a_lower * b_upper) + a_lower * b_lower;
+    let (small, small_rest) = exact_sum(c, rest);
+    let (large, large_rest) = exact_sum(product, small);
+    let sum = large + odd_sum(small_rest, large_rest);
+    // A sum of zeros has the sign that the plain one has.
+    if sum == 0.0 { product + c } else { sum }
+}
+
+/// The same of singles.
+#[inline(always)]
+pub(super) fn single(a: f32, b: f32, c: f32) -> f32 {
+    let product = f64::from(a) * f64::from(b); // exact
+    let plain = product + f64::from(c);
+    // Sums of zeros and what is not a number have nothing to round.
+    if plain == 0.0 || !plain.is_finite() {
+        plain as f32
+    } else {
+        odd_sum(product, f64::from(c)) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn the_bits_are_those_of_the_exact_sum_rounded_once() {
+        let mut random = Random::new(8);
+        for index in 0..2_000_000 {
+            // Sums that cancel, by a little and wholly, and sizes from one to ones far apart.
+            let spread = [0.0, 0.3, 3.0, 30.0, 250.0][index % 5];
+            let mut any = || random.normal() * libm::exp2(random.uniform(-spread, spread));
+            let (a, b, other) = (any(), any(), any());
+            let c = match index % 3 {
+                0 => other,
+                1 => -a * b,
+                _ => -a * b * (1.0 + other * 1e-15),
+            };
+            let wanted = libm::fma(a, b, c);
+            let found = double(a, b, c);
+            assert!(found.to_bits() == wanted.to_bits(), "{a:e} {b:e} {c:e}: {found:e} {wanted:e}");
+            let (a, b, c) = (a as f32, b as f32, c as f32);
+            let (found, wanted) = (single(a, b, c), libm::fmaf(a, b, c));
+            assert!(
+                found.to_bits() == wanted.to_bits() || found.is_nan() && wanted.is_nan(),
+                "{a:e} {b:e} {c:e}: {found:e} {wanted:e}"
+            );
+        }
+    }
+
+    #[test]
+    fn ends_and_zeros_are_no_exceptions() {
+        let ends = [
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            1e-308,
+            5e-324,
+            -5e-324,
+            1e-160,
+            1e160,
+            -1e160,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+            0.1,
+            -3.3e-16,
+        ];
+        for a in ends {
+            for b in ends {
+                for c in ends {
+                    let (found, wanted) = (double(a, b, c), libm::fma(a, b, c));
+                    let is_same = found.to_bits() == wanted.to_bits();
+                    assert!(is_same || found.is_nan() && wanted.is_nan(), "{a:e} {b:e} {c:e}");
+                    let [a, b, c] = [a as f32, b as f32, c as f32];
+                    let (found, wanted) = (single(a, b, c), libm::fmaf(a, b, c));
+                    let is_same = found.to_bits() == wanted.to_bits();
+                    assert!(is_same || found.is_nan() && wanted.is_nan(), "{a:e} {b:e} {c:e}");
+                }
+            }
+        }
+    }
+}

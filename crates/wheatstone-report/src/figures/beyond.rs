@@ -1,0 +1,17 @@
+//! How the error grows beyond the range that was fitted.
+
+use super::{Figure, learning::curves};
+use crate::Report;
+
+pub(super) fn figure(report: &Report) -> Option<Figure> {
+    let beyond = report.beyond.as_ref()?;
+    let alternative =
+        format!("{} beyond the fitted range, for {} methods.", beyond.up, beyond.curves.len());
+    Some(Figure {
+        name: "beyond",
+        title: "Beyond the fitted range (figure 6 of the 2001 paper)",
+        how: "The error at distances that no fitted point had.".into(),
+        good: "A slow rise; a steep one says to stay within the range that was fitted.",
+        panels: vec![curves(beyond, &alternative)],
+    })
+}

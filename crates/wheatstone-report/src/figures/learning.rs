@@ -1,0 +1,45 @@
+//! How the error fell while a method learned.
+
+use super::{
+    super::plot::{Panel, Plot, scale::Scale},
+    Figure,
+};
+use crate::{CurveFigure, Report, text::figure as digits};
+
+/// Curves in one drawing, upwards in powers of ten where they span many.
+pub(super) fn curves(figure: &CurveFigure, alternative: &str) -> Panel {
+    let points = || figure.curves.iter().flat_map(|curve| curve.points.iter());
+    let values = || points().map(|p| p[1]).filter(|value| value.is_finite());
+    let (low, high) = values().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    let up = if low > 0.0 && high > 10.0 * low {
+        Scale::logarithmic(values())
+    } else {
+        Scale::around(values(), true)
+    };
+    let across = Scale::around(points().map(|p| p[0]), false);
+    let mut plot = Plot::new((across, &figure.across), (up, &figure.up));
+    let looks = ["c0", "c1 dashed", "c2 dotted", "c3", "c4 dashed", "c5 dotted", "c0 dotted"];
+    for (curve, look) in figure.curves.iter().zip(looks.iter().cycle()) {
+        plot.line(&curve.points, look, &curve.name);
+    }
+    plot.finish("", alternative)
+}
+
+pub(super) fn figure(report: &Report) -> Option<Figure> {
+    let learning = report.learning.as_ref()?;
+    let first = learning.curves.first()?;
+    let (start, end) = (first.points.first()?[1], first.points.last()?[1]);
+    let alternative =
+        format!("Learning: {} falls from {} to {}.", learning.up, digits(start), digits(end));
+    Some(Figure {
+        name: "learning",
+        title: if report.claims.is_empty() {
+            "Learning"
+        } else {
+            "Learning (figure 5 of the 2001 paper)"
+        },
+        how: "The error after so many passes over the points.".into(),
+        good: "A steady fall that has become flat at the end; a curve that still falls asks for more passes.",
+        panels: vec![curves(learning, &alternative)],
+    })
+}

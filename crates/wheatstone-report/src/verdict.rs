@@ -1,0 +1,282 @@
+//! What the figures come to, in words.
+
+use super::{
+    Judgement, Report,
+    sections::{Accuracy, BudgetShare, ClaimFigures, Verdict, ViewFigures},
+    text::{figure, percent, round},
+};
+use crate::reproduction::Reproduction;
+use wheatstone_core::{dataset::split::FoldKind, evaluate::Comparison, method::Choice};
+use wheatstone_numeric::statistics::root_mean_square;
+
+/// Up to so many times what the pixels allow, a fit is sound: `auto` asks for a second opinion above
+/// the same figure.
+pub(super) const SOUND: f64 = 1.25;
+
+/// Above so many times, most of the error is not the pixels': three quarters of its square.
+pub(super) const FAIR: f64 = 2.0;
+
+/// The verdict on a model.
+pub(super) fn of(report: &Report, choice: Option<&Choice>) -> Verdict {
+    let Some(accuracy) = &report.accuracy else {
+        return Verdict {
+            grade: "unproven".into(),
+            sentence:
+                "No point with a known place was located, so nothing can be said of the errors."
+                    .into(),
+            reasons: choice.map(reason).into_iter().collect(),
+            advice: vec!["Give points whose place in the world is known.".into()],
+        };
+    };
+    let ratio = match (report.judgement, held_out(report)) {
+        (Judgement::HeldOut, _) => accuracy.ratio(),
+        (_, Some(rms)) if accuracy.rms > 0.0 => {
+            accuracy.ratio().map(|ratio| ratio * rms / accuracy.rms)
+        }
+        _ => None,
+    };
+    Verdict {
+        grade: grade(ratio).into(),
+        sentence: sentence(report, accuracy),
+        reasons: reasons(report, accuracy, choice),
+        advice: advice(report, accuracy),
+    }
+}
+
+/// The word for an error that is so many times what the pixels allow.
+fn grade(ratio: Option<f64>) -> &'static str {
+    match ratio {
+        Some(ratio) if ratio <= SOUND => "sound",
+        Some(ratio) if ratio <= FAIR => "fair",
+        Some(_) => "doubtful",
+        None => "unproven",
+    }
+}
+
+fn sentence(report: &Report, accuracy: &Accuracy) -> String {
+    let unit = &report.unit;
+    let mut text = format!(
+        "Points are located to {} {unit} rms at {} {unit}",
+        figure(accuracy.rms),
+        round(accuracy.working_distance)
+    );
+    if let Some(floor) = accuracy.floor_rms.filter(|floor| *floor > 0.0) {
+        text += &format!("; {} × what the pixels allow", figure(accuracy.rms / floor));
+    } else if let Some(predicted) = accuracy.predicted_rms.filter(|rms| *rms > 0.0) {
+        text += &format!("; {} × what their error bars promise", figure(accuracy.rms / predicted));
+    }
+    if report.judgement == Judgement::Fitted {
+        text += ", on the very points that were fitted";
+        if let Some(held_out) = held_out(report) {
+            text += &format!("; to {} {unit} rms on views held out", figure(held_out));
+        }
+    }
+    text + "."
+}
+
+fn reason(choice: &Choice) -> String {
+    format!("auto chose {}: {}.", choice.chosen, choice.reason)
+}
+
+/// Root mean square over the points of some views.
+fn pooled<'a>(views: impl Iterator<Item = &'a ViewFigures>) -> Option<f64> {
+    let all: Vec<f64> = views.filter_map(|v| Some(vec![v.rms?; v.located])).flatten().collect();
+    (!all.is_empty()).then(|| root_mean_square(&all))
+}
+
+/// What views that were held out come to, where the errors of the points are those of the fit.
+fn held_out(report: &Report) -> Option<f64> {
+    let views = report.views.iter().filter(|view| view.kind.is_some());
+    pooled(views).filter(|_| report.judgement == Judgement::Fitted)
+}
+
+fn of_kind(report: &Report, kind: FoldKind) -> Option<f64> {
+    pooled(report.views.iter().filter(|view| view.kind == Some(kind)))
+}
+
+fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec<String> {
+    let unit = &report.unit;
+    let mut reasons = vec![match report.judgement {
+        Judgement::HeldOut => format!(
+            "Every error is that of a fit that had not seen the point: {} points in {} views or slabs, each left out once.",
+            accuracy.located,
+            report.views.len()
+        ),
+        _ => format!(
+            "The {} points are those that were fitted: errors on new points are larger, by how much {}.",
+            accuracy.located,
+            if held_out(report).is_some() {
+                "the views held out when the model was fitted tell"
+            } else {
+                "is not known"
+            }
+        ),
+    }];
+    let [x, y, z] = accuracy.rms_xyz.map(figure);
+    reasons.push(format!(
+        "Half of the points err by less than {} {unit}, 95 % by less than {} {unit}; along X, Y, Z the rms is {x}, {y}, {z} {unit}. On average that is {} % of the distance.",
+        figure(accuracy.median), figure(accuracy.p95), figure(accuracy.mean_percent)
+    ));
+    if let (Some(inside), Some(outside)) =
+        (of_kind(report, FoldKind::Interpolation), of_kind(report, FoldKind::Extrapolation))
+    {
+        reasons.push(format!(
+            "Between the fitted views the rms is {} {unit}, on the outermost views {} {unit}.",
+            figure(inside),
+            figure(outside)
+        ));
+    }
+    if let Some(bar) = report.error_bars.iter().find(|bar| (bar.nominal - 0.7).abs() < 0.01) {
+        reasons.push(format!(
+            "Error ellipsoids that promise to hold {} of the true places hold {}.",
+            percent(bar.nominal),
+            percent(bar.actual)
+        ));
+    }
+    if accuracy.located < accuracy.n {
+        reasons.push(format!(
+            "{} of {} points could not be located.",
+            accuracy.n - accuracy.located,
+            accuracy.n
+        ));
+    }
+    reasons.extend(causes(&report.budget));
+    reasons.extend(choice.map(reason));
+    reasons
+}
+
+/// What the error is made of, the largest part first.
+fn causes(budget: &[BudgetShare]) -> Option<String> {
+    let mut shares: Vec<&BudgetShare> = budget.iter().filter(|part| part.share >= 0.005).collect();
+    shares.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let parts: Vec<String> =
+        shares.iter().map(|part| format!("{} {}", part.source, percent(part.share))).collect();
+    (!parts.is_empty()).then(|| format!("What the squared error is made of: {}.", parts.join(", ")))
+}
+
+/// What helps against the largest part, where it is not the pixels'.
+fn remedy(budget: &[BudgetShare]) -> Option<String> {
+    let largest = budget.iter().max_by(|a, b| a.share.total_cmp(&b.share))?;
+    let words = match largest.source.as_str() {
+        "lens model" => {
+            "Most of the error is the method's: compare methods (`wheatstone compare`); `neural-camera` and `network` follow any lens."
+        }
+        "the charts' places" => {
+            "Most of the error is where the charts stood: measure their places better, or let the fit solve for them (`--stage-sigma`)."
+        }
+        _ => return None,
+    };
+    Some(words.into())
+}
+
+fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
+    let mut advice = Vec::new();
+    if report.judgement == Judgement::Fitted && held_out(report).is_none() {
+        advice.push(
+            "Judge it on points that it has not seen: `wheatstone evaluate model.json exam.csv`."
+                .to_owned(),
+        );
+    }
+    let worst = report.views.iter().filter(|view| view.kind == Some(FoldKind::Interpolation));
+    let worst = worst.filter_map(|v| Some((v.rms?, v))).max_by(|a, b| a.0.total_cmp(&b.0));
+    if let (Some((rms, view)), Some(all)) = (worst, pooled(report.views.iter()))
+        && rms > FAIR * all
+    {
+        advice.push(format!(
+            "View {} errs {} times as much as all together: look at its pictures, and whether the chart stood where its entry says.",
+            view.name, figure(rms / all)
+        ));
+    }
+    if let (Some(inside), Some(outside)) =
+        (of_kind(report, FoldKind::Interpolation), of_kind(report, FoldKind::Extrapolation))
+        && outside > FAIR * inside
+    {
+        advice.push(
+            "Beyond the fitted views the error grows quickly: let the nearest and farthest views enclose the space that you work in."
+                .into(),
+        );
+    }
+    for camera in report.cameras.iter().filter(|camera| camera.area_is_picture) {
+        // Half of the picture unseen leaves a lens model free to bend there.
+        if camera.coverage.covered() < 0.5 {
+            advice.push(format!(
+                "The chart was seen in {} of the picture of {} only: show it in the corners too.",
+                percent(camera.coverage.covered()),
+                camera.name
+            ));
+        }
+    }
+    if let Some(remedy) = remedy(&report.budget) {
+        advice.push(remedy);
+    } else if accuracy.ratio().is_some_and(|ratio| ratio > FAIR) {
+        advice.push(
+            "Most of the error is not the pixels': compare methods (`wheatstone compare`), and look at the misses in the pictures for a pattern."
+                .into(),
+        );
+    }
+    advice
+}
+
+/// What a comparison alone comes to.
+pub(super) fn of_comparison(report: &Report, found: &Comparison) -> Verdict {
+    let chosen = found.methods.iter().find(|row| found.chosen.as_ref() == Some(&row.method));
+    let Some((chosen, rms)) = chosen.and_then(|row| Some((row, row.rms?))) else {
+        return Verdict {
+            grade: grade(None).into(),
+            sentence: "No method could be fitted to every part of the data.".into(),
+            reasons: found.methods.iter().filter_map(|row| row.problem.clone()).take(1).collect(),
+            advice: vec!["Give more views or points, spread over more distances.".into()],
+        };
+    };
+    let ratio = chosen.ratio_to_floor.or(found.budget.as_ref().map(|all| all.ratio_to_floor));
+    let times = ratio
+        .map_or_else(String::new, |ratio| format!("; {} × what the pixels allow", figure(ratio)));
+    let sentence = format!(
+        "{} is to be trusted here: points of views left out are located to {} {} rms{times}.",
+        chosen.method,
+        figure(rms),
+        found.unit
+    );
+    let mut reasons = vec![format!(
+        "It is the simplest of the methods whose error on views left out is nearly the least, among {}.",
+        found.methods.len()
+    )];
+    reasons.extend(causes(&report.budget));
+    Verdict {
+        grade: grade(ratio).into(),
+        sentence,
+        reasons,
+        advice: remedy(&report.budget).into_iter().collect(),
+    }
+}
+
+/// What the claims of the paper come to.
+pub(super) fn of_claims(claims: &[ClaimFigures], all: &Reproduction) -> Verdict {
+    let rivals: Vec<String> = all
+        .comparison
+        .iter()
+        .map(|row| format!("{}: {} %", row.method, figure(row.inside_percent)))
+        .collect();
+    let nets: Vec<String> = all
+        .architectures
+        .iter()
+        .map(|net| {
+            let hidden: Vec<String> = net.hidden.iter().map(usize::to_string).collect();
+            format!("{}: {} %", hidden.join("-"), figure(net.exam_percent.median))
+        })
+        .collect();
+    let holding = claims.iter().filter(|claim| claim.holds).count();
+    Verdict {
+        grade: if holding == claims.len() { "confirmed" } else { "mixed" }.into(),
+        sentence: format!("{holding} of {} claims of the 2001 paper hold here.", claims.len()),
+        reasons: vec![
+            format!(
+                "Learned from {} pairs of whole pixels, as then; errors are those at places in the same range that were not learned, in percent of the distance.",
+                all.pairs
+            ),
+            format!("Methods, mean error: {}.", rivals.join(", ")),
+            format!("Networks by their hidden units, median over the seeds: {}.", nets.join(", ")),
+        ],
+        advice: Vec::new(),
+    }
+}

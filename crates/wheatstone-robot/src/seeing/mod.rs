@@ -1,0 +1,192 @@
+//! From a pair of pictures to what stands about the robot: edges and corners, found in both pictures
+//! along the calibration's curves, located by its map, and told from the floor.
+
+mod atlas;
+mod compass;
+mod corner_matches;
+mod corners;
+mod curve;
+mod edge_matches;
+mod edges;
+mod gradient;
+mod ground;
+mod health;
+
+pub use atlas::Atlas;
+pub use compass::FloorDirection;
+pub(crate) use compass::quarter;
+pub use corner_matches::CornerMatch;
+pub use corners::{Look, likeness};
+pub use curve::{Curve, Waypoint};
+pub use edge_matches::EdgeMatch;
+pub use ground::LocatedEdge;
+pub use health::{Complaint, Health};
+
+use super::scene::Scene;
+use nalgebra::Matrix3;
+use wheatstone_charts::imaging::GrayImage;
+use wheatstone_core::{
+    Calibration, Result,
+    geometry::{Pixel, PixelColumns, Point3, columns_of},
+    method::Locator,
+};
+use wheatstone_numeric::progress::Progress;
+
+/// What makes sense of pairs of pictures.
+pub struct Observer<'a> {
+    calibration: &'a Calibration,
+    /// The calibration's map, made ready for the thousand pairs of pixels that every look shows.
+    locator: Locator<'a>,
+    atlas: Atlas,
+    size: [usize; 2],
+    health: Health,
+}
+
+/// A corner of something, located.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenCorner {
+    /// Where it was seen.
+    pub matched: CornerMatch,
+    /// Where it is, in the robot's frame, in centimetres.
+    pub point: Point3,
+    /// The covariance of that, in square centimetres.
+    pub covariance: Matrix3<f64>,
+}
+
+/// What a pair of pictures shows.
+#[derive(Clone, Debug, Default)]
+pub struct Observation {
+    /// Of the ground.
+    pub scene: Scene,
+    /// The corners that both cameras saw: what own motion is found from.
+    pub corners: Vec<SeenCorner>,
+    /// The edges.
+    pub edges: Vec<LocatedEdge>,
+    /// Which way the floor's edges run, where they have a common direction.
+    pub floor_direction: Option<FloorDirection>,
+    /// What is wrong with the pictures.
+    pub complaint: Option<Complaint>,
+}
+
+/// Standard deviation of a matched place across its edge, in pixels: half again what rendered corners
+/// and edges scatter by.
+const PLACED: f64 = 0.15;
+
+/// Beside its curve a corner is sought up to this many pixels, and as many of the calibration's own
+/// errors.
+const ASIDE: f64 = 1.0;
+const ASIDE_ERRORS: f64 = 4.0;
+
+impl<'a> Observer<'a> {
+    /// With a calibration, for pictures of this size.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Atlas::new`].
+    pub fn new(
+        calibration: &'a Calibration,
+        size: [usize; 2],
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let atlas = Atlas::new(calibration, size, progress)?;
+        let health = Health::new(calibration, &atlas);
+        let locator = Locator::new(&*calibration.reconstructor, None);
+        Ok(Self { calibration, locator, atlas, size, health })
+    }
+
+    /// The calibration's curves.
+    #[must_use]
+    pub fn atlas(&self) -> &Atlas {
+        &self.atlas
+    }
+
+    /// What a pair of pictures shows.
+    #[must_use]
+    pub fn observe(&mut self, pictures: &[GrayImage; 2]) -> Observation {
+        let [first, second] = [0, 1].map(|camera| {
+            let gradient = gradient::Gradient::new(&pictures[camera]);
+            let (edges, corners) =
+                rayon::join(|| edges::Edges::new(&gradient), || corners::corners(&gradient));
+            (gradient, edges, corners)
+        });
+        let aside = ASIDE + ASIDE_ERRORS * self.health.own_error();
+        let matched =
+            corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside);
+        let edges = self.located_edges(edge_matches::match_edges(&self.atlas, &first.1, &second.1));
+        let corners = self.located_corners(&matched);
+        let seen = health::Seen {
+            corners: [first.2.len(), second.2.len()],
+            edges: [first.1.all.len(), second.1.all.len()],
+            greys: [0, 1].map(|camera| mean_grey(&pictures[camera])),
+            matched: &corners,
+            located: &edges,
+        };
+        let look_aside = |aside: f64| {
+            corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside)
+        };
+        let (trust, complaint) = self.health.judge(&seen, &look_aside);
+        let strips = ground::strips(&self.atlas, &edges, self.size);
+        let obstacles = ground::obstacles(&edges, &strips);
+        let clear = strips.into_iter().flatten().map(|strip| strip.stretch).collect();
+        let scene = Scene { obstacles, clear, trust };
+        let floor_direction = compass::floor_direction(&edges);
+        Observation { scene, corners, edges, floor_direction, complaint }
+    }
+
+    fn located_corners(&mut self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
+        let pairs = matched.iter().map(|corner| Some(([corner.first, corner.second], 1.0)));
+        let located = self.located(&pairs.collect::<Vec<_>>());
+        let corner = |(matched, located): (&CornerMatch, Option<(Point3, Matrix3<f64>)>)| {
+            let (point, covariance) = located?;
+            Some(SeenCorner { matched: *matched, point, covariance })
+        };
+        matched.iter().zip(located).filter_map(corner).collect()
+    }
+
+    fn located_edges(&mut self, matched: Vec<EdgeMatch>) -> Vec<LocatedEdge> {
+        let pair =
+            |matched: &EdgeMatch| Some(([matched.edge.at, matched.other?], matched.crossing));
+        let located = self.located(&matched.iter().map(pair).collect::<Vec<_>>());
+        let edge = |(matched, at): (EdgeMatch, Option<(Point3, Matrix3<f64>)>)| LocatedEdge {
+            matched,
+            at: at.filter(|(point, _)| curve::above_floor(*point)),
+        };
+        let mut edges: Vec<LocatedEdge> = matched.into_iter().zip(located).map(edge).collect();
+        ground::fill_in(&self.atlas, &mut edges);
+        edges
+    }
+
+    /// Where pairs of pixels point, and how sure that is if they were placed along the curve with
+    /// [`PLACED`] over a cosine, their crossing.
+    fn located(
+        &mut self,
+        pairs: &[Option<([Pixel; 2], f64)>],
+    ) -> Vec<Option<(Point3, Matrix3<f64>)>> {
+        let rows: Vec<Vec<Option<Pixel>>> =
+            pairs.iter().flatten().map(|(pair, _)| pair.map(Some).to_vec()).collect();
+        let columns = columns_of(&rows, 2);
+        let columns = PixelColumns::new(columns.iter().map(|[x, y]| [&x[..], &y[..]]).collect());
+        let places = self.locator.locate(&columns);
+        let map = &self.calibration.reconstructor;
+        let mut rows = 0..rows.len();
+        let located = |pair: &Option<([Pixel; 2], f64)>| {
+            let ([first, _], crossing) = (*pair)?;
+            let (point, covariance) = places.at(rows.next()?)?;
+            // Behind the robot, or beyond all walls.
+            if !(1.0..2000.0).contains(&point.z) {
+                return None;
+            }
+            // Maps without a noise of pixels have bars of their own; edges are found no better than charts.
+            let sigma = map.pixel_sigma(0, first, point).unwrap_or(PLACED).max(0.01);
+            let worse = (PLACED / (sigma * crossing.max(0.1))).max(1.0);
+            Some((point, covariance * (worse * worse)))
+        };
+        pairs.iter().map(located).collect()
+    }
+}
+
+/// Mean grey level of a picture.
+fn mean_grey(picture: &GrayImage) -> f64 {
+    let values = picture.values();
+    values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len().max(1) as f64
+}

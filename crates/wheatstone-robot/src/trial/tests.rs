@@ -1,0 +1,123 @@
+//! Trials of a few looks, and summaries of made-up ones.
+
+use super::*;
+use nalgebra::{Matrix2, Vector2};
+use wheatstone_numeric::progress::Silent;
+
+fn trials(steps: usize) -> Vec<Trial> {
+    let method = AnyMethod::named("brown").unwrap();
+    [4, 2].map(|seed| Trial { seed, method: method.clone(), steps, trouble: None }).into()
+}
+
+fn made_up(ended: Ended, collided: bool, noticed: Option<Noticed>) -> Outcome {
+    Outcome {
+        seed: 0,
+        obstacles: 6,
+        ended,
+        why: String::new(),
+        reached: ended == Ended::Arrived && !collided,
+        collided,
+        clearance: 1.0,
+        steps: 10,
+        lost: 0,
+        false_alarms: 1,
+        position_error: 2.0,
+        goal_distance: 6.0,
+        map_error: Spread::default(),
+        noticed,
+        map_errors: vec![1.0, 3.0],
+        seconds: vec![0.1, 0.2, 0.3],
+    }
+}
+
+#[test]
+fn trials_are_the_same_whatever_the_number_of_threads() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run_all(&trials(2), &|_, _| None, &|| 0.0, &Silent)).unwrap()
+    };
+    let one = run(1);
+    assert_eq!(one.iter().map(|outcome| outcome.seed).collect::<Vec<_>>(), [4, 2]);
+    for outcome in &one {
+        assert_eq!((outcome.steps, outcome.ended), (2, Ended::Underway));
+        assert!(!outcome.reached && !outcome.collided && outcome.clearance > 20.0);
+        // Two looks, and after each a step of 5 cm at most, as wheels go that are not exact.
+        assert!((286.0..=310.0).contains(&outcome.goal_distance), "{}", outcome.goal_distance);
+        // Broken off after a step that it has not looked back at: it believes to be where it was.
+        assert!(outcome.position_error < 7.0, "{}", outcome.position_error);
+        assert_eq!(outcome.seconds, [0.0, 0.0]);
+        assert_eq!(outcome.map_error, Spread::of(&outcome.map_errors));
+    }
+    assert_eq!(one, run(3));
+}
+
+#[test]
+fn summaries_count_what_was() {
+    let noticed = |after| Some(Noticed { at: 20, after });
+    let all = [
+        made_up(Ended::Arrived, false, None),
+        made_up(Ended::Arrived, true, None),
+        made_up(Ended::Broken, false, noticed(Some(3))),
+        made_up(Ended::Lost, true, noticed(None)),
+        made_up(Ended::Underway, false, noticed(Some(1))),
+    ];
+    let told = Summary::of(&all);
+    assert_eq!((told.worlds, told.reached, told.collisions, told.stopped_safely), (5, 1, 2, 1));
+    assert_eq!((told.mishaps, told.noticed, told.noticed_after), (3, 2, Some(2.0)));
+    assert_eq!((told.false_alarms, told.position_error.median), (5, 2.0));
+    assert_eq!(told.arrival_error, Some(Spread { median: 6.0, p95: 6.0 }));
+    assert_eq!((told.map_error.median, told.steps_per_second), (2.0, Some(5.0)));
+    let nobody = Summary::of(&all[3..]);
+    assert!(nobody.arrival_error.is_none());
+}
+
+#[test]
+fn a_knock_is_counted_from_the_first_look_that_shows_it() {
+    let mut tally = Tally::default();
+    let look = |trust| Step {
+        observation: crate::seeing::Observation {
+            scene: crate::scene::Scene { trust, ..Default::default() },
+            ..Default::default()
+        },
+        found: None,
+        decision: crate::navigator::Decision::Drive(Velocity::STOP),
+    };
+    let (sound, broken) = (look(crate::scene::Trust::Sound), look(crate::scene::Trust::Broken));
+    tally.count(&broken, 0.0);
+    tally.count(&sound, 0.0);
+    tally.noticed = Some(Noticed { at: tally.steps + 1, after: None });
+    for step in [&sound, &broken, &broken] {
+        tally.count(step, 0.0);
+    }
+    assert_eq!(tally.noticed, Some(Noticed { at: 3, after: Some(2) }));
+}
+
+#[test]
+fn maps_are_judged_by_true_surfaces() {
+    use crate::{
+        Believed, Ground,
+        map::Map,
+        scene::{Scene, ScenePoint},
+    };
+    let world = World::new(0);
+    // From the middle of an obstacle straight to its face.
+    let centre = Ground::from(world.obstacles[0].centre);
+    let inside =
+        |length: f64| world.obstacles[0].distance(centre + Vector2::new(length, 0.0)) < 0.0;
+    let face = (0..).map(|step| f64::from(step) * 0.01).find(|length| !inside(*length)).unwrap();
+    let off_by = |error: f64| {
+        let place = centre + Vector2::new(face + error, 0.0);
+        let point = ScenePoint { place, covariance: Matrix2::identity() * 1e-4, height: 10.0 };
+        let scene = Scene { obstacles: vec![point; 8], ..Scene::default() };
+        let mut map = Map::new(world.goal());
+        for _ in 0..4 {
+            map.add(&scene, &Believed::default(), 1.0);
+        }
+        outcome::map_errors(&map, &world)
+    };
+    let exact = off_by(0.0);
+    assert!(!exact.is_empty());
+    // Half a cell's diagonal.
+    assert!(exact.iter().all(|error| *error < 1.5), "{exact:?}");
+    assert!(off_by(-4.0).iter().all(|error| (1.0..6.0).contains(error)));
+}
