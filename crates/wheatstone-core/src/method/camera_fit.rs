@@ -10,6 +10,7 @@ use super::{
     camera_start::{Lens, starts},
     fitted_cameras::{FittedCamera, FittedCameras},
     found_charts,
+    placed::{POSE, Placed},
 };
 use crate::{
     Error, Result,
@@ -30,23 +31,9 @@ use wheatstone_numeric::{
     random::Random,
 };
 
-/// Three unknowns of rotation, three of translation: the first of every camera, before its model's.
-pub(super) const POSE: usize = 6;
-
-/// Room for the unknowns of the camera with most of them.
-pub(super) const MOST_UNKNOWNS: usize = 32;
-
 /// The first of a model's numbers that bends its lens: before it stand its pinhole's focal lengths and principal
 /// point.
 const FIRST_COEFFICIENT: usize = 4;
-
-/// A camera on its way to the best fit; its rotation has determinant -1 if it is mirrored.
-#[derive(Clone, Debug)]
-pub(super) struct Placed<L> {
-    pub(super) model: L,
-    pub(super) rotation: Matrix3<f64>,
-    pub(super) translation: Vector3,
-}
 
 /// An adjusted camera.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@
 //! gives all but depth, focal length and distortion, whatever the lens; those follow from a scan.
 
 use super::{
-    camera_fit::Placed,
+    placed::Placed,
     radial_alignment::{Aligned, Scaled},
 };
 use crate::{

@@ -1,9 +1,9 @@
 //! What a fit leaves open about a parametric camera, and what that means for its pixels.
 
 use super::{
-    camera_fit::{MOST_UNKNOWNS, POSE},
     fitted_cameras::FittedCamera,
     pixel_noise::PixelNoise,
+    placed::{MOST_UNKNOWNS, POSE},
 };
 use crate::{
     camera::AdjustableCamera,

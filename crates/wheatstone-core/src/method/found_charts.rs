@@ -8,7 +8,7 @@
 //! constraints: Triggs et al., section 9.2). That says what is not known of shapes and distances, and no
 //! more.
 
-use super::{CameraUncertainty, FittedCamera, camera_fit::MOST_UNKNOWNS};
+use super::{CameraUncertainty, FittedCamera, placed::MOST_UNKNOWNS};
 use crate::{
     camera::AdjustableCamera,
     dataset::{Correspondence, Dataset},

@@ -10,6 +10,7 @@ mod plan;
 mod rig;
 mod sheet;
 mod spread;
+mod undistortion_table;
 
 pub use places::Places;
 pub(super) use plan::Formulas;

@@ -20,6 +20,7 @@ pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
 mod pixel_noise;
+mod placed;
 mod projection;
 mod radial_alignment;
 mod sight;

@@ -11,10 +11,10 @@
 use super::{
     AnyMethod, Fit, FittedCameras, Method,
     camera_fit::{
-        Adjusted, FINAL, POSE, Placed, SCOUTING, assemble, linear_camera, pairs_of, possible,
-        unexplained,
+        Adjusted, FINAL, SCOUTING, assemble, linear_camera, pairs_of, possible, unexplained,
     },
     only_default,
+    placed::{POSE, Placed},
     radial_alignment::{Aligned, Scaled},
 };
 use crate::{

@@ -3,8 +3,7 @@
 
 use super::{
     body::{Body, Patch},
-    matching::{Matched, Search},
-    search::{CLICKED, Click},
+    matching::{CLICKED, Click, Matched, Search},
     view::View,
 };
 use crate::imaging::GrayImage;

@@ -2,11 +2,17 @@
 //! those around it say that it is.
 
 use super::{body::Body, marks::Marks, view::View};
-use crate::imaging::GrayImage;
+use crate::{chart::PointId, imaging::GrayImage};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use wheatstone_core::geometry::{Pixel, Point3};
 use wheatstone_numeric::statistics::{median, root_mean_square};
+
+/// In pixels: how near a named point must be to its mark.
+pub(super) const CLICKED: f64 = 12.0;
+
+/// A point that someone has named, and where it is seen, roughly.
+pub(super) type Click = (PointId, Pixel);
 
 /// Points of the body with their marks in the picture.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use super::{
     body::{Body, Patch},
     evidence::decided,
     marks::{self, Marks},
-    matching::{Matched, Search},
+    matching::{CLICKED, Click, Matched, Search},
     view::View,
     ways::{Way, ways},
 };
@@ -39,12 +39,6 @@ const MOST_STEPS: usize = 6;
 const MOST_RIVALS: usize = 4;
 /// Sets of marks, of one size and colour, that are searched.
 const MOST_SETS: usize = 3;
-/// In pixels: how near a named point must be to its mark.
-pub(super) const CLICKED: f64 = 12.0;
-
-/// A point that someone has named, and where it is seen, roughly.
-pub(super) type Click = (PointId, Pixel);
-
 /// Looks for a body among the dark and the bright marks that were seen at each size of the picture.
 pub(super) fn find(
     body: &Body,

@@ -5,7 +5,7 @@ use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Point3, Vector3},
-    method::neural_camera::loose::LooseChart,
+    method::neural_camera::chart_poses::LooseChart,
 };
 
 /// One placement of the chart.

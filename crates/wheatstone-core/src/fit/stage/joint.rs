@@ -9,7 +9,10 @@ use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::neural_camera::loose::{Information, LooseCamera, LooseChart, LooseCharts, MOTION},
+    method::neural_camera::{
+        chart_poses::{LooseChart, LooseCharts, MOTION},
+        loose::{Information, LooseCamera},
+    },
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

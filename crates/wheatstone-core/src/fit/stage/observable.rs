@@ -1,7 +1,10 @@
 //! What of the charts' motions the pixels show, and whether it is more than chance.
 
 use super::{Significance, ViewOffset, charts::Placement, joint::Joint};
-use crate::method::neural_camera::loose::{Information, LooseChart, MOTION};
+use crate::method::neural_camera::{
+    chart_poses::{LooseChart, MOTION},
+    loose::Information,
+};
 use nalgebra::{DMatrix, DVector};
 
 /// Placements that spread less than this share of their longest spread along a direction have no

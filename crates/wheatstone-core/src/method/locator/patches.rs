@@ -4,7 +4,10 @@
 //! A patch is made by itself, from the camera alone, when pixels ask for it; it is used only where it
 //! says what the camera says.
 
-use super::{plan::PlacedCamera, sheet::Part};
+use super::{
+    plan::PlacedCamera,
+    undistortion_table::{PLACES, Part, TOLD, TOLERANCE, told},
+};
 use crate::geometry::Pixel;
 use nalgebra::Matrix4;
 use std::f64::consts::FRAC_PI_8;
@@ -21,22 +24,8 @@ const BEFORE: f64 = 64.0;
 /// and a correction by waves of a sixth of the picture to a ten thousandth.
 const WIDTH: f64 = 0.05;
 
-/// A patch that is further from the camera than this somewhere, in pixels, is not used: a tenth of what
-/// the best detectors scatter by in a hundred points.
-pub(super) const TOLERANCE: f64 = 1e-4;
-
-/// Numbers that a patch tells of a point: where it looks, u and v; pixels by steps on the plane, four; how
-/// u and v go with the nearness, and with its square.
-pub(super) const TOLD: usize = 10;
-
-/// Where the scale stands among what is told: pixels by steps on the plane, x by u, x by v, y by u, y by v.
-pub(super) const SCALES: [usize; 4] = [2, 3, 4, 5];
-
 /// Places of a pixel worked out for a patch.
 pub(super) const NODES: usize = 16;
-
-/// Places on the plane that a patch tells: at, along and bend, of u and v each.
-const PLACES: usize = 6;
 
 /// Factors of a power of x, in single precision: over a patch they amount to less than a twentieth, of which
 /// single precision errs by a thousandth of what a patch may.
@@ -324,24 +313,3 @@ impl Patch {
 
 /// A patch, where there can be one.
 pub(super) struct Made(Option<Box<Patch>>);
-
-/// Where a pixel looks: at, along and bend on the plane.
-pub(super) fn told(camera: &PlacedCamera, pixel: Pixel) -> Option<[f64; PLACES]> {
-    let [middle, half] = camera.nearness;
-    let at = camera.plane_of(pixel, middle)?;
-    if camera.is_central {
-        return Some([at[0], at[1], 0.0, 0.0, 0.0, 0.0]);
-    }
-    let near = camera.plane_of(pixel, middle + half)?;
-    let far = camera.plane_of(pixel, middle - half)?;
-    let mut told = [0.0; PLACES];
-    for axis in 0..2 {
-        // The parabola through three points, in powers of the nearness.
-        let slope = (near[axis] - far[axis]) / (2.0 * half);
-        let bend = (near[axis] + far[axis] - 2.0 * at[axis]) / (2.0 * half * half);
-        told[axis] = at[axis] - middle * (slope - middle * bend);
-        told[2 + axis] = slope - 2.0 * middle * bend;
-        told[4 + axis] = bend;
-    }
-    Some(told)
-}

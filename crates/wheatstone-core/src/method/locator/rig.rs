@@ -1,9 +1,10 @@
 //! Cameras made ready for many points: where their rays meet, a block at a time in vector registers.
 
 use super::{
-    patches::{Patches, TOLD},
+    patches::Patches,
     plan::{FormulaCameras, Formulas, PlacedCamera},
-    sheet::{Part, Sheet},
+    sheet::Sheet,
+    undistortion_table::{Part, TOLD},
 };
 use crate::{
     geometry::{

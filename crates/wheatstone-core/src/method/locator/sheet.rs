@@ -6,10 +6,9 @@
 //! lens does beside that is small enough for singles, of which a register holds twice as many.
 
 use super::{
-    patches::{SCALES, TOLD, TOLERANCE, told},
     plan::PlacedCamera,
+    undistortion_table::{Part, SCALES, TOLD, TOLERANCE, told},
 };
-use crate::geometry::Pixel;
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 use wheatstone_numeric::simd::{Real, Simd, has_many_registers, multiply_add_singles};
@@ -24,41 +23,6 @@ const MOST_DEGREE: usize = 20;
 /// How well the scale is to be known, as a share: it only weighs errors, and so large a share of them a point is
 /// off.
 const SCALE_TOLERANCE: f64 = 1e-3;
-
-/// Part of a picture, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Part {
-    pub(super) least: [f64; 2],
-    pub(super) most: [f64; 2],
-}
-
-impl Part {
-    /// What holds both.
-    pub(super) fn with(self, other: Self) -> Self {
-        Self {
-            least: [0, 1].map(|axis| self.least[axis].min(other.least[axis])),
-            most: [0, 1].map(|axis| self.most[axis].max(other.most[axis])),
-        }
-    }
-
-    /// Whether a place lies in it.
-    #[inline(always)]
-    pub(super) fn holds(&self, x: f64, y: f64) -> bool {
-        let [left, top] = self.least;
-        let [right, bottom] = self.most;
-        // Without branches: a block of places is looked at in registers.
-        (x >= left) & (x <= right) & (y >= top) & (y <= bottom)
-    }
-
-    /// Where it lies from -1 to 1 in each direction.
-    fn pixel(&self, place: [f64; 2]) -> Pixel {
-        let along = |axis: usize| {
-            let (least, most) = (self.least[axis], self.most[axis]);
-            0.5 * (least + most) + 0.5 * (most - least) * place[axis]
-        };
-        Pixel::new(along(0), along(1))
-    }
-}
 
 /// A camera's polynomials.
 pub(super) struct Sheet {

@@ -10,7 +10,7 @@ mod climb;
 
 use super::{
     field::Field,
-    lens::FIRST_EXPECTED,
+    lens::{FIRST_EXPECTED, PARAMETERS},
     settings::{NOISE, SETTINGS, Settings, Variance},
 };
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -18,6 +18,9 @@ use wheatstone_numeric::{
     cholesky::{Cholesky, Lower},
     panels::Panels,
 };
+
+/// Of each coordinate: its slopes by the lens's numbers, and its error.
+pub(super) const SIDE: usize = PARAMETERS + 1;
 
 /// Sums over the points of a camera, linearised about its present state: products of the field's
 /// functions F, the slopes J by the lens's numbers, and the errors e without any correction.

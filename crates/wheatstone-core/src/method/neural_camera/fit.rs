@@ -2,10 +2,10 @@
 //! about them.
 
 use super::{
-    evidence::{Mode, Posterior, Sums},
+    chart_poses::LooseCharts,
+    evidence::{Mode, Posterior, SIDE, Sums},
     field::{Field, Functions, chained},
     lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
-    loose::LooseCharts,
     motions::Motions,
     settings::{LENGTH, NOISE, OF_FIELD, PARALLAX, SETTINGS, Settings, WAVES},
     slopes::{ByNumbers, Sloped},
@@ -327,9 +327,6 @@ impl State<'_> {
 
 /// A gain that is not worth a step: the objective is in units of a squared standard deviation.
 const ENOUGH: f64 = 1e-5;
-
-/// Of each coordinate: its slopes by the lens's numbers, and its error.
-pub(super) const SIDE: usize = PARAMETERS + 1;
 
 /// Sums over points, a column each: of the field's functions, and of both coordinates' slopes and errors.
 fn summed((field, sides): (&Panels, &Panels), numbers: Vec<f64>) -> Sums {

@@ -20,6 +20,7 @@ mod places;
 mod settings;
 mod slopes;
 mod witness;
+pub(crate) mod chart_poses;
 pub(crate) mod loose;
 
 pub(super) use {places::Motions, witness::Witness};

@@ -1,6 +1,10 @@
 //! What charts that may move add to a camera's sums: a point tells of its own chart only.
 
-use super::{evidence::Sums, fit::SIDE, lens::PARAMETERS, loose::MOTION};
+use super::{
+    chart_poses::MOTION,
+    evidence::{SIDE, Sums},
+    lens::PARAMETERS,
+};
 use wheatstone_numeric::panels::Panels;
 
 /// Derivatives of points' pixels by their charts' motions.

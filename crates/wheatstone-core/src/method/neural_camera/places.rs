@@ -9,11 +9,12 @@
 //! independent motions that pixels notice, and what each camera does with each of them.
 
 use super::{
+    chart_poses::{LooseChart, LooseCharts, MOTION},
     corrected::Mode,
     evidence::Posterior,
     fit::State,
     lens::PARAMETERS,
-    loose::{Information, LooseChart, LooseCharts, MOTION},
+    loose::Information,
     settings::NOISE,
 };
 use crate::{
