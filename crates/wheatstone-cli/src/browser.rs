@@ -1,6 +1,6 @@
 //! A page shown to whoever sits at the terminal, when they ask for it.
 
-use crate::voice::remark;
+use crate::verbosity::remark;
 use clap::Args;
 use std::{
     io::IsTerminal,

@@ -1,6 +1,6 @@
 //! How a command fails: one message, what to do about it, and the exit status.
 
-use crate::voice::labelled;
+use crate::verbosity::labelled;
 use std::process::ExitCode;
 
 /// Why a command did not finish.

@@ -1,6 +1,6 @@
 //! The two kinds of input that most commands take: a capture or a points file.
 
-use crate::voice::remark;
+use crate::verbosity::remark;
 use crate::{failure::Outcome, progress::Bar};
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -10,14 +10,14 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Listens from now on. Where the system does not allow it, Ctrl-C ends the program at once, as ever.
 pub(crate) fn listen() {
-    let heard = ctrlc::set_handler(|| {
+    let caught = ctrlc::set_handler(|| {
         if ASKED.swap(true, Ordering::SeqCst) {
             std::process::exit(STATUS.into());
         }
-        crate::voice::say!("\nstopping at the next step … (Ctrl-C again to stop now)");
+        crate::verbosity::say!("\nstopping at the next step … (Ctrl-C again to stop now)");
     });
-    if let Err(problem) = heard {
-        crate::voice::detail!("Ctrl-C cannot be listened to: {problem}");
+    if let Err(problem) = caught {
+        crate::verbosity::detail!("Ctrl-C cannot be listened to: {problem}");
     }
 }
 

@@ -5,15 +5,15 @@
 
 mod browser;
 mod commands;
-mod exchanging;
+mod conversion;
 mod failure;
 mod input;
 mod interruption;
-mod preparing;
+mod prepare;
 mod progress;
 mod table;
 mod tables;
-mod voice;
+mod verbosity;
 
 use clap::{
     CommandFactory, Parser,
@@ -37,7 +37,7 @@ struct Arguments {
     #[command(subcommand)]
     verb: commands::Verb,
     #[command(flatten)]
-    voice: voice::Voice,
+    verbosity: verbosity::Verbosity,
 }
 
 /// The command line as data: what help, completions and manual pages are made from.
@@ -45,7 +45,7 @@ fn definition() -> clap::Command {
     Arguments::command()
 }
 
-/// A mistyped verb with the one that was probably meant, where the parser itself sees none.
+/// A mistyped verb with the one that was probably meant, where the parser itself observes none.
 fn suggesting(mut error: clap::Error) -> clap::Error {
     let typed = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(typed)) => typed.clone(),
@@ -64,7 +64,7 @@ fn suggesting(mut error: clap::Error) -> clap::Error {
 
 fn main() -> ExitCode {
     let arguments = Arguments::try_parse().unwrap_or_else(|e| suggesting(e).exit());
-    arguments.voice.adopt();
+    arguments.verbosity.adopt();
     interruption::listen();
     match arguments.verb.run() {
         Ok(()) => ExitCode::SUCCESS,

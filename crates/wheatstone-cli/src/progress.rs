@@ -49,7 +49,7 @@ impl Progress for Bar {
     }
 
     fn report(&self, task: &str, done: u64, total: u64) {
-        if !crate::voice::speaks() {
+        if !crate::verbosity::speaks() {
             return;
         }
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);

@@ -8,7 +8,7 @@ mod lower;
 mod rows;
 
 use super::{
-    panels::{Column, ROWS},
+    blocked_matrix::{Column, ROWS},
     simd::{Real, Simd, WithSimd, add_products, on_widest},
 };
 pub use lower::Lower;
@@ -294,7 +294,7 @@ impl WithSimd for Squares<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{panels::Panels, random::Random, simd::on_each};
+    use crate::{blocked_matrix::BlockedMatrix, random::Random, simd::on_each};
     use nalgebra::DVector;
 
     fn positive(size: usize) -> DMatrix<f64> {
@@ -314,7 +314,7 @@ mod tests {
             let right = DVector::from_fn(size, |i, _| libm::sin(i as f64));
             let solved = DVector::from_vec(found.solve(right.as_slice()));
             assert!((&whole * &solved - &right).norm() <= 1e-11 * right.norm());
-            let mut rows = Panels::zeros(3, size);
+            let mut rows = BlockedMatrix::zeros(3, size);
             (0..size).for_each(|index| rows.set(1, index, right[index]));
             found.take_lower(&mut rows);
             let half = (0..size).map(|index| rows.get(1, index).powi(2)).sum::<f64>();

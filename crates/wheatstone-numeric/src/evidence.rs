@@ -82,7 +82,7 @@ pub struct Trained {
 }
 
 /// A training under way: one start, or what became of it.
-pub struct Course {
+pub struct TrainingCurve {
     network: Perceptron,
     expansion: Expansion,
     samples: f64,
@@ -99,7 +99,7 @@ pub struct Course {
     settled: bool,
 }
 
-impl Course {
+impl TrainingCurve {
     /// Begins from the weights of `network`.
     #[must_use]
     pub fn new(network: Perceptron, batch: &Batch) -> Self {
@@ -334,7 +334,7 @@ mod tests {
         let mut random = Random::new(3);
         let (inputs, targets) = lesson(&mut random);
         let batch = Batch::new(&inputs, &targets);
-        let mut course = Course::new(start(&mut random), &batch);
+        let mut course = TrainingCurve::new(start(&mut random), &batch);
         course.go_on((300, 0.01), &Silent).unwrap();
         let (network, trained) = course.finish().unwrap();
         // Two hundred samples tell a standard deviation to a twentieth.

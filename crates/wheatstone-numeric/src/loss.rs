@@ -13,6 +13,7 @@ pub enum Loss {
 
 impl Loss {
     /// Cost and weight of a squared error.
+    #[must_use]
     pub fn of(self, square: f64) -> (f64, f64) {
         match self {
             Self::Squares => (0.5 * square, 1.0),

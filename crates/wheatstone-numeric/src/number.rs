@@ -22,7 +22,7 @@ pub trait Number:
     fn magnitude(self) -> Self;
 
     /// The larger of two; the other one where this is not a number.
-    fn or_larger(self, other: Self) -> Self;
+    fn max_with(self, other: Self) -> Self;
 
     /// The smaller of two; the other one where this is not a number.
     fn or_smaller(self, other: Self) -> Self;
@@ -62,7 +62,7 @@ impl Number for f64 {
     }
 
     #[inline(always)]
-    fn or_larger(self, other: Self) -> Self {
+    fn max_with(self, other: Self) -> Self {
         if self > other { self } else { other }
     }
 
@@ -154,7 +154,7 @@ impl<S: Simd> Number for Doubles<S> {
     }
 
     #[inline(always)]
-    fn or_larger(self, other: Self) -> Self {
+    fn max_with(self, other: Self) -> Self {
         if has_second_of_lost::<S>() {
             return Self(self.0, self.0.max_f64s(self.1, other.1));
         }
@@ -249,9 +249,9 @@ impl<N: Number> Number for Pair<N> {
     }
 
     #[inline(always)]
-    fn or_larger(self, other: Self) -> Self {
+    fn max_with(self, other: Self) -> Self {
         let (Self([a, b]), Self([c, d])) = (self, other);
-        Self([a.or_larger(c), b.or_larger(d)])
+        Self([a.max_with(c), b.max_with(d)])
     }
 
     #[inline(always)]
@@ -287,6 +287,7 @@ impl<N: Number> Number for Pair<N> {
 
 /// Registers full of a slice's numbers; what does not fill one is left off.
 #[inline(always)]
+#[must_use]
 pub fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {
     S::as_simd_f64s(values).0
 }

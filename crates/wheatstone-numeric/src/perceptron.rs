@@ -8,13 +8,13 @@ mod curvature;
 mod forward;
 mod jacobian;
 mod packed;
-mod sweep;
+mod gradient;
 
 pub use batch::{Batch, LANES, Lane, Workspace};
 pub use curvature::Curvature;
 pub use forward::Forward;
 pub use forward::{Samples, TOGETHER};
-pub use sweep::Sweep;
+pub use gradient::Sweep;
 
 use super::{random::Random, sigmoid::sigmoid};
 use serde::{Deserialize, Serialize};

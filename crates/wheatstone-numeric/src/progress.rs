@@ -1,4 +1,4 @@
-//! How long work tells how far it is, and hears that it should stop.
+//! How long work tells how far it is, and is asked to stop.
 
 use crate::{Error, Result};
 

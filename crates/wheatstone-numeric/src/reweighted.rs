@@ -3,7 +3,7 @@
 //! The unknowns are those of an orthonormal basis of the matrix's columns, found once: the normal equations of
 //! any weights are then about as well determined as the weights are even, and may be squared without harm.
 
-use super::{cholesky::Cholesky, panels::Panels};
+use super::{blocked_matrix::BlockedMatrix, cholesky::Cholesky};
 use nalgebra::{DMatrix, DMatrixView};
 
 /// A matrix made ready for other and other weights of its rows.
@@ -18,7 +18,7 @@ pub struct Reweighted {
     /// Every so many rows are fitted.
     stride: usize,
     /// Weighted rows, then right-hand sides, a column each.
-    columns: Panels,
+    columns: BlockedMatrix,
 }
 
 /// What rounding may take from a unit of the basis, and more: without it nothing would be left of one that
@@ -50,7 +50,7 @@ impl Reweighted {
             basis: basis.as_slice().to_vec(),
             ridge: (inverse.transpose() * ridge).as_slice().to_vec(),
             stride,
-            columns: Panels::default(),
+            columns: BlockedMatrix::default(),
         })
     }
 

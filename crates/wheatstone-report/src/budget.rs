@@ -60,7 +60,7 @@ pub(super) fn of_model(
 /// A share a cause.
 pub(super) fn shares(budget: &Budget) -> Vec<BudgetShare> {
     let noise = format!(
-        "pixels are off by {} px, as the most flexible fit sees them, and that is what cameras so placed make of it",
+        "pixels are off by {} px, as the most flexible fit observes them, and that is what cameras so placed make of it",
         super::text::figure(budget.pixel_noise)
     );
     [

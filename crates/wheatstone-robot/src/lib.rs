@@ -1,7 +1,7 @@
 //! A mobile robot whose two cameras are its only sensors, as the 2001 paper's: it learns where pairs of
 //! pixels point from a chart, then drives among obstacles to a goal.
 //!
-//! What sees and what plans knows pictures alone; [`Vehicle`] stands between it and the wheels, and
+//! What observes and what plans knows pictures alone; [`Vehicle`] stands between it and the wheels, and
 //! behind that a simulated world, a recorded sequence or a real robot.
 //!
 //! Lengths are centimetres, as the rig's. The *start frame* is where the robot's own frame was when it
@@ -90,7 +90,7 @@ impl PlanarPose {
 
 /// Where the robot believes itself to be in the start frame, and how surely.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Believed {
+pub struct Estimated {
     /// The pose itself.
     pub pose: PlanarPose,
     /// The covariance of x, z and heading, in centimetres and radians.

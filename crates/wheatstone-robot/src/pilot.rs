@@ -1,7 +1,7 @@
 //! From pictures to commands: the whole of the robot's mind, step by step.
 
 use super::{
-    Believed, Ground, PlanarPose, Vehicle, Velocity,
+    Estimated, Ground, PlanarPose, Vehicle, Velocity,
     motion::OwnMotion,
     navigator::{Decision, Navigator},
     scene::Trust,
@@ -11,7 +11,7 @@ use wheatstone_charts::imaging::GrayImage;
 use wheatstone_core::{Calibration, Result};
 use wheatstone_numeric::progress::Progress;
 
-/// What sees, remembers and decides.
+/// What observes, remembers and decides.
 pub struct Pilot<'a> {
     observer: Observer<'a>,
     motion: OwnMotion,
@@ -21,7 +21,7 @@ pub struct Pilot<'a> {
     told: Velocity,
 }
 
-/// Who hears of every look: the vehicle, the pilot, the pictures and what they came to.
+/// Who is told of every look: the vehicle, the pilot, the pictures and what they came to.
 pub type Watch<'a, V> = &'a mut dyn FnMut(&mut V, &Pilot, &[GrayImage; 2], &Step) -> Result<()>;
 
 /// What a look came to.
@@ -30,7 +30,7 @@ pub struct Step {
     /// What the pictures show.
     pub observation: Observation,
     /// Where the robot found itself; none where its own motion was not found.
-    pub found: Option<Believed>,
+    pub found: Option<Estimated>,
     /// What it does next.
     pub decision: Decision,
 }
@@ -76,7 +76,7 @@ impl<'a> Pilot<'a> {
     }
 
     /// Looks and drives until the vehicle has arrived, has stopped for good, or shows nothing more;
-    /// `watch` hears of every look, before the vehicle moves.
+    /// `watch` is told of every look, before the vehicle moves.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! A recording: pairs of pictures in a folder, to hear what the pilot would have done.
+//! A recording: pairs of pictures in a folder, to show what the pilot would have done.
 
 use super::{Vehicle, Velocity};
 use std::path::{Path, PathBuf};

@@ -36,7 +36,7 @@ impl Default for Wheels {
 
 /// Something that befalls the cameras.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mishap {
+pub enum CameraFailure {
     /// A camera (counted from 0) is turned by this rotation vector, in radians, in its own frame.
     Knocked {
         /// Which.
@@ -44,7 +44,7 @@ pub enum Mishap {
         /// By what.
         rotation: [f64; 3],
     },
-    /// A camera (counted from 0) sees nothing more.
+    /// A camera (counted from 0) observes nothing more.
     Covered {
         /// Which.
         camera: usize,
@@ -113,10 +113,10 @@ impl<'a> SimulatedRobot<'a> {
     /// # Errors
     ///
     /// None with the built-in cameras.
-    pub fn befall(&mut self, mishap: Mishap) -> Result<()> {
+    pub fn befall(&mut self, mishap: CameraFailure) -> Result<()> {
         match mishap {
-            Mishap::Covered { camera } => self.covered = Some(camera),
-            Mishap::Knocked { camera, rotation } => {
+            CameraFailure::Covered { camera } => self.covered = Some(camera),
+            CameraFailure::Knocked { camera, rotation } => {
                 let mounted = cameras()?[camera].clone();
                 let turn = Pose::from_rotation_vector(Vector3::zeros(), rotation.into());
                 let camera_from_world = turn.after(&mounted.camera_from_world);

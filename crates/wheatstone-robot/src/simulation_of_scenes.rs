@@ -2,7 +2,7 @@
 //! with the noise, the gaps and the mistakes of matching; and wheels that slip.
 
 use crate::{
-    Believed, Ground, PlanarPose, Velocity,
+    Estimated, Ground, PlanarPose, Velocity,
     scene::{Scene, ScenePoint, Stretch, Trust},
     world::{Footprint, Obstacle, World},
 };
@@ -64,7 +64,7 @@ impl Default for Faults {
 pub(crate) struct Simulated {
     pub(crate) world: World,
     pub(crate) truth: PlanarPose,
-    pub(crate) believed: Believed,
+    pub(crate) believed: Estimated,
     pub(crate) faults: Faults,
     /// The least clearance that it ever had, in centimetres.
     pub(crate) least: f64,
@@ -90,7 +90,7 @@ impl Simulated {
         Self {
             world,
             truth: PlanarPose::default(),
-            believed: Believed::default(),
+            believed: Estimated::default(),
             faults,
             least: f64::INFINITY,
             random,
@@ -133,11 +133,11 @@ impl Simulated {
         let noise = Vector3::new(along * along, along * along, turn * turn);
         let covariance = carried * self.believed.covariance * carried.transpose()
             + Matrix3::from_diagonal(&noise);
-        self.believed = Believed { pose: new, covariance };
+        self.believed = Estimated { pose: new, covariance };
     }
 
     /// What is seen, and where the robot believes itself to be.
-    pub(crate) fn look(&mut self) -> (Scene, Option<Believed>) {
+    pub(crate) fn look(&mut self) -> (Scene, Option<Estimated>) {
         let lost = self.random.uniform(0.0, 1.0) < self.faults.lost;
         let rays: Vec<Vec<Hit>> = (0..COLUMNS).map(|column| self.hits(column)).collect();
         let clear = self.stretches(&rays);

@@ -13,7 +13,7 @@ pub type Placement = (String, Pose);
 
 /// The pixels of a world point, if all cameras see it.
 fn seen_by_all(rig: &Rig, world: Point3) -> Option<Vec<Pixel>> {
-    rig.cameras.iter().map(|camera| camera.sees(world)).collect()
+    rig.cameras.iter().map(|camera| camera.project_visible(world)).collect()
 }
 
 fn dataset(rig: &Rig, views: Vec<String>, correspondences: Vec<Correspondence>) -> Dataset {

@@ -62,7 +62,7 @@ impl HandHeld {
     }
 }
 
-/// What each camera sees of a chart at these placements, without its places; and those places, in the
+/// What each camera observes of a chart at these placements, without its places; and those places, in the
 /// order of the rows.
 #[must_use]
 pub fn hand_held_correspondences(
@@ -76,7 +76,7 @@ pub fn hand_held_correspondences(
     for (view, (_, world_from_chart)) in placements.iter().enumerate() {
         for (id, point) in chart.points().into_iter().enumerate() {
             let world = world_from_chart.transform(point);
-            let seen = rig.cameras.iter().map(|camera| camera.sees(world));
+            let seen = rig.cameras.iter().map(|camera| camera.project_visible(world));
             let pixels: Vec<_> =
                 seen.map(|pixel| pixel.map(|pixel| noise.apply(pixel, &mut random))).collect();
             if pixels.iter().any(Option::is_some) {

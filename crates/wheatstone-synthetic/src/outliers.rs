@@ -15,7 +15,7 @@ pub enum GrossError {
     Shift(f64),
     /// One camera's pixel moved by exactly so many pixels, in any direction.
     Jump(f64),
-    /// One camera's pixel anywhere in the part of its picture in which it sees points.
+    /// One camera's pixel anywhere in the part of its picture in which it observes points.
     Anywhere,
     /// Two points exchanged in one camera: a mismatch.
     Mismatch,

@@ -127,7 +127,8 @@ impl RandomCapture {
                     .iter()
                     .map(|camera| {
                         let lost = random.uniform(0.0, 1.0) < self.lost;
-                        let pixel = camera.sees(real).map(|p| self.noise.apply(p, &mut random));
+                        let pixel =
+                            camera.project_visible(real).map(|p| self.noise.apply(p, &mut random));
                         pixel.filter(|_| !lost)
                     })
                     .collect();

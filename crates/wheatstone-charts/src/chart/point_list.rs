@@ -25,7 +25,7 @@ pub struct PointList {
     /// The points where no file is given, `[X, Y, Z]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 3]>,
-    /// A table with columns `id,x1,y1,x2,y2,…`: some points, and where each camera sees them to some pixels,
+    /// A table with columns `id,x1,y1,x2,y2,…`: some points, and where each camera observes them to some pixels,
     /// empty where it does not; with a column `view`, those of one view only. Four or more points lead the
     /// search, one tells apart what looks alike.
     #[serde(default, skip_serializing_if = "Option::is_none")]

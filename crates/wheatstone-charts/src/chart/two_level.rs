@@ -33,7 +33,7 @@ pub struct TwoLevel {
     /// Of a dot, in the user's unit; 0.3 of the pitch where it is left out. Used for drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
-    /// A table with columns `id,x1,y1,x2,y2,…`: some points, and where each camera sees them to some pixels.
+    /// A table with columns `id,x1,y1,x2,y2,…`: some points, and where each camera observes them to some pixels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<PathBuf>,
     /// Where the chart's frame begins.

@@ -1,7 +1,7 @@
 //! `wheatstone chart`.
 
 use crate::failure::{Failure, Outcome};
-use crate::voice::say;
+use crate::verbosity::say;
 use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;

@@ -4,10 +4,10 @@ use super::print_json;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
-    preparing::baseline,
+    prepare::baseline,
     progress::Bar,
     table::figure,
-    voice::say,
+    verbosity::say,
 };
 use clap::Args;
 use serde_json::{Value, json};

@@ -4,12 +4,12 @@ use super::{
     methods_named, print_json,
     report::{quoted, write as write_report},
 };
-use crate::voice::{remark, say};
+use crate::verbosity::{remark, say};
 use crate::{
     browser::Showing,
     failure::{Failure, Outcome},
     input::{Loaded, Reading, load},
-    preparing::Preparing,
+    prepare::Preparing,
     progress::Bar,
     table::{figure, figure_or_dash, table},
 };

@@ -2,11 +2,12 @@
 
 use super::print_json;
 use crate::{
-    exchanging::{
-        Cameras, Told, board, listed, read_cameras, shown, source, write_cameras, write_model,
+    conversion::{
+        Cameras, PictureSizes, board, listed, read_cameras, shown, source, write_cameras,
+        write_model,
     },
     failure::{Failure, Outcome},
-    voice::say,
+    verbosity::say,
 };
 use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Value, json};
@@ -39,7 +40,7 @@ pub(crate) struct Convert {
     #[arg(long)]
     unit: Option<String>,
     #[command(flatten)]
-    told: Told,
+    told: PictureSizes,
     /// Columns of corners of a chart and their distance, for lists of corners that do not say it
     #[arg(long, value_name = "COLUMNSxPITCH", value_parser = board)]
     board: Option<(usize, f64)>,

@@ -5,7 +5,7 @@ use super::{
     fit::set_epochs,
     report::{quoted, write as write_report},
 };
-use crate::voice::say;
+use crate::verbosity::say;
 use crate::{
     browser::Showing,
     failure::Outcome,
@@ -291,10 +291,10 @@ fn score(rig: &Rig, capture: &Capture, found: &Dataset) -> DetectionScore {
             for (id, point) in points.iter().enumerate() {
                 let corner = |x: f64, y: f64| {
                     let moved = point + Vector3::new(x * line_width, y * line_width, 0.0);
-                    camera.sees(pose.transform(moved))
+                    camera.project_visible(pose.transform(moved))
                 };
                 let all = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
-                let Some(truth) = camera.sees(pose.transform(*point)) else { continue };
+                let Some(truth) = camera.project_visible(pose.transform(*point)) else { continue };
                 if all.iter().any(|(x, y)| corner(*x, *y).is_none()) {
                     continue;
                 }

@@ -1,7 +1,7 @@
 //! `wheatstone detect`.
 
 use super::print_json;
-use crate::voice::say;
+use crate::verbosity::say;
 use crate::{failure::Outcome, input::open_and_detect, progress::Bar, table::table};
 use clap::Args;
 use serde_json::json;
@@ -117,7 +117,7 @@ pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -
                 canvas.line(pair[0], pair[1], [255, 190, 60]);
             }
             for (index, point) in points.iter().enumerate() {
-                // Orange for the first point, so that one sees which way the chart is read.
+                // Orange for the first point, so that one observes which way the chart is read.
                 canvas.cross(*point, if index == 0 { [230, 90, 0] } else { [0, 90, 200] });
             }
             canvas.write_png(&folder.join(format!("{}-{}.png", camera.name, view.name)))?;

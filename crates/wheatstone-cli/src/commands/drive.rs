@@ -5,7 +5,7 @@ use crate::{
     failure::{Failure, Outcome},
     progress::Bar,
     table::{figure, figure_or_dash, table},
-    voice::say,
+    verbosity::say,
 };
 use clap::{Args, builder::PossibleValuesParser, value_parser};
 use serde::Serialize;
@@ -18,7 +18,7 @@ use wheatstone::{
     method::AnyMethod,
     robot::{
         film::Film,
-        trial::{self, Ended, Spread, Summary, Trial, Trouble, Witness, run_all},
+        trial::{self, Ended, Fault, Observer, Spread, Summary, Trial, run_all},
         world::World,
     },
     storage,
@@ -72,7 +72,7 @@ pub(crate) struct Drive {
 
 /// What `--json` prints, and `summary.json`.
 #[derive(Serialize)]
-struct Told<'a> {
+struct DriveSummary<'a> {
     unit: &'static str,
     method: &'a str,
     preset: Option<&'a str>,
@@ -88,17 +88,17 @@ impl Drive {
         if let Some(folder) = &self.output {
             storage::create_folder(folder)?;
         }
-        let witnesses = |trial: &Trial, world: &World| -> Option<Box<dyn Witness>> {
+        let observers = |trial: &Trial, world: &World| -> Option<Box<dyn Observer>> {
             let folder = self.output.as_ref()?;
             (trial.seed - self.seed < self.films).then(|| {
                 let path = folder.join(film_name(trial.seed));
-                Box::new(Film::new(path, trial, world)) as Box<dyn Witness>
+                Box::new(Film::new(path, trial, world)) as Box<dyn Observer>
             })
         };
         let (bar, began) = (Bar::new(), Instant::now());
-        let outcomes = run_all(&trials, &witnesses, &|| began.elapsed().as_secs_f64(), &bar)?;
+        let outcomes = run_all(&trials, &observers, &|| began.elapsed().as_secs_f64(), &bar)?;
         drop(bar);
-        let told = Told {
+        let told = DriveSummary {
             unit: "cm",
             method: &self.method,
             preset: self.preset.as_deref(),
@@ -130,8 +130,8 @@ impl Drive {
                     "between 0 and 180; 1 is what a cable may do",
                 ));
             }
-            Some(degrees) => Some(Trouble::Knock(degrees)),
-            None => self.cover.then_some(Trouble::Cover),
+            Some(degrees) => Some(Fault::Knock(degrees)),
+            None => self.cover.then_some(Fault::Cover),
         };
         let Some(end) = self.seed.checked_add(self.worlds) else {
             return Err(Failure::usage("there are no seeds so large", "choose a smaller `--seed`"));
@@ -142,7 +142,7 @@ impl Drive {
     }
 
     /// The folder's files beside the films.
-    fn write(&self, folder: &Path, told: &Told) -> Outcome {
+    fn write(&self, folder: &Path, told: &DriveSummary) -> Outcome {
         let json = serde_json::to_vec_pretty(told).map_err(std::io::Error::from)?;
         storage::write(&folder.join("summary.json"), &json)?;
         storage::write(&folder.join("worlds.csv"), &as_csv(told.trials)?)?;
@@ -205,7 +205,7 @@ fn as_csv(trials: &[trial::Outcome]) -> Outcome<Vec<u8>> {
 }
 
 /// The table of worlds, and what became of all.
-fn as_text(told: &Told) -> String {
+fn as_text(told: &DriveSummary) -> String {
     let rows: Vec<Vec<String>> = told.trials.iter().map(row).collect();
     let heading =
         ["world", "obstacles", "looks", "own place cm", "goal cm", "map cm", "clearance cm", "end"];

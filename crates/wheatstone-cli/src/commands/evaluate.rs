@@ -6,7 +6,7 @@ use crate::{
     input::{Reading, load},
     progress::Bar,
     table::figure,
-    voice::say,
+    verbosity::say,
 };
 use clap::Args;
 use std::path::PathBuf;

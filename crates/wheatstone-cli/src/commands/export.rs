@@ -2,7 +2,7 @@
 
 use super::print_json;
 use crate::{
-    exchanging::{Told, read_cameras, write_cameras},
+    conversion::{PictureSizes, read_cameras, write_cameras},
     failure::{Failure, Outcome},
 };
 use clap::{Args, builder::PossibleValuesParser};
@@ -30,7 +30,7 @@ pub(crate) struct Export {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
-    told: Told,
+    told: PictureSizes,
     /// Print what was written and what it lost as JSON
     #[arg(long)]
     json: bool,

@@ -1,11 +1,11 @@
 //! `wheatstone fit`.
 
-use crate::voice::{remark, say};
+use crate::verbosity::{remark, say};
 use crate::{
-    exchanging::Told,
+    conversion::PictureSizes,
     failure::{Failure, Outcome},
     input::{Reading, load},
-    preparing::Preparing,
+    prepare::Preparing,
     progress::Bar,
     table::figure,
 };
@@ -47,7 +47,7 @@ pub(crate) struct Fit {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
-    told: Told,
+    told: PictureSizes,
     #[command(flatten)]
     reading: Reading,
     #[command(flatten)]

@@ -5,7 +5,7 @@ use crate::{
     interruption,
     progress::Counter,
     tables::{Input, Sink},
-    voice::remark,
+    verbosity::remark,
 };
 use clap::Args;
 use std::{
@@ -179,7 +179,7 @@ impl Arriving {
 
     /// The next rows that come until then; none at the end, or where none do.
     fn wait(&self, until: Option<Instant>) -> Outcome<Option<Rows>> {
-        // How often one who wants to stop is heard.
+        // How often one who wants to stop is caught.
         const TURN: Duration = Duration::from_millis(100);
         loop {
             if interruption::asked() {

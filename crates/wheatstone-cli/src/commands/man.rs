@@ -1,6 +1,6 @@
 //! `wheatstone man`.
 
-use crate::{failure::Outcome, voice::say};
+use crate::{failure::Outcome, verbosity::say};
 use clap::Args;
 use std::path::PathBuf;
 use wheatstone::storage;

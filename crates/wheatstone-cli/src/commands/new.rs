@@ -3,7 +3,7 @@
 use super::chart::ChartOptions;
 use crate::{
     failure::{Failure, Outcome},
-    voice::say,
+    verbosity::say,
 };
 use clap::{Args, builder::PossibleValuesParser};
 use std::{fmt::Write as _, path::PathBuf};

@@ -2,11 +2,11 @@
 
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
-    exchanging::{Told, shown, size, write_pair},
+    conversion::{PictureSizes, shown, size, write_pair},
     failure::{Failure, Outcome},
     progress::Bar,
     table::figure,
-    voice::say,
+    verbosity::say,
 };
 use clap::Args;
 use serde_json::{Value, json};
@@ -29,7 +29,7 @@ use wheatstone::{
     The folder gets left_map_x.npy, left_map_y.npy, right_map_x.npy, right_map_y.npy (float32, what\n\
     cv2.remap takes; -1 where there is nothing), pair.yml (OpenCV's K D R T, P1 P2 Q; the left virtual\n\
     camera's frame, in the model's unit), left/ and right/ with the rectified pictures, and lines.png\n\
-    to look at. What is left of vertical differences is told in pixels: as the model sees the space\n\
+    to look at. What is left of vertical differences is told in pixels: as the model observes the space\n\
     that it was fitted to, and of measured points. docs/rectification.md has the rest.")]
 pub(crate) struct Rectify {
     /// The model file, of any method
@@ -55,7 +55,7 @@ pub(crate) struct Rectify {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     #[command(flatten)]
-    told: Told,
+    told: PictureSizes,
     /// Print the pair and what is left of vertical differences as JSON
     #[arg(long)]
     json: bool,
@@ -153,7 +153,7 @@ impl Rectify {
                 side_by_side(&rectified[0], &rectified[1]).write_png(&lines)?;
                 written.push(lines);
             }
-            wheatstone::progress::Progress::check(&bar).map_err(wheatstone::Error::from)?;
+            wheatstone::progress::Progress::check(&bar).map_err(Error::from)?;
         }
         drop(bar);
         let shares = tables.each_ref().map(|table: &Table| table.filled);

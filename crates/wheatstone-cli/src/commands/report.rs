@@ -5,9 +5,9 @@ use crate::{
     browser::Showing,
     failure::{Failure, Outcome},
     input::{Reading, Source, load},
-    preparing::Preparing,
+    prepare::Preparing,
     progress::Bar,
-    voice::say,
+    verbosity::say,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ use super::{
     print_json,
     report::{quoted, write as write_report},
 };
-use crate::voice::say;
+use crate::verbosity::say;
 use crate::{
     browser::Showing,
     failure::Outcome,

@@ -6,7 +6,7 @@ mod cli;
 mod command_line;
 mod drive;
 mod formats;
-mod manners;
+mod behaviour;
 mod one_camera;
 mod program;
 mod reports;

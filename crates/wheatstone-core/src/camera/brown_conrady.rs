@@ -7,10 +7,10 @@
 
 use super::{
     AdjustableCamera, CameraModel,
+    batch_projection::{BatchProjection, ProjectedBatch},
+    monotonic::stays_positive,
     pinhole::Pinhole,
     ray_by_slopes,
-    rising::stays_positive,
-    trace::{Trace, Traced},
 };
 use crate::geometry::{Pixel, Point3, Ray};
 use nalgebra::{Matrix2x3, Vector2};
@@ -135,7 +135,7 @@ impl BrownConrady {
 
     /// Projects with all slopes, beyond the fold too.
     #[inline(always)]
-    fn slopes<N: Number>(&self, point: [N; 3], slopes: &mut [[N; 2]]) -> Trace<N> {
+    fn slopes<N: Number>(&self, point: [N; 3], slopes: &mut [[N; 2]]) -> ProjectedBatch<N> {
         let z = point[2];
         let (x, y) = (point[0] / z, point[1] / z);
         let s = x * x + y * y;
@@ -163,7 +163,7 @@ impl BrownConrady {
             [zero, s2],
         ];
         self.pinhole.slopes(place, of_lens, slopes);
-        Trace {
+        ProjectedBatch {
             pixel: self.pinhole.pixels(place),
             by_point: self.pinhole.by_point(stretch, [x, y, z]),
             seen: z.held(0.0, f64::INFINITY) + radial.denominator.held(0.0, f64::INFINITY),
@@ -224,13 +224,13 @@ impl AdjustableCamera for BrownConrady {
     }
 }
 
-impl Traced for BrownConrady {
+impl BatchProjection for BrownConrady {
     #[inline(always)]
     fn trace<S: Simd>(
         &self,
         point: [Doubles<S>; 3],
         slopes: &mut [[Doubles<S>; 2]],
-    ) -> Trace<Doubles<S>> {
+    ) -> ProjectedBatch<Doubles<S>> {
         self.slopes(point, slopes)
     }
 }

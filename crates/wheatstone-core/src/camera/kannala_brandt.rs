@@ -5,9 +5,9 @@
 
 use super::{
     AdjustableCamera, CameraModel,
+    batch_projection::{BatchProjection, MOST_NUMBERS, ProjectedBatch},
+    monotonic::stays_positive,
     pinhole::Pinhole,
-    rising::stays_positive,
-    trace::{MOST_NUMBERS, Trace, Traced},
 };
 use crate::geometry::{Pixel, Point3, Ray, Vector3};
 use nalgebra::Matrix2x3;
@@ -52,12 +52,12 @@ impl KannalaBrandt {
         [x, y, z]: [N; 3],
         angle_of: impl Fn(N, N) -> N,
         slopes: &mut [[N; 2]],
-    ) -> Trace<N> {
+    ) -> ProjectedBatch<N> {
         let square = x * x + y * y;
         // On the axis the picture is that of a pinhole: so it is, to rounding, this far from it.
         const NEAR: f64 = 1e-150;
         let near = z.all(NEAR);
-        let radius = square.root().or_larger(near);
+        let radius = square.root().max_with(near);
         let distance_square = square + z * z;
         let angle = angle_of(radius, z);
         let (distorted, slope) = self.distort(angle);
@@ -81,7 +81,7 @@ impl KannalaBrandt {
         self.pinhole.slopes(place, of_lens, slopes);
         let pixel = self.pinhole.pixels(place);
         // Behind the camera there is nothing on the axis.
-        Trace { pixel, by_point, seen: z.or_larger(radius - near).held(0.0, f64::INFINITY) }
+        ProjectedBatch { pixel, by_point, seen: z.max_with(radius - near).held(0.0, f64::INFINITY) }
     }
 
     /// The distorted angle and its derivative.
@@ -103,7 +103,7 @@ impl KannalaBrandt {
 #[inline(always)]
 fn angle_of<N: Number>(radius: N, z: N) -> N {
     let one = z.all(1.0);
-    let (ahead, distance) = (z.or_larger(z.all(0.0) - z), (radius * radius + z * z).root());
+    let (ahead, distance) = (z.max_with(z.all(0.0) - z), (radius * radius + z * z).root());
     // The tangent of half the angle, halved twice more: an eighth of the angle is at most pi / 16.
     let halved = |tangent: N| tangent / (one + (one + tangent * tangent).root());
     let tangent = halved(halved(radius / (distance + ahead)));
@@ -116,7 +116,7 @@ fn angle_of<N: Number>(radius: N, z: N) -> N {
     }
     let angle = z.all(8.0) * tangent * sum;
     // 1 ahead, -1 behind: there it is what is missing to half a turn.
-    let side = z / ahead.or_larger(z.all(f64::MIN_POSITIVE));
+    let side = z / ahead.max_with(z.all(f64::MIN_POSITIVE));
     let missing = z.all(std::f64::consts::PI) - angle - angle;
     angle + (one - side) * z.all(0.5) * missing
 }
@@ -176,13 +176,13 @@ impl AdjustableCamera for KannalaBrandt {
     }
 }
 
-impl Traced for KannalaBrandt {
+impl BatchProjection for KannalaBrandt {
     #[inline(always)]
     fn trace<S: Simd>(
         &self,
         point: [Doubles<S>; 3],
         slopes: &mut [[Doubles<S>; 2]],
-    ) -> Trace<Doubles<S>> {
+    ) -> ProjectedBatch<Doubles<S>> {
         self.slopes(point, angle_of, slopes)
     }
 }

@@ -10,9 +10,9 @@ pub mod bumped_lens;
 pub mod flat_port;
 pub mod kannala_brandt;
 pub mod pinhole;
-mod rising;
-pub(crate) mod sightings;
-pub(crate) mod trace;
+mod monotonic;
+pub(crate) mod normal_equations;
+pub(crate) mod batch_projection;
 pub mod tsai;
 
 use crate::{
@@ -123,7 +123,7 @@ impl PosedCamera {
     /// The pixel at which a world point is seen; `None` outside the picture (beyond its outermost
     /// pixel centres).
     #[must_use]
-    pub fn sees(&self, world: Point3) -> Option<Pixel> {
+    pub fn project_visible(&self, world: Point3) -> Option<Pixel> {
         let (right, bottom) = (self.width as f64 - 1.0, self.height as f64 - 1.0);
         self.project(world).filter(|p| p.x >= 0.0 && p.y >= 0.0 && p.x <= right && p.y <= bottom)
     }

@@ -6,8 +6,8 @@
 
 use super::{
     AdjustableCamera, CameraModel,
+    batch_projection::{BatchProjection, LANES, MOST_NUMBERS, ProjectedBatch},
     pinhole::Pinhole,
-    trace::{LANES, MOST_NUMBERS, Trace, Traced},
 };
 use crate::geometry::{Pixel, Point3, Ray, Vector3};
 use nalgebra::Matrix2x3;
@@ -72,7 +72,7 @@ impl Tsai {
             let square = radius * radius;
             let step = (ideal - radius * (one + kappa * square)) / (one + slope * square);
             let moved = radius + step;
-            let size = step.or_larger(zero - step);
+            let size = step.max_with(zero - step);
             // Where a step no longer moves the radius it stays, whatever the others do.
             let moves = simd.greater_than_f64s(size.1, (ideal.all(LEAST_STEP) * moved).1);
             radius = Doubles(simd, simd.select_f64s(moves, moved.1, radius.1));
@@ -88,7 +88,12 @@ impl Tsai {
 
     /// Projects with all slopes a point whose distorted radius is known.
     #[inline(always)]
-    fn slopes<N: Number>(&self, point: [N; 3], radius: N, slopes: &mut [[N; 2]]) -> Trace<N> {
+    fn slopes<N: Number>(
+        &self,
+        point: [N; 3],
+        radius: N,
+        slopes: &mut [[N; 2]],
+    ) -> ProjectedBatch<N> {
         let z = point[2];
         let (x, y) = (point[0] / z, point[1] / z);
         let (one, kappa) = (z.all(1.0), z.all(self.kappa));
@@ -102,7 +107,7 @@ impl Tsai {
         let by_kappa = z.all(0.0) - square * growth * factor;
         let place = [x * factor, y * factor];
         self.pinhole.slopes(place, [[x * by_kappa, y * by_kappa]], slopes);
-        Trace {
+        ProjectedBatch {
             pixel: self.pinhole.pixels(place),
             by_point: self.pinhole.by_point(stretch, [x, y, z]),
             seen: z.held(0.0, f64::INFINITY) + rise.held(0.0, f64::INFINITY),
@@ -158,13 +163,13 @@ impl AdjustableCamera for Tsai {
     }
 }
 
-impl Traced for Tsai {
+impl BatchProjection for Tsai {
     #[inline(always)]
     fn trace<S: Simd>(
         &self,
         point: [Doubles<S>; 3],
         slopes: &mut [[Doubles<S>; 2]],
-    ) -> Trace<Doubles<S>> {
+    ) -> ProjectedBatch<Doubles<S>> {
         let (x, y) = (point[0] / point[2], point[1] / point[2]);
         self.slopes(point, self.distorted((x * x + y * y).root()), slopes)
     }

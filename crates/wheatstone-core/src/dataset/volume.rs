@@ -13,7 +13,7 @@ mod straightened;
 use super::Dataset;
 use crate::geometry::{
     Pixel, Point3, Vector3,
-    meeting::{self, Cameras, Sighting},
+    batch_triangulation::{self, Cameras, Sighting},
 };
 use hull::Hull;
 use rayon::prelude::*;
@@ -73,7 +73,7 @@ const EDGE: f64 = 0.05;
 
 /// Where rays meet.
 #[derive(Clone, Copy, Debug)]
-struct Meeting {
+struct Triangulated {
     /// Relative to the volume's centre.
     point: Vector3,
     /// Root mean square over pixel coordinates.
@@ -122,8 +122,8 @@ impl Volume {
         let met: Vec<(f64, f64)> = data
             .known()
             .filter_map(|(_, row)| {
-                let meeting = self.meet(&row.pixels)?;
-                Some((meeting.residual, self.beyond_hulls(&row.pixels, &meeting)))
+                let triangulated = self.meet(&row.pixels)?;
+                Some((triangulated.residual, self.beyond_hulls(&row.pixels, &triangulated)))
             })
             .collect();
         let of = |which: fn(&(f64, f64)) -> f64| met.iter().map(which).collect::<Vec<_>>();
@@ -133,19 +133,19 @@ impl Volume {
     }
 
     /// How far beyond the hull of some camera that saw it a point lies, as a share of the width.
-    fn beyond_hulls(&self, pixels: &[Option<Pixel>], meeting: &Meeting) -> f64 {
+    fn beyond_hulls(&self, pixels: &[Option<Pixel>], triangulated: &Triangulated) -> f64 {
         let asked = |index: &usize| self.seen(pixels).any(|(camera, _)| camera.hull == *index);
         let hulls = (0..self.hulls.len()).filter(asked);
-        let excess = hulls.map(|index| self.hulls[index].beyond(&meeting.point));
-        excess.fold(meeting.beyond_region, f64::max)
+        let excess = hulls.map(|index| self.hulls[index].beyond(&triangulated.point));
+        excess.fold(triangulated.beyond_region, f64::max)
     }
 
     /// Whether what the cameras saw at `pixels` (one entry a camera) lies where they were trained.
     #[must_use]
     pub fn trust(&self, pixels: &[Option<Pixel>]) -> Trust {
-        let Some(meeting) = self.meet(pixels) else { return Trust::Outside };
-        let missed = meeting.residual / (2.0 * self.believed_miss()) - 1.0;
-        self.judged(missed.max(self.beyond_hulls(pixels, &meeting) / EDGE))
+        let Some(triangulated) = self.meet(pixels) else { return Trust::Outside };
+        let missed = triangulated.residual / (2.0 * self.believed_miss()) - 1.0;
+        self.judged(missed.max(self.beyond_hulls(pixels, &triangulated) / EDGE))
     }
 
     /// The residual, in pixels, of points that are believed.
@@ -185,7 +185,7 @@ impl Volume {
     }
 
     /// Where the rays of the trained cameras meet; `None` for fewer than two, or in front of none.
-    fn meet(&self, pixels: &[Option<Pixel>]) -> Option<Meeting> {
+    fn meet(&self, pixels: &[Option<Pixel>]) -> Option<Triangulated> {
         let seen = || self.seen(pixels).take(MOST_CAMERAS);
         let cameras =
             Cameras::new(seen().map(|(camera, _)| camera.straightened.camera()).collect());
@@ -199,11 +199,11 @@ impl Volume {
             .fold(f64::NEG_INFINITY, f64::max);
         let mut met = cameras.meet::<_, KIND>(&sightings[..], 0.0);
         if met.squares.is_nan() {
-            met = cameras.meet_all::<KIND>(&sightings);
+            met = cameras.triangulate_all::<KIND>(&sightings);
         }
         let residual = (met.squares / (2 * cameras.count()) as f64).sqrt();
         let point = Vector3::from(met.point);
-        residual.is_finite().then_some(Meeting { point, residual, beyond_region })
+        residual.is_finite().then_some(Triangulated { point, residual, beyond_region })
     }
 
     /// Whether the parts of a volume read from a file fit together.
@@ -231,7 +231,7 @@ impl Volume {
 const MOST_CAMERAS: usize = 16;
 
 /// What a straightened camera says of a point.
-const KIND: u8 = meeting::ALONG;
+const KIND: u8 = batch_triangulation::ALONG;
 
 #[cfg(test)]
 mod tests;

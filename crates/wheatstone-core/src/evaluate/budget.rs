@@ -56,7 +56,7 @@ pub struct Budget {
     pub extrapolation: Part,
     /// The whole error over what the pixels' noise alone allows.
     pub ratio_to_floor: f64,
-    /// Standard deviation of a pixel coordinate, as the flexible fit sees it.
+    /// Standard deviation of a pixel coordinate, as the flexible fit observes it.
     pub pixel_noise: f64,
 }
 

@@ -120,7 +120,7 @@ fn run(
 ) -> Result<Outcome> {
     let (train, exam) = fold.divide(data);
     let start = Instant::now();
-    let fitted = method.fit_part_checked(&train, whole, seed, progress);
+    let fitted = method.fit_fold_checked(&train, whole, seed, progress);
     let seconds = start.elapsed().as_secs_f64();
     progress.check()?;
     let points = super::judged(&exam);

@@ -54,7 +54,7 @@ pub fn evaluate_one_camera(
 ///
 /// # Errors
 ///
-/// [`Error::Degenerate`] where it sees none of them.
+/// [`Error::Degenerate`] where it observes none of them.
 pub(crate) fn on_its_own_points(
     reconstructor: &dyn Reconstructor,
     data: &Dataset,
@@ -136,11 +136,11 @@ fn errors(camera: &dyn Reconstructor, data: &Dataset) -> Vec<PointError> {
     errors
 }
 
-/// How far a point's pixel lies from where the camera sees it. The distance beside it is counted in pixels
+/// How far a point's pixel lies from where the camera observes it. The distance beside it is counted in pixels
 /// too, so that a share of it is that of an error across the line of sight.
 fn error(camera: &dyn Reconstructor, (row, world, pixel): Seen) -> Option<PointError> {
-    let (at, slopes) = camera.sees(0, world)?;
-    let centre = camera.looks(0, at)?.origin;
+    let (at, slopes) = camera.project(0, world)?;
+    let centre = camera.unproject(0, at)?.origin;
     let scale = slopes.norm() * std::f64::consts::FRAC_1_SQRT_2;
     let difference = Vector3::new(at.x - pixel.x, at.y - pixel.y, 0.0);
     Some(PointError { row, difference, working_distance: scale * (world - centre).norm() })
@@ -152,7 +152,7 @@ fn resected(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
     for _ in 0..STEPS {
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
         for (_, place, pixel) in seen {
-            let (at, slopes) = camera.sees(0, pose.transform(*place))?;
+            let (at, slopes) = camera.project(0, pose.transform(*place))?;
             let arm = pose.rotation * place.coords;
             for axis in 0..2 {
                 let along = slopes.row(axis).transpose();
@@ -166,7 +166,7 @@ fn resected(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
         let turn = Vector3::new(step[0], step[1], step[2]);
         pose.rotation = Pose::from_rotation_vector(Vector3::zeros(), turn).rotation * pose.rotation;
         pose.translation += Vector3::new(step[3], step[4], step[5]);
-        // A thousandth of what any detector sees.
+        // A thousandth of what any detector observes.
         if step.dot(&(normal * step)) < 1e-6 {
             break;
         }
@@ -178,7 +178,7 @@ fn resected(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
 fn first_place(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
     let rays: Vec<_> = seen
         .iter()
-        .filter_map(|(_, place, pixel)| Some((place, camera.looks(0, *pixel)?)))
+        .filter_map(|(_, place, pixel)| Some((place, camera.unproject(0, *pixel)?)))
         .collect();
     let forward = rays.iter().map(|(_, ray)| ray.direction).sum::<Vector3>().try_normalize(0.0)?;
     let aside = if forward.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };

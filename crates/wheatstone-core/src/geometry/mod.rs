@@ -2,18 +2,18 @@
 //! no charts: pure geometry.
 
 mod homography;
-pub(crate) mod meeting;
+pub(crate) mod batch_triangulation;
 mod pixel_columns;
 mod pose;
 mod projection;
-mod spread;
+mod principal_axes;
 pub mod triangulation;
 
 pub use homography::Homography;
 pub use pixel_columns::{PixelColumns, columns_of};
 pub use pose::Pose;
+pub(crate) use principal_axes::principal_axes;
 pub use projection::ProjectionMatrix;
-pub(crate) use spread::principal_axes;
 
 /// A place in an image, `[x, y]` in pixels: x to the right, y down, `(0, 0)` the **centre** of the
 /// top-left pixel.

@@ -86,7 +86,7 @@ fn examine(
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Tally> {
     let (train, exam) = fold.divide(data);
-    let fit = method.fit_part_checked(&train, None, seed, progress)?;
+    let fit = method.fit_fold_checked(&train, None, seed, progress)?;
     let mut tally = Tally::default();
     for (world, row) in exam.known() {
         let Some(found) = fit.reconstructor.locate(&row.pixels) else { continue };

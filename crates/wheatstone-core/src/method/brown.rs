@@ -5,7 +5,7 @@
 //! terms as in the module on fitting cameras.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, Method, camera_fit::Ladder, camera_start::Lens, unknown,
+    AnyMethod, Fit, FittedCameras, Method, resection::NestedModels, resection_start::Lens, unknown,
 };
 use crate::{
     Error, Result,
@@ -47,7 +47,7 @@ impl Brown {
 
     /// The terms, in the order in which a camera takes them on: those that real lenses have most of
     /// come first.
-    fn ladder(&self) -> Ladder {
+    fn ladder(&self) -> NestedModels {
         let (k1, k2, k3) = (4, 5, 6);
         let mut rungs = vec![vec![0, 1, 2, 3]];
         let mut take = |wanted: bool, terms: &[usize]| {
@@ -68,7 +68,7 @@ impl Brown {
         if !self.choose {
             rungs.drain(..rungs.len() - 1);
         }
-        Ladder { method: "brown", rungs }
+        NestedModels { method: "brown", rungs }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{
     fitted_cameras::FittedCamera,
     pixel_noise::PixelNoise,
-    placed::{MOST_UNKNOWNS, POSE},
+    posed_lens::{MOST_UNKNOWNS, POSE},
 };
 use crate::{
     camera::AdjustableCamera,

@@ -7,7 +7,7 @@
 
 use super::{
     AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PlacedCamera, Plan, Reconstructor,
-    matrix_uncertainty::MatrixUncertainty, only_default, sight::Sight,
+    matrix_uncertainty::MatrixUncertainty, only_default, point_covariance::Sight,
 };
 use crate::{
     Error, Result,
@@ -145,7 +145,7 @@ impl DltReconstructor {
         &self.cameras
     }
 
-    /// Where a camera sees a world point; `None` behind it, and for a camera that there is not.
+    /// Where a camera observes a world point; `None` behind it, and for a camera that there is not.
     #[must_use]
     pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {
         self.cameras.get(camera)?.project(world)

@@ -3,7 +3,9 @@
 //! A point is located where it explains all pixels best (Hartley & Sturm 1997,
 //! doi:10.1006/cviu.1997.0547), from the point nearest to all rays.
 
-use super::{CameraUncertainty, Located, PlacedCamera, Plan, Reconstructor, sight::Sight};
+use super::{
+    CameraUncertainty, Located, PlacedCamera, Plan, Reconstructor, point_covariance::Sight,
+};
 use crate::{
     camera::{AdjustableCamera, CameraModel},
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, triangulation},
@@ -19,7 +21,7 @@ pub struct FittedCamera<L> {
     pub model: L,
     /// World to camera frame.
     pub camera_from_world: Pose,
-    /// Whether the camera sees the world in a mirror, or the world's axes are left-handed: then the
+    /// Whether the camera observes the world in a mirror, or the world's axes are left-handed: then the
     /// x of its frame changes sign between the pose and the lens.
     pub mirrored: bool,
 }
@@ -40,7 +42,7 @@ impl<L: CameraModel> FittedCamera<L> {
         if self.mirrored { -1.0 } else { 1.0 }
     }
 
-    /// A world point as the lens sees it, in the camera's frame behind the mirror if there is one.
+    /// A world point as the lens observes it, in the camera's frame behind the mirror if there is one.
     pub(super) fn before_lens(&self, world: Point3) -> Point3 {
         let mut point = self.camera_from_world.transform(world);
         point.x *= self.side();
@@ -173,11 +175,11 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         Some(self.uncertainty.get(camera)?.noise.variance(pixel).sqrt())
     }
 
-    fn sees(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+    fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
         self.cameras.get(camera)?.project_with_jacobian(world)
     }
 
-    fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
+    fn unproject(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
         self.cameras.get(camera)?.ray(pixel)
     }
 

@@ -7,8 +7,8 @@
 
 use super::{
     AnyMethod, Fit, FittedCameras, Method,
-    camera_fit::Ladder,
-    camera_start::{Lens, starts},
+    resection::NestedModels,
+    resection_start::{Lens, starts},
     unknown,
 };
 use crate::{
@@ -43,11 +43,11 @@ pub type KannalaBrandtReconstructor = FittedCameras<Model>;
 impl KannalaBrandt {
     const PRESETS: &'static [&'static str] = &["default", "fixed"];
 
-    fn ladder(&self) -> Ladder {
+    fn ladder(&self) -> NestedModels {
         let least = if self.choose { 0 } else { self.terms };
         let rungs: Vec<Vec<usize>> =
             (least..=self.terms).map(|terms| (0..4 + terms).collect()).collect();
-        Ladder { method: "kannala-brandt", rungs }
+        NestedModels { method: "kannala-brandt", rungs }
     }
 }
 

@@ -3,16 +3,16 @@
 //! Lenses are put down in patches of the picture and error bars in boxes of picture and depth, where so
 //! many points ask for one that it pays; what neither holds is worked out by the map itself.
 
-mod patches;
+mod undistortion_tiles;
 mod piece;
-mod places;
+mod located_batch;
 mod plan;
 mod rig;
-mod sheet;
-mod spread;
+mod chebyshev_undistortion;
+mod covariance_table;
 mod undistortion_table;
 
-pub use places::Places;
+pub use located_batch::Places;
 pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 
@@ -21,11 +21,11 @@ use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns},
 };
+use covariance_table::Spreads;
+use located_batch::{LOWER, Slots};
 use piece::{PIECES, Piece};
-use places::{LOWER, Slots};
 use rayon::prelude::*;
-use rig::{Met, Rig};
-use spread::Spreads;
+use rig::{BatchOutputs, Rig};
 use std::{collections::BTreeMap, ops::Range};
 
 /// A fitted map made ready for many points.
@@ -54,7 +54,7 @@ struct Map<'a> {
     /// The formula.
     learned: Option<Learned<'a>>,
     /// Who says whether pixels belong together, beside a formula.
-    witness: Option<Rig<'a>>,
+    epipolar_check: Option<Rig<'a>>,
 }
 
 /// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
@@ -67,12 +67,12 @@ const MANY: usize = 4 * PIECES[0];
 /// follow to a thousandth of a standard deviation: judged from how far weights change over so many pixels.
 const MOST_RESIDUAL: f64 = 4.0;
 
-/// What may be made on demand: a patch of the base's or the witness's camera, or a box of spreads; each by
+/// What may be made on demand: a patch of the base's or the epipolar_check's camera, or a box of spreads; each by
 /// its slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Wanted {
     Base(usize, u32),
-    Witness(usize, u32),
+    EpipolarCheck(usize, u32),
     Spread(u32),
 }
 
@@ -80,7 +80,11 @@ impl Wanted {
     /// As many points must ask for it as it takes to make it.
     fn pays(self, points: u32) -> bool {
         points as usize
-            >= if matches!(self, Self::Spread(_)) { spread::NODES } else { patches::NODES }
+            >= if matches!(self, Self::Spread(_)) {
+                covariance_table::NODES
+            } else {
+                undistortion_tiles::NODES
+            }
     }
 }
 
@@ -89,16 +93,16 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn new(reconstructor: &'a dyn Reconstructor, volume: Option<&'a Volume>) -> Self {
         let rig = |cameras: Vec<PlacedCamera<'a>>| (!cameras.is_empty()).then(|| Rig::new(cameras));
-        let (base, witness, learned) = match reconstructor.plan() {
+        let (base, epipolar_check, learned) = match reconstructor.plan() {
             Plan::PointByPoint => (None, None, None),
             Plan::Cameras(cameras) => (rig(cameras), None, None),
             Plan::Formulas(given) => (Some(Rig::of_formulas(given)), None, None),
             Plan::Learned(mut learned) => {
-                let (base, witness) = (&mut learned.base, &mut learned.witness);
-                (rig(std::mem::take(base)), rig(std::mem::take(witness)), Some(learned))
+                let (base, epipolar_check) = (&mut learned.base, &mut learned.epipolar_check);
+                (rig(std::mem::take(base)), rig(std::mem::take(epipolar_check)), Some(learned))
             }
         };
-        let map = Map { reconstructor, base, witness, learned };
+        let map = Map { reconstructor, base, epipolar_check, learned };
         let rays = map.rays().filter(|rig| !rig.knows_spread());
         let spreads = rays.and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
         Self {
@@ -165,7 +169,7 @@ impl<'a> Locator<'a> {
             self.take(what, made);
         }
         if self.done >= MANY {
-            self.map.base.iter_mut().chain(&mut self.map.witness).for_each(Rig::cover);
+            self.map.base.iter_mut().chain(&mut self.map.epipolar_check).for_each(Rig::cover);
         }
         // Pixels that mean nothing ask for ever new ones.
         const MOST: usize = 1 << 16;
@@ -178,11 +182,11 @@ impl<'a> Locator<'a> {
         let patch = |rig: &Option<Rig>, camera: usize, slot: u32| {
             let rig = rig.as_ref()?;
             let patches = rig.patches.get(camera)?.as_ref()?;
-            Some(Made::Patch(patches.make(rig.cameras.get(camera)?, slot)))
+            Some(Made::Tile(patches.make(rig.cameras.get(camera)?, slot)))
         };
         match what {
             Wanted::Base(camera, slot) => patch(&self.map.base, camera, slot),
-            Wanted::Witness(camera, slot) => patch(&self.map.witness, camera, slot),
+            Wanted::EpipolarCheck(camera, slot) => patch(&self.map.epipolar_check, camera, slot),
             Wanted::Spread(slot) => {
                 let of = (self.map.reconstructor, self.map.rays()?.cameras.as_slice());
                 Some(Made::Spread(self.spreads.as_ref()?.make(of, slot)))
@@ -197,11 +201,11 @@ impl<'a> Locator<'a> {
             }
         };
         match (what, made) {
-            (Wanted::Base(camera, slot), Some(Made::Patch(made))) => {
+            (Wanted::Base(camera, slot), Some(Made::Tile(made))) => {
                 patches(&mut self.map.base, camera, slot, made);
             }
-            (Wanted::Witness(camera, slot), Some(Made::Patch(made))) => {
-                patches(&mut self.map.witness, camera, slot, made);
+            (Wanted::EpipolarCheck(camera, slot), Some(Made::Tile(made))) => {
+                patches(&mut self.map.epipolar_check, camera, slot, made);
             }
             (Wanted::Spread(slot), Some(Made::Spread(made))) => {
                 if let Some(spreads) = &mut self.spreads {
@@ -215,7 +219,7 @@ impl<'a> Locator<'a> {
     /// Some points; what would have helped, and how many of them.
     fn task(&self, pixels: &PixelColumns, mut slots: Slots) -> BTreeMap<Wanted, u32> {
         let (full, map) = (self.with_covariance, &self.map);
-        let has_rays = map.base.is_some() || (full && map.witness.is_some());
+        let has_rays = map.base.is_some() || (full && map.epipolar_check.is_some());
         let mut nearness = vec![f64::NAN; if has_rays { pixels.points() } else { 0 }];
         let lost = self.meet(pixels, &mut slots, &mut nearness);
         if full {
@@ -252,7 +256,7 @@ impl<'a> Locator<'a> {
         let is_far = |miss: f64| miss.is_nan() | (miss > MOST_RESIDUAL);
         if let Some(base) = &map.base {
             let point = Some(slots.point.each_mut().map(|column| &mut **column));
-            base.meet(pixels, Met { point, residual, nearness });
+            base.meet(pixels, BatchOutputs { point, residual, nearness });
             lost = those(residual, is_far);
         }
         let Some(learned) = &map.learned else {
@@ -265,9 +269,9 @@ impl<'a> Locator<'a> {
         if map.base.is_none() {
             lost = those(slots.point[2], |z| !z.is_finite());
         }
-        match &map.witness {
-            Some(witness) if full => {
-                witness.meet(pixels, Met { point: None, residual, nearness });
+        match &map.epipolar_check {
+            Some(epipolar_check) if full => {
+                epipolar_check.meet(pixels, BatchOutputs { point: None, residual, nearness });
                 lost.extend(those(residual, is_far));
                 lost.sort_unstable();
                 lost.dedup();
@@ -316,8 +320,10 @@ impl<'a> Locator<'a> {
             .into_iter()
             .for_each(|(camera, slot)| note(Wanted::Base(camera, slot)));
         if self.with_covariance {
-            let missing = missing(&self.map.witness);
-            missing.into_iter().for_each(|(camera, slot)| note(Wanted::Witness(camera, slot)));
+            let missing = missing(&self.map.epipolar_check);
+            missing
+                .into_iter()
+                .for_each(|(camera, slot)| note(Wanted::EpipolarCheck(camera, slot)));
         }
     }
 }
@@ -337,14 +343,14 @@ fn those(values: &[f64], test: impl Fn(f64) -> bool) -> Vec<usize> {
 
 /// What was made on demand.
 enum Made {
-    Patch(patches::Made),
-    Spread(spread::Made),
+    Tile(undistortion_tiles::Made),
+    Spread(covariance_table::Made),
 }
 
 impl<'a> Map<'a> {
     /// Whose rays tell how near points are.
     fn rays(&self) -> Option<&Rig<'a>> {
-        if self.learned.is_some() { self.witness.as_ref() } else { self.base.as_ref() }
+        if self.learned.is_some() { self.epipolar_check.as_ref() } else { self.base.as_ref() }
     }
 }
 

@@ -8,7 +8,7 @@
 use super::pixel_noise::PixelNoise;
 use crate::geometry::{
     Pixel, Point3, ProjectionMatrix, Vector3,
-    meeting::{PRODUCTS, UncertainMatrix},
+    batch_triangulation::{PRODUCTS, UncertainMatrix},
 };
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4, Vector4};
 use serde::{Deserialize, Serialize};

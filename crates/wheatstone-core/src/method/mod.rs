@@ -5,13 +5,13 @@
 
 pub mod auto;
 pub mod brown;
-mod camera_fit;
-mod camera_start;
+mod resection;
+mod resection_start;
 mod camera_uncertainty;
 mod checks;
 pub mod dlt;
 mod fitted_cameras;
-mod found_charts;
+mod chart_pose_uncertainty;
 pub mod interpolation;
 pub mod kannala_brandt;
 mod locator;
@@ -20,21 +20,21 @@ pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
 mod pixel_noise;
-mod placed;
+mod posed_lens;
 mod projection;
 mod radial_alignment;
-mod sight;
+mod point_covariance;
 pub mod soloff;
 pub mod tsai;
 
-pub(crate) use camera_fit::information;
-pub(crate) use camera_start::Lens;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, Locator, PlacedCamera, Places, Plan};
 pub use pixel_noise::PixelNoise;
+pub(crate) use resection::information;
+pub(crate) use resection_start::Lens;
 
 use crate::{
     Error, Result,
@@ -64,7 +64,7 @@ pub trait Method: Sync + Send {
     /// # Errors
     ///
     /// As [`Method::fit`].
-    fn fit_part(
+    fn fit_fold(
         &self,
         train: &Dataset,
         _whole: Option<&Fit>,
@@ -163,15 +163,15 @@ pub trait Reconstructor: Sync + Send {
     /// `None` for no such camera, and for methods that assume nothing of pixels.
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
 
-    /// Where a camera (counted from 0) sees a world point, with derivatives by its coordinates; `None`
+    /// Where a camera (counted from 0) observes a world point, with derivatives by its coordinates; `None`
     /// where it cannot, and for maps that are no cameras.
-    fn sees(&self, _camera: usize, _world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+    fn project(&self, _camera: usize, _world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
         None
     }
 
     /// Where a camera's pixel looks, about the middle of the depths that the fit was shown; `None`
     /// likewise.
-    fn looks(&self, _camera: usize, _pixel: Pixel) -> Option<Ray> {
+    fn unproject(&self, _camera: usize, _pixel: Pixel) -> Option<Ray> {
         None
     }
 
@@ -181,7 +181,7 @@ pub trait Reconstructor: Sync + Send {
     }
 
     /// How many numbers the fit adjusted to its points, effectively, for each coordinate that a point
-    /// gives it (two a camera that sees it, or three of its place): over the number of points, the
+    /// gives it (two a camera that observes it, or three of its place): over the number of points, the
     /// share of the noise that the errors at the fit's own points lack. `None` for a map that passes
     /// through its points, or does not know.
     fn unknowns(&self) -> Option<f64> {
@@ -296,12 +296,12 @@ impl AnyMethod {
         self.fit(train, seed, progress)
     }
 
-    /// [`AnyMethod::fit_checked`] by [`Method::fit_part`].
+    /// [`AnyMethod::fit_checked`] by [`Method::fit_fold`].
     ///
     /// # Errors
     ///
     /// As [`AnyMethod::fit_checked`].
-    pub(crate) fn fit_part_checked(
+    pub(crate) fn fit_fold_checked(
         &self,
         train: &Dataset,
         whole: Option<&Fit>,
@@ -310,7 +310,7 @@ impl AnyMethod {
     ) -> Result<Fit> {
         depth_is_observable(train)?;
         self.takes(train.cameras)?;
-        self.fit_part(train, whole, seed, progress)
+        self.fit_fold(train, whole, seed, progress)
     }
 }
 

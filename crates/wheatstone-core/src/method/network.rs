@@ -12,17 +12,16 @@
 //! smoothness by the evidence.
 
 mod evidence;
-mod many;
+mod batch;
 mod noise;
 mod paper;
-mod places;
+mod pose_uncertainty;
 mod targets;
 
 use super::{
-    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor, chart_pose_uncertainty,
     dlt::{Dlt, DltReconstructor},
-    found_charts,
-    neural_camera::Witness,
+    neural_camera::EpipolarCheck,
     unknown,
 };
 use crate::{
@@ -136,11 +135,12 @@ pub struct NetworkReconstructor {
     noise: Noise,
     /// Lower triangle of the weights' covariance, row by row; empty where it is not known.
     weight_covariance: Vec<f64>,
-    /// Who says whether pixels belong together: the map has no rays.
-    witness: Option<Witness>,
+    /// What says whether pixels belong together: the map has no rays.
+    #[serde(alias = "witness")]
+    epipolar_check: Option<EpipolarCheck>,
     /// How it follows charts whose places were found; nothing where they were known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    modes: Vec<places::Mode>,
+    modes: Vec<pose_uncertainty::Mode>,
     /// How many of the weights the data determine.
     effective_parameters: Option<f64>,
 }
@@ -237,9 +237,10 @@ impl Network {
                 let base = Dlt::default().cameras(train, progress).ok().map(DltReconstructor::bare);
                 // Charts whose places were found move with the cameras that watch over the network.
                 let watched = asked == Asked::Everything
-                    || found_charts::middles(train).iter().any(Option::is_some);
-                let witness = watched.then(|| Witness::fit(train, progress).ok()).flatten();
-                let lesson = evidence::Lesson { inputs, points, views, base, witness };
+                    || chart_pose_uncertainty::middles(train).iter().any(Option::is_some);
+                let epipolar_check =
+                    watched.then(|| EpipolarCheck::fit(train, progress).ok()).flatten();
+                let lesson = evidence::TrainingRun { inputs, points, views, base, epipolar_check };
                 let frame = Targets::from_cameras(train, &lesson.points);
                 let starts = match asked {
                     Asked::Points { start: Some(start) } => start..start + 1,
@@ -278,7 +279,7 @@ impl Method for Network {
         self.fit_observed(train, seed, progress, &mut |_, _| ())
     }
 
-    fn fit_part(
+    fn fit_fold(
         &self,
         train: &Dataset,
         whole: Option<&Fit>,
@@ -339,7 +340,10 @@ impl Reconstructor for NetworkReconstructor {
         let targets = self.predict(&query);
         let (point, jacobian) = self.targets.point(targets)?;
         let covariance = jacobian * self.target_covariance(&query, targets)? * jacobian.transpose();
-        let told = self.witness.as_ref().and_then(|witness| witness.residual(point, pixels));
+        let told = self
+            .epipolar_check
+            .as_ref()
+            .and_then(|epipolar_check| epipolar_check.residual(point, pixels));
         let (residual, residual_sigma) = told.unwrap_or((f64::NAN, f64::NAN));
         Some(Located { point, covariance, residual, residual_sigma })
     }
@@ -381,8 +385,8 @@ impl Reconstructor for NetworkReconstructor {
                 .as_ref()
                 .is_none_or(|base| base.is_consistent() && base.cameras() == self.cameras())
             && self.noise.is_consistent()
-            && self.witness.as_ref().is_none_or(|witness| {
-                witness.is_consistent() && witness.cameras() == self.cameras()
+            && self.epipolar_check.as_ref().is_none_or(|epipolar_check| {
+                epipolar_check.is_consistent() && epipolar_check.cameras() == self.cameras()
             })
             && self.modes.iter().all(|mode| mode.is_consistent(count, base))
             && [0, count * (count + 1) / 2].contains(&self.weight_covariance.len())

@@ -11,7 +11,7 @@ impl AnyReconstructor {
         !matches!(self, Self::Network(_) | Self::Interpolation(_))
     }
 
-    /// Where a camera, counted from 0, sees a world point. `None` where it does not, for a camera that
+    /// Where a camera, counted from 0, observes a world point. `None` where it does not, for a camera that
     /// there is not, and for every point without [`AnyReconstructor::has_projection`].
     #[must_use]
     pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {

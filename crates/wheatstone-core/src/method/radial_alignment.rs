@@ -54,13 +54,13 @@ impl Scaled {
         };
         let (across, down) = (extent(0), extent(1));
         let middle = Vector2::new(across.0 + across.1, down.0 + down.1) / 2.0;
-        let meeting = self.meeting_point().filter(|place| {
+        let intersection = self.meeting_point().filter(|place| {
             // Without distortion every point is such a centre, and the one found is any.
             let inside = |value: f64, (low, high): (f64, f64)| value > low && value < high;
             inside(place.x, across) && inside(place.y, down)
         });
         let back = |place| Pixel::from(place / self.image_scale + self.image_centre);
-        principal.into_iter().chain(meeting.map(back)).chain([back(middle)]).collect()
+        principal.into_iter().chain(intersection.map(back)).chain([back(middle)]).collect()
     }
 
     /// Hartley & Kang's centre: u' F X = 0 for every pixel u and point X, and e' F = 0 for the

@@ -7,14 +7,14 @@
 
 use super::{
     AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PixelNoise, PlacedCamera, Plan,
-    Reconstructor, only_default, sight::Sight,
+    Reconstructor, only_default, point_covariance::Sight,
 };
 use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{
         Pixel, Point3, ProjectionMatrix,
-        meeting::{POWERS, Polynomials, SoloffPolynomial, TERMS},
+        batch_triangulation::{POWERS, Polynomials, SoloffPolynomial, TERMS},
         triangulation,
     },
 };
@@ -254,7 +254,7 @@ impl SoloffReconstructor {
         [0, 1, 2].map(|axis| (point[axis] - self.centre[axis]) / self.half[axis])
     }
 
-    /// Where a camera sees a world point, with derivatives.
+    /// Where a camera observes a world point, with derivatives.
     fn seen_by(&self, camera: &PolynomialCamera, world: Point3) -> (Pixel, Matrix2x3<f64>) {
         let (pixel, mut slopes) = camera.project(self.scaled(world));
         for axis in 0..3 {
@@ -275,7 +275,7 @@ impl SoloffReconstructor {
         })
     }
 
-    /// Where a camera, counted from 0, sees a world point.
+    /// Where a camera, counted from 0, observes a world point.
     #[must_use]
     pub fn project(&self, camera: usize, world: Point3) -> Option<Pixel> {
         Some(self.cameras.get(camera)?.project(self.scaled(world)).0)

@@ -9,13 +9,12 @@
 //! distortion: with pixel noise on both coordinates that is the most likely camera.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, Method,
-    camera_fit::{
+    AnyMethod, Fit, FittedCameras, Method, only_default,
+    posed_lens::{POSE, Placed},
+    radial_alignment::{Aligned, Scaled},
+    resection::{
         Adjusted, FINAL, SCOUTING, assemble, linear_camera, pairs_of, possible, unexplained,
     },
-    only_default,
-    placed::{POSE, Placed},
-    radial_alignment::{Aligned, Scaled},
 };
 use crate::{
     Result,

@@ -18,7 +18,7 @@ use crate::{
         neural_camera::{NeuralCamera, NeuralCameraReconstructor},
     },
 };
-use decision::{Judge, Verdict};
+use decision::{Decision, Verdict};
 use rayon::prelude::*;
 use start::{Start, lengths, scale};
 use wheatstone_numeric::{
@@ -110,7 +110,7 @@ pub fn screen(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Scre
     let level = FALSE_ALARMS / pixels.max(1) as f64;
     let screened: Vec<Result<Screened>> = (0..data.cameras)
         .into_par_iter()
-        .map(|camera| Sightings::of(data, camera).screened(level, (seed, camera), progress))
+        .map(|camera| PosedObservations::of(data, camera).screened(level, (seed, camera), progress))
         .collect();
     let screened = screened.into_iter().collect::<Result<Vec<_>>>()?;
     let mut found: Vec<(usize, usize, f64)> = Vec::new();
@@ -137,7 +137,7 @@ pub fn screen(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Scre
 }
 
 /// What one camera saw of the known points.
-struct Sightings {
+struct PosedObservations {
     /// Where each is in [`Dataset::correspondences`].
     rows: Vec<usize>,
     pairs: Vec<(Point3, Pixel)>,
@@ -150,7 +150,7 @@ struct Screened {
     pixel_sigma: f64,
 }
 
-impl Sightings {
+impl PosedObservations {
     fn of(data: &Dataset, camera: usize) -> Self {
         let seen = data
             .correspondences
@@ -177,7 +177,7 @@ impl Sightings {
         if let Some(pixel_sigma) = decision::nothing_stands_out(&start) {
             return Ok(Screened { pixel_sigma, ..nobody });
         }
-        let judge = Judge::new(&self.pairs, &start, level);
+        let judge = Decision::new(&self.pairs, &start, level);
         let verdict = self.grown(&judge, judge.by_start(), &mut random, progress)?;
         let Some(verdict) = verdict else { return Ok(nobody) };
         let accused: Vec<usize> =
@@ -197,7 +197,7 @@ impl Sightings {
     /// The accepted points grown or shrunk until they stand; `None` where they determine no camera.
     fn grown(
         &self,
-        judge: &Judge<'_>,
+        judge: &Decision<'_>,
         start: Vec<bool>,
         random: &mut Random,
         progress: &dyn Progress,

@@ -1,6 +1,6 @@
 //! How the virtual cameras stand, and how large their pictures are.
 
-use super::{VirtualPair, Wanted, maps::Maps, places::Shown, sight_lines::SightLines};
+use super::{VirtualPair, Wanted, maps::Maps, points::Shown, ray_table::RayTable};
 use crate::{
     Calibration, Error, Result,
     geometry::{Point3, Pose, Vector3},
@@ -22,7 +22,7 @@ const MOST_GROWTH: f64 = 2.0;
 pub(super) fn pair<'a>(
     mut maps: Maps<'a>,
     shown: &Shown,
-    lines: &SightLines,
+    lines: &RayTable,
     model: &Calibration,
     wanted: &Wanted,
 ) -> Result<Framed<'a>> {

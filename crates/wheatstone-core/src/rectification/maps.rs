@@ -49,7 +49,7 @@ impl<'a> Maps<'a> {
         Ok(Self { how: How::Learned(Box::new(learned)), cameras, followed: Some(followed), step })
     }
 
-    /// Where the left (0) or right (1) camera sees a point.
+    /// Where the left (0) or right (1) camera observes a point.
     pub(super) fn project(&self, side: usize, world: Point3) -> Option<Pixel> {
         let map = match &self.how {
             How::Own(model) => *model,

@@ -2,7 +2,7 @@
 //! the same way, with the baseline along their rows. What one of them shows in a row the other shows in
 //! the same row, so that programs for dense stereo can search along rows.
 //!
-//! A model says, of a world point, where each camera sees it; of a network, which does not say it, that is
+//! A model says, of a world point, where each camera observes it; of a network, which does not say it, that is
 //! first learned from where it finds points. The lines along which the cameras see are followed from the
 //! near to the far end of the space that was shown; the virtual centres lie nearest to these lines. Where
 //! they all meet there (lenses in air) the pair is exact. Where they do not (water, glass), no pinhole
@@ -14,14 +14,14 @@
 //! (doi:10.1109/CVPR.2003.1211522).
 
 mod frame;
-mod leftover;
+mod vertical_error;
 mod maps;
-mod places;
-mod sight_lines;
+mod points;
+mod ray_table;
 mod table;
 
-pub use leftover::{AtDepth, Judged, Leftover, Spread};
 pub use table::Table;
+pub use vertical_error::{AtDepth, Judged, Spread, VerticalError};
 
 use crate::{
     Calibration, Error, Result,
@@ -80,7 +80,7 @@ pub struct Rectification<'a> {
     /// The virtual cameras.
     pub pair: VirtualPair,
     /// What is left of vertical differences in the space that the model was fitted to.
-    pub leftover: Leftover,
+    pub leftover: VerticalError,
     maps: Maps<'a>,
     /// Places in the space that was shown, which both cameras see.
     places: Vec<Point3>,
@@ -109,8 +109,8 @@ impl<'a> Rectification<'a> {
         check(model, wanted)?;
         let maps = Maps::of(model, wanted.cameras, progress)?;
         progress.check()?;
-        let shown = places::shown(model, &maps, wanted)?;
-        let lines = sight_lines::SightLines::of(&maps, &shown.places)?;
+        let shown = points::shown(model, &maps, wanted)?;
+        let lines = ray_table::RayTable::of(&maps, &shown.places)?;
         let frame::Framed { pair, maps, exchanged } =
             frame::pair(maps, &shown, &lines, model, wanted)?;
         let mut sources = shown.sources;
@@ -120,13 +120,13 @@ impl<'a> Rectification<'a> {
         let grids = [0, 1].map(|side| table::Grid::of(&maps, &pair, side));
         let mut made = Self {
             pair,
-            leftover: Leftover::default(),
+            leftover: VerticalError::default(),
             maps,
             places: shown.places,
             sources,
             grids,
         };
-        made.leftover = Leftover::of(&made, &model.data);
+        made.leftover = VerticalError::of(&made, &model.data);
         Ok(made)
     }
 

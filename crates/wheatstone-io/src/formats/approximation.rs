@@ -190,14 +190,14 @@ fn follow(
     progress: &dyn Progress,
 ) -> Result<(Vec<Optics>, Loss)> {
     let mut optics = fit(&lesson.pairs, form, progress)?;
-    if let Some((locate, points)) = &lesson.meeting {
+    if let Some((locate, points)) = &lesson.intersection {
         // Twice is enough: the second rig differs from the first by a hundredth of the loss.
         for _ in 0..2 {
             let pairs = met(*locate, &optics, points);
             optics = fit(&pairs, form, progress)?;
         }
     }
-    let pairs = match &exam.meeting {
+    let pairs = match &exam.intersection {
         Some((locate, points)) => met(*locate, &optics, points),
         None => exam.pairs.clone(),
     };
@@ -224,7 +224,7 @@ fn follow(
     Ok((optics, loss))
 }
 
-/// Where the model meets the pixels at which a rig sees points, with those pixels, a camera each.
+/// Where the model meets the pixels at which a rig observes points, with those pixels, a camera each.
 fn met(
     locate: &dyn Reconstructor,
     optics: &[Optics],
@@ -278,7 +278,7 @@ fn fit(pairs: &[Vec<(Point3, Pixel)>], form: Form, progress: &dyn Progress) -> R
     if mirrored {
         return Err(Error::Unsupported {
             format: "this format".into(),
-            what: "a left-handed world, or a camera that sees the world in a mirror".into(),
+            what: "a left-handed world, or a camera that observes the world in a mirror".into(),
             hint: "turn one axis of the world round (Z to -Z in the data), then fit again; `dlt` holds it".into(),
         });
     }

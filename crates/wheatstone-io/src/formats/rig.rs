@@ -29,7 +29,7 @@ pub struct RigCamera {
     pub optics: Optics,
 }
 
-/// How a camera sees the world.
+/// How a camera observes the world.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Optics {
     /// A pinhole with OpenCV's up to twelve coefficients.

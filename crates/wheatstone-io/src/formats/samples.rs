@@ -11,7 +11,7 @@ use wheatstone_numeric::random::Random;
 /// Points with their pixels, a camera each; and for models that have no map to pixels, what locates.
 pub(super) struct Samples<'a> {
     pub(super) pairs: Vec<Vec<(Point3, Pixel)>>,
-    pub(super) meeting: Option<(&'a dyn Reconstructor, Vec<Point3>)>,
+    pub(super) intersection: Option<(&'a dyn Reconstructor, Vec<Point3>)>,
 }
 
 /// Enough for the twenty numbers of a camera, few enough for a second's work.
@@ -30,7 +30,7 @@ pub(super) fn of_model(model: &Calibration, seed: u64) -> Samples<'_> {
                 pairs.extend(pixel.map(|pixel| (found.point, pixel)));
             }
         }
-        return Samples { pairs, meeting: Some((&*model.reconstructor, points)) };
+        return Samples { pairs, intersection: Some((&*model.reconstructor, points)) };
     }
     let camera = |camera: usize| {
         let seen = data.seen_by_camera(camera);
@@ -45,7 +45,7 @@ pub(super) fn of_model(model: &Calibration, seed: u64) -> Samples<'_> {
         };
         points.iter().filter_map(pair).collect()
     };
-    Samples { pairs: (0..cameras).map(camera).collect(), meeting: None }
+    Samples { pairs: (0..cameras).map(camera).collect(), intersection: None }
 }
 
 /// Where a pixel looks: a point and a direction.
@@ -92,5 +92,5 @@ pub(super) fn of_rig(rig: &Rig, seed: u64) -> Samples<'static> {
         }
         pairs.push(own);
     }
-    Samples { pairs, meeting: None }
+    Samples { pairs, intersection: None }
 }

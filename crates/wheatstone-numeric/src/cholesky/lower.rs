@@ -1,8 +1,8 @@
 //! Lower triangles in the order in which they are factored.
 
 use crate::{
-    lines::Lines,
-    panels::{Column, ROWS},
+    aligned::AlignedVec,
+    blocked_matrix::{Column, ROWS},
 };
 use nalgebra::DMatrix;
 
@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 #[derive(Clone, Debug)]
 pub struct Lower {
     size: usize,
-    values: Lines<f64>,
+    values: AlignedVec<f64>,
 }
 
 /// Columns of all panels before this one: each has eight more than the last.
@@ -24,7 +24,7 @@ impl Lower {
     #[must_use]
     pub fn zeros(size: usize) -> Self {
         let panels = size.div_ceil(ROWS);
-        let mut lower = Self { size, values: Lines::zeros(columns_before(panels) * ROWS) };
+        let mut lower = Self { size, values: AlignedVec::zeros(columns_before(panels) * ROWS) };
         for index in size..panels * ROWS {
             let place = Self::place(index, index);
             lower.values[place] = 1.0;

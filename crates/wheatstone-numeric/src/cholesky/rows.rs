@@ -2,26 +2,26 @@
 
 use super::{Cholesky, Triangle, take_panel};
 use crate::{
-    panels::{Column, Panels, ROWS},
+    blocked_matrix::{BlockedMatrix, Column, ROWS},
     simd::{Real, Simd, WithSimd, on_widest},
 };
 use nalgebra::DMatrix;
 
 impl Cholesky {
     /// Rows times the inverse of L', each row: what remains of right sides when L is taken from them.
-    pub fn take_lower(&self, rows: &mut Panels) {
+    pub fn take_lower(&self, rows: &mut BlockedMatrix) {
         on_widest(Take(self, rows));
     }
 
     /// Rows times the inverse of L. After [`Cholesky::take_lower`] each row holds the x of `A x = b`.
-    pub fn take_upper(&self, rows: &mut Panels) {
+    pub fn take_upper(&self, rows: &mut BlockedMatrix) {
         on_widest(TakeUpper(self, rows));
     }
 
     /// The matrix's inverse.
     #[must_use]
     pub fn inverse(&self) -> DMatrix<f64> {
-        let mut rows = Panels::zeros(self.size(), self.size());
+        let mut rows = BlockedMatrix::zeros(self.size(), self.size());
         (0..self.size()).for_each(|index| rows.set(index, index, 1.0));
         self.take_lower(&mut rows);
         rows.square()
@@ -29,7 +29,7 @@ impl Cholesky {
 }
 
 /// Rows times the inverse of L'.
-struct Take<'a>(&'a Cholesky, &'a mut Panels);
+struct Take<'a>(&'a Cholesky, &'a mut BlockedMatrix);
 
 impl WithSimd for Take<'_> {
     type Output = ();
@@ -61,7 +61,7 @@ fn add_upper<'a, S: Simd>(
 }
 
 /// Rows times the inverse of L.
-struct TakeUpper<'a>(&'a Cholesky, &'a mut Panels);
+struct TakeUpper<'a>(&'a Cholesky, &'a mut BlockedMatrix);
 
 impl WithSimd for TakeUpper<'_> {
     type Output = ();

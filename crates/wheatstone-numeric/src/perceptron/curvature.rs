@@ -11,8 +11,8 @@ mod product;
 
 use super::{Batch, LANES, Perceptron, packed::Packed};
 use crate::{
+    aligned::AlignedVec,
     cholesky::Lower,
-    lines::Lines,
     simd::{Real, Simd, WithSimd, on_widest},
 };
 use pairs::{COLUMNS, Factor, Layer, Pair};
@@ -38,18 +38,18 @@ const ROWS: usize = 4;
 pub struct Curvature {
     packed: Packed<f64>,
     layers: Vec<Layer>,
-    inputs: Lines<f64>,
-    present: Lines<f64>,
+    inputs: AlignedVec<f64>,
+    present: AlignedVec<f64>,
     /// Unit by unit, [`SAMPLES`] each, as the two passes leave them.
-    activations: Lines<f64>,
+    activations: AlignedVec<f64>,
     /// Output by output, unit by unit.
-    deltas: Lines<f64>,
+    deltas: AlignedVec<f64>,
     /// Layer by layer, sample by sample, twice, and then the 1 that the biases are multiplied by.
-    rows: Vec<Lines<f64>>,
+    rows: Vec<AlignedVec<f64>>,
     /// Products of deltas: pair by pair, sample by sample.
-    left: Lines<f64>,
+    left: AlignedVec<f64>,
     /// A strip of the products of activations: sample by sample, pair by pair.
-    right: Lines<f64>,
+    right: AlignedVec<f64>,
     pairs: Vec<Pair>,
 }
 
@@ -65,15 +65,15 @@ impl Curvature {
             pairs.extend((first..layers.len()).map(|second| Pair::new(&layers, (first, second))));
         }
         let tallest = pairs.iter().map(|pair| pair.sums.len() / pair.width).max().unwrap_or(0);
-        let row = |layer: &Layer| Lines::of(&vec![1.0; layer.row() * SAMPLES]);
+        let row = |layer: &Layer| AlignedVec::of(&vec![1.0; layer.row() * SAMPLES]);
         Self {
-            inputs: Lines::of(batch.inputs.as_flattened()),
-            present: Lines::of(&batch.present()),
-            activations: Lines::zeros(packed.units() * SAMPLES),
-            deltas: Lines::zeros((packed.units() - inputs) * outputs * SAMPLES),
+            inputs: AlignedVec::of(batch.inputs.as_flattened()),
+            present: AlignedVec::of(&batch.present()),
+            activations: AlignedVec::zeros(packed.units() * SAMPLES),
+            deltas: AlignedVec::zeros((packed.units() - inputs) * outputs * SAMPLES),
             rows: layers.iter().map(row).collect(),
-            left: Lines::zeros(tallest * SAMPLES),
-            right: Lines::zeros(STRIDE * SAMPLES),
+            left: AlignedVec::zeros(tallest * SAMPLES),
+            right: AlignedVec::zeros(STRIDE * SAMPLES),
             pairs,
             layers,
             packed,

@@ -54,7 +54,7 @@ macro_rules! in_registers {
     }};
 }
 
-mod bend;
+mod geodesic;
 
 /// The weights, packed.
 #[derive(Clone, Debug)]

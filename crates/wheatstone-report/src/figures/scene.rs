@@ -100,7 +100,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     })
 }
 
-/// A camera as the pyramid that it sees.
+/// A camera as the pyramid that it observes.
 fn frustum(
     camera: &crate::CameraFigures,
     size: f64,

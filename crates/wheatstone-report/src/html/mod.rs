@@ -11,6 +11,7 @@ pub const STYLE: &str = include_str!("page.css");
 
 /// Nothing may be loaded or sent; pictures travel inside the page, and of scripts and styles only those
 /// with these digests run.
+#[must_use]
 pub fn policy(style: &str, script: &str) -> String {
     format!(
         "default-src 'none'; script-src '{}'; style-src '{}'; img-src data:; base-uri 'none'; form-action 'none'",
@@ -20,6 +21,7 @@ pub fn policy(style: &str, script: &str) -> String {
 }
 
 /// Replaces `{{name}}` by values; what a value holds is not looked at again.
+#[must_use]
 pub fn filled(template: &str, values: &[(&str, &str)]) -> String {
     let mut text = String::new();
     for (index, piece) in template.split("{{").enumerate() {
@@ -37,6 +39,7 @@ pub fn filled(template: &str, values: &[(&str, &str)]) -> String {
 
 /// A picture as an address that holds it: JPEG of a quality from 1 to 100. `None` for a picture of no
 /// pixels.
+#[must_use]
 pub fn jpeg(image: &GrayImage, quality: u8) -> Option<String> {
     let bytes = image.to_8_bit();
     let mut file = Vec::new();
@@ -48,6 +51,7 @@ pub fn jpeg(image: &GrayImage, quality: u8) -> Option<String> {
 
 /// Text as HTML and SVG show it, in text and in quoted attributes. Control characters, which neither
 /// may hold, and the marks that turn the direction of what follows become visible signs.
+#[must_use]
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -90,6 +94,7 @@ pub fn json(value: &impl serde::Serialize) -> String {
 }
 
 /// Base 64 with padding (RFC 4648, section 4).
+#[must_use]
 pub fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

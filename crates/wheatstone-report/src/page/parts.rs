@@ -334,7 +334,7 @@ fn limits() -> Part {
         <li><strong>Cameras exchanged in every pair.</strong> If the pictures of two cameras are swapped everywhere, the fit is as good; the cameras then stand in each other's place. Cover one lens and see which picture goes dark.</li>\
         <li><strong>A bend or a stretch that all views share.</strong> A warped board, or a stage whose every step is wrong alike, shapes the world that is learned.</li>\
         <li><strong>What lies outside.</strong> Nothing is known of the space, and of the parts of the pictures, where no point was.</li>\
-        <li><strong>What changes later.</strong> A camera that is moved, refocused or warmed up after the pictures were taken sees another world.</li></ul></div>";
+        <li><strong>What changes later.</strong> A camera that is moved, refocused or warmed up after the pictures were taken observes another world.</li></ul></div>";
     let html = section("limits", "What cannot be checked from these data", inside);
     Part { name: "limits", short: "Limits", html }
 }

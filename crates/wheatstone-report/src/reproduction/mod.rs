@@ -81,9 +81,9 @@ pub struct BeyondCurve {
     pub method: String,
     /// Distances and errors.
     pub points: Vec<BeyondPoint>,
-    /// Leftover of the best straight line, in percent.
+    /// VerticalError of the best straight line, in percent.
     pub linear_residual: f64,
-    /// Leftover of the best parabola without linear term, in percent.
+    /// VerticalError of the best parabola without linear term, in percent.
     pub quadratic_residual: f64,
 }
 

@@ -9,8 +9,8 @@ use super::{
     map::CELL,
     navigator::{Activity, Decision},
     scene::Trust,
-    seeing::Complaint,
-    trial::{Look, Outcome, Trial, Witness},
+    seeing::HealthWarning,
+    trial::{Look, Observer, Outcome, Trial},
     world::{Obstacle, ROBOT_RADIUS, World},
 };
 use code::{Changes, marks};
@@ -114,7 +114,7 @@ impl Film {
     }
 }
 
-impl Witness for Film {
+impl Observer for Film {
     fn look(&mut self, look: &Look) -> Result<()> {
         let map = look.pilot.navigator().map();
         let first = map.place(0, 0);
@@ -182,7 +182,7 @@ fn frame(look: &Look, changes: Option<Vec<u8>>) -> Frame {
             Trust::Poor => "poor",
             Trust::Broken => "broken",
         },
-        complaint: observation.complaint.as_ref().map(Complaint::to_string),
+        complaint: observation.complaint.as_ref().map(HealthWarning::to_string),
     }
 }
 

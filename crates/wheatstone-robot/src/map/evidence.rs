@@ -2,7 +2,7 @@
 
 use super::{CELL, Map, OCCUPIED, SUREST};
 use crate::{
-    Believed, Ground,
+    Estimated, Ground,
     scene::{Scene, ScenePoint, Stretch},
 };
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
@@ -66,7 +66,7 @@ impl Look {
     }
 
     /// Takes up everything that a scene says.
-    pub(super) fn read(&mut self, map: &Map, scene: &Scene, believed: &Believed) {
+    pub(super) fn read(&mut self, map: &Map, scene: &Scene, believed: &Estimated) {
         for point in &scene.obstacles {
             self.point(map, believed, point, POINT);
         }
@@ -102,7 +102,7 @@ impl Look {
     }
 
     /// Marks the floor between two neighbouring stretches, as far as both were seen.
-    fn sweep(&mut self, map: &Map, believed: &Believed, left: &Stretch, right: &Stretch) {
+    fn sweep(&mut self, map: &Map, believed: &Estimated, left: &Stretch, right: &Stretch) {
         let ends = |stretch: &Stretch| {
             let direction = stretch.to - stretch.from;
             let length = direction.norm();
@@ -133,7 +133,7 @@ impl Look {
     }
 
     /// Spreads a point over its ellipse.
-    fn point(&mut self, map: &Map, believed: &Believed, point: &ScenePoint, weight: f32) {
+    fn point(&mut self, map: &Map, believed: &Estimated, point: &ScenePoint, weight: f32) {
         let axes = axes(&(turned(believed, &point.covariance) + smear(believed, point.place)));
         let centre = believed.pose.transform(point.place);
         // An axis much shorter than a cell need not be sampled.
@@ -175,14 +175,14 @@ fn gap(one: &Stretch, other: &Stretch) -> f64 {
 }
 
 /// A covariance in the robot's frame, in the start frame.
-fn turned(believed: &Believed, covariance: &Matrix2<f64>) -> Matrix2<f64> {
+fn turned(believed: &Estimated, covariance: &Matrix2<f64>) -> Matrix2<f64> {
     let (sine, cosine) = (libm::sin(believed.pose.heading), libm::cos(believed.pose.heading));
     let turn = Matrix2::new(cosine, sine, -sine, cosine);
     turn * covariance * turn.transpose()
 }
 
 /// The covariance that a place has from the pose's, bounded.
-fn smear(believed: &Believed, own: Ground) -> Matrix2<f64> {
+fn smear(believed: &Estimated, own: Ground) -> Matrix2<f64> {
     let arm = believed.pose.transform(own) - believed.pose.place();
     let by_pose = Matrix2x3::new(1.0, 0.0, arm.y, 0.0, 1.0, -arm.x);
     let covariance = by_pose * believed.covariance * by_pose.transpose();

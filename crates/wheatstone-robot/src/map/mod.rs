@@ -7,7 +7,7 @@ mod evidence;
 #[cfg(test)]
 mod tests;
 
-use super::{Believed, Ground, scene::Scene, world::ROBOT_RADIUS};
+use super::{Estimated, Ground, scene::Scene, world::ROBOT_RADIUS};
 use evidence::Look;
 
 /// The side of a cell, in centimetres: a seventh of what the narrowest gap leaves beside the robot.
@@ -121,7 +121,7 @@ impl Map {
 
     /// Adds what a pair of pictures shows, taken where the robot believes itself to be; and that nothing
     /// stands where the robot does. `weight` is how much the look counts beside a look that can be trusted, 0 to 1.
-    pub fn add(&mut self, scene: &Scene, believed: &Believed, weight: f64) {
+    pub fn add(&mut self, scene: &Scene, believed: &Estimated, weight: f64) {
         let mut look = std::mem::take(&mut self.look);
         look.read(self, scene, believed);
         look.tell(&mut self.odds, weight as f32);

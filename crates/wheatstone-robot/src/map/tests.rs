@@ -28,7 +28,7 @@ fn at(map: &Map, x: f64, z: f64) -> Cell {
 fn looked(scenes: &[&Scene]) -> Map {
     let mut map = Map::new(Ground::new(0.0, 300.0));
     for scene in scenes {
-        map.add(scene, &Believed::default(), 1.0);
+        map.add(scene, &Estimated::default(), 1.0);
     }
     map
 }
@@ -90,7 +90,7 @@ fn what_is_seen_lies_where_the_robot_stands() {
     let mut map = Map::new(Ground::new(0.0, 300.0));
     let pose = PlanarPose { x: 20.0, z: 50.0, heading: std::f64::consts::FRAC_PI_2 };
     for _ in 0..3 {
-        map.add(&floor(100.0, true), &Believed { pose, ..Believed::default() }, 1.0);
+        map.add(&floor(100.0, true), &Estimated { pose, ..Estimated::default() }, 1.0);
     }
     assert_eq!(at(&map, 120.5, 50.0), Cell::Occupied);
     assert_eq!(at(&map, 80.0, 50.0), Cell::Free);

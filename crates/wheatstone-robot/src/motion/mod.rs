@@ -1,17 +1,19 @@
-//! Where the robot is, from nothing but the corners it sees: each is laid on the landmarks seen before,
+//! Where the robot is, from nothing but the corners it observes: each is laid on the landmarks seen before,
 //! and the pose under which most of them meet is the robot's.
 
-mod laying;
-mod north;
+mod registration;
+mod heading;
 
 use super::{
-    Believed, Ground, PlanarPose,
+    Estimated, Ground, PlanarPose,
     seeing::{FloorDirection, Look, SeenCorner, likeness},
     wrapped,
 };
-use laying::{Pair, amiss, count, distinct, nearest, on_ground, refined, through, turned, unsure};
+use heading::North;
 use nalgebra::{Matrix2, Matrix3};
-use north::North;
+use registration::{
+    Pair, amiss, count, distinct, nearest, on_ground, refined, through, turned, unsure,
+};
 use wheatstone_core::geometry::Point3;
 use wheatstone_numeric::random::Random;
 
@@ -36,7 +38,7 @@ pub struct Landmark {
 #[derive(Clone, Debug)]
 pub struct OwnMotion {
     landmarks: Vec<Landmark>,
-    believed: Believed,
+    believed: Estimated,
     /// Which way the floor's edges run, once it was seen.
     north: Option<North>,
     /// What it was told to do since it last knew where it was.
@@ -88,7 +90,7 @@ impl OwnMotion {
     pub fn new(seed: u64) -> Self {
         Self {
             landmarks: Vec::new(),
-            believed: Believed::default(),
+            believed: Estimated::default(),
             north: None,
             told: PlanarPose::default(),
             looks: 0,
@@ -99,7 +101,7 @@ impl OwnMotion {
 
     /// Where the robot last found itself, and how surely.
     #[must_use]
-    pub fn believed(&self) -> &Believed {
+    pub fn believed(&self) -> &Estimated {
         &self.believed
     }
 
@@ -115,12 +117,12 @@ impl OwnMotion {
         &mut self,
         (corners, floor): (&[SeenCorner], Option<FloorDirection>),
         told: &PlanarPose,
-    ) -> Option<Believed> {
+    ) -> Option<Estimated> {
         self.looks += 1;
         self.told = self.told.then(told);
         let guess = self.believed.pose.then(&self.told);
         let found = if self.looks == 1 {
-            Some((Believed::default(), Vec::new()))
+            Some((Estimated::default(), Vec::new()))
         } else {
             self.found(corners, &guess)
         };
@@ -140,7 +142,7 @@ impl OwnMotion {
             return None;
         }
         self.since += more;
-        self.believed = Believed { pose: guess, covariance: self.believed.covariance + more };
+        self.believed = Estimated { pose: guess, covariance: self.believed.covariance + more };
         self.told = PlanarPose::default();
         self.learn(corners, &[]);
         self.steer(floor);
@@ -178,7 +180,7 @@ impl OwnMotion {
     }
 
     /// Corrects the robot's pose, and with it the landmarks of the time since it was about as unsure.
-    fn move_to(&mut self, believed: Believed) {
+    fn move_to(&mut self, believed: Estimated) {
         let from = self.believed;
         let back = |point: Point3| {
             let own = from.pose.inverse_transform(Ground::new(point.x, point.z));
@@ -199,7 +201,7 @@ impl OwnMotion {
         &mut self,
         corners: &[SeenCorner],
         guess: &PlanarPose,
-    ) -> Option<(Believed, Vec<Pair>)> {
+    ) -> Option<(Estimated, Vec<Pair>)> {
         let told = self.told;
         let [place, heading] = unsure(&self.since);
         let doubt = self.since + amiss(&told, guess.heading);
@@ -273,7 +275,7 @@ impl OwnMotion {
         guess: &PlanarPose,
         (shift, turn): (f64, f64),
         doubt: &Matrix3<f64>,
-    ) -> Option<(Believed, Vec<Pair>)> {
+    ) -> Option<(Estimated, Vec<Pair>)> {
         const DRAWS: usize = 250;
         let total = distinct(&pairs);
         if total < LEAST_PAIRS {
@@ -308,7 +310,7 @@ impl OwnMotion {
         let founded: Matrix3<f64> =
             kept.iter().map(|pair| self.landmarks[pair.landmark].founded).sum();
         let covariance = covariance + founded / kept.len() as f64;
-        Some((Believed { pose, covariance }, kept))
+        Some((Estimated { pose, covariance }, kept))
     }
 
     /// Moves landmarks to where all looks at them say, and founds new ones.
@@ -353,6 +355,6 @@ impl OwnMotion {
 }
 
 /// Whether a landmark is of a time when the robot knew its heading much better than it does now.
-fn is_surer(landmark: &Landmark, now: &Believed) -> bool {
+fn is_surer(landmark: &Landmark, now: &Estimated) -> bool {
     unsure(&landmark.founded)[1] < SURER * unsure(&now.covariance)[1]
 }

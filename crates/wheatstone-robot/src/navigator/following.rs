@@ -2,7 +2,7 @@
 
 use super::{Activity, Decision, Navigator};
 use crate::{
-    Believed, Ground, PlanarPose, Velocity, plan::Terrain, scene::Trust, world::ROBOT_RADIUS,
+    Estimated, Ground, PlanarPose, Velocity, plan::Terrain, scene::Trust, world::ROBOT_RADIUS,
 };
 
 /// The robot steers for the point of its way so far ahead, in centimetres (pure pursuit: Coulter 1992,
@@ -50,7 +50,7 @@ impl Navigator {
     /// The next step along the way.
     pub(super) fn follow(
         &mut self,
-        believed: &Believed,
+        believed: &Estimated,
         terrain: &Terrain,
         trust: Trust,
     ) -> Decision {
@@ -99,7 +99,7 @@ impl Navigator {
         self.way.places.last().copied().unwrap_or(self.goal)
     }
 
-    fn longest_step(&self, believed: &Believed, terrain: &Terrain, trust: Trust) -> f64 {
+    fn longest_step(&self, believed: &Estimated, terrain: &Terrain, trust: Trust) -> f64 {
         let covariance = &believed.covariance;
         let far = covariance.m11 + covariance.m22 > DOUBT[0].powi(2);
         let turned = covariance.m33 > DOUBT[1].powi(2);

@@ -7,12 +7,12 @@ mod recovery;
 mod tests;
 
 use super::{
-    Believed, Ground, Velocity,
+    Estimated, Ground, Velocity,
     map::Map,
     plan::{MARGIN, TIGHT, Terrain, Way},
     scene::{Scene, Trust},
 };
-use recovery::Manoeuvre;
+use recovery::Command;
 
 /// What the robot shall do next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +97,7 @@ pub struct Navigator {
     steps: usize,
     end: Option<Decision>,
     /// What is being done that takes many steps.
-    manoeuvre: Option<Manoeuvre>,
+    command: Option<Command>,
     /// Looks in a row that contradicted the calibration, and whose motion was not found.
     broken: usize,
     lost: usize,
@@ -121,7 +121,7 @@ impl Navigator {
             why: "nothing was seen yet",
             steps: 0,
             end: None,
-            manoeuvre: None,
+            command: None,
             broken: 0,
             lost: 0,
             recoveries: 0,
@@ -132,7 +132,7 @@ impl Navigator {
 
     /// What to do after a look: what it shows, and where the robot believes it was taken, or `None`
     /// where its own motion was not found. What has ended stays so.
-    pub fn step(&mut self, scene: &Scene, motion: Option<&Believed>) -> Decision {
+    pub fn step(&mut self, scene: &Scene, motion: Option<&Estimated>) -> Decision {
         if let Some(end) = self.end {
             return end;
         }
@@ -149,7 +149,7 @@ impl Navigator {
         decision
     }
 
-    fn decide(&mut self, scene: &Scene, motion: Option<&Believed>) -> Decision {
+    fn decide(&mut self, scene: &Scene, motion: Option<&Estimated>) -> Decision {
         if self.steps > MOST_STEPS {
             return self.stop(Reason::TooLong, "as many steps were taken as may be");
         }
@@ -173,7 +173,7 @@ impl Navigator {
             self.why = "the goal is here";
             return Decision::Arrived;
         }
-        if let Some(velocity) = self.manoeuvre(believed, &terrain) {
+        if let Some(velocity) = self.command(believed, &terrain) {
             return Decision::Drive(velocity);
         }
         if self.plan(believed, &terrain) {
@@ -190,7 +190,7 @@ impl Navigator {
     }
 
     /// Whether the robot is as near to the goal as it will come.
-    fn arrived(&self, believed: &Believed, terrain: &Terrain) -> bool {
+    fn arrived(&self, believed: &Estimated, terrain: &Terrain) -> bool {
         let own = believed.pose.inverse_transform(self.goal);
         let distance = own.coords.norm();
         // What lies aside or behind would take turning on the spot.
@@ -200,7 +200,7 @@ impl Navigator {
     }
 
     /// Plans the way, or keeps the one there is; whether there is one.
-    fn plan(&mut self, believed: &Believed, terrain: &Terrain) -> bool {
+    fn plan(&mut self, believed: &Estimated, terrain: &Terrain) -> bool {
         let from = believed.pose.place();
         let (rest, astray) = terrain.rest(&self.map, &self.way, from);
         let new = terrain.way(&self.map, from, self.goal).unwrap_or_default();
@@ -211,7 +211,7 @@ impl Navigator {
 
     /// Plans a way to as near to the goal as the map leaves one, where that is any nearer: what bars the goal
     /// from afar may prove a mistake from there. Whether there is one.
-    fn approach(&mut self, believed: &Believed, terrain: &Terrain) -> bool {
+    fn approach(&mut self, believed: &Estimated, terrain: &Terrain) -> bool {
         let from = believed.pose.place();
         self.way = terrain.way(&self.map, from, self.goal).unwrap_or_default();
         let away = |place: &Ground| (place - self.goal).norm();

@@ -2,11 +2,11 @@
 //! give up.
 
 use super::{Activity, Decision, Navigator, Reason, following::TURN};
-use crate::{Believed, Ground, Velocity, plan::Terrain, wrapped};
+use crate::{Estimated, Ground, Velocity, plan::Terrain, wrapped};
 
 /// Something that takes many steps.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Manoeuvre {
+pub(super) enum Command {
     /// Turning in place: radians left, signed, and the heading before.
     LookAbout { left: f64, heading: f64 },
     /// Backing up from a place that was not seen, centimetres at most.
@@ -29,7 +29,7 @@ const GIVING_UP: usize = 12;
 /// How often the robot tries to find a way again before it gives up.
 const RECOVERIES: usize = 8;
 
-/// The robot backs up until it sees what was too near, but so far at most, and by so much a step, in
+/// The robot backs up until it observes what was too near, but so far at most, and by so much a step, in
 /// centimetres.
 const BACK: f64 = 24.0;
 const BACKING: f64 = 4.0;
@@ -47,33 +47,33 @@ const ASIDE: f64 = 0.2;
 
 impl Navigator {
     /// Goes on with what takes many steps.
-    pub(super) fn manoeuvre(&mut self, believed: &Believed, terrain: &Terrain) -> Option<Velocity> {
-        match self.manoeuvre? {
-            Manoeuvre::LookAbout { left, heading } => {
+    pub(super) fn command(&mut self, believed: &Estimated, terrain: &Terrain) -> Option<Velocity> {
+        match self.command? {
+            Command::LookAbout { left, heading } => {
                 let left = left - wrapped(believed.pose.heading - heading);
                 let done = left.abs() < 0.5 * TURN;
-                self.manoeuvre = (!done)
-                    .then_some(Manoeuvre::LookAbout { left, heading: believed.pose.heading });
+                self.command =
+                    (!done).then_some(Command::LookAbout { left, heading: believed.pose.heading });
                 self.activity = Activity::Looking;
                 let turn = left.clamp(-TURN, TURN) / self.period;
                 (!done).then_some(Velocity { forward: 0.0, turn })
             }
-            Manoeuvre::Back { left, unseen } => {
+            Command::Back { left, unseen } => {
                 let back = Velocity { forward: -BACKING / self.period, turn: 0.0 };
                 let far = (believed.pose.place() - unseen).norm() > self.map.sight();
                 if far || left <= 0.0 || !self.is_free(&believed.pose, back, terrain) {
-                    self.manoeuvre = Some(Manoeuvre::Face { unseen });
-                    return self.manoeuvre(believed, terrain);
+                    self.command = Some(Command::Face { unseen });
+                    return self.command(believed, terrain);
                 }
-                self.manoeuvre = Some(Manoeuvre::Back { left: left - BACKING, unseen });
+                self.command = Some(Command::Back { left: left - BACKING, unseen });
                 self.activity = Activity::Backing;
                 Some(back)
             }
-            Manoeuvre::Face { unseen } => {
+            Command::Face { unseen } => {
                 let own = believed.pose.inverse_transform(unseen);
                 let error = libm::atan2(own.x, own.y);
                 let on = error.abs() > ASIDE;
-                self.manoeuvre = on.then_some(Manoeuvre::Face { unseen });
+                self.command = on.then_some(Command::Face { unseen });
                 self.activity = Activity::Looking;
                 let turn = error.clamp(-TURN, TURN) / self.period;
                 on.then_some(Velocity { forward: 0.0, turn })
@@ -84,7 +84,7 @@ impl Navigator {
     /// Looks at a place on the next stretch of the way that was not seen.
     pub(super) fn look_at(
         &mut self,
-        believed: &Believed,
+        believed: &Estimated,
         terrain: &Terrain,
         unseen: Ground,
     ) -> Decision {
@@ -100,8 +100,8 @@ impl Navigator {
         }
         self.map.suspect(unseen, SUSPECTED);
         if near && self.stared == STARED + 1 {
-            self.manoeuvre = Some(Manoeuvre::Back { left: BACK, unseen });
-            if let Some(velocity) = self.manoeuvre(believed, terrain) {
+            self.command = Some(Command::Back { left: BACK, unseen });
+            if let Some(velocity) = self.command(believed, terrain) {
                 self.why = "backing up to see the next stretch";
                 return Decision::Drive(velocity);
             }
@@ -111,7 +111,7 @@ impl Navigator {
     }
 
     /// Tries to find a way again by looking about, after which the map is believed less and less.
-    pub(super) fn recover(&mut self, believed: &Believed, why: &'static str) -> Decision {
+    pub(super) fn recover(&mut self, believed: &Estimated, why: &'static str) -> Decision {
         self.recoveries += 1;
         if self.recoveries > RECOVERIES {
             return self
@@ -123,7 +123,7 @@ impl Navigator {
         }
         let sense = if self.recoveries.is_multiple_of(2) { -1.0 } else { 1.0 };
         let left = sense * std::f64::consts::TAU;
-        self.manoeuvre = Some(Manoeuvre::LookAbout { left, heading: pose.heading });
+        self.command = Some(Command::LookAbout { left, heading: pose.heading });
         self.activity = Activity::Looking;
         self.why = why;
         Decision::Drive(Velocity { forward: 0.0, turn: sense * TURN / self.period })

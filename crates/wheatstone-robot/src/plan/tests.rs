@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    Believed,
+    Estimated,
     scene::{Scene, ScenePoint, Trust},
     world::{NARROWEST, ROBOT_RADIUS},
 };
@@ -18,7 +18,7 @@ fn walled(gaps: &[[f64; 2]]) -> Map {
         .collect();
     let scene = Scene { obstacles, clear: Vec::new(), trust: Trust::Sound };
     for _ in 0..3 {
-        map.add(&scene, &Believed::default(), 1.0);
+        map.add(&scene, &Estimated::default(), 1.0);
     }
     map
 }

@@ -2,8 +2,8 @@
 //! the calibration still holds.
 
 use super::{
-    atlas::Atlas,
     corners::{Corner, Look, aligned, likeness},
+    epipolar_curves::Atlas,
     gradient::Gradient,
 };
 use nalgebra::Vector2;

@@ -1,4 +1,4 @@
-//! Where the second camera may see what the first one sees at a pixel: from near to far along its line
+//! Where the second camera may see what the first one observes at a pixel: from near to far along its line
 //! of sight.
 
 use crate::Ground;
@@ -8,7 +8,7 @@ use wheatstone_core::geometry::{Pixel, Point3};
 /// One place on a curve.
 #[derive(Clone, Copy, Debug)]
 pub struct Waypoint {
-    /// Where the second camera sees it.
+    /// Where the second camera observes it.
     pub other: Pixel,
     /// Where it is, in the robot's frame.
     pub point: Point3,

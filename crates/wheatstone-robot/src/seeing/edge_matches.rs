@@ -1,9 +1,9 @@
 //! Edges of the first picture found again in the second one, along the curves of the calibration.
 
 use super::{
-    atlas::Atlas,
     curve::Waypoint,
     edges::{Edge, Edges, about},
+    epipolar_curves::Atlas,
 };
 use crate::Ground;
 use rayon::prelude::*;
@@ -247,7 +247,7 @@ fn nearest(place: f64) -> isize {
 /// How unlike two edges are; `None` where they cannot be the same.
 fn unlike(edge: &Edge, other: &Edge) -> Option<f32> {
     // Cameras turned by some degrees to each other, see the same edge alike turned; of one aslant a
-    // camera sees a little more.
+    // camera observes a little more.
     const TURNED: f64 = 0.9;
     // Lights differ over the pictures, by a third at most; what lies behind an edge may differ too.
     const CONTRAST: f32 = 0.35;

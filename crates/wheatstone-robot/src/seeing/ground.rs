@@ -1,7 +1,7 @@
 //! From located edges to what they say of the ground: which stand out from the floor, and how far along
 //! each line of sight the floor is free.
 
-use super::{atlas::Atlas, edge_matches::EdgeMatch};
+use super::{edge_matches::EdgeMatch, epipolar_curves::Atlas};
 use crate::{
     Ground,
     scene::{ScenePoint, Stretch},

@@ -9,7 +9,7 @@ use wheatstone_numeric::statistics::{median, percentile};
 
 /// What is wrong with a pair of pictures.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Complaint {
+pub enum HealthWarning {
     /// A camera, counted from 1, shows nothing.
     Blind {
         /// Which.
@@ -32,7 +32,7 @@ pub enum Complaint {
     },
 }
 
-impl fmt::Display for Complaint {
+impl fmt::Display for HealthWarning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Blind { camera } => write!(f, "camera {camera} shows nothing"),
@@ -109,13 +109,13 @@ impl Health {
         &mut self,
         seen: &Seen,
         look_aside: &dyn Fn(f64) -> Vec<CornerMatch>,
-    ) -> (Trust, Option<Complaint>) {
+    ) -> (Trust, Option<HealthWarning>) {
         if let Some(camera) = (0..2).find(|camera| seen.edges[*camera] < LEAST_EDGES) {
             // A plain wall close by empties a picture; a covered lens darkens it too.
             let usual = median(&self.greys.iter().map(|grey| grey[camera]).collect::<Vec<f64>>());
             let dark = seen.greys[camera] < if self.greys.is_empty() { DARK } else { usual / 3.0 };
             let trust = if dark { Trust::Broken } else { Trust::Poor };
-            return (trust, Some(Complaint::Blind { camera: camera + 1 }));
+            return (trust, Some(HealthWarning::Blind { camera: camera + 1 }));
         }
         remember(&mut self.greys, seen.greys);
         if let Some(complaint) = self.aside(seen).or_else(|| self.tilt(seen)) {
@@ -128,10 +128,10 @@ impl Health {
             && seen.corners[0] > LEAST_CORNERS
             && let Some(aside) = moved(&look_aside(WIDE), (self.limit(), matched))
         {
-            return (Trust::Broken, Some(Complaint::Moved { aside }));
+            return (Trust::Broken, Some(HealthWarning::Moved { aside }));
         }
         if matched < LEAST_TO_GO_BY {
-            return (Trust::Poor, Some(Complaint::Unmatched { matched }));
+            return (Trust::Poor, Some(HealthWarning::Unmatched { matched }));
         }
         remember(&mut self.shares, share);
         (Trust::Sound, None)
@@ -144,17 +144,17 @@ impl Health {
     }
 
     /// Corners that were found, but all beside their curves.
-    fn aside(&self, seen: &Seen) -> Option<Complaint> {
+    fn aside(&self, seen: &Seen) -> Option<HealthWarning> {
         if seen.matched.len() < LEAST_MATCHED {
             return None;
         }
         let off: Vec<f64> = seen.matched.iter().map(|corner| corner.matched.aside.abs()).collect();
         let aside = median(&off);
-        (aside > self.limit()).then_some(Complaint::Moved { aside })
+        (aside > self.limit()).then_some(HealthWarning::Moved { aside })
     }
 
     /// A floor that is not where it was in the pictures before.
-    fn tilt(&mut self, seen: &Seen) -> Option<Complaint> {
+    fn tilt(&mut self, seen: &Seen) -> Option<HealthWarning> {
         let floor = floor(seen.located)?;
         if self.floors.len() >= ENOUGH {
             let usual = [0, 1, 2].map(|term| {
@@ -165,7 +165,7 @@ impl Health {
             let most = HEIGHT + self.uneven;
             if height.abs() > most || slope > SLOPE * most / HEIGHT {
                 let at_a_metre = if height.abs() > most { height } else { 100.0 * slope };
-                return Some(Complaint::Tilted { height: at_a_metre });
+                return Some(HealthWarning::Tilted { height: at_a_metre });
             }
         }
         remember(&mut self.floors, floor);

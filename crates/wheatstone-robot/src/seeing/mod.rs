@@ -1,8 +1,8 @@
 //! From a pair of pictures to what stands about the robot: edges and corners, found in both pictures
 //! along the calibration's curves, located by its map, and told from the floor.
 
-mod atlas;
-mod compass;
+mod epipolar_curves;
+mod heading_filter;
 mod corner_matches;
 mod corners;
 mod curve;
@@ -12,15 +12,15 @@ mod gradient;
 mod ground;
 mod health;
 
-pub use atlas::Atlas;
-pub use compass::FloorDirection;
-pub(crate) use compass::quarter;
 pub use corner_matches::CornerMatch;
 pub use corners::{Look, likeness};
 pub use curve::{Curve, Waypoint};
 pub use edge_matches::EdgeMatch;
+pub use epipolar_curves::Atlas;
 pub use ground::LocatedEdge;
-pub use health::{Complaint, Health};
+pub use heading_filter::FloorDirection;
+pub(crate) use heading_filter::quarter;
+pub use health::{Health, HealthWarning};
 
 use super::scene::Scene;
 use nalgebra::Matrix3;
@@ -65,7 +65,7 @@ pub struct Observation {
     /// Which way the floor's edges run, where they have a common direction.
     pub floor_direction: Option<FloorDirection>,
     /// What is wrong with the pictures.
-    pub complaint: Option<Complaint>,
+    pub complaint: Option<HealthWarning>,
 }
 
 /// Standard deviation of a matched place across its edge, in pixels: half again what rendered corners
@@ -129,7 +129,7 @@ impl<'a> Observer<'a> {
         let obstacles = ground::obstacles(&edges, &strips);
         let clear = strips.into_iter().flatten().map(|strip| strip.stretch).collect();
         let scene = Scene { obstacles, clear, trust };
-        let floor_direction = compass::floor_direction(&edges);
+        let floor_direction = heading_filter::floor_direction(&edges);
         Observation { scene, corners, edges, floor_direction, complaint }
     }
 

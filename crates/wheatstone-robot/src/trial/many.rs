@@ -1,6 +1,6 @@
 //! Many trials, side by side.
 
-use super::{Clock, Outcome, Trial, Witnesses};
+use super::{Clock, Observers, Outcome, Trial};
 use std::{
     sync::{
         Mutex, PoisonError,
@@ -19,12 +19,12 @@ use wheatstone_numeric::progress::{Muted, Progress};
 /// The first of [`Trial::run`]'s, in the order of the trials.
 pub fn run_all(
     trials: &[Trial],
-    witnesses: Witnesses,
+    observers: Observers,
     clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Vec<Outcome>> {
     if let [trial] = trials {
-        return Ok(vec![trial.run(witnesses, clock, progress)?]);
+        return Ok(vec![trial.run(observers, clock, progress)?]);
     }
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let outcomes = Mutex::new(trials.iter().map(|_| None).collect::<Vec<_>>());
@@ -32,7 +32,7 @@ pub fn run_all(
     // would tell nothing.
     let work = || {
         while let Some((index, trial)) = take(&next, trials) {
-            let outcome = trial.run(witnesses, clock, &Muted(progress));
+            let outcome = trial.run(observers, clock, &Muted(progress));
             let failed = outcome.is_err();
             outcomes.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(outcome);
             let finished = done.fetch_add(1, Ordering::Relaxed) + 1;

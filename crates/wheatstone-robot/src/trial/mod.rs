@@ -5,14 +5,14 @@ mod many;
 mod outcome;
 
 pub use many::run_all;
-pub use outcome::{Ended, Noticed, Outcome, Spread, Summary};
+pub use outcome::{Detected, Ended, Outcome, Spread, Summary};
 
 use super::{
     PlanarPose, Vehicle, Velocity,
     cameras::cameras,
     capture::ChartPictures,
     pilot::{Pilot, Step},
-    simulated::{Mishap, SimulatedRobot, Wheels, eyes},
+    simulated::{CameraFailure, SimulatedRobot, Wheels, eyes},
     world::{DISTANCE, Eye, World},
 };
 use outcome::{Tally, outcome};
@@ -28,7 +28,7 @@ const MISHAPS: u64 = 9;
 
 /// What befalls a camera when the robot is half-way to its goal: which camera is left to chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trouble {
+pub enum Fault {
     /// It is turned by so many degrees about an axis that is left to chance.
     Knock(f64),
     /// Its lens is covered.
@@ -45,7 +45,7 @@ pub struct Trial {
     /// Looks after which the trial is broken off.
     pub steps: usize,
     /// What befalls the cameras.
-    pub trouble: Option<Trouble>,
+    pub trouble: Option<Fault>,
 }
 
 /// A look, with the truth about it.
@@ -63,7 +63,7 @@ pub struct Look<'a> {
 }
 
 /// Sees a trial from outside.
-pub trait Witness {
+pub trait Observer {
     /// Sees a look, before the robot moves on.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ pub trait Witness {
     /// Its own, which end the trial.
     fn look(&mut self, look: &Look) -> Result<()>;
 
-    /// Hears how it ended.
+    /// Called with the outcome.
     ///
     /// # Errors
     ///
@@ -83,8 +83,8 @@ pub trait Witness {
 /// depend on the time.
 pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
 
-/// Who sees a trial, if anyone does.
-pub type Witnesses<'a> = &'a (dyn Fn(&Trial, &World) -> Option<Box<dyn Witness>> + Sync);
+/// Who observes a trial, if anyone does.
+pub type Observers<'a> = &'a (dyn Fn(&Trial, &World) -> Option<Box<dyn Observer>> + Sync);
 
 /// A robot that shows no more than so many looks, and remembers when it showed the last one.
 struct Watched<'a> {
@@ -123,12 +123,12 @@ impl Trial {
     /// [`wheatstone_core::Error::Cancelled`].
     pub fn run(
         &self,
-        witnesses: Witnesses,
+        observers: Observers,
         clock: Clock,
         progress: &dyn Progress,
     ) -> Result<Outcome> {
         let world = World::new(self.seed);
-        let mut witness = witnesses(self, &world);
+        let mut witness = observers(self, &world);
         let (sensor, mut random) = (Sensor::default(), Random::stream(self.seed, EYES));
         let eyes = eyes(sensor, &mut random)?;
         let calibration = self.calibration(&eyes, &world, &mut random, progress)?;
@@ -176,14 +176,14 @@ impl Trial {
         else {
             return Ok(());
         };
-        tally.noticed = Some(Noticed { at: tally.steps + 1, after: None });
+        tally.noticed = Some(Detected { at: tally.steps + 1, after: None });
         let mut random = Random::stream(self.seed, MISHAPS);
         let axis = Vector3::new(random.normal(), random.normal(), random.normal()).normalize();
         let camera = random.below(2);
         robot.robot.befall(match trouble {
-            Trouble::Cover => Mishap::Covered { camera },
-            Trouble::Knock(degrees) => {
-                Mishap::Knocked { camera, rotation: (axis * degrees.to_radians()).into() }
+            Fault::Cover => CameraFailure::Covered { camera },
+            Fault::Knock(degrees) => {
+                CameraFailure::Knocked { camera, rotation: (axis * degrees.to_radians()).into() }
             }
         })
     }

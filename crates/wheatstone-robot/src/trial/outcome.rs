@@ -74,7 +74,7 @@ impl Spread {
 
 /// How soon the robot saw that something had befallen its cameras.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Noticed {
+pub struct Detected {
     /// The first look after the mishap, counted from 1.
     pub at: usize,
     /// Looks from that one, which counts, to the first that the robot found to contradict its
@@ -113,7 +113,7 @@ pub struct Outcome {
     /// From the cells of its map that it took for occupied to the nearest true surface, in centimetres.
     pub map_error: Spread,
     /// The mishap, where one came to pass.
-    pub noticed: Option<Noticed>,
+    pub noticed: Option<Detected>,
     /// Those distances, cell by cell.
     #[serde(skip)]
     pub map_errors: Vec<f64>,
@@ -206,7 +206,7 @@ pub(super) struct Tally {
     pub(super) steps: usize,
     lost: usize,
     false_alarms: usize,
-    pub(super) noticed: Option<Noticed>,
+    pub(super) noticed: Option<Detected>,
     seconds: Vec<f64>,
 }
 

@@ -9,7 +9,7 @@ fn trials(steps: usize) -> Vec<Trial> {
     [4, 2].map(|seed| Trial { seed, method: method.clone(), steps, trouble: None }).into()
 }
 
-fn made_up(ended: Ended, collided: bool, noticed: Option<Noticed>) -> Outcome {
+fn made_up(ended: Ended, collided: bool, noticed: Option<Detected>) -> Outcome {
     Outcome {
         seed: 0,
         obstacles: 6,
@@ -53,7 +53,7 @@ fn trials_are_the_same_whatever_the_number_of_threads() {
 
 #[test]
 fn summaries_count_what_was() {
-    let noticed = |after| Some(Noticed { at: 20, after });
+    let noticed = |after| Some(Detected { at: 20, after });
     let all = [
         made_up(Ended::Arrived, false, None),
         made_up(Ended::Arrived, true, None),
@@ -85,17 +85,17 @@ fn a_knock_is_counted_from_the_first_look_that_shows_it() {
     let (sound, broken) = (look(crate::scene::Trust::Sound), look(crate::scene::Trust::Broken));
     tally.count(&broken, 0.0);
     tally.count(&sound, 0.0);
-    tally.noticed = Some(Noticed { at: tally.steps + 1, after: None });
+    tally.noticed = Some(Detected { at: tally.steps + 1, after: None });
     for step in [&sound, &broken, &broken] {
         tally.count(step, 0.0);
     }
-    assert_eq!(tally.noticed, Some(Noticed { at: 3, after: Some(2) }));
+    assert_eq!(tally.noticed, Some(Detected { at: 3, after: Some(2) }));
 }
 
 #[test]
 fn maps_are_judged_by_true_surfaces() {
     use crate::{
-        Believed, Ground,
+        Estimated, Ground,
         map::Map,
         scene::{Scene, ScenePoint},
     };
@@ -111,7 +111,7 @@ fn maps_are_judged_by_true_surfaces() {
         let scene = Scene { obstacles: vec![point; 8], ..Scene::default() };
         let mut map = Map::new(world.goal());
         for _ in 0..4 {
-            map.add(&scene, &Believed::default(), 1.0);
+            map.add(&scene, &Estimated::default(), 1.0);
         }
         outcome::map_errors(&map, &world)
     };

@@ -1,4 +1,4 @@
-//! What a camera on the robot sees of its world: rays against floor, walls, boxes, cylinders and a chart.
+//! What a camera on the robot observes of its world: rays against floor, walls, boxes, cylinders and a chart.
 
 use super::{
     Footprint, Obstacle, World,

@@ -24,7 +24,7 @@ pub(super) fn world(seed: u64) -> World {
 }
 
 fn attempt(seed: u64, random: &mut Random) -> World {
-    // Within what the robot sees of the direction in which it is set down.
+    // Within what the robot observes of the direction in which it is set down.
     let bearing = random.uniform(-0.35, 0.35);
     let goal = [DISTANCE * libm::sin(bearing), DISTANCE * libm::cos(bearing)];
     let walls = [

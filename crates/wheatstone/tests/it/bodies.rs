@@ -171,7 +171,7 @@ fn index(points: &[[f64; 3]], wanted: &[f64; 3]) -> usize {
     points.iter().position(|point| point == wanted).unwrap()
 }
 
-/// A plate of two levels as a camera sees it: dots on two planes.
+/// A plate of two levels as a camera observes it: dots on two planes.
 #[test]
 fn both_levels_of_a_plate_are_found_where_they_are() {
     let declared = r#"{"columns": 10, "rows": 7, "pitch": 20.0, "second": [10.0, 10.0, 2.5],

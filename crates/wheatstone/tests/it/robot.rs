@@ -12,7 +12,7 @@ use wheatstone::{
         pilot::Pilot,
         scene::Trust,
         seeing::Observer,
-        simulated::{Mishap, SimulatedRobot, Wheels, eyes},
+        simulated::{CameraFailure, SimulatedRobot, Wheels, eyes},
         world::{Eye, World},
     },
     synthetic::Sensor,
@@ -116,9 +116,9 @@ fn the_robot_reaches_its_goal_without_running_into_anything() {
 fn knocked_and_covered_cameras_stop_the_robot() {
     let degree = 1.0_f64.to_radians();
     let mishaps = [
-        Mishap::Knocked { camera: 0, rotation: [0.0, degree, 0.0] },
-        Mishap::Knocked { camera: 1, rotation: [0.0, 0.0, degree] },
-        Mishap::Covered { camera: 0 },
+        CameraFailure::Knocked { camera: 0, rotation: [0.0, degree, 0.0] },
+        CameraFailure::Knocked { camera: 1, rotation: [0.0, 0.0, degree] },
+        CameraFailure::Covered { camera: 0 },
     ];
     let world = World::new(15);
     for mishap in mishaps {

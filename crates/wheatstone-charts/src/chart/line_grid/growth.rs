@@ -158,11 +158,13 @@ impl Expected {
         if deviation > STRAIGHT || !leading.iter().all(good) {
             return None;
         }
-        let meeting = self.from.pixel + self.step + self.across * (start + slope);
+        let intersection = self.from.pixel + self.step + self.across * (start + slope);
         let depths: Vec<f64> = leading.iter().map(|s| s.dip.depth).collect();
         let depth = median(&depths);
-        let arms: Vec<Vec<Station>> =
-            [1.0, -1.0].iter().filter_map(|sign| self.arm(view, meeting, *sign, depth)).collect();
+        let arms: Vec<Vec<Station>> = [1.0, -1.0]
+            .iter()
+            .filter_map(|sign| self.arm(view, intersection, *sign, depth))
+            .collect();
         let middles: Vec<f64> = arms
             .iter()
             .map(|arm| arm.iter().map(|s| s.dip.offset).sum::<f64>() / arm.len() as f64)
@@ -173,17 +175,17 @@ impl Expected {
             [one, other] if (one - other).abs() < 2.0 * SEARCH * 0.5 => (one + other) / 2.0,
             _ => return None,
         };
-        let pixel = meeting + self.step * offset;
+        let pixel = intersection + self.step * offset;
         view.contains(pixel, 1.0).then_some(Node { pixel, depth, sigma: 0.0 })
     }
 
-    /// One half of the line that crosses at `meeting`, on the side to which `sign` says.
-    fn arm(&self, view: View, meeting: Pixel, sign: f64, depth: f64) -> Option<Vec<Station>> {
+    /// One half of the line that crosses at `intersection`, on the side to which `sign` says.
+    fn arm(&self, view: View, intersection: Pixel, sign: f64, depth: f64) -> Option<Vec<Station>> {
         let nearest = disturbed(self.width, self.across);
         let places = [nearest, (nearest + 0.45) / 2.0, 0.45];
         let stations: Vec<Station> = follow(
             view,
-            (meeting, sign * self.across),
+            (intersection, sign * self.across),
             [self.step, self.step],
             &places,
             Look { width: self.width, settled: ROUGHLY },

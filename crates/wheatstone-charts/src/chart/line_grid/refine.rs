@@ -62,7 +62,7 @@ pub(super) fn refine(grid: &mut Grid, view: View, segments: &Segments) {
         let place = Place::new(grid, *label)?;
         let along = place.curve(grid, segments, view, (1, 0))?;
         let across = place.curve(grid, segments, view, (0, 1))?;
-        let pixel = place.meeting(along.0, across.0)?;
+        let pixel = place.intersection(along.0, across.0)?;
         // The line along says where the crossing is across it.
         let sigma = place.spread([across.1, along.1]);
         Some((*label, Node { pixel, sigma, ..grid.nodes[label] }))
@@ -173,7 +173,7 @@ impl Place {
     }
 
     /// Where the two curves meet.
-    fn meeting(&self, along: [f64; 3], across: [f64; 3]) -> Option<Pixel> {
+    fn intersection(&self, along: [f64; 3], across: [f64; 3]) -> Option<Pixel> {
         let value = |c: [f64; 3], at: f64| c[0] + c[1] * at + c[2] * at * at;
         let (mut x, mut y) = (0.0, 0.0);
         // Each turn shrinks the error by the slopes' product, below 0.1.

@@ -22,7 +22,7 @@ pub(super) struct Matched {
     /// Root mean square distance of the marks from where their neighbours say, in steps from one point to
     /// the next.
     pub(super) disorder: f64,
-    /// Median distance of the marks from where one camera without a lens sees them all, in steps.
+    /// Median distance of the marks from where one camera without a lens observes them all, in steps.
     pub(super) bend: f64,
 }
 
@@ -169,7 +169,7 @@ impl Search<'_> {
         least.is_finite().then_some(least)
     }
 
-    /// Where a point is looked for: where the camera sees it, corrected by what its matched neighbours
+    /// Where a point is looked for: where the camera observes it, corrected by what its matched neighbours
     /// are off; to first order where there are enough of them.
     fn expected(
         &self,
@@ -181,7 +181,7 @@ impl Search<'_> {
         Some(own + self.offset(seen, marks, id, own)?)
     }
 
-    /// How far the marks of the matched neighbours of `id` are from where the camera sees them, to first
+    /// How far the marks of the matched neighbours of `id` are from where the camera observes them, to first
     /// order at the place `own` of the picture.
     pub(super) fn offset(
         &self,
@@ -246,7 +246,7 @@ impl Search<'_> {
         claims.into_iter().map(|(mark, (_, id))| (id, mark)).collect()
     }
 
-    /// How far the marks are from where the camera alone sees them, in steps, in the median.
+    /// How far the marks are from where the camera alone observes them, in steps, in the median.
     fn bend(&self, seen: &[Option<Pixel>], marks: &BTreeMap<usize, usize>) -> f64 {
         let off = |(id, mark): (&usize, &usize)| {
             Some((self.marks.at(*mark) - seen[*id]?).norm() / self.spacing(seen, *id)?)
@@ -302,7 +302,7 @@ impl Search<'_> {
         ids.filter_map(look).collect()
     }
 
-    /// How many of the body's points, of `every`-th, have a mark where the camera sees them, and how far
+    /// How many of the body's points, of `every`-th, have a mark where the camera observes them, and how far
     /// off these are in the median.
     pub(super) fn score(&self, view: &View, every: usize) -> (usize, f64) {
         let seen = self.seen(view);

@@ -8,7 +8,7 @@ mod marks;
 mod matching;
 mod search;
 mod view;
-mod ways;
+mod pose_hypotheses;
 
 use super::{PointId, Sighting};
 use crate::imaging::GrayImage;

@@ -10,8 +10,8 @@ use super::{
     evidence::decided,
     marks::{self, Marks},
     matching::{CLICKED, Click, Matched, Search},
+    pose_hypotheses::{PoseHypothesis, ways},
     view::View,
-    ways::{Way, ways},
 };
 use crate::{
     chart::{Detection, PointId, Sighting},
@@ -126,7 +126,7 @@ fn recognised<'a>(
         let search = at(set);
         let mut ways = ways(&search, &patches);
         ways.retain(|way| can_agree(&search, way, clicks));
-        let sort = |ways: &mut Vec<Way>| {
+        let sort = |ways: &mut Vec<PoseHypothesis>| {
             ways.sort_by(|a, b| b.score.0.cmp(&a.score.0).then(a.score.1.total_cmp(&b.score.1)));
         };
         sort(&mut ways);
@@ -228,8 +228,8 @@ fn twins(search: &Search, matched: &Matched) -> Vec<Matched> {
     turned.collect()
 }
 
-/// Whether a camera sees the named points nearer to where they are said to be than to their neighbours.
-fn can_agree(search: &Search, way: &Way, clicks: &[Click]) -> bool {
+/// Whether a camera observes the named points nearer to where they are said to be than to their neighbours.
+fn can_agree(search: &Search, way: &PoseHypothesis, clicks: &[Click]) -> bool {
     let seen = if clicks.is_empty() { Vec::new() } else { search.seen(&way.view) };
     clicks.iter().all(|(id, at)| {
         let spacing = search.spacing(&seen, *id).unwrap_or(0.0);
@@ -274,7 +274,7 @@ fn rivals(mut found: Vec<Matched>, count: usize) -> Vec<Matched> {
             2 * both.count() > matched.marks.len()
         };
         let counts = (count - matched.marks.len()) as f64 <= most_missing;
-        // A camera that sees the body wrongly sees it twice as badly, or no worse at all.
+        // A camera that observes the body wrongly observes it twice as badly, or no worse at all.
         let orderly = matched.disorder < 2.0 * least + 0.002;
         let straight = matched.bend < 3.0 * straightest + 0.05;
         if counts && orderly && straight && !kept.iter().any(same) {

@@ -115,7 +115,7 @@ impl View {
         Some(Self::Projection(build(&found.ok()?.parameters)))
     }
 
-    /// The camera that sees the pairs under parallel light, unless they are on one plane.
+    /// The camera that observes the pairs under parallel light, unless they are on one plane.
     fn affine(pairs: &[(Point3, Pixel)]) -> Option<Self> {
         let (_, _, thickness) = plane(pairs)?;
         if pairs.len() < 4 || thickness < 0.01 {

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::geometry::{
     PixelColumns,
-    meeting::{Cameras, Sighting, Sightings},
+    batch_triangulation::{Cameras, Sighting, Sightings},
 };
 use wheatstone_numeric::{
     number::{Doubles, Number, registers, registers_mut},
@@ -51,15 +51,15 @@ impl WithSimd for Block<'_> {
         for (group, out) in registers_mut::<S>(beyond).iter_mut().enumerate() {
             let mut furthest = zero.all(f64::NEG_INFINITY);
             for (region, pixels) in regions.iter().zip(pixels) {
-                furthest = region.beyond(lanes(simd, pixels, group)).or_larger(furthest);
+                furthest = region.beyond(lanes(simd, pixels, group)).max_with(furthest);
             }
             let seen = Seen { simd, tables, pixels, sums, group };
             let met = cameras.meet::<_, KIND>(&seen, zero);
             for hull in hulls {
-                furthest = hull.beyond(met.point).or_larger(furthest);
+                furthest = hull.beyond(met.point).max_with(furthest);
             }
             let missed = (met.squares * share).root() * most - one;
-            let beyond = missed.or_larger(furthest * zero.all(1.0 / EDGE));
+            let beyond = missed.max_with(furthest * zero.all(1.0 / EDGE));
             // What is not a number stays none.
             *out = (beyond + missed * zero).1;
         }

@@ -88,7 +88,7 @@ impl Planes {
         let mut most = x.all(f64::NEG_INFINITY);
         for [by_x, by_y, by_z, always] in &self.0 {
             let off = x.all(*always).add_product(x.all(*by_x), x).add_product(x.all(*by_y), y);
-            most = off.add_product(x.all(*by_z), z).or_larger(most);
+            most = off.add_product(x.all(*by_z), z).max_with(most);
         }
         most
     }

@@ -10,7 +10,7 @@ mod normal;
 
 use crate::geometry::{
     Pixel, Point3, ProjectionMatrix,
-    meeting::{Sighting, StraightCamera},
+    batch_triangulation::{Sighting, StraightCamera},
 };
 use normal::{Normal, bending};
 use serde::{Deserialize, Serialize};
@@ -136,7 +136,7 @@ impl Straightened {
         const ROUND: f64 = 6_755_399_441_055_744.0;
         let [start, cell] = self.grid[axis];
         let (half, one, round) = (pixel.all(0.5), pixel.all(1.0), pixel.all(ROUND));
-        let place = ((pixel - pixel.all(start)) * pixel.all(1.0 / cell)).or_larger(pixel.all(0.0));
+        let place = ((pixel - pixel.all(start)) * pixel.all(1.0 / cell)).max_with(pixel.all(0.0));
         let place = place.or_smaller(pixel.all(CELLS[axis] as f64));
         let first = (place - half + round) - round;
         let first = first.or_smaller(pixel.all((CELLS[axis] - 1) as f64));
@@ -180,7 +180,7 @@ impl Straightened {
         })
     }
 
-    /// Where the projective camera sees a point, relative to the pixel; and the point's nearness in
+    /// Where the projective camera observes a point, relative to the pixel; and the point's nearness in
     /// -1..1.
     fn target(&self, world: Point3, pixel: Pixel) -> Option<([f64; 2], f64)> {
         let h = self.projection.0 * world.to_homogeneous();
@@ -294,7 +294,7 @@ impl Region {
         let mut most = x.all(0.0);
         for [by_x, by_y, always] in &self.0 {
             let off = x.all(*always).add_product(x.all(*by_x), x).add_product(x.all(*by_y), y);
-            most = off.magnitude().or_larger(most);
+            most = off.magnitude().max_with(most);
         }
         most - x.all(0.5)
     }

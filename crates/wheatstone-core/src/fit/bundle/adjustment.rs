@@ -10,8 +10,8 @@ use super::{elimination::Step, sums::ViewSums};
 use crate::{
     Error, Result,
     camera::{
-        sightings::{Sightings, Sums},
-        trace::Traced,
+        batch_projection::BatchProjection,
+        normal_equations::{PosedObservations, Sums},
     },
     geometry::{Pixel, Point3, Pose, Vector3},
 };
@@ -93,20 +93,20 @@ impl<'a> Bundle<'a> {
     }
 
     /// What was seen, of each view in each camera, as sums are taken of it.
-    fn seen(&self) -> Vec<Vec<Sightings>> {
-        let of = |seen: &Vec<(Point3, Pixel)>| Sightings::new(seen.iter().copied());
+    fn seen(&self) -> Vec<Vec<PosedObservations>> {
+        let of = |seen: &Vec<(Point3, Pixel)>| PosedObservations::new(seen.iter().copied());
         self.shots.iter().map(|shot| shot.iter().map(of).collect()).collect()
     }
 
     /// Half the weighted sum of squares at a state.
-    pub(super) fn cost<L: Traced>(&self, state: &State<L>) -> f64 {
+    pub(super) fn cost<L: BatchProjection>(&self, state: &State<L>) -> f64 {
         self.sums(state, &self.seen()).cost
     }
 
-    fn sums<L: Traced>(&self, state: &State<L>, seen: &[Vec<Sightings>]) -> Whole {
+    fn sums<L: BatchProjection>(&self, state: &State<L>, seen: &[Vec<PosedObservations>]) -> Whole {
         // Points that are worth another core: some tens of microseconds.
         const TOGETHER: usize = 1000;
-        let points: usize = seen.iter().flatten().map(Sightings::len).sum();
+        let points: usize = seen.iter().flatten().map(PosedObservations::len).sum();
         let views: Vec<ViewSums> = (0..seen.len())
             .into_par_iter()
             .with_min_len(1 + TOGETHER * seen.len() / points.max(1))
@@ -134,7 +134,7 @@ impl<'a> Bundle<'a> {
     }
 
     /// Adjusts until a step gains less than a share of the cost.
-    pub(super) fn adjust<L: Traced>(
+    pub(super) fn adjust<L: BatchProjection>(
         &self,
         start: State<L>,
         (steps, least_gain): (usize, f64),
@@ -183,7 +183,7 @@ impl<'a> Bundle<'a> {
         Ok(Adjusted { state, sums: whole, damping })
     }
 
-    fn moved<L: Traced>(&self, state: &State<L>, step: &Step) -> State<L> {
+    fn moved<L: BatchProjection>(&self, state: &State<L>, step: &Step) -> State<L> {
         let mut moved = state.clone();
         for (index, camera) in moved.cameras.iter_mut().enumerate() {
             let first = self.first(index);

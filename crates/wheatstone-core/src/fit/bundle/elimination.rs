@@ -5,7 +5,7 @@ use super::{
     sums::ViewSums,
 };
 use nalgebra::{DMatrix, DVector, Matrix6, MatrixXx6, Vector6};
-use wheatstone_numeric::{cholesky::Cholesky, panels::Panels};
+use wheatstone_numeric::{blocked_matrix::BlockedMatrix, cholesky::Cholesky};
 
 /// Of each view the factor L of its chart's matrix, and L^-1 times what the chart shares with the cameras'
 /// unknowns and times its gradient.
@@ -50,7 +50,7 @@ impl Eliminated {
         let stride = unknowns + 1;
         let mut lower = Vec::with_capacity(views.len());
         let mut shares = Vec::with_capacity(views.len() * POSE * stride);
-        let mut columns = Panels::zeros(stride, POSE * views.len());
+        let mut columns = BlockedMatrix::zeros(stride, POSE * views.len());
         for (index, (view, loose)) in views.iter().zip(loose).enumerate() {
             let first = shares.len();
             shares.extend_from_slice(&view.mixed);

@@ -6,8 +6,8 @@
 use super::adjustment::{POSE, Posed};
 use crate::{
     camera::{
-        sightings::{Sightings, Stand, Sums, WIDTH},
-        trace::Traced,
+        batch_projection::BatchProjection,
+        normal_equations::{PosedLens, PosedObservations, Sums, WIDTH},
     },
     geometry::Pose,
 };
@@ -32,8 +32,8 @@ pub(super) struct ViewSums {
 
 impl ViewSums {
     /// Of a view and the cameras that saw it; the chart's own unknowns count where it is loose.
-    pub(super) fn of<L: Traced>(
-        (seen, cameras): (&[Sightings], &[Posed<L>]),
+    pub(super) fn of<L: BatchProjection>(
+        (seen, cameras): (&[PosedObservations], &[Posed<L>]),
         (world_from_chart, loose): (&Pose, bool),
         (free, loss): (&[Vec<usize>], Loss),
         sums: &mut Sums,
@@ -52,7 +52,7 @@ impl ViewSums {
                 view.own.extend(std::iter::repeat_n(0.0, free.len() * (free.len() + 3) / 2));
             } else {
                 let pose = camera.camera_from_world.after(world_from_chart);
-                let stand = Stand {
+                let stand = PosedLens {
                     lens: &camera.lens,
                     rotation: pose.rotation,
                     translation: pose.translation,

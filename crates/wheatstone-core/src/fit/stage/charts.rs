@@ -5,7 +5,7 @@ use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Point3, Vector3},
-    method::neural_camera::chart_poses::LooseChart,
+    method::neural_camera::chart_poses::UncertainPose,
 };
 
 /// One placement of the chart.
@@ -120,7 +120,7 @@ fn layers(data: &Dataset) -> Result<Vec<(String, Vec<usize>)>> {
 }
 
 /// The placements as they may move under a prior.
-pub(super) fn loose(placements: &[Placement], prior: &StagePrior) -> Vec<LooseChart> {
+pub(super) fn loose(placements: &[Placement], prior: &StagePrior) -> Vec<UncertainPose> {
     let chart = |placement: &Placement| {
         let own = prior.views.iter().rev().find(|(name, _)| *name == placement.name);
         let offset = own.map_or(prior.offset_sigma, |(_, sigma)| *sigma);
@@ -129,13 +129,13 @@ pub(super) fn loose(placements: &[Placement], prior: &StagePrior) -> Vec<LooseCh
         let held = if lever > 0.0 { offset / lever } else { 0.0 };
         let rotation = prior.rotation_sigma.unwrap_or(held);
         let sigma = [offset, offset, offset, rotation, rotation, rotation];
-        LooseChart { centre: placement.centre, sigma, motion: [0.0; 6] }
+        UncertainPose { centre: placement.centre, sigma, motion: [0.0; 6] }
     };
     placements.iter().map(chart).collect()
 }
 
 /// The data with every chart where it stood.
-pub(super) fn moved(data: &Dataset, placements: &[Placement], charts: &[LooseChart]) -> Dataset {
+pub(super) fn moved(data: &Dataset, placements: &[Placement], charts: &[UncertainPose]) -> Dataset {
     let mut data = data.clone();
     for (placement, chart) in placements.iter().zip(charts) {
         for row in &placement.rows {

@@ -10,8 +10,8 @@ use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3},
     method::neural_camera::{
-        chart_poses::{LooseChart, LooseCharts, MOTION},
-        loose::{Information, LooseCamera},
+        chart_poses::{MOTION, UncertainPose, UncertainPoses},
+        uncertain_poses::{CameraNormalEquations, Information},
     },
 };
 use nalgebra::{DMatrix, DVector};
@@ -48,8 +48,8 @@ impl Sight {
 /// All cameras, and where all charts stand in units of their priors' standard deviations.
 pub(super) struct Joint<'a> {
     /// At their most likely places.
-    pub(super) charts: Vec<LooseChart>,
-    cameras: Vec<LooseCamera<'a>>,
+    pub(super) charts: Vec<UncertainPose>,
+    cameras: Vec<CameraNormalEquations<'a>>,
     /// Sum of what the cameras say.
     pub(super) information: Information,
     /// Chi-square a degree of freedom of what the cameras say of the charts against each other.
@@ -74,13 +74,13 @@ impl<'a> Joint<'a> {
     /// Cameras fitted each for itself, and where all of them together see the charts.
     pub(super) fn new(
         sights: &'a [Sight],
-        charts: Vec<LooseChart>,
+        charts: Vec<UncertainPose>,
         progress: &dyn Progress,
     ) -> Result<Self> {
         let fit = |(camera, sight): (usize, &'a Sight)| {
             let of_point = sight.of_point.clone();
-            let loose = LooseCharts { charts: charts.clone(), of_point, held: false };
-            LooseCamera::fit(&sight.pairs, loose, camera, progress)
+            let loose = UncertainPoses { charts: charts.clone(), of_point, held: false };
+            CameraNormalEquations::fit(&sight.pairs, loose, camera, progress)
         };
         let fitted: Vec<Result<_>> = sights.par_iter().enumerate().map(fit).collect();
         let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
@@ -89,14 +89,14 @@ impl<'a> Joint<'a> {
         let information =
             Information { matrix: DMatrix::zeros(count, count), vector: DVector::zeros(count) };
         let mut joint = Self { charts, cameras, information, disagreement: 1.0 };
-        joint.hear(&said).ok_or_else(lost)?;
+        joint.accumulate(&said).ok_or_else(lost)?;
         joint.advance().ok_or_else(lost)?;
         Ok(joint)
     }
 
     /// Sums up what the cameras say, and how much they contradict each other: what each would still
     /// change where all together put the charts.
-    fn hear(&mut self, said: &[Information]) -> Option<()> {
+    fn accumulate(&mut self, said: &[Information]) -> Option<()> {
         let count = MOTION * self.charts.len();
         let (mut matrix, mut vector) = (DMatrix::zeros(count, count), DVector::zeros(count));
         for one in said {
@@ -142,7 +142,7 @@ impl<'a> Joint<'a> {
     /// Makes the prior of the rotations as wide as the pixels say that it is. Rotations that grow with
     /// the nearness look nearly like a port before the camera: where there is none to speak of the
     /// charts, a prior that is too wide would let them turn for it.
-    fn learn_rotations(&mut self, first: &[LooseChart]) {
+    fn learn_rotations(&mut self, first: &[UncertainPose]) {
         let learnt = most_likely_scale(&directions(&self.information, Part::Rotation));
         let now =
             self.charts.iter().zip(first).map(|(chart, first)| chart.sigma[3] / first.sigma[3]);
@@ -181,9 +181,9 @@ impl<'a> Joint<'a> {
                 self.advance().ok_or_else(lost)?;
             }
             let charts = &self.charts;
-            let refit = |camera: &mut LooseCamera<'a>| camera.refit(charts, learning);
+            let refit = |camera: &mut CameraNormalEquations<'a>| camera.refit(charts, learning);
             let said: Option<Vec<Information>> = self.cameras.par_iter_mut().map(refit).collect();
-            self.hear(&said.ok_or_else(lost)?).ok_or_else(lost)?;
+            self.accumulate(&said.ok_or_else(lost)?).ok_or_else(lost)?;
             let moved = self.advance().ok_or_else(lost)?;
             if moved < STILL && !learning {
                 return Ok(round);
@@ -194,7 +194,7 @@ impl<'a> Joint<'a> {
 
     /// Standard deviation of one pixel coordinate, a camera each.
     pub(super) fn pixel_noise(&self) -> Vec<f64> {
-        self.cameras.iter().map(LooseCamera::noise).collect()
+        self.cameras.iter().map(CameraNormalEquations::noise).collect()
     }
 }
 

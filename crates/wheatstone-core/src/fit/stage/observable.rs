@@ -2,8 +2,8 @@
 
 use super::{Significance, ViewOffset, charts::Placement, joint::Joint};
 use crate::method::neural_camera::{
-    chart_poses::{LooseChart, MOTION},
-    loose::Information,
+    chart_poses::{MOTION, UncertainPose},
+    uncertain_poses::Information,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -38,7 +38,7 @@ fn beside_affine(placements: &[Placement]) -> DMatrix<f64> {
 /// motions in units of their priors.
 pub(super) fn offsets(
     placements: &[Placement],
-    charts: &[LooseChart],
+    charts: &[UncertainPose],
     motions: &DMatrix<f64>,
 ) -> Vec<ViewOffset> {
     let count = placements.len();

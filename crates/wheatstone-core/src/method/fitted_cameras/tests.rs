@@ -69,7 +69,7 @@ fn mirrored(fitted: &AnyReconstructor) -> Vec<bool> {
     }
 }
 
-/// Data of each method's own lens in a world of its own, and how wide that lens sees.
+/// Data of each method's own lens in a world of its own, and how wide that lens observes.
 fn each(
     count: usize,
     (sigma, seed): (f64, u64),

@@ -3,7 +3,7 @@
 use crate::{
     geometry::{
         Pixel, PixelColumns, Point3, ProjectionMatrix, Vector3,
-        meeting::{Polynomials, UncertainMatrix},
+        batch_triangulation::{Polynomials, UncertainMatrix},
     },
     method::PixelNoise,
 };
@@ -21,7 +21,7 @@ pub enum Plan<'a> {
     Learned(Learned<'a>),
 }
 
-/// Where a camera sees a world point, in pixels, with derivatives by the world's coordinates.
+/// Where a camera observes a world point, in pixels, with derivatives by the world's coordinates.
 type Projecting<'a> = dyn Fn(Point3) -> Option<(Pixel, Matrix2x3<f64>)> + Sync + 'a;
 
 /// About where a pixel looks: a point that falls near it.
@@ -29,7 +29,7 @@ type Looking<'a> = dyn Fn(Pixel) -> Option<Point3> + Sync + 'a;
 
 /// A camera as it departs from a projective one.
 pub struct PlacedCamera<'a> {
-    /// The projective camera: about its centre, and the directions that it sees.
+    /// The projective camera: about its centre, and the directions that it observes.
     pub projection: ProjectionMatrix,
     /// Middle and half the range of what 1 / depth is among the fitted points, the depth by the
     /// projective camera.
@@ -38,8 +38,8 @@ pub struct PlacedCamera<'a> {
     pub focal: f64,
     /// What a squared pixel of error counts.
     pub weight: f64,
-    /// Where it sees a point truly; `None` for a camera that is a projective one.
-    pub sees: Option<(Box<Projecting<'a>>, Box<Looking<'a>>)>,
+    /// Where it observes a point truly; `None` for a camera that is a projective one.
+    pub projection_fns: Option<(Box<Projecting<'a>>, Box<Looking<'a>>)>,
     /// Whether its rays meet in the projective camera's centre.
     pub is_central: bool,
 }
@@ -73,7 +73,7 @@ pub struct Learned<'a> {
     /// The formula.
     pub correct: Box<Correcting<'a>>,
     /// Those who say whether pixels belong together.
-    pub witness: Vec<PlacedCamera<'a>>,
+    pub epipolar_check: Vec<PlacedCamera<'a>>,
     /// The covariance of its points, where that is the same everywhere.
     pub covariance: Option<Matrix3<f64>>,
 }
@@ -89,24 +89,25 @@ impl<'a> PlacedCamera<'a> {
             nearness: [1.0, 0.0],
             focal: inner[(0, 0)].abs(),
             weight: 1.0,
-            sees: None,
+            projection_fns: None,
             is_central: true,
         })
     }
 
-    /// A camera of which the directions that it sees are those of `projection`, whose plane is as far off as
+    /// A camera of which the directions that it observes are those of `projection`, whose plane is as far off as
     /// it is from the centre; `None` where it cannot see along that one's axis.
     pub(in crate::method) fn new(
         projection: ProjectionMatrix,
         (nearness, is_central): ([f64; 2], bool),
         weight: f64,
-        sees: Box<Projecting<'a>>,
-        looks: Box<Looking<'a>>,
+        project: Box<Projecting<'a>>,
+        unproject: Box<Looking<'a>>,
     ) -> Option<Self> {
-        let mut camera = Self { projection, nearness, focal: 1.0, weight, sees: None, is_central };
+        let mut camera =
+            Self { projection, nearness, focal: 1.0, weight, projection_fns: None, is_central };
         let (axis, [right, _]) = camera.place([0.0; 2], nearness[0])?;
-        camera.focal = (sees(axis)?.1 * right).norm();
-        camera.sees = Some((sees, looks));
+        camera.focal = (project(axis)?.1 * right).norm();
+        camera.projection_fns = Some((project, unproject));
         (camera.focal.is_finite() && camera.focal > 0.0).then_some(camera)
     }
 
@@ -125,19 +126,21 @@ impl<'a> PlacedCamera<'a> {
         Some((Point3::from(point), along))
     }
 
-    /// The point of this nearness that the camera sees at `pixel`, as a place on the projective camera's
+    /// The point of this nearness that the camera observes at `pixel`, as a place on the projective camera's
     /// plane.
     pub(super) fn plane_of(&self, pixel: Pixel, nearness: f64) -> Option<[f64; 2]> {
         /// Newton's steps double the digits; from a ray two or three are the rule.
         const MOST_STEPS: usize = 12;
         /// Far below what any table is to hold.
         const EXACT: f64 = 1e-9;
-        let Some((sees, looks)) = &self.sees else { return Some([pixel.x, pixel.y]) };
-        let begin = self.projection.project(looks(pixel)?)?;
+        let Some((project, unproject)) = &self.projection_fns else {
+            return Some([pixel.x, pixel.y]);
+        };
+        let begin = self.projection.project(unproject(pixel)?)?;
         let mut plane = [begin.x, begin.y];
         for _ in 0..MOST_STEPS {
             let (point, [right, down]) = self.place(plane, nearness)?;
-            let (seen, slopes) = sees(point)?;
+            let (seen, slopes) = project(point)?;
             let (a, b, missed) = (slopes * right, slopes * down, pixel - seen);
             if missed.norm() < EXACT {
                 return Some(plane);
@@ -149,10 +152,10 @@ impl<'a> PlacedCamera<'a> {
         None
     }
 
-    /// Where it sees a world point.
+    /// Where it observes a world point.
     pub(super) fn project(&self, point: Point3) -> Option<Pixel> {
-        match &self.sees {
-            Some((sees, _)) => Some(sees(point)?.0),
+        match &self.projection_fns {
+            Some((project, _)) => Some(project(point)?.0),
             None => self.projection.project(point),
         }
     }

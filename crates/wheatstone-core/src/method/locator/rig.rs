@@ -1,23 +1,23 @@
 //! Cameras made ready for many points: where their rays meet, a block at a time in vector registers.
 
 use super::{
-    patches::Patches,
+    chebyshev_undistortion::ChebyshevUndistortion,
     plan::{FormulaCameras, Formulas, PlacedCamera},
-    sheet::Sheet,
-    undistortion_table::{Part, TOLD},
+    undistortion_table::{COEFFICIENTS, Part},
+    undistortion_tiles::UndistortionTiles,
 };
 use crate::{
     geometry::{
         Pixel, PixelColumns,
-        meeting::{
-            ALONG, BENT, Cameras, Meeting, PLAIN, Polynomials, SCALED, Sighting, Sightings,
-            StraightCamera, spread,
+        batch_triangulation::{
+            ALONG, BENT, Cameras, PLAIN, Polynomials, SCALED, Sighting, Sightings, StraightCamera,
+            Triangulated, spread,
         },
     },
     method::PixelNoise,
 };
 use wheatstone_numeric::{
-    lines::ask_ahead,
+    aligned::ask_ahead,
     number::{Doubles, Number, Pair, registers, registers_mut},
     simd::{Simd, WithSimd, on_widest},
 };
@@ -32,14 +32,14 @@ pub(super) struct Rig<'a> {
     /// What they are where they are formulas, and how pixels scatter about each.
     formulas: Option<(Formulas, Vec<&'a PixelNoise>)>,
     /// None for cameras without a lens.
-    pub(super) patches: Vec<Option<Patches>>,
+    pub(super) patches: Vec<Option<UndistortionTiles>>,
     /// For each camera the part of the picture that was last tried, and the sheet over it.
-    sheets: Vec<Option<(Part, Option<Sheet>)>>,
+    sheets: Vec<Option<(Part, Option<ChebyshevUndistortion>)>>,
 }
 
 /// Where the figures of points go, column by column, those that are wanted; not numbers where the rays'
-/// meeting is not known.
-pub(super) struct Met<'p> {
+/// intersection is not known.
+pub(super) struct BatchOutputs<'p> {
     pub(super) point: Option<[&'p mut [f64]; 3]>,
     /// Root mean square over pixel coordinates.
     pub(super) residual: &'p mut [f64],
@@ -49,7 +49,9 @@ pub(super) struct Met<'p> {
 
 impl<'a> Rig<'a> {
     pub(super) fn new(cameras: Vec<PlacedCamera<'a>>) -> Self {
-        let patches = |camera: &PlacedCamera| camera.sees.is_some().then(|| Patches::new(camera));
+        let patches = |camera: &PlacedCamera| {
+            camera.projection_fns.is_some().then(|| UndistortionTiles::new(camera))
+        };
         Self {
             straight: straight(&cameras),
             formulas: None,
@@ -65,7 +67,7 @@ impl<'a> Rig<'a> {
     }
 
     /// Where points are.
-    pub(super) fn meet(&self, pixels: &PixelColumns, met: Met) {
+    pub(super) fn meet(&self, pixels: &PixelColumns, met: BatchOutputs) {
         if pixels.cameras().len() == self.cameras.len() && self.cameras.len() <= MOST_CAMERAS {
             on_widest(Pass { rig: self, pixels, met });
         } else {
@@ -105,10 +107,10 @@ impl<'a> Rig<'a> {
     pub(super) fn cover(&mut self) {
         let lenses = self.cameras.iter().zip(&self.patches);
         for ((camera, patches), sheet) in lenses.zip(&mut self.sheets) {
-            let covered = patches.as_ref().and_then(Patches::covered);
+            let covered = patches.as_ref().and_then(UndistortionTiles::covered);
             let tried = sheet.as_ref().map(|(part, _)| *part);
             if let (Some(part), true) = (covered, covered != tried) {
-                *sheet = Some((part, Sheet::new(camera, part)));
+                *sheet = Some((part, ChebyshevUndistortion::new(camera, part)));
             }
         }
     }
@@ -141,7 +143,7 @@ fn straight(cameras: &[PlacedCamera]) -> Cameras {
 
 /// The nearness of points for which a camera's patches hold.
 fn range(camera: &PlacedCamera) -> [f64; 2] {
-    // Patches are tried over the range itself; a parabola goes on a little beyond.
+    // UndistortionTiles are tried over the range itself; a parabola goes on a little beyond.
     const BEYOND: f64 = 1.2;
     let [middle, half] = camera.nearness;
     if camera.is_central {
@@ -155,7 +157,7 @@ fn range(camera: &PlacedCamera) -> [f64; 2] {
 struct Pass<'a, 'p> {
     rig: &'a Rig<'a>,
     pixels: &'a PixelColumns<'a>,
-    met: Met<'p>,
+    met: BatchOutputs<'p>,
 }
 
 /// More cameras than this are not made ready: nobody has them.
@@ -165,7 +167,7 @@ pub(super) const MOST_CAMERAS: usize = 32;
 /// across two of them.
 #[derive(Clone)]
 #[repr(align(64))]
-struct Told([[f64; BLOCK]; TOLD]);
+struct RayCoefficients([[f64; BLOCK]; COEFFICIENTS]);
 
 impl WithSimd for Pass<'_, '_> {
     type Output = ();
@@ -174,14 +176,16 @@ impl WithSimd for Pass<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { rig, pixels, mut met } = self;
         // Cameras without a lens see a step on the plane as a step in the picture.
-        let mut told = vec![Told([[0.0; BLOCK]; TOLD]); rig.cameras.len()];
-        for Told(told) in &mut told {
+        let mut told = vec![RayCoefficients([[0.0; BLOCK]; COEFFICIENTS]); rig.cameras.len()];
+        for RayCoefficients(told) in &mut told {
             (told[2], told[5]) = ([1.0; BLOCK], [1.0; BLOCK]);
         }
         let mut out = [[0.0; BLOCK]; 5];
         for start in (0..pixels.points()).step_by(BLOCK) {
             let length = BLOCK.min(pixels.points() - start);
-            for (index, (Told(told), [x, y])) in told.iter_mut().zip(pixels.cameras()).enumerate() {
+            for (index, (RayCoefficients(told), [x, y])) in
+                told.iter_mut().zip(pixels.cameras()).enumerate()
+            {
                 let (x, y) = (&x[start..start + length], &y[start..start + length]);
                 ask_ahead(x);
                 ask_ahead(y);
@@ -200,11 +204,11 @@ impl WithSimd for Pass<'_, '_> {
             let lenses = || rig.cameras.iter().zip(&rig.patches).filter(|(_, lens)| lens.is_some());
             let lens = (told.as_slice(), columns);
             if lenses().any(|(camera, _)| !camera.is_central) {
-                meet_block::<S, { SCALED | ALONG | BENT }>(simd, rig, lens);
+                triangulate_block::<S, { SCALED | ALONG | BENT }>(simd, rig, lens);
             } else if lenses().next().is_some() {
-                meet_block::<S, SCALED>(simd, rig, lens);
+                triangulate_block::<S, SCALED>(simd, rig, lens);
             } else {
-                meet_block::<S, PLAIN>(simd, rig, lens);
+                triangulate_block::<S, PLAIN>(simd, rig, lens);
             }
             if length < BLOCK {
                 let points = met.point.iter_mut().flatten().zip(&out);
@@ -220,10 +224,10 @@ impl WithSimd for Pass<'_, '_> {
 
 /// Where the rays of a block of points meet.
 #[inline(always)]
-fn meet_block<S: Simd, const KIND: u8>(
+fn triangulate_block<S: Simd, const KIND: u8>(
     simd: S,
     rig: &Rig,
-    (told, mut columns): (&[Told], [&mut [f64]; 5]),
+    (told, mut columns): (&[RayCoefficients], [&mut [f64]; 5]),
 ) {
     let zero = Doubles(simd, simd.splat_f64s(0.0));
     let share = zero.all(1.0 / (2 * rig.cameras.len()) as f64);
@@ -234,7 +238,7 @@ fn meet_block<S: Simd, const KIND: u8>(
         if let (PLAIN, Some((Formulas::Polynomials(polynomials), _))) = (KIND, &rig.formulas) {
             met = refined(polynomials, &told, met);
         }
-        let Meeting { point: [x, y, z], squares, nearness } = met;
+        let Triangulated { point: [x, y, z], squares, nearness } = met;
         let residual = (squares * Pair([share, share])).root();
         for (column, Pair(pair)) in columns.iter_mut().zip([x, y, z, residual, nearness]) {
             for (place, value) in registers_mut::<S>(column)[group..].iter_mut().zip(pair) {
@@ -249,12 +253,12 @@ fn meet_block<S: Simd, const KIND: u8>(
 fn refined<S: Simd>(
     polynomials: &Polynomials,
     told: &Groups<S>,
-    mut met: Meeting<Pair<Doubles<S>>>,
-) -> Meeting<Pair<Doubles<S>>> {
+    mut met: Triangulated<Pair<Doubles<S>>>,
+) -> Triangulated<Pair<Doubles<S>>> {
     for place in 0..2 {
         let [Pair(x), Pair(y), Pair(z)] = met.point;
         let Pair(nearness) = met.nearness;
-        let start = Meeting {
+        let start = Triangulated {
             point: [x[place], y[place], z[place]],
             squares: nearness[place],
             nearness: nearness[place],
@@ -280,7 +284,7 @@ impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
         let (simd, place) = (self.told.simd, self.told.group + self.place);
         let zero = Doubles(simd, simd.splat_f64s(0.0));
         let mut at = [zero; 2];
-        let Told(told) = &self.told.told[camera];
+        let RayCoefficients(told) = &self.told.told[camera];
         for (value, told) in at.iter_mut().zip(told) {
             value.1 = registers::<S>(told)[place];
         }
@@ -291,16 +295,16 @@ impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
 /// What is told of two registers full of points.
 struct Groups<'a, S> {
     simd: S,
-    told: &'a [Told],
+    told: &'a [RayCoefficients],
     group: usize,
 }
 
 impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
     #[inline(always)]
     fn of(&self, camera: usize) -> Sighting<Pair<Doubles<S>>> {
-        let Told(told) = &self.told[camera];
+        let RayCoefficients(told) = &self.told[camera];
         let zero = Doubles(self.simd, self.simd.splat_f64s(0.0));
-        let mut all = [Pair([zero, zero]); TOLD];
+        let mut all = [Pair([zero, zero]); COEFFICIENTS];
         for (told, pair) in told.iter().zip(&mut all) {
             for (register, place) in registers::<S>(told)[self.group..].iter().zip(&mut pair.0) {
                 place.1 = *register;
@@ -322,7 +326,7 @@ fn look<S: Simd>(
     simd: S,
     (rig, index): (&Rig, usize),
     (x, y): (&[f64], &[f64]),
-    told: &mut [[f64; BLOCK]; TOLD],
+    told: &mut [[f64; BLOCK]; COEFFICIENTS],
 ) {
     let sheet = rig.sheets[index].as_ref().and_then(|(_, sheet)| sheet.as_ref());
     match &rig.patches[index] {
@@ -341,9 +345,9 @@ fn look<S: Simd>(
 #[inline(always)]
 fn look_through<S: Simd, const CURVED: bool>(
     simd: S,
-    (patches, sheet): (&Patches, Option<&Sheet>),
+    (patches, sheet): (&UndistortionTiles, Option<&ChebyshevUndistortion>),
     [x, y]: [&[f64]; 2],
-    told: &mut [[f64; BLOCK]; TOLD],
+    told: &mut [[f64; BLOCK]; COEFFICIENTS],
 ) {
     if let Some(sheet) = sheet {
         sheet.tell::<S, BLOCK, CURVED>(simd, [x, y], told);

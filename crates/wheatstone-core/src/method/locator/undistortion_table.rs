@@ -9,7 +9,7 @@ pub(super) const TOLERANCE: f64 = 1e-4;
 
 /// Numbers that a patch tells of a point: where it looks, u and v; pixels by steps on the plane, four; how
 /// u and v go with the nearness, and with its square.
-pub(super) const TOLD: usize = 10;
+pub(super) const COEFFICIENTS: usize = 10;
 
 /// Where the scale stands among what is told: pixels by steps on the plane, x by u, x by v, y by u, y by v.
 pub(super) const SCALES: [usize; 4] = [2, 3, 4, 5];

@@ -1,6 +1,8 @@
 //! The default recipe: inverse depth, second-order steps, decay by the evidence, several starts.
 
-use super::{Fit, Network, NetworkReconstructor, Noise, Scale, Targets, Witness, scaled, scales};
+use super::{
+    EpipolarCheck, Fit, Network, NetworkReconstructor, Noise, Scale, Targets, scaled, scales,
+};
 use crate::{
     Error, Result,
     dataset::Dataset,
@@ -11,7 +13,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use wheatstone_numeric::{
     backpropagation::CurvePoint,
-    evidence::{Course, Evidence, Trained},
+    evidence::{Evidence, Trained, TrainingCurve},
     perceptron::{Batch, Perceptron},
     progress::Progress,
     random::Random,
@@ -48,12 +50,12 @@ fn train(
 ) -> Result<(Perceptron, Trained, u64)> {
     let begin = |number| {
         let perceptron = start(settings, cameras, &mut Random::stream(seed, number));
-        (number, Course::new(perceptron, batch))
+        (number, TrainingCurve::new(perceptron, batch))
     };
-    let mut courses: Vec<(u64, Course)> = starts.map(begin).collect();
+    let mut courses: Vec<(u64, TrainingCurve)> = starts.map(begin).collect();
     let mut most = f64::NEG_INFINITY;
     loop {
-        let has_hope = |course: &Course| {
+        let has_hope = |course: &TrainingCurve| {
             let lag = most - course.log_evidence();
             let hope = course.gain(LOOK_BACK).max(0.0);
             !course.is_settled()
@@ -61,7 +63,7 @@ fn train(
                 && (hope.is_infinite() || lag <= hope)
         };
         let running = courses.par_iter_mut().filter(|(_, course)| has_hope(course));
-        let round = |(_, course): &mut (u64, Course)| {
+        let round = |(_, course): &mut (u64, TrainingCurve)| {
             let steps = ROUND.min(training.steps - course.steps());
             course.go_on((steps, training.least_gain), progress).map(|()| 1)
         };
@@ -89,17 +91,17 @@ const ROUND: u64 = 10;
 const LOOK_BACK: usize = 20;
 
 /// What is learned from: pixels of all cameras, places, and the cameras without distortion.
-pub(super) struct Lesson {
+pub(super) struct TrainingRun {
     pub(super) inputs: Vec<Vec<f64>>,
     pub(super) points: Vec<Point3>,
     /// The view of each point.
     pub(super) views: Vec<usize>,
     pub(super) base: Option<DltReconstructor>,
     /// Who says whether pixels belong together, and how charts may have stood otherwise.
-    pub(super) witness: Option<(Witness, Option<Motions>)>,
+    pub(super) epipolar_check: Option<(EpipolarCheck, Option<Motions>)>,
 }
 
-impl Lesson {
+impl TrainingRun {
     /// Where `base` locates each point; no base where it has nothing to say of one.
     fn based(&mut self, frame: &Targets) -> Vec<Option<Point3>> {
         let of = |base: &DltReconstructor, row: &Vec<f64>| {
@@ -192,13 +194,13 @@ fn silence(perceptron: &mut Perceptron, trained: &mut Trained, nothing: &[f64]) 
 pub(super) fn fit(
     settings: &Network,
     (training, starts): (&Evidence, Range<u64>),
-    mut lesson: Lesson,
+    mut lesson: TrainingRun,
     (frame, dataset): (Targets, &Dataset),
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Fit> {
     let base = lesson.based(&frame);
-    let (witness, motions) = lesson.witness.take().unzip();
-    let Lesson { inputs, points, .. } = &lesson;
+    let (epipolar_check, motions) = lesson.epipolar_check.take().unzip();
+    let TrainingRun { inputs, points, .. } = &lesson;
     let from_base = |(point, base): (&Point3, &Option<Point3>)| {
         let (of, base) = (frame.of(*point), base.map_or([0.0; 3], |base| frame.of(base)));
         [0, 1, 2].map(|axis| of[axis] - base[axis]).to_vec()
@@ -230,7 +232,7 @@ pub(super) fn fit(
         base: lesson.base,
         noise: Noise::Pixels { noise: PixelNoise::even(0.0) },
         weight_covariance: triangle,
-        witness,
+        epipolar_check,
         modes: Vec::new(),
         effective_parameters: Some(trained.effective_parameters),
     };

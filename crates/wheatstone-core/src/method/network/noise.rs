@@ -206,7 +206,7 @@ mod tests {
         let whole = method.fit_checked(&data, 0, &Silent).unwrap();
         assert!(whole.start.is_some_and(|start| start < 3));
         for known in [None, Some(&whole)] {
-            let part = method.fit_part(&data, known, 0, &Silent).unwrap();
+            let part = method.fit_fold(&data, known, 0, &Silent).unwrap();
             assert_eq!(part.start, whole.start);
             for row in data.correspondences.iter().step_by(20) {
                 let (a, b) = (part.reconstructor.locate(&row.pixels), &whole.reconstructor);

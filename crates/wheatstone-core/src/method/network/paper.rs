@@ -56,7 +56,7 @@ pub(super) fn fit(
         base: None,
         noise: Noise::Targets { variance: [0.0; 3] },
         weight_covariance: Vec::new(),
-        witness: None,
+        epipolar_check: None,
         modes: Vec::new(),
         effective_parameters: None,
     };

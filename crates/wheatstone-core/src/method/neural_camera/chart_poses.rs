@@ -7,7 +7,7 @@ pub(crate) const MOTION: usize = 6;
 
 /// A chart's place, believed and possible.
 #[derive(Clone, Debug)]
-pub(crate) struct LooseChart {
+pub(crate) struct UncertainPose {
     /// About which it turns.
     pub(crate) centre: Point3,
     /// Standard deviations of its motion: offset in world units, rotation in radians.
@@ -16,7 +16,7 @@ pub(crate) struct LooseChart {
     pub(crate) motion: [f64; MOTION],
 }
 
-impl LooseChart {
+impl UncertainPose {
     /// Offset in world units and rotation vector in radians.
     pub(crate) fn moved_by(&self) -> (Vector3, Vector3) {
         let by = |index: usize| self.motion[index] * self.sigma[index];
@@ -33,15 +33,15 @@ impl LooseChart {
 
 /// The charts of the points that one camera saw.
 #[derive(Clone, Debug)]
-pub(crate) struct LooseCharts {
-    pub(crate) charts: Vec<LooseChart>,
+pub(crate) struct UncertainPoses {
+    pub(crate) charts: Vec<UncertainPose>,
     /// Each point's chart.
     pub(crate) of_point: Vec<usize>,
     /// Whether the charts stay as they are in a fit.
     pub(crate) held: bool,
 }
 
-impl LooseCharts {
+impl UncertainPoses {
     pub(super) fn place(&self, row: usize, world: Point3) -> Point3 {
         self.charts[self.of_point[row]].place(world)
     }

@@ -6,17 +6,17 @@
 //! in units of their prior standard deviation, so that functions without any freedom cost nothing
 //! and overflow nothing. The x and the y displacement share one prior, hence one factorisation.
 
-mod climb;
+mod ascent;
 
 use super::{
-    field::Field,
+    correction_basis::Field,
     lens::{FIRST_EXPECTED, PARAMETERS},
     settings::{NOISE, SETTINGS, Settings, Variance},
 };
 use nalgebra::{DMatrix, DVector, Dyn};
 use wheatstone_numeric::{
+    blocked_matrix::BlockedMatrix,
     cholesky::{Cholesky, Lower},
-    panels::Panels,
 };
 
 /// Of each coordinate: its slopes by the lens's numbers, and its error.
@@ -90,7 +90,7 @@ pub(super) struct Trial<'a> {
     active: Vec<usize>,
     freedom: Freedom,
     /// Of x, then of y, what mixes with the lens's numbers and the errors, L taken from it.
-    sides: Panels,
+    sides: BlockedMatrix,
     /// Of the lens's precision when the field has taken its part.
     lens_factors: nalgebra::Cholesky<f64, Dyn>,
     step: DVector<f64>,
@@ -133,8 +133,8 @@ impl Sums {
 
     /// Of x, then of y: what of the active functions mixes with each of the lens's numbers, then the
     /// errors; in the same units.
-    fn sides(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> Panels {
-        let mut sides = Panels::zeros(2 * (self.numbers.len() + 1), active.len());
+    fn sides(&self, (active, scale): (&[usize], &[f64]), precision: f64) -> BlockedMatrix {
+        let mut sides = BlockedMatrix::zeros(2 * (self.numbers.len() + 1), active.len());
         let mut side = Vec::new();
         for (place, (index, scale)) in active.iter().zip(scale).enumerate() {
             let factor = precision * scale;

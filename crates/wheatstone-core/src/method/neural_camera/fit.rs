@@ -2,13 +2,13 @@
 //! about them.
 
 use super::{
-    chart_poses::LooseCharts,
+    chart_poses::UncertainPoses,
+    correction_basis::{Field, Functions, chained},
     evidence::{Mode, Posterior, SIDE, Sums},
-    field::{Field, Functions, chained},
+    jacobian::{ByNumbers, Sloped},
     lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
-    motions::Motions,
+    pose_jacobian::Motions,
     settings::{LENGTH, NOISE, OF_FIELD, PARALLAX, SETTINGS, Settings, WAVES},
-    slopes::{ByNumbers, Sloped},
 };
 
 use crate::{
@@ -17,8 +17,8 @@ use crate::{
 };
 use nalgebra::Matrix2;
 use wheatstone_numeric::{
+    blocked_matrix::BlockedMatrix,
     levenberg_marquardt::{Patience, minimise},
-    panels::Panels,
     progress::Progress,
 };
 
@@ -36,7 +36,7 @@ pub(super) struct State<'a> {
     pub(super) field: Field,
     pub(super) weights: Vec<[f64; 2]>,
     /// Where the charts stand, if that is not certain.
-    pub(super) charts: Option<LooseCharts>,
+    pub(super) charts: Option<UncertainPoses>,
 }
 
 pub(super) fn undetermined() -> Error {
@@ -50,7 +50,7 @@ pub(super) fn undetermined() -> Error {
 pub(super) fn fit_state<'a>(
     pairs: &'a [(Point3, Pixel)],
     start: &ProjectionMatrix,
-    charts: Option<LooseCharts>,
+    charts: Option<UncertainPoses>,
     progress: &dyn Progress,
 ) -> Result<(State<'a>, Posterior)> {
     let plain = Lens::from_projection(start).ok_or_else(undetermined)?;
@@ -119,7 +119,7 @@ fn bare<'a>(
     pairs: &'a [(Point3, Pixel)],
     plain: &Lens,
     layout: Layout,
-    charts: Option<LooseCharts>,
+    charts: Option<UncertainPoses>,
     progress: &dyn Progress,
 ) -> Result<Option<(State<'a>, Posterior)>> {
     let start = plain.clone().laid_out(layout, pairs);
@@ -216,8 +216,8 @@ impl State<'_> {
         let points = self.pairs.len();
         let sloped = Sloped::new(&self.lens);
         let numbers = self.numbers();
-        let mut field = Panels::zeros(self.field.len(), points);
-        let mut sides = Panels::zeros(2 * SIDE, points);
+        let mut field = BlockedMatrix::zeros(self.field.len(), points);
+        let mut sides = BlockedMatrix::zeros(2 * SIDE, points);
         let mut motions = Motions::default();
         let mut plain = Vec::with_capacity(self.field.len());
         let mut left = 0.0;
@@ -254,7 +254,7 @@ impl State<'_> {
     /// The points where the charts are now believed to stand, with their pixels.
     fn placed(&self) -> impl Iterator<Item = (Point3, Pixel)> {
         self.pairs.iter().enumerate().map(|(row, (world, pixel))| {
-            let place = |charts: &LooseCharts| charts.place(row, *world);
+            let place = |charts: &UncertainPoses| charts.place(row, *world);
             (self.charts.as_ref().map_or(*world, place), *pixel)
         })
     }
@@ -262,7 +262,7 @@ impl State<'_> {
     /// What is expected near 0: the lens's numbers, and how far free charts have moved.
     fn numbers(&self) -> Vec<f64> {
         let mut numbers = self.lens.numbers().to_vec();
-        numbers.extend(self.charts.iter().flat_map(LooseCharts::free_numbers));
+        numbers.extend(self.charts.iter().flat_map(UncertainPoses::free_numbers));
         numbers
     }
 
@@ -329,7 +329,7 @@ impl State<'_> {
 const ENOUGH: f64 = 1e-5;
 
 /// Sums over points, a column each: of the field's functions, and of both coordinates' slopes and errors.
-fn summed((field, sides): (&Panels, &Panels), numbers: Vec<f64>) -> Sums {
+fn summed((field, sides): (&BlockedMatrix, &BlockedMatrix), numbers: Vec<f64>) -> Sums {
     let (mixed, own) = (field.product(sides), sides.square());
     let lens = |first: usize| own.view((first, first), (PARAMETERS, PARAMETERS));
     let errors = |first: usize| own.view((first, first + PARAMETERS), (PARAMETERS, 1));

@@ -10,30 +10,32 @@
 //! 2020 (doi:10.1007/s11222-019-09886-w). Triangulation: Hartley & Sturm 1997
 //! (doi:10.1006/cviu.1997.0547).
 
-mod corrected;
+mod model;
 mod evidence;
-mod field;
+mod correction_basis;
 mod fit;
 mod lens;
-mod motions;
-mod places;
+mod pose_jacobian;
+mod pose_uncertainty;
 mod settings;
-mod slopes;
-mod witness;
+mod jacobian;
+mod epipolar_check;
 pub(crate) mod chart_poses;
-pub(crate) mod loose;
+pub(crate) mod uncertain_poses;
 
-pub(super) use {places::Motions, witness::Witness};
+pub(super) use {epipolar_check::EpipolarCheck, pose_uncertainty::Motions};
 
-use super::{AnyMethod, Fit, Located, Method, Plan, Reconstructor, only_default, sight::Sight};
+use super::{
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor, only_default, point_covariance::Sight,
+};
 use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
 };
-use corrected::{CorrectedCamera, Spread};
+use model::{NeuralCameraModel, Spread};
 use nalgebra::{Matrix2, Matrix2x3};
-use places::{Following, FoundCharts};
+use pose_uncertainty::{Following, FoundCharts};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::progress::Progress;
@@ -47,7 +49,7 @@ pub struct NeuralCamera {}
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NeuralCameraReconstructor {
-    cameras: Vec<CorrectedCamera>,
+    cameras: Vec<NeuralCameraModel>,
 }
 
 /// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
@@ -60,8 +62,8 @@ impl NeuralCamera {
         &self,
         train: &Dataset,
         progress: &dyn Progress,
-    ) -> Result<(Vec<CorrectedCamera>, Option<Motions>)> {
-        let charts = found_charts(train);
+    ) -> Result<(Vec<NeuralCameraModel>, Option<Motions>)> {
+        let charts = chart_pose_uncertainty(train);
         let fit = |camera: usize| fit_one(camera, (train, charts.as_ref()), progress);
         let fitted: Vec<Result<_>> = (0..train.cameras).into_par_iter().map(fit).collect();
         let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
@@ -80,7 +82,7 @@ impl NeuralCamera {
 }
 
 /// The charts whose places were found from the same pixels.
-fn found_charts(train: &Dataset) -> Option<FoundCharts> {
+fn chart_pose_uncertainty(train: &Dataset) -> Option<FoundCharts> {
     let centre = ProjectionMatrix::fit(&train.seen_by_camera(0))?.centre()?;
     FoundCharts::of(train, centre)
 }
@@ -90,7 +92,7 @@ fn fit_one(
     camera: usize,
     (train, charts): (&Dataset, Option<&FoundCharts>),
     progress: &dyn Progress,
-) -> Result<(CorrectedCamera, Option<Following>)> {
+) -> Result<(NeuralCameraModel, Option<Following>)> {
     progress.check()?;
     let pairs = train.seen_by_camera(camera);
     if pairs.len() < POINTS_NEEDED {
@@ -106,7 +108,7 @@ fn fit_one(
         hint: "show it points at two or more distances".into(),
     })?;
     let (state, posterior) = fit::fit_state(&pairs, &start, None, progress)?;
-    let fitted = CorrectedCamera::new(state.lens.clone(), &state.field, &posterior);
+    let fitted = NeuralCameraModel::new(state.lens.clone(), &state.field, &posterior);
     let following =
         charts.and_then(|charts| Following::of(state, &posterior, charts.loosened(camera, train)));
     Ok((fitted.ok_or_else(fit::undetermined)?, following))
@@ -130,10 +132,10 @@ impl NeuralCameraReconstructor {
     /// Standard deviation, in pixels, of what each camera's fit could not explain.
     #[must_use]
     pub fn pixel_noise(&self) -> Vec<f64> {
-        self.cameras.iter().map(CorrectedCamera::noise).collect()
+        self.cameras.iter().map(NeuralCameraModel::noise).collect()
     }
 
-    /// Where a camera sees a world point, with the covariance of a detected pixel about it: that of
+    /// Where a camera observes a world point, with the covariance of a detected pixel about it: that of
     /// the detector and that of the fit, in squared pixels.
     #[must_use]
     pub fn predict(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2<f64>)> {
@@ -146,10 +148,10 @@ impl NeuralCameraReconstructor {
     /// explain, a camera.
     #[must_use]
     pub fn pixel_sigma(&self) -> Vec<f64> {
-        self.cameras.iter().map(CorrectedCamera::noise).collect()
+        self.cameras.iter().map(NeuralCameraModel::noise).collect()
     }
 
-    /// Where a camera sees a world point, with the derivatives by the world's coordinates.
+    /// Where a camera observes a world point, with the derivatives by the world's coordinates.
     #[must_use]
     pub fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
         self.cameras.get(camera)?.project(world)
@@ -162,7 +164,7 @@ impl NeuralCameraReconstructor {
     ///
     /// [`Error::Degenerate`], [`Error::Cancelled`].
     pub(crate) fn refit(&self, train: &Dataset, progress: &dyn Progress) -> Result<Self> {
-        let refit = |(index, camera): (usize, &CorrectedCamera)| {
+        let refit = |(index, camera): (usize, &NeuralCameraModel)| {
             camera.refit(&train.seen_by_camera(index), progress)
         };
         let cameras = self.cameras.iter().enumerate().map(refit).collect::<Result<_>>()?;
@@ -172,7 +174,7 @@ impl NeuralCameraReconstructor {
     /// How many numbers each camera's points determined: between 11 and all of lens and correction.
     #[must_use]
     pub fn effective_parameters(&self) -> Vec<f64> {
-        self.cameras.iter().map(CorrectedCamera::effective).collect()
+        self.cameras.iter().map(NeuralCameraModel::effective).collect()
     }
 }
 
@@ -182,7 +184,7 @@ impl Reconstructor for NeuralCameraReconstructor {
     }
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        let (cameras, seen): (Vec<&CorrectedCamera>, Vec<Pixel>) =
+        let (cameras, seen): (Vec<&NeuralCameraModel>, Vec<Pixel>) =
             self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?))).unzip();
         if seen.len() < 2 {
             return None;
@@ -205,7 +207,7 @@ impl Reconstructor for NeuralCameraReconstructor {
             Some((pixel / camera.noise(), slopes / camera.noise()))
         })?;
         let mut displaced = Vec::new();
-        let sight = |(camera, pixel): (&&CorrectedCamera, Pixel)| {
+        let sight = |(camera, pixel): (&&NeuralCameraModel, Pixel)| {
             let (predicted, slopes) = camera.project(found.point)?;
             let Spread { covariance: spread, displaced: by } = camera.spread(found.point)?;
             displaced.push(by);
@@ -220,11 +222,11 @@ impl Reconstructor for NeuralCameraReconstructor {
         Some(self.cameras.get(camera)?.noise())
     }
 
-    fn sees(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+    fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
         self.project(camera, world)
     }
 
-    fn looks(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
+    fn unproject(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
         self.cameras.get(camera)?.optics.ray(pixel, None)
     }
 
@@ -241,7 +243,7 @@ impl Reconstructor for NeuralCameraReconstructor {
 
     fn is_consistent(&self) -> bool {
         !self.cameras.is_empty()
-            && self.cameras.iter().all(CorrectedCamera::is_consistent)
+            && self.cameras.iter().all(NeuralCameraModel::is_consistent)
             && self.cameras.windows(2).all(|pair| pair[0].modes() == pair[1].modes())
     }
 }

@@ -1,7 +1,7 @@
 //! The priors of a camera's numbers and of its correction, and the noise: what the evidence chooses.
 
 use super::{
-    field::Field,
+    correction_basis::Field,
     lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL, PARAMETERS},
 };
 use serde::{Deserialize, Serialize};

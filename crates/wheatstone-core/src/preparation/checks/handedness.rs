@@ -160,12 +160,12 @@ fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
         let (code, what) = if up {
             (
                 "v-axis-up",
-                "y of the pixels points up in all cameras: all are negative, and every camera sees the world in a mirror",
+                "y of the pixels points up in all cameras: all are negative, and every camera observes the world in a mirror",
             )
         } else {
             (
                 "mirrored-frame",
-                "every camera sees the world in a mirror: X, Y, Z are left-handed, or y of the pixels points up (or x to the left) in all cameras",
+                "every camera observes the world in a mirror: X, Y, Z are left-handed, or y of the pixels points up (or x to the left) in all cameras",
             )
         };
         let hint = "points will be located in the same frame, mirrored as it is; change the sign of one world axis (or of y) if rotations or shapes matter";
@@ -193,17 +193,17 @@ fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<
     let (code, what) = if right.abs() + down.abs() < 1.0 {
         (
             "rows-columns-swapped",
-            "the camera sees the board transposed: rows and columns are exchanged in every picture, or x and y of its pixels",
+            "the camera observes the board transposed: rows and columns are exchanged in every picture, or x and y of its pixels",
         )
     } else if right > down {
         (
             "v-axis-up",
-            "the camera sees the world upside down in a mirror: y of its pixels points up, or the order of the rows is reversed in every picture",
+            "the camera observes the world upside down in a mirror: y of its pixels points up, or the order of the rows is reversed in every picture",
         )
     } else {
         (
             "picture-mirrored",
-            "the camera sees the world in a mirror: x of its pixels points to the left, or the order within each row is reversed in every picture",
+            "the camera observes the world in a mirror: x of its pixels points to the left, or the order within each row is reversed in every picture",
         )
     };
     Some(Proposal {

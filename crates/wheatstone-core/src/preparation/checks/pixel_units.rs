@@ -151,7 +151,7 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         ("offset of y, px".into(), fitted.offset[1]),
     ];
     let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
-    // Where every camera sees it elsewhere or larger, it is: those explanations come first.
+    // Where every camera observes it elsewhere or larger, it is: those explanations come first.
     let present = evidence.present(cell.0);
     if present.len() > 1 && evidence.suspects(cell.0).len() == present.len() {
         found.freedom = Freedom::Each;

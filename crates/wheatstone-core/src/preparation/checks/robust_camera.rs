@@ -22,7 +22,7 @@ pub(super) const UNKNOWNS: usize = 14;
 /// A world point and where the camera saw it.
 pub(super) type Pair = (Point3, Pixel);
 
-/// A camera as the clinic sees it.
+/// A camera as the clinic observes it.
 #[derive(Clone, Debug)]
 pub(super) struct RobustCamera {
     pub(super) lens: KannalaBrandt,
@@ -129,7 +129,7 @@ impl RobustCamera {
         (largest > 0.0).then(|| largest.sqrt())
     }
 
-    /// Whether the points tell on which side of their middle they are nearer: the camera that sees
+    /// Whether the points tell on which side of their middle they are nearer: the camera that observes
     /// the same with near and far exchanged, mirrored, errs clearly more. Weak perspective does not
     /// tell (Necker's cube).
     pub(super) fn tells_near_from_far(&self, pairs: &[Pair]) -> bool {
@@ -224,7 +224,7 @@ fn cauchy(error: f64, scale: f64) -> f64 {
     1.0 / (1.0 + (error / scale).powi(2)) / (scale * scale)
 }
 
-/// A camera's errors at the pairs that it sees, and how they change with its numbers.
+/// A camera's errors at the pairs that it observes, and how they change with its numbers.
 struct Linearised {
     rows: Vec<Row>,
     /// Pairs that it does not see.

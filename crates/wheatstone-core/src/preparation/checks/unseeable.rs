@@ -25,7 +25,7 @@ pub struct Layout {
     pub words: String,
 }
 
-/// A camera farther away than so many times the points' median distance from their middle sees them within
+/// A camera farther away than so many times the points' median distance from their middle observes them within
 /// a thousandth of parallel projection.
 const AFFINE: f64 = 1e3;
 

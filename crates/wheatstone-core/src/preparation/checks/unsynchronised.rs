@@ -113,7 +113,7 @@ pub(super) fn proposal(
 /// The share of its error that a camera is left with at most when pictures are paired rightly.
 const EXPLAINED: f64 = 0.15;
 
-/// From some view on each picture belongs to the view after (or before): then one camera sees all
+/// From some view on each picture belongs to the view after (or before): then one camera observes all
 /// views well once they are paired so.
 fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let count = evidence.views.len();

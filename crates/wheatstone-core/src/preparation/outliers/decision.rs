@@ -70,7 +70,7 @@ fn neighbours(places: &[[f64; 3]], members: &[usize]) -> Vec<Vec<usize>> {
 const LEAST_SHARE: f64 = 0.01;
 
 /// Judges the pixels of one camera.
-pub(super) struct Judge<'a> {
+pub(super) struct Decision<'a> {
     pairs: &'a [(Point3, Pixel)],
     places: &'a [[f64; 3]],
     level: f64,
@@ -94,7 +94,7 @@ pub(super) struct Verdict {
     pub(super) misfit: f64,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> Decision<'a> {
     pub(super) fn new(pairs: &'a [(Point3, Pixel)], start: &'a Start, level: f64) -> Self {
         let along = |axis: usize| {
             let values: Vec<f64> = pairs.iter().map(|(_, pixel)| pixel[axis]).collect();
@@ -168,7 +168,7 @@ impl<'a> Judge<'a> {
         Verdict {
             good: judged.map(|(error, local)| *error <= limit * sigma.max(*local)).collect(),
             shares: held.seen.iter().map(|(_, share)| *share).collect(),
-            // Where the camera sees nothing the polynomial still says how far off the pixel is.
+            // Where the camera observes nothing the polynomial still says how far off the pixel is.
             errors: held
                 .seen
                 .iter()
@@ -181,7 +181,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// All pixels of a camera beside where a fit to some of them sees their points.
+/// All pixels of a camera beside where a fit to some of them observes their points.
 pub(super) struct Held {
     /// Standard deviation of a coordinate by the fit.
     noise: f64,

@@ -133,7 +133,7 @@ fn half_of_errors(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> (f64,
     (order.iter().map(|index| errors[*index]).sum(), order)
 }
 
-/// Where a camera sees the points: tangents of half the angle to its axis, which stay finite all
+/// Where a camera observes the points: tangents of half the angle to its axis, which stay finite all
 /// around it, and one over the distance; centred and scaled.
 fn places(pairs: &[(Point3, Pixel)], camera: &ProjectionMatrix) -> Option<Vec<[f64; 3]>> {
     let (_, rotation, translation) = camera.decompose()?;

@@ -1,7 +1,7 @@
 //! Pairs of layers of weights, and which entries of the curvature they make.
 
 use super::ROWS;
-use crate::{cholesky::Lower, lines::Lines};
+use crate::{aligned::AlignedVec, cholesky::Lower};
 
 /// Columns of the right factor are filled up to a multiple of the widest register.
 pub(super) const COLUMNS: usize = 8;
@@ -15,7 +15,7 @@ pub(super) struct Pair {
     /// An input of each layer, or its bias, pair by pair.
     pub(super) inputs: Vec<(usize, usize)>,
     /// Pairs of units, a row each, times pairs of inputs.
-    pub(super) sums: Lines<f64>,
+    pub(super) sums: AlignedVec<f64>,
     /// Where each sum belongs in the lower triangle; within a layer each belongs to two places.
     places: Vec<Vec<u32>>,
     /// Length of a row of sums.
@@ -98,7 +98,7 @@ impl Pair {
         let inputs: Vec<(usize, usize)> =
             blocks.iter().flat_map(|block| block.pairs((a.below, b.below))).collect();
         let width = inputs.len().next_multiple_of(COLUMNS);
-        let sums = Lines::zeros(units.len().next_multiple_of(ROWS) * width);
+        let sums = AlignedVec::zeros(units.len().next_multiple_of(ROWS) * width);
         // Half as long as a word, so that they stay in the second cache.
         let place = |one: usize, other: usize| Lower::place(one.max(other), one.min(other)) as u32;
         let mut places = vec![Vec::new(); if same { 2 } else { 1 }];

@@ -1,0 +1,289 @@
+//! Files of other programs, in and out: what `export` and `convert` have in common.
+
+use crate::{
+    failure::Outcome,
+    progress::Bar,
+    table::figure,
+    verbosity::{detail, remark, say},
+};
+use clap::Args;
+use serde_json::{Value, json};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
+use wheatstone::{
+    Calibration, Error,
+    formats::{
+        self, Approximation, Format, Given, Imported, InputFile, Rig, approximate, approximate_rig,
+        calibration, gather, save,
+    },
+    rectification::{AtDepth, Judged, Rectification, Spread, Wanted},
+};
+
+/// What files do not say of themselves.
+#[derive(Args, Clone)]
+pub(crate) struct PictureSizes {
+    /// Width and height of the pictures; several, separated by commas, where cameras differ
+    #[arg(long, value_name = "WxH", value_delimiter = ',', value_parser = size)]
+    size: Vec<[u32; 2]>,
+}
+
+/// `10x77`, `10x0.5`.
+pub(crate) fn board(text: &str) -> Result<(usize, f64), String> {
+    match text.split_once('x').map(|(columns, pitch)| (columns.parse(), pitch.parse::<f64>())) {
+        Some((Ok(columns), Ok(pitch))) if columns > 0 && pitch > 0.0 && pitch.is_finite() => {
+            Ok((columns, pitch))
+        }
+        _ => Err("a board of ten columns, 77 apart, is written 10x77".into()),
+    }
+}
+
+/// `1280x1024`.
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
+    match parts {
+        Some((Ok(width), Ok(height))) if width > 0 && height > 0 => Ok([width, height]),
+        _ => Err("a size is written 1280x1024".into()),
+    }
+}
+
+impl PictureSizes {
+    pub(crate) fn given(&self, unit: Option<String>, board: Option<(usize, f64)>) -> Given {
+        Given { unit, sizes: self.size.clone(), board }
+    }
+
+    /// The sizes that were given, otherwise those that are `known`.
+    pub(crate) fn sizes(
+        &self,
+        known: Vec<Option<[u32; 2]>>,
+        cameras: usize,
+    ) -> Vec<Option<[u32; 2]>> {
+        if self.size.is_empty() {
+            return known;
+        }
+        let given = self.given(None, None);
+        (0..cameras).map(|camera| given.size(camera)).collect()
+    }
+}
+
+/// Where cameras come from.
+pub(crate) enum Cameras {
+    Model(Box<Calibration>),
+    Rig(Rig),
+}
+
+impl Cameras {
+    /// As a model, be it one that was imported on the spot.
+    fn as_model(&self) -> Outcome<Cow<'_, Calibration>> {
+        Ok(match self {
+            Self::Model(model) => Cow::Borrowed(&**model),
+            Self::Rig(rig) => {
+                let imported = Imported {
+                    format: String::new(),
+                    files: Vec::new(),
+                    cameras: rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
+                    sizes: rig.cameras.iter().map(|camera| camera.size).collect(),
+                    // Nothing of a rectified pair depends on it.
+                    pixel_sigma: 1.0,
+                };
+                Cow::Owned(calibration(rig, imported)?)
+            }
+        })
+    }
+
+    /// In a form that the format holds, with the sizes that were given.
+    pub(crate) fn fitted(&self, format: &Format, given: &Given) -> Outcome<Approximation> {
+        let bar = Bar::new();
+        let mut found = match self {
+            Self::Model(model) => approximate(model, format.forms(), &bar)?,
+            Self::Rig(rig) => approximate_rig(rig, format.forms(), &bar)?,
+        };
+        for (index, camera) in found.rig.cameras.iter_mut().enumerate() {
+            camera.size = given.size(index).or(camera.size);
+        }
+        Ok(found)
+    }
+}
+
+/// Writes cameras in another program's format and tells of it.
+pub(crate) fn write_cameras(
+    cameras: &Cameras,
+    format: &Format,
+    given: &Given,
+    output: &Path,
+) -> Outcome<Value> {
+    if format.is_pair() {
+        let model = cameras.as_model()?;
+        let sizes = (0..model.volume.cameras()).map(|camera| given.size(camera)).collect();
+        let wanted = Wanted { sizes, ..Wanted::default() };
+        let made = Rectification::of(&model, &wanted, &Bar::new())?;
+        return write_pair(&made, format, output);
+    }
+    let found = cameras.fitted(format, given)?;
+    let files = save(&format.write_rig(&found.rig)?, output)?;
+    if let Some(loss) = &found.loss {
+        remark!(
+            "warning",
+            "`{}` cannot hold this model as it is: a {} was fitted to its map instead, which differs by {} px rms, {} px at most",
+            format.name,
+            loss.form,
+            figure(loss.rms),
+            figure(loss.largest)
+        );
+    }
+    let unit = found.rig.unit.clone();
+    say!("Wrote {} cameras to {}", found.rig.cameras.len(), listed(&files));
+    Ok(json!({
+        "format": format.name,
+        "files": shown(&files),
+        "cameras": found.rig.cameras.len(),
+        "unit": unit,
+        "loss": found.loss,
+    }))
+}
+
+/// Writes a rectified pair and tells of it.
+pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -> Outcome<Value> {
+    let files = save(&format.write_pair(made)?, output)?;
+    let pair = &made.pair;
+    let [left, right] = pair.cameras.map(|camera| camera + 1);
+    say!(
+        "Rectified camera {left} (left) and camera {right} (right): {} x {} pixels, focal length {} px, baseline {} {}",
+        pair.size[0],
+        pair.size[1],
+        figure(pair.focal),
+        figure(pair.baseline),
+        pair.unit
+    );
+    tell_leftover(made);
+    if let Some(followed) = &made.leftover.followed {
+        remark!(
+            "note",
+            "this model does not say where its cameras see a point: that was learned from where it finds points, to {} px rms",
+            figure(followed.rms)
+        );
+    }
+    say!("Wrote {}", listed(&files));
+    Ok(json!({
+        "format": format.name,
+        "files": shown(&files),
+        "left": left,
+        "right": right,
+        "unit": pair.unit,
+        "pair": pair,
+        "leftover": made.leftover,
+    }))
+}
+
+/// Says what is left of vertical differences.
+fn tell_leftover(made: &Rectification) {
+    let pair = &made.pair;
+    let told = |judged: &Judged| {
+        let Spread { median, rms, p95, max, .. } = judged.vertical;
+        if max < 1e-6 {
+            return "none".into();
+        }
+        let figures = [median, rms, p95, max].map(figure);
+        format!(
+            "{} px median, {} rms, 95 % below {}, {} at most",
+            figures[0], figures[1], figures[2], figures[3]
+        )
+    };
+    if let Some(judged) = &made.leftover.model {
+        say!("Vertical differences as the model observes the space: {}", told(judged));
+        if let Some(place) = judged.place.filter(|place| place.rms > 1e-6 * pair.depth) {
+            say!(
+                "These optics have no one centre: places told by the pair differ from the model's by {} {} rms",
+                figure(place.rms),
+                pair.unit
+            );
+        }
+        let by_depth =
+            |slice: &AtDepth| format!("{} at {}", figure(slice.vertical.rms), figure(slice.depth));
+        detail!(
+            "rms by depth in {}: {}",
+            pair.unit,
+            judged.by_depth.iter().map(by_depth).collect::<Vec<_>>().join(", ")
+        );
+    }
+    if let Some(judged) = &made.leftover.measured {
+        say!("Of the {} measured points, with their noise: {}", judged.vertical.n, told(judged));
+        let [low, high] = judged.disparity.map(figure);
+        say!("Disparities from {low} to {high} px");
+    }
+}
+
+/// Saves a rig as a model on which points can be located.
+pub(crate) fn write_model(
+    rig: &Rig,
+    format: &Format,
+    files: &[InputFile],
+    pixel_sigma: f64,
+    output: &Path,
+) -> Outcome<Value> {
+    let name = |file: &InputFile| {
+        file.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+    };
+    let imported = Imported {
+        format: format.name.into(),
+        files: files.iter().map(name).collect(),
+        cameras: rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        sizes: rig.cameras.iter().map(|camera| camera.size).collect(),
+        pixel_sigma,
+    };
+    let model = calibration(rig, imported)?;
+    model.save(output)?;
+    say!("Wrote {} cameras to {}", rig.cameras.len(), output.display());
+    remark!(
+        "note",
+        "nothing is known of how well these cameras were calibrated: `locate` takes pixels for good to {pixel_sigma} px (--pixel-sigma), lengths for {}, and calls every place `outside`; `evaluate` judges them on points that you know",
+        model.unit
+    );
+    Ok(json!({
+        "format": "model",
+        "files": [output.display().to_string()],
+        "cameras": rig.cameras.len(),
+        "unit": model.unit,
+        "loss": null,
+    }))
+}
+
+/// Files that were written.
+pub(crate) fn listed(files: &[PathBuf]) -> String {
+    shown(files).join(", ")
+}
+
+pub(crate) fn shown(files: &[PathBuf]) -> Vec<String> {
+    files.iter().map(|file| file.display().to_string()).collect()
+}
+
+/// The format of what is to be read; `None` for a model.
+pub(crate) fn source(name: Option<&str>, paths: &[PathBuf]) -> Outcome<Option<&'static Format>> {
+    Ok(match name {
+        Some("model") => None,
+        Some(name) => Some(Format::named(name)?),
+        None => formats::guess(paths)?,
+    })
+}
+
+/// Reads cameras.
+pub(crate) fn read_cameras(
+    format: Option<&'static Format>,
+    paths: &[PathBuf],
+    given: &Given,
+) -> Outcome<(Cameras, Vec<InputFile>)> {
+    let Some(format) = format else {
+        let [path] = paths else {
+            return Err(Error::Unsupported {
+                format: "model".into(),
+                what: "several files".into(),
+                hint: "name one model".into(),
+            }
+            .into());
+        };
+        return Ok((Cameras::Model(Box::new(Calibration::load(path)?)), Vec::new()));
+    };
+    let files = gather(format, paths)?;
+    Ok((Cameras::Rig(format.read_rig(&files, given)?), files))
+}

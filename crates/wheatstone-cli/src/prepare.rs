@@ -1,0 +1,241 @@
+//! What is done to data before they are fitted, as options, and what is said about it.
+
+use crate::{
+    failure::Outcome,
+    input::Loaded,
+    progress::Bar,
+    table::{figure, table},
+    verbosity::{detail, remark, say},
+};
+use clap::{Args, builder::PossibleValuesParser};
+use wheatstone::{
+    fit::{
+        bundle::{Gauge, Lenses, Placing},
+        stage::{StagePrior, ViewOffset},
+    },
+    method::AnyMethod,
+    preparation::{Placed, Preparation, Prepared, checks::Severity, outliers::Outlier},
+};
+
+/// How data are prepared.
+#[derive(Args, Clone)]
+#[command(next_help_heading = "Preparation")]
+pub(crate) struct Preparing {
+    /// Put faults of the data right where that is safe
+    #[arg(long)]
+    fix: bool,
+    /// Go on in spite of faults that make a fit worthless
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Fit gross outliers too, instead of setting them aside
+    #[arg(long)]
+    keep_outliers: bool,
+    /// The distance of cameras 1 and 2 as measured on the rig, in the data's unit, and how far the
+    /// data may be from it, such as `200` or `200:1%`: no data show an error of scale by themselves
+    #[arg(long, value_name = "LENGTH[:PERCENT]", value_parser = baseline)]
+    expect_baseline: Option<(f64, f64)>,
+    /// How well the charts' places are known: a standard deviation in the data's unit. Solves for
+    /// where they really stood
+    #[arg(long, value_name = "LENGTH")]
+    stage_sigma: Option<f64>,
+    /// The frame of the world where no chart's place is known (a board held by hand): the chart of
+    /// the first view, or the first camera
+    #[arg(long, value_name = "FRAME", default_value = "first-view", value_parser = PossibleValuesParser::new(Gauge::NAMES))]
+    gauge: String,
+}
+
+/// A length and a tolerance in percent.
+pub(crate) fn baseline(text: &str) -> Result<(f64, f64), String> {
+    let (length, tolerance) = text.split_once(':').unwrap_or((text, "1%"));
+    let positive = |text: &str| {
+        text.trim().parse::<f64>().ok().filter(|value| *value > 0.0 && value.is_finite())
+    };
+    let tolerance = positive(tolerance.trim_end_matches('%'));
+    match (positive(length), tolerance) {
+        (Some(length), Some(percent)) => Ok((length, percent / 100.0)),
+        _ => Err("give a length and a tolerance, such as `200` or `200:1%`".into()),
+    }
+}
+
+/// Percent of outliers beyond which something else than a slip now and then is likely.
+const MANY: f64 = 5.0;
+
+/// Outliers that are listed before the rest is counted.
+const LISTED: usize = 8;
+
+impl Preparing {
+    /// Prepares what was loaded, and tells what was found.
+    pub(crate) fn run(
+        &self,
+        loaded: &Loaded,
+        method: Option<&AnyMethod>,
+        seed: u64,
+        bar: &Bar,
+    ) -> Outcome<Prepared> {
+        let preparation = Preparation {
+            repair: self.fix,
+            insist: self.force,
+            baseline: self.expect_baseline,
+            keep_outliers: self.keep_outliers,
+            stage: self.stage(&loaded.sigmas()),
+            placing: self.placing(method)?,
+        };
+        let unit = loaded.data.unit.clone();
+        let points = loaded.data.correspondences.len();
+        let prepared = preparation.run(loaded.data.clone(), seed, bar)?;
+        for finding in &prepared.examination.findings {
+            let mended = self.fix && finding.is_fixable();
+            let word = if mended { "put right: " } else { "" };
+            let text = format!("{word}{} ({})", finding.explanation, finding.code);
+            match finding.severity {
+                Severity::Information if !mended => detail!("note: {text}"),
+                Severity::Information => remark!("note", "{text}"),
+                _ => remark!("warning", "{text}"),
+            }
+        }
+        if let Some(placed) = &prepared.placed {
+            tell_placed(placed, &unit);
+        }
+        tell_outliers(&prepared.outliers, points);
+        // Measured, or said to be unknown: no summary is silent about it.
+        if self.expect_baseline.is_none() && prepared.data.cameras > 1 {
+            let words: Vec<&str> =
+                prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
+            remark!(
+                "note",
+                "{}; compare with your rig: no data show a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
+                if words.is_empty() {
+                    "the cameras' places are unknown".into()
+                } else {
+                    words.join("; ")
+                }
+            );
+        }
+        if !prepared.stage.is_empty() {
+            say!("{}", stage_table(&prepared.stage, &unit).trim_end());
+        }
+        Ok(prepared)
+    }
+
+    /// The options that prepare so again.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        for (given, word) in
+            [(self.fix, "--fix"), (self.force, "--force"), (self.keep_outliers, "--keep-outliers")]
+        {
+            if given {
+                words.push(word.into());
+            }
+        }
+        if let Some((length, tolerance)) = self.expect_baseline {
+            let percent = 100.0 * tolerance;
+            words.extend(["--expect-baseline".into(), format!("{length}:{percent}%")]);
+        }
+        if let Some(sigma) = self.stage_sigma {
+            words.extend(["--stage-sigma".into(), sigma.to_string()]);
+        }
+        if self.gauge != Gauge::NAMES[0] {
+            words.extend(["--gauge".into(), self.gauge.clone()]);
+        }
+        words
+    }
+
+    /// With the lens of the method that will be fitted, where it has one.
+    fn placing(&self, method: Option<&AnyMethod>) -> Outcome<Placing> {
+        let (lenses, all_terms) = match method {
+            Some(AnyMethod::Brown(brown)) => (Lenses::Brown, !brown.choose),
+            Some(AnyMethod::KannalaBrandt(_)) => (Lenses::KannalaBrandt, false),
+            _ => (Lenses::Either, false),
+        };
+        let gauge = Gauge::named(&self.gauge)?;
+        Ok(Placing { gauge, lenses, all_terms, keep_gross: self.keep_outliers })
+    }
+
+    /// The prior of the charts' places: that of the option, and each view's own.
+    fn stage(&self, sigmas: &[(String, f64)]) -> Option<StagePrior> {
+        let largest = sigmas.iter().map(|(_, sigma)| *sigma).fold(0.0, f64::max);
+        let offset_sigma = self.stage_sigma.or((largest > 0.0).then_some(largest))?;
+        Some(StagePrior { views: sigmas.to_vec(), ..StagePrior::of(offset_sigma) })
+    }
+}
+
+/// Where charts of unknown place were found.
+fn tell_placed(placed: &Placed, unit: &str) {
+    let distances: Vec<String> = placed
+        .baselines
+        .iter()
+        .enumerate()
+        .map(|(index, distance)| {
+            format!("cameras 1 and {}: {} {unit}", index + 2, figure(*distance))
+        })
+        .collect();
+    let apart = distances.join(", ");
+    let apart = if apart.is_empty() { apart } else { format!("; apart: {apart}") };
+    let freed = if placed.freed { "; then charts and model-free cameras together" } else { "" };
+    remark!(
+        "note",
+        "found where the chart stood in {} views with `{}` lenses, {} px rms{freed}{apart}",
+        placed.views.len(),
+        placed.lens,
+        figure(placed.rms)
+    );
+    if !placed.unplaced.is_empty() {
+        remark!("warning", "too few points to place the chart in: {}", placed.unplaced.join(", "));
+    }
+}
+
+fn tell_outliers(outliers: &[Outlier], points: usize) {
+    if outliers.is_empty() {
+        return;
+    }
+    let name = |outlier: &Outlier| {
+        let id = outlier.id.clone().unwrap_or_else(|| format!("row {}", outlier.row + 1));
+        let view =
+            if outlier.view.is_empty() { String::new() } else { format!("view {} ", outlier.view) };
+        format!("{view}point {id} ({} px)", figure(outlier.residual))
+    };
+    let listed: Vec<String> = outliers.iter().take(LISTED).map(name).collect();
+    let more = outliers.len().saturating_sub(LISTED);
+    let more =
+        if more > 0 { format!(" and {more} more, listed in the model") } else { String::new() };
+    let share = 100.0 * outliers.len() as f64 / points as f64;
+    let text = format!(
+        "set aside {} of {points} points as gross outliers: {}{more}",
+        outliers.len(),
+        listed.join(", ")
+    );
+    if share > MANY {
+        remark!(
+            "warning",
+            "{text}; {share:.0} % are many: look whether labels or pictures are mixed up"
+        );
+    } else {
+        remark!("note", "{text}");
+    }
+}
+
+/// Where the charts are believed to have stood.
+fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
+    let row = |view: &ViewOffset| {
+        let mut cells = vec![view.view.clone()];
+        for axis in 0..3 {
+            cells.push(format!("{} +- {}", figure(view.offset[axis]), figure(view.sigma[axis])));
+        }
+        for axis in 0..3 {
+            cells.push(format!(
+                "{} +- {}",
+                figure(view.observable[axis]),
+                figure(view.observable_sigma[axis])
+            ));
+        }
+        cells
+    };
+    let rows: Vec<Vec<String>> = stage.iter().map(row).collect();
+    let heading = ["view", "X", "Y", "Z", "seen X", "seen Y", "seen Z"];
+    format!(
+        "Where the charts stood, {unit} from their nominal places:\n\n{}\n\
+         seen: the part that pixels can show. What is common to all views, or grows in proportion\n\
+         along the stage, cannot be told from a change of the cameras\n",
+        table(&heading, &rows)
+    )
+}

@@ -1,0 +1,92 @@
+//! What the program says to people: on standard error, in colour on terminals only, and as much as
+//! they asked for.
+
+use anstyle::{AnsiColor, Style};
+use clap::{Args, ColorChoice};
+use std::sync::atomic::{AtomicI8, Ordering};
+
+/// How much is said, and in which colours; every verb takes these.
+#[derive(Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct Verbosity {
+    /// Say nothing but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say more: settings, versions, times
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    /// Colours; `auto` has them on terminals unless NO_COLOR is set
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    color: ColorChoice,
+}
+
+/// -1 quiet, 0 as usual, 1 verbose; one for the process, as there is one standard error.
+static LOUDNESS: AtomicI8 = AtomicI8::new(0);
+
+impl Verbosity {
+    /// Keeps to it from now on.
+    pub(crate) fn adopt(&self) {
+        LOUDNESS.store(i8::from(self.verbose) - i8::from(self.quiet), Ordering::Relaxed);
+        match self.color {
+            ColorChoice::Always => anstream::ColorChoice::Always,
+            ColorChoice::Never => anstream::ColorChoice::Never,
+            ColorChoice::Auto => anstream::ColorChoice::Auto,
+        }
+        .write_global();
+    }
+}
+
+/// Whether anything but errors is said.
+pub(crate) fn speaks() -> bool {
+    LOUDNESS.load(Ordering::Relaxed) >= 0
+}
+
+/// Whether more than usual is said.
+pub(crate) fn is_verbose() -> bool {
+    LOUDNESS.load(Ordering::Relaxed) > 0
+}
+
+/// The colour of a word at the beginning of a line. It repeats what the word says.
+fn style_of(word: &str) -> Style {
+    let style = Style::new().bold();
+    match word {
+        "error" => style.fg_color(Some(AnsiColor::Red.into())),
+        "warning" => style.fg_color(Some(AnsiColor::Yellow.into())),
+        _ => style.fg_color(Some(AnsiColor::Cyan.into())),
+    }
+}
+
+/// Prints `word: text`, the word in its colour; errors and their hints are printed always.
+pub(crate) fn labelled(word: &str, text: &str) {
+    let style = style_of(word);
+    anstream::eprintln!("{style}{word}:{style:#} {text}");
+}
+
+/// Prints a line, or several, unless the reader wants quiet.
+macro_rules! say {
+    ($($text:tt)*) => {
+        if $crate::verbosity::speaks() {
+            ::anstream::eprintln!($($text)*);
+        }
+    };
+}
+
+/// Prints a line for readers who want more than usual.
+macro_rules! detail {
+    ($($text:tt)*) => {
+        if $crate::verbosity::is_verbose() {
+            ::anstream::eprintln!($($text)*);
+        }
+    };
+}
+
+/// Prints a line that begins with `note:` or `warning:`, unless the reader wants quiet.
+macro_rules! remark {
+    ($word:literal, $($text:tt)*) => {
+        if $crate::verbosity::speaks() {
+            $crate::verbosity::labelled($word, &::std::format!($($text)*));
+        }
+    };
+}
+
+pub(crate) use {detail, remark, say};

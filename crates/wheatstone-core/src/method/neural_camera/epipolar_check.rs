@@ -1,0 +1,94 @@
+//! Cameras that can only say whether pixels belong together: for maps that have no rays of their own.
+
+use super::{NeuralCamera, model::Optics, pose_uncertainty::Motions};
+use crate::{
+    Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3},
+    method::{Located, PlacedCamera, point_covariance::Sight},
+};
+use nalgebra::{Matrix2, Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::progress::Progress;
+
+/// One camera without what its covariance takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CheckCamera {
+    optics: Optics,
+    /// Of one pixel coordinate about its prediction: the detector's and the fit's, which is the mean
+    /// over the fitted points.
+    variance: f64,
+}
+
+/// The cameras.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(in crate::method) struct EpipolarCheck {
+    cameras: Vec<CheckCamera>,
+}
+
+impl EpipolarCheck {
+    /// Fitted to what each camera saw; with the motions of charts whose places were found.
+    pub(in crate::method) fn fit(
+        train: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<(Self, Option<Motions>)> {
+        let (fitted, motions) = NeuralCamera {}.cameras(train, progress)?;
+        let onlooker = |(index, camera): (usize, super::NeuralCameraModel)| {
+            let equations = (2 * train.seen_by_camera(index).len()) as f64;
+            // The trace of the hat matrix is the effective number of parameters.
+            let variance = camera.noise().powi(2) * (1.0 + camera.effective() / equations);
+            CheckCamera { optics: camera.optics, variance }
+        };
+        let cameras = fitted.into_iter().enumerate().map(onlooker).collect();
+        Ok((Self { cameras }, motions))
+    }
+
+    /// How badly the rays of these pixels miss each other near `point`, and what to expect of it, as
+    /// [`Located`] has them; `None` where a camera cannot see there.
+    pub(in crate::method) fn residual(
+        &self,
+        point: Point3,
+        pixels: &[Option<Pixel>],
+    ) -> Option<(f64, f64)> {
+        // The map's point is a good one, but not quite that of the least pixel errors: one step.
+        let sights = self.sights(point, pixels)?;
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for Sight { pixel, predicted, slopes, .. } in &sights {
+            normal += slopes.transpose() * slopes;
+            right += slopes.transpose() * (pixel - predicted);
+        }
+        let nearer = point + normal.cholesky()?.solve(&right);
+        let located = Located::by_least_squares(nearer, &self.sights(nearer, pixels)?)?;
+        Some((located.residual, located.residual_sigma))
+    }
+
+    /// The cameras, for who asks of many points; none where one cannot be made ready.
+    pub(in crate::method) fn placed(&self) -> Vec<PlacedCamera<'_>> {
+        let cameras: Option<Vec<_>> =
+            self.cameras.iter().map(|camera| camera.optics.placed(1.0)).collect();
+        cameras.unwrap_or_default()
+    }
+
+    fn sights(&self, point: Point3, pixels: &[Option<Pixel>]) -> Option<Vec<Sight>> {
+        let seen = self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?)));
+        let sight = |(camera, pixel): (&CheckCamera, Pixel)| {
+            let (predicted, slopes) = camera.optics.project(point)?;
+            let spread = Matrix2::from_diagonal_element(camera.variance);
+            Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
+        };
+        seen.map(sight).collect()
+    }
+
+    /// How many there are.
+    pub(in crate::method) fn cameras(&self) -> usize {
+        self.cameras.len()
+    }
+
+    pub(in crate::method) fn is_consistent(&self) -> bool {
+        let holds =
+            |camera: &CheckCamera| camera.optics.is_consistent() && camera.variance.is_finite();
+        self.cameras.iter().all(|camera| holds(camera) && camera.variance >= 0.0)
+    }
+}

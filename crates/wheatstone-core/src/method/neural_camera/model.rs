@@ -1,0 +1,236 @@
+//! A fitted camera: where a point falls, and how sure that is.
+
+use super::{
+    correction_basis::{Field, chained},
+    evidence::Posterior,
+    fit::{displaced, refit_state, undetermined},
+    jacobian::Sloped,
+    lens::{Lens, PARAMETERS},
+    settings::{NOISE, Settings},
+};
+use crate::{
+    Result,
+    geometry::{Pixel, Point3, ProjectionMatrix, Ray},
+    method::PlacedCamera,
+};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
+use serde::{Deserialize, Serialize};
+use wheatstone_numeric::{covariance::Covariance, progress::Progress};
+
+/// Lens and correction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Optics {
+    lens: Lens,
+    field: Field,
+    /// Displacement in pixels along x and y, a function of the field each.
+    weights: Vec<[f64; 2]>,
+}
+
+impl Optics {
+    /// Where a world point falls, with derivatives.
+    pub(super) fn project(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        let seen = self.lens.project(world)?;
+        let [x, y] = self.field.sum(&self.field.values(seen.pixel, seen.nearness), &self.weights);
+        let pixel = Pixel::new(seen.pixel.x + x[0], seen.pixel.y + y[0]);
+        let mut slopes = seen.slopes;
+        slopes.set_row(0, &(seen.slopes.row(0) + chained(&x, &seen).transpose()));
+        slopes.set_row(1, &(seen.slopes.row(1) + chained(&y, &seen).transpose()));
+        Some((pixel, slopes))
+    }
+
+    /// Where a pixel looks if what it shows is near `world`; without a place, at the middle of the
+    /// depths.
+    pub(super) fn ray(&self, pixel: Pixel, world: Option<Point3>) -> Option<Ray> {
+        let (place, nearness) = match world.and_then(|world| self.lens.project(world)) {
+            Some(seen) => (seen.pixel, seen.nearness),
+            None => (pixel, self.field.nearness()),
+        };
+        let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
+        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
+    }
+
+    /// Made ready for many points, a squared pixel of error counting `weight`; `None` for a lens that does
+    /// not see along its axis.
+    pub(super) fn placed(&self, weight: f64) -> Option<PlacedCamera<'_>> {
+        // Nearness counts from a fixed viewpoint, not along the axis, and points to be located may lie a
+        // little beyond those fitted.
+        const LEAST: f64 = 0.95;
+        const MOST: f64 = 1.15;
+        let ([far, near], pose) = (self.field.depths(), self.lens.camera_from_world);
+        let (far, near) = (LEAST * far.max(0.1 * near), MOST * near);
+        let middle = 0.5 * (far + near);
+        let mut rows = Matrix3x4::zeros();
+        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&pose.rotation);
+        rows.set_column(3, &pose.translation);
+        PlacedCamera::new(
+            ProjectionMatrix(rows),
+            ([middle, 0.5 * (near - far)], false),
+            weight,
+            Box::new(|world| self.project(world)),
+            Box::new(move |pixel| Some(self.ray(pixel, None)?.at(1.0 / middle))),
+        )
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        self.lens.is_consistent()
+            && self.field.is_consistent()
+            && self.weights.len() == self.field.len()
+            && self.weights.iter().flatten().all(|value| value.is_finite())
+    }
+}
+
+/// What a camera does with one of the independent motions of charts whose places were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Mode {
+    /// By how much the lens's numbers change.
+    pub(super) lens: Vec<f64>,
+    /// And the weights along x and y.
+    pub(super) weights: [Vec<f64>; 2],
+}
+
+impl Mode {
+    fn is_consistent(&self, functions: usize) -> bool {
+        self.lens.len() == PARAMETERS
+            && self.weights.iter().all(|weights| weights.len() == functions)
+            && self.lens.iter().chain(self.weights.iter().flatten()).all(|v| v.is_finite())
+    }
+}
+
+/// How far a camera's pixels of one point may be off.
+pub(super) struct Spread {
+    /// Covariance by the detector and by the fit to charts as they were believed to stand.
+    pub(super) covariance: Matrix2<f64>,
+    /// By how much it is displaced in each of the charts' independent motions: those of all cameras
+    /// together.
+    pub(super) displaced: Vec<Vector2<f64>>,
+}
+
+/// Lens and correction, with the covariance of their numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NeuralCameraModel {
+    pub(super) optics: Optics,
+    settings: Settings,
+    /// Effective number of parameters.
+    effective: f64,
+    /// Of the weights along x (as along y) with the lens held fixed, its lower triangle row by row.
+    weight_covariance: Covariance,
+    /// By how much the weights along x and y fall when the lens's numbers rise, weight by weight.
+    follow: [Vec<f64>; 2],
+    /// Of the lens's numbers, row by row.
+    lens_covariance: Vec<f64>,
+    /// What it does with the motions of charts whose places were found; none where they were known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    modes: Vec<Mode>,
+}
+
+impl NeuralCameraModel {
+    /// The camera at the posterior's mode, without functions that have no freedom.
+    pub(super) fn new(lens: Lens, field: &Field, posterior: &Posterior) -> Option<Self> {
+        let active = &posterior.active;
+        let optics = Optics {
+            lens,
+            field: field.pruned(|index| active.binary_search(&index).is_ok()),
+            weights: active.iter().map(|index| posterior.mode.weights[*index]).collect(),
+        };
+        let camera = Self {
+            optics,
+            settings: posterior.settings,
+            effective: posterior.effective,
+            weight_covariance: Covariance::of(&posterior.covariance()),
+            follow: [0, 1]
+                .map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
+            lens_covariance: posterior.lens_covariance.as_slice().to_vec(),
+            modes: Vec::new(),
+        };
+        camera.is_consistent().then_some(camera)
+    }
+
+    /// Fitted anew, from here, to points that are nearly those it was fitted to.
+    pub(super) fn refit(&self, pairs: &[(Point3, Pixel)], progress: &dyn Progress) -> Result<Self> {
+        let (state, posterior) = refit_state(pairs, (&self.optics.lens, self.settings), progress)?;
+        Self::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
+    }
+
+    /// Standard deviation of one pixel coordinate that the fit could not explain.
+    pub(super) fn noise(&self) -> f64 {
+        self.settings.value(NOISE)
+    }
+
+    /// Effective number of parameters of lens and correction.
+    pub(super) fn effective(&self) -> f64 {
+        self.effective
+    }
+
+    /// Where a world point falls, with derivatives.
+    pub(super) fn project(&self, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {
+        self.optics.project(world)
+    }
+
+    /// Takes over what it does with the motions of charts.
+    pub(super) fn follow(&mut self, modes: Vec<Mode>) {
+        self.modes = modes;
+    }
+
+    /// How many motions of charts it follows.
+    pub(super) fn modes(&self) -> usize {
+        self.modes.len()
+    }
+
+    /// Covariance of a pixel of this point about its prediction: that of the detector and that of
+    /// the fit.
+    pub(super) fn pixel_covariance(&self, world: Point3) -> Option<Matrix2<f64>> {
+        let Spread { covariance, displaced } = self.spread(world)?;
+        Some(displaced.iter().fold(covariance, |sum, by| sum + by * by.transpose()))
+    }
+
+    /// How far a pixel of this point may be from its prediction.
+    pub(super) fn spread(&self, world: Point3) -> Option<Spread> {
+        let Optics { lens, field, weights } = &self.optics;
+        let (seen, slopes) = Sloped::new(lens).project(world)?;
+        let values = field.values(seen.pixel, seen.nearness);
+        let slopes = displaced(&slopes, &field.sum(&values, weights));
+        let plain: Vec<f64> = values.iter().map(|value| value[0]).collect();
+        let own = self.weight_covariance.of_one(&plain);
+        let free: [SVector<f64, PARAMETERS>; 2] = std::array::from_fn(|axis| {
+            let mut free = slopes.row(axis).transpose();
+            for (value, follow) in plain.iter().zip(self.follow[axis].as_chunks::<PARAMETERS>().0) {
+                for (slope, by) in free.iter_mut().zip(follow) {
+                    *slope -= value * by;
+                }
+            }
+            free
+        });
+        let lens = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_column_slice(&self.lens_covariance);
+        let along = |a: usize, b: usize| free[a].dot(&(lens * free[b]));
+        let level = self.noise().powi(2) + own;
+        let covariance =
+            Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1));
+        let by = |mode: &Mode| {
+            let by_lens = slopes * SVector::<f64, PARAMETERS>::from_column_slice(&mode.lens);
+            let by_field = mode.weights.each_ref().map(|weights| {
+                plain.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>()
+            });
+            by_lens + Vector2::from(by_field)
+        };
+        Some(Spread { covariance, displaced: self.modes.iter().map(by).collect() })
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        let functions = self.optics.weights.len();
+        self.optics.is_consistent()
+            && self.weight_covariance.is_sound(functions)
+            && self.follow.iter().all(|follow| follow.len() == functions * PARAMETERS)
+            && self.lens_covariance.len() == PARAMETERS * PARAMETERS
+            && self
+                .lens_covariance
+                .iter()
+                .chain(&self.settings.logs)
+                .chain(self.follow.iter().flatten())
+                .all(|value| value.is_finite())
+            && self.effective.is_finite()
+            && self.modes.iter().all(|mode| mode.is_consistent(functions))
+    }
+}

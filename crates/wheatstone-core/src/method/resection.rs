@@ -1,0 +1,357 @@
+//! One camera fitted to known world points: starts, adjustment, and the choice of terms.
+//!
+//! Sources: bundle adjustment, Triggs, McLauchlan, Hartley & Fitzgibbon 2000
+//! (doi:10.1007/3-540-44480-7_21), here with the points known, so that cameras do not depend on each
+//! other; choice of terms by Akaike's information criterion corrected for small samples, Hurvich &
+//! Tsai 1989 (doi:10.1093/biomet/76.2.297).
+
+use super::{
+    AnyReconstructor, CameraUncertainty, Fit, chart_pose_uncertainty,
+    fitted_cameras::{FittedCamera, FittedCameras},
+    posed_lens::{POSE, Placed},
+    resection_start::{Lens, starts},
+};
+use crate::{
+    Error, Result,
+    camera::{
+        AdjustableCamera,
+        batch_projection::BatchProjection,
+        normal_equations::{PosedLens, PosedObservations, Sums},
+    },
+    dataset::Dataset,
+    geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
+};
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+use wheatstone_numeric::{
+    levenberg_marquardt::{NormalEquations, Patience, minimise},
+    loss::Loss,
+    progress::Progress,
+    random::Random,
+};
+
+/// The first of a model's numbers that bends its lens: before it stand its pinhole's focal lengths and principal
+/// point.
+const FIRST_COEFFICIENT: usize = 4;
+
+/// An adjusted camera.
+#[derive(Clone, Debug)]
+pub(super) struct Adjusted<L> {
+    pub(super) camera: Placed<L>,
+    /// Sum of squared pixel errors.
+    pub(super) squares: f64,
+    /// Unknowns that were adjusted, as [`Placed::adjust`] numbers them: 0 to 5 the pose, then the model's own.
+    pub(super) adjusted: Vec<usize>,
+}
+
+/// Rotation matrix by its rotation vector, and the left Jacobian: the derivative of the turned
+/// vector y by the rotation vector is -[y]x times it.
+pub(super) fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
+    let angle = by.norm();
+    let cross = by.cross_matrix();
+    let (first, second) = if angle < 1e-4 {
+        // Series, where the quotients lose digits.
+        (0.5 - angle * angle / 24.0, 1.0 / 6.0 - angle * angle / 120.0)
+    } else {
+        let square = angle * angle;
+        ((1.0 - libm::cos(angle)) / square, (angle - libm::sin(angle)) / (square * angle))
+    };
+    let left = Matrix3::identity() + cross * first + cross * cross * second;
+    (Pose::from_rotation_vector(Vector3::zeros(), by).rotation, left)
+}
+
+impl<L: BatchProjection> Placed<L> {
+    fn moved(&self, free: &[usize], unknowns: &[f64]) -> (Self, Matrix3<f64>) {
+        let (mut by, mut camera) = (Vector3::zeros(), self.clone());
+        let mut own = camera.model.parameters_mut();
+        for (index, value) in free.iter().zip(unknowns) {
+            match index {
+                0..3 => by[*index] = *value,
+                3..POSE => camera.translation[index - 3] = *value,
+                _ => *own[index - POSE] = *value,
+            }
+        }
+        let (rotation, left) = turn(by);
+        camera.rotation = rotation * self.rotation;
+        (camera, left)
+    }
+
+    fn unknowns(&self, free: &[usize]) -> Vec<f64> {
+        let mut model = self.model.clone();
+        let own = model.parameters_mut();
+        let value = |index: &usize| match index {
+            0..3 => 0.0,
+            3..POSE => self.translation[index - 3],
+            _ => *own[index - POSE],
+        };
+        free.iter().map(value).collect()
+    }
+
+    /// The same camera with every coefficient of its lens at 0 but the `free` ones.
+    fn without_others(&self, free: &[usize]) -> Self {
+        let mut camera = self.clone();
+        for (index, value) in camera.model.parameters_mut().into_iter().enumerate() {
+            if index >= FIRST_COEFFICIENT && !free.contains(&index) {
+                *value = 0.0;
+            }
+        }
+        camera
+    }
+
+    /// Adjusts the `free` unknowns (0 to 5 the pose, then the model's own numbers) until the sum of
+    /// squared pixel errors is least.
+    pub(super) fn adjust(
+        &self,
+        free: &[usize],
+        pairs: &[(Point3, Pixel)],
+        patience: Patience,
+        progress: &dyn Progress,
+    ) -> Result<Adjusted<L>> {
+        // About the points' centre, rotation and translation hardly depend on each other.
+        let centre = pairs.iter().map(|p| p.0.coords).sum::<Vector3>() / pairs.len() as f64;
+        let mut start = self.clone();
+        start.translation += start.rotation * centre;
+        let seen =
+            PosedObservations::new(pairs.iter().map(|(world, pixel)| (world - centre, *pixel)));
+        let terms: Vec<usize> =
+            free.iter().filter(|index| **index >= POSE).map(|index| index - POSE).collect();
+        let mut own = POSE..;
+        let place = |index: &usize| if *index < POSE { Some(*index) } else { own.next() };
+        let places: Vec<usize> = free.iter().filter_map(place).collect();
+        let mut sums = Sums::default();
+        let evaluate = |unknowns: &[f64], normal: Option<&mut NormalEquations>| {
+            let (camera, left) = start.moved(free, unknowns);
+            let Placed { model, rotation, translation } = camera;
+            let stand = PosedLens { lens: &model, rotation, translation };
+            sums.take(&stand, (&seen, &terms), Loss::Squares);
+            if let Some(normal) = normal {
+                sums.turn(&left);
+                normal.add_square(&places, sums.unknowns, &sums.products);
+            }
+            (sums.unseen == 0).then_some(sums.cost)
+        };
+        let found = minimise(&start.unknowns(free), patience, progress, evaluate)?;
+        let (mut camera, _) = start.moved(free, &found.parameters);
+        camera.translation -= camera.rotation * centre;
+        Ok(Adjusted { camera, squares: 2.0 * found.cost, adjusted: free.to_vec() })
+    }
+}
+
+/// Which of a model's own numbers may be adjusted: several choices, from few to many.
+pub(super) struct NestedModels {
+    /// The method's name.
+    pub(super) method: &'static str,
+    /// Each rung holds those of the rung below, and more; numbered as `parameters_mut` lists them, the
+    /// pinhole's four first.
+    pub(super) rungs: Vec<Vec<usize>>,
+}
+
+/// Steps that show where a start leads.
+pub(super) const SCOUTING: Patience = Patience { steps: 12, least_gain: 1e-3 };
+
+/// A step that gains less tells no more of which terms predict best.
+const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
+
+/// Points that show where a start leads, chosen at random: more cost time only.
+const SCOUTED: usize = 400;
+
+/// Points that decide whether what is seen lies on a plane: enough that chance does not.
+const LINEAR: usize = 10 * SCOUTED;
+
+/// A step that gains less moves no unknown by a thousandth of its standard deviation.
+pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
+
+/// Pixel errors below this are rounding, and no evidence for more terms.
+const ROUNDING: f64 = 1e-7;
+
+impl NestedModels {
+    fn unknowns(&self, rung: usize) -> Vec<usize> {
+        (0..POSE).chain(self.rungs[rung].iter().map(|index| index + POSE)).collect()
+    }
+
+    /// The least points with which the lowest rung can be judged.
+    fn points_needed(&self) -> usize {
+        // Two equations a point; one more than unknowns leaves an error to estimate the noise from.
+        let unknowns = POSE + self.rungs.first().map_or(0, Vec::len);
+        ProjectionMatrix::POINTS_NEEDED.max((unknowns + 1).div_ceil(2))
+    }
+
+    /// The best camera of each rung that the points can carry.
+    fn climb<L: Lens>(
+        &self,
+        pairs: &[(Point3, Pixel)],
+        linear: &ProjectionMatrix,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Adjusted<L>>> {
+        let carried =
+            |rung: usize| rung == 0 || 2 * pairs.len() > POSE + self.rungs[rung].len() + 2;
+        let few = some_of(pairs, SCOUTED);
+        let mut starts = starts::<L>(&few, linear);
+        let mut found: Vec<Adjusted<L>> = Vec::with_capacity(self.rungs.len());
+        for rung in (0..self.rungs.len()).filter(|rung| carried(*rung)) {
+            let unknowns = self.unknowns(rung);
+            let scout = |start: &Placed<L>| {
+                let start = start.without_others(&self.rungs[rung]);
+                possible(start.adjust(&unknowns, &few, SCOUTING, progress))
+            };
+            let scouted = starts.iter().map(scout).collect::<Result<Vec<_>>>()?;
+            // Before, starts that differ by their lenses alone are the same.
+            if self.rungs[rung].contains(&FIRST_COEFFICIENT) {
+                starts = distinct(starts, &scouted);
+            }
+            let below = found.last().map(|last| scout(&last.camera)).transpose()?;
+            let all = scouted.into_iter().chain(below).flatten();
+            let best = all.min_by(|a, b| a.squares.total_cmp(&b.squares));
+            let Some(scouted) = best else { continue };
+            let adjusted = scouted.camera.adjust(&unknowns, pairs, JUDGING, progress);
+            found.extend(possible(adjusted)?);
+        }
+        Ok(found)
+    }
+
+    /// The camera that predicts best, of all rungs.
+    fn fit_camera<L: Lens>(
+        &self,
+        camera: usize,
+        train: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<Adjusted<L>> {
+        let pairs = pairs_of(self.method, camera, self.points_needed(), train)?;
+        let linear = linear_camera(camera, &some_of(&pairs, LINEAR))?;
+        let found = self.climb(&pairs, &linear, progress)?;
+        let best = found
+            .into_iter()
+            // A search may end in a lens that folds the picture over; such a lens explains nothing.
+            .filter(|adjusted| adjusted.camera.sees_all(&pairs))
+            .map(|adjusted| {
+                (information(adjusted.squares, pairs.len(), adjusted.adjusted.len()), adjusted)
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, adjusted)| adjusted)
+            .ok_or_else(|| unexplained(self.method, camera))?;
+        best.camera.adjust(&best.adjusted, &pairs, FINAL, progress)
+    }
+
+    /// Fits every camera on its own.
+    pub(super) fn fit<L>(&self, train: &Dataset, progress: &dyn Progress) -> Result<Fit>
+    where
+        L: Lens,
+        FittedCameras<L>: Into<AnyReconstructor>,
+    {
+        let found: Result<Vec<_>> = (0..train.cameras)
+            .into_par_iter()
+            .map(|camera| self.fit_camera::<L>(camera, train, progress))
+            .collect();
+        assemble(found?, train)
+    }
+}
+
+/// Of starts that led to the same place the one that came furthest.
+fn distinct<L>(starts: Vec<Placed<L>>, scouted: &[Option<Adjusted<L>>]) -> Vec<Placed<L>> {
+    /// What scouting leaves open, and as much again several times.
+    const SAME: f64 = 1.0 + 10.0 * SCOUTING.least_gain;
+    // A start that led nowhere may yet do so with more terms.
+    let reached = |found: &Option<Adjusted<L>>| found.as_ref().map_or(f64::NAN, |f| f.squares);
+    let mut all: Vec<(f64, Placed<L>)> = scouted.iter().map(reached).zip(starts).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by(|other, kept| other.0 <= SAME * kept.0);
+    all.into_iter().map(|(_, start)| start).collect()
+}
+
+/// At most so many of the pairs, at random, always the same ones.
+fn some_of(pairs: &[(Point3, Pixel)], most: usize) -> Vec<(Point3, Pixel)> {
+    if pairs.len() <= most {
+        return pairs.to_vec();
+    }
+    let mut order: Vec<usize> = (0..pairs.len()).collect();
+    Random::new(pairs.len() as u64).shuffle(&mut order);
+    order.truncate(most);
+    order.sort_unstable();
+    order.into_iter().map(|index| pairs[index]).collect()
+}
+
+/// Akaike's criterion corrected for small samples, of normal errors of unknown variance; the
+/// variance is an unknown too.
+pub(crate) fn information(squares: f64, points: usize, unknowns: usize) -> f64 {
+    let equations = (2 * points) as f64;
+    let (unknowns, rounding) = ((unknowns + 1) as f64, ROUNDING * ROUNDING);
+    let left = (equations - unknowns - 1.0).max(0.5);
+    equations * libm::log(squares / equations + rounding) + 2.0 * unknowns * equations / left
+}
+
+/// What one camera saw of the known points.
+pub(super) fn pairs_of(
+    method: &str,
+    camera: usize,
+    need: usize,
+    train: &Dataset,
+) -> Result<Vec<(Point3, Pixel)>> {
+    let pairs = train.seen_by_camera(camera);
+    if pairs.len() < need {
+        let what = format!("points seen by camera {}", camera + 1);
+        return Err(Error::TooFew { method: method.into(), what, need, got: pairs.len() });
+    }
+    Ok(pairs)
+}
+
+/// The camera in closed form, or why there is none.
+pub(super) fn linear_camera(camera: usize, pairs: &[(Point3, Pixel)]) -> Result<ProjectionMatrix> {
+    ProjectionMatrix::fit(pairs).ok_or_else(|| Error::Degenerate {
+        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+        hint: "show it points at two or more distances".into(),
+    })
+}
+
+/// No start explains what a camera saw.
+pub(super) fn unexplained(method: &str, camera: usize) -> Error {
+    Error::Degenerate {
+        problem: format!(
+            "no camera of `{method}` observes the points that camera {} saw",
+            camera + 1
+        ),
+        hint: "choose a method for wider lenses, or check the points for exchanged columns".into(),
+    }
+}
+
+/// An adjustment that had nowhere to begin is none; other errors stay.
+pub(super) fn possible<T>(adjusted: Result<T>) -> Result<Option<T>> {
+    match adjusted {
+        Ok(found) => Ok(Some(found)),
+        Err(Error::Degenerate { .. }) => Ok(None),
+        Err(other) => Err(other),
+    }
+}
+
+/// The reconstructor of cameras adjusted to what each saw of `train`.
+pub(super) fn assemble<L>(found: Vec<Adjusted<L>>, train: &Dataset) -> Result<Fit>
+where
+    L: AdjustableCamera,
+    FittedCameras<L>: Into<AnyReconstructor>,
+{
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    let mut cameras = Vec::with_capacity(found.len());
+    let mut uncertainty = Vec::with_capacity(found.len());
+    // Charts whose places were found have taken up as many equations as they have unknowns.
+    let beside = chart_pose_uncertainty::unknowns(train) as f64 / train.cameras.max(1) as f64;
+    for (index, Adjusted { camera, squares: own, adjusted }) in found.into_iter().enumerate() {
+        let pairs = train.seen_by_camera(index);
+        squares += own;
+        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside;
+        let camera = FittedCamera::new(camera.model, camera.rotation, camera.translation);
+        let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
+        uncertainty.push(open.ok_or_else(|| Error::Degenerate {
+            problem: format!("what camera {} saw leaves it undetermined", index + 1),
+            hint: "show it points at two or more distances that fill the picture".into(),
+        })?);
+        cameras.push(camera);
+    }
+    if let Some(all) = chart_pose_uncertainty::covariance(&cameras, &uncertainty, train) {
+        let mut first = 0;
+        for open in &mut uncertainty {
+            open.take(&all, first);
+            first += open.numbers();
+        }
+    }
+    let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
+    Ok(Fit::of(FittedCameras { cameras, uncertainty, pixel_sigma }))
+}
