@@ -293,8 +293,8 @@ impl Real for f32 {
     }
 }
 
-/// Runs a kernel at every width that this machine has, narrowest first.
-#[cfg(test)]
+/// Runs a kernel at every width that this machine has, narrowest first, and last as [`on_widest`] does: for tests
+/// that all widths give the same bits. `kernel` makes it anew for each.
 pub fn on_each<K: WithSimd>(mut kernel: impl FnMut() -> K) -> Vec<K::Output> {
     let mut results = vec![Simd::vectorize(pulp::Scalar128b, kernel())];
     #[cfg(target_arch = "x86_64")]

@@ -232,6 +232,3 @@ const MOST_CAMERAS: usize = 16;
 
 /// What a straightened camera says of a point.
 const KIND: u8 = batch_triangulation::ALONG;
-
-#[cfg(test)]
-mod tests;

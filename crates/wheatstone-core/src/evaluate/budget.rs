@@ -339,6 +339,3 @@ fn common_to_view(members: &[(&Entry, Vector3)]) -> Option<f64> {
     let inverse = matrix.try_inverse()?;
     Some(own.dot(&(inverse * other)) - (inverse * chance).trace() - doubt)
 }
-
-#[cfg(test)]
-mod tests;

@@ -327,16 +327,3 @@ fn only_default(method: &(impl Into<AnyMethod> + Clone), name: &str) -> Result<A
         Err(unknown("preset", name, &["default"]))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::dataset::Dataset;
-    use wheatstone_charts::chart::line_grid::LineGrid;
-    use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences};
-
-    /// A chart that fills the rig's field of view, at each distance of a stage.
-    pub(super) fn charts(rig: &Rig, stage: Stage, noise: Noise, most: usize) -> Dataset {
-        let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
-        chart_correspondences(rig, &chart, &stage.views().unwrap(), (noise, 100), Some(most))
-    }
-}

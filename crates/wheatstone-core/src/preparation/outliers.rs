@@ -308,6 +308,3 @@ impl Fitted {
             && members.len() as f64 <= (1.0 + FEW_MORE) * self.members.len() as f64
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -10,6 +10,7 @@ use wheatstone::{
     numeric::{progress::Silent, random::Random},
     preparation::Preparation,
     rectification::{Judged, Rectification, Table, Wanted},
+    rectified_pictures::remapped,
     synthetic::{Noise, Rig, Sensor, Stage, chart_correspondences, random_correspondences, render},
 };
 
@@ -219,7 +220,7 @@ fn a_chart_in_rectified_pictures_has_its_points_in_the_same_rows() {
     for side in 0..2 {
         let camera = &rig.cameras[made.pair.cameras[side]];
         let picture = render(camera, &chart, pose, Sensor::default(), &mut Random::new(4));
-        let rectified = made.table(side).apply(&picture);
+        let rectified = remapped(&made.table(side), &picture);
         assert_eq!([rectified.width() as u32, rectified.height() as u32], made.pair.size);
         let Sighting::Seen(readings) = chart.detect(&rectified) else { panic!("not found") };
         seen.push(readings[0].points.clone());

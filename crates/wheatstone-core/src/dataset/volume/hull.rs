@@ -143,3 +143,31 @@ fn outward(normal: Vector3, on: &Vector3, corners: &[Vector3]) -> Option<Vector3
     }
     Some(if before { -normal } else { normal })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wheatstone_numeric::random::Random;
+
+    #[test]
+    fn hulls_of_known_bodies() {
+        // A grid: its faces hold many points, its edges too.
+        let at = |i: usize| [i % 5, i / 5 % 4, i / 20].map(|k| k as f64);
+        let grid: Vec<Vector3> = (0..60).map(|i| Vector3::from(at(i))).collect();
+        let hull = Hull::of(&grid).unwrap();
+        assert_eq!(hull.facets.len(), 6, "{hull:?}");
+        assert!((hull.beyond(&Vector3::new(2.0, 1.0, 2.2)) - 0.1).abs() < 1e-12);
+        assert!((hull.beyond(&Vector3::new(-0.4, 1.0, 1.0)) - 0.1).abs() < 1e-12);
+        assert!(hull.beyond(&Vector3::new(2.0, 1.5, 1.0)) < -0.4);
+        let mut random = Random::new(3);
+        let ball: Vec<Vector3> = (0..2000)
+            .map(|_| Vector3::new(random.normal(), random.normal(), random.normal()).normalize())
+            .collect();
+        let hull = Hull::of(&ball).unwrap();
+        for p in &ball {
+            assert!(hull.beyond(p) < 1e-12 && hull.beyond(&(p * 0.95)) < 0.0);
+            assert!(hull.beyond(&(p * 1.05)) > 0.01);
+        }
+        assert!(Hull::of(&grid[..20]).is_none(), "a plane has no inside");
+    }
+}

@@ -71,3 +71,40 @@ fn rough(missed: &[(Pixel, [f64; 2])]) -> Option<(f64, usize)> {
     }
     Some((squares, 2 * (missed.len() - TERMS.len())))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::Correspondence;
+    use wheatstone_numeric::random::Random;
+
+    #[test]
+    fn what_is_rough_is_the_noise_and_nothing_is_said_of_few_points() {
+        let mut random = Random::new(3);
+        let row = |index: usize| {
+            let place = [random.uniform(0.0, 640.0), random.uniform(0.0, 480.0)];
+            let noise = [0.2 * random.normal(), 0.2 * random.normal()];
+            Correspondence {
+                view: index % 2,
+                id: None,
+                // A smooth displacement is no noise.
+                pixels: vec![Some(Pixel::new(
+                    place[0] + 3.0 + 1e-5 * place[0] * place[1] + noise[0],
+                    place[1] - 2.0 + noise[1],
+                ))],
+                world: Some(Point3::new(place[0], place[1], 100.0)),
+                board: None,
+            }
+        };
+        let views = vec!["near".into(), "far".into()];
+        let correspondences = (0..400).map(row).collect();
+        let data = Dataset { unit: "mm".into(), cameras: 1, views, correspondences };
+        let project = |world: Point3| Some(Pixel::new(world.x, world.y));
+        let found = within_views(project, 0, &data).unwrap();
+        assert!((found / 0.2 - 1.0).abs() < 0.1, "{found}");
+        assert_eq!(within_views(|_| None, 0, &data), None);
+        let few = data.subset(|index, _| index % 50 == 0);
+        assert_eq!(within_views(project, 0, &few), None);
+        assert_eq!(within_views(|_| None, 0, &few), None);
+    }
+}

@@ -118,3 +118,34 @@ impl Linear {
         (0..DRAWS / 2).flat_map(&mut draw).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::Correspondence;
+
+    /// Points whose pixels are anywhere in a picture, then what `put` makes of them.
+    fn pixels(put: impl Fn(f64) -> f64) -> Dataset {
+        let mut random = Random::new(60);
+        let mut pixel = || {
+            let place = [random.uniform(0.0, 639.0), random.uniform(0.0, 479.0)].map(&put);
+            Some(Pixel::new(place[0], place[1]))
+        };
+        let row = |_| Correspondence {
+            view: 0,
+            id: None,
+            pixels: vec![pixel(), pixel()],
+            world: Some(Point3::origin()),
+            board: None,
+        };
+        let correspondences = (0..400).map(row).collect();
+        Dataset { unit: "cm".into(), cameras: 2, views: Vec::new(), correspondences }
+    }
+
+    #[test]
+    fn a_raster_may_be_shifted_and_fine_noise_is_on_none() {
+        assert_eq!(raster(&pixels(f64::round)), Some(1.0));
+        assert_eq!(raster(&pixels(|value| 0.25 * value.round() + 0.3)), Some(0.25));
+        assert_eq!(raster(&pixels(|value| value)), None);
+    }
+}

@@ -186,41 +186,23 @@ fn carried(slopes: &DMatrix<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use crate::{
+        camera::{kannala_brandt::KannalaBrandt, pinhole::Pinhole},
         geometry::Pixel,
-        method::{AnyMethod, AnyReconstructor, Reconstructor, network::Training, tests::charts},
+        method::{
+            AnyMethod, AnyReconstructor, Reconstructor,
+            fitted_cameras::tests::{rig, staged},
+            network::Training,
+        },
     };
     use nalgebra::Vector3;
     use wheatstone_numeric::progress::Silent;
-    use wheatstone_synthetic::{Noise, Rig, Stage};
-
-    #[test]
-    fn a_fit_of_which_points_are_asked_only_is_the_same_map_and_takes_the_start_it_is_given() {
-        let rig = Rig::named("paper", 2).unwrap();
-        let data = charts(&rig, Stage::default(), Noise::Normal(0.1), 200);
-        let mut method = AnyMethod::named("network").unwrap();
-        if let AnyMethod::Network(network) = &mut method
-            && let Training::Evidence(training) = &mut network.training
-        {
-            (training.starts, training.steps) = (3, 40);
-        }
-        let whole = method.fit_checked(&data, 0, &Silent).unwrap();
-        assert!(whole.start.is_some_and(|start| start < 3));
-        for known in [None, Some(&whole)] {
-            let part = method.fit_fold(&data, known, 0, &Silent).unwrap();
-            assert_eq!(part.start, whole.start);
-            for row in data.correspondences.iter().step_by(20) {
-                let (a, b) = (part.reconstructor.locate(&row.pixels), &whole.reconstructor);
-                let (a, b) = (a.unwrap(), b.locate(&row.pixels).unwrap());
-                assert_eq!((a.point, a.covariance), (b.point, b.covariance));
-                assert!(a.residual.is_nan() && b.residual.is_finite());
-            }
-        }
-    }
 
     #[test]
     fn the_maps_slopes_are_its_differences_and_its_residual_is_in_pixels() {
-        let rig = Rig::named("fisheye", 2).unwrap();
-        let data = charts(&rig, Stage::default(), Noise::Normal(0.1), 300);
+        let pinhole = Pinhole { focal: [260.0; 2], principal: [320.0, 240.0] };
+        let rig =
+            rig(vec![KannalaBrandt { pinhole, coefficients: [-0.02, 0.005, -0.003, 0.0006] }; 2]);
+        let data = staged(&rig, 0.7, (0.1, 1), |world| world);
         let mut method = AnyMethod::named("network").unwrap();
         if let AnyMethod::Network(network) = &mut method
             && let Training::Evidence(training) = &mut network.training

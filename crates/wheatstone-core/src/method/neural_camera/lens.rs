@@ -304,3 +304,34 @@ pub(super) struct Seen {
     /// Of the nearness by the world coordinates.
     pub(super) nearness_slopes: Vector3,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        camera::{kannala_brandt::KannalaBrandt, pinhole::Pinhole},
+        method::fitted_cameras::tests::{rig, staged},
+    };
+
+    #[test]
+    fn rays_of_both_layouts_pass_through_what_they_show() {
+        let pinhole = Pinhole { focal: [260.0; 2], principal: [320.0, 240.0] };
+        let rig =
+            rig(vec![KannalaBrandt { pinhole, coefficients: [-0.02, 0.005, -0.003, 0.0006] }; 2]);
+        let data = staged(&rig, 0.7, (0.0, 1), |world| world);
+        let pairs = data.seen_by_camera(0);
+        let plain = Lens::from_projection(&ProjectionMatrix::fit(&pairs).unwrap()).unwrap();
+        for layout in [Layout::Perspective, Layout::Equidistant] {
+            let mut lens = plain.clone().laid_out(layout, &pairs);
+            lens.bend = [0.05, -0.01, 0.003, 0.001, -0.002];
+            for (world, _) in &pairs {
+                let ray = lens.ray(lens.project(*world).unwrap().pixel).unwrap();
+                let away = world - ray.origin;
+                assert!(
+                    away.cross(&ray.direction).norm() < 1e-9 * away.norm(),
+                    "{layout:?} {world}"
+                );
+            }
+        }
+    }
+}

@@ -163,7 +163,7 @@ impl NeuralCameraReconstructor {
     /// # Errors
     ///
     /// [`Error::Degenerate`], [`Error::Cancelled`].
-    pub(crate) fn refit(&self, train: &Dataset, progress: &dyn Progress) -> Result<Self> {
+    pub fn refit(&self, train: &Dataset, progress: &dyn Progress) -> Result<Self> {
         let refit = |(index, camera): (usize, &NeuralCameraModel)| {
             camera.refit(&train.seen_by_camera(index), progress)
         };
@@ -247,5 +247,3 @@ impl Reconstructor for NeuralCameraReconstructor {
             && self.cameras.windows(2).all(|pair| pair[0].modes() == pair[1].modes())
     }
 }
-#[cfg(test)]
-mod tests;

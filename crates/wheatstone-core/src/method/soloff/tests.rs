@@ -1,10 +1,12 @@
 use super::*;
 use crate::{
-    evaluate::{evaluate, floor},
-    method::{AnyReconstructor, tests::charts},
+    camera::pinhole::Pinhole,
+    method::{
+        AnyReconstructor,
+        fitted_cameras::tests::{rig, staged},
+    },
 };
 use wheatstone_numeric::{progress::Silent, random::Random};
-use wheatstone_synthetic::{Noise, Rig, Stage, random_correspondences};
 
 #[test]
 fn there_are_soloffs_nineteen_terms_and_planes_take_depth_away() {
@@ -28,8 +30,8 @@ fn there_are_soloffs_nineteen_terms_and_planes_take_depth_away() {
 
 #[test]
 fn an_exact_polynomial_is_recovered_and_its_slopes_agree_with_differences() {
-    let rig = Rig::named("pinhole", 3).unwrap();
-    let data = charts(&rig, Stage::default(), Noise::None, 400);
+    let rig = rig(vec![Pinhole { focal: [690.0; 2], principal: [320.0, 240.0] }; 3]);
+    let data = staged(&rig, 0.3, (0.0, 1), |world| world);
     let Ok(Fit { reconstructor: AnyReconstructor::Soloff(fitted), .. }) =
         Soloff {}.fit(&data, 0, &Silent)
     else {
@@ -58,25 +60,9 @@ fn an_exact_polynomial_is_recovered_and_its_slopes_agree_with_differences() {
 }
 
 #[test]
-fn near_the_floor_between_the_planes_and_sane_with_two() {
-    let rig = Rig::named("paper", 2).unwrap();
-    // A depth range that a quadratic can follow.
-    for (step, bar) in [(5.0, 1.3), (20.0, 6.0)] {
-        let stage = Stage { near: 90.0, far: 110.0, step };
-        let data = charts(&rig, stage, Noise::Quantised, 400);
-        let fit = Soloff {}.fit(&data, 0, &Silent).unwrap();
-        let chart = wheatstone_charts::chart::line_grid::LineGrid::default().into();
-        let test = random_correspondences(&rig, &chart, (90.0, 110.0), (Noise::Quantised, 5), 500);
-        let own = evaluate(&*fit.reconstructor, &test, None).unwrap().rms;
-        let ratio = own / floor(&rig.cameras, &test).unwrap().rms;
-        assert!(ratio < bar, "every {step}: {ratio}");
-    }
-}
-
-#[test]
 fn broken_numbers_are_refused() {
-    let rig = Rig::named("paper", 2).unwrap();
-    let data = charts(&rig, Stage::default(), Noise::None, 200);
+    let rig = rig(vec![Pinhole { focal: [690.0; 2], principal: [320.0, 240.0] }; 2]);
+    let data = staged(&rig, 0.3, (0.0, 1), |world| world);
     let Ok(Fit { reconstructor: AnyReconstructor::Soloff(fitted), .. }) =
         Soloff {}.fit(&data, 0, &Silent)
     else {

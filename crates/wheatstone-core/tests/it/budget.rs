@@ -1,14 +1,21 @@
-use super::{Budget, HeldOut, Reference, roughness::within_views};
-use crate::{
-    Calibration, dataset::Dataset, evaluate::compare, geometry::Vector3, method::AnyMethod,
+//! Errors whose cause is known.
+
+use crate::worlds::chart;
+use wheatstone_charts::chart::AnyChart;
+use wheatstone_core::{
+    Calibration,
+    dataset::Dataset,
+    evaluate::{Budget, HeldOut, Reference, compare},
+    geometry::Vector3,
+    method::AnyMethod,
+    preparation::Prepared,
 };
-use wheatstone_charts::chart::{AnyChart, line_grid::LineGrid};
 use wheatstone_numeric::{progress::Silent, random::Random};
 use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences};
 
 fn stage(name: &str, seed: u64, noise: Noise) -> (Rig, AnyChart, Dataset) {
     let rig = Rig::named(name, 2).unwrap();
-    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let chart = chart(&rig);
     let views = Stage::default().views().unwrap();
     let data = chart_correspondences(&rig, &chart, &views, (noise, seed), Some(500));
     (rig, chart, data)
@@ -76,14 +83,8 @@ fn what_lies_beyond_is_extrapolation() {
     let noise = Noise::Normal(0.1);
     let (rig, chart, data) = stage("paper", 6, noise);
     let soloff = AnyMethod::named("soloff").unwrap();
-    let model = Calibration::fit(
-        &soloff,
-        &crate::preparation::Prepared::as_given(data.clone()),
-        0,
-        false,
-        &Silent,
-    )
-    .unwrap();
+    let model =
+        Calibration::fit(&soloff, &Prepared::as_given(data.clone()), 0, false, &Silent).unwrap();
     let exam = random_correspondences(&rig, &chart, (50.0, 200.0), (noise, 7), 600);
     let budget = model.budget(&exam, &Silent).unwrap().unwrap();
     assert!(budget.extrapolation.share > 0.8, "{budget:?}");
@@ -102,7 +103,4 @@ fn nothing_to_judge_is_no_budget() {
     assert_eq!(Budget::of(&data, &[], &[], &reference), None);
     let error = HeldOut { row: usize::MAX, difference: Vector3::x(), beyond: false };
     assert_eq!(Budget::of(&data, &[error], &[error], &reference), None);
-    let few = data.subset(|index, _| index % 50 == 0);
-    let project = |_| None;
-    assert_eq!(within_views(project, 0, &few), None);
 }

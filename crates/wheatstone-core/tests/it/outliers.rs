@@ -1,6 +1,11 @@
-use super::*;
-use crate::dataset::Correspondence;
-use wheatstone_charts::chart::line_grid::LineGrid;
+//! Gross outliers of known number and kind.
+
+use crate::worlds::chart;
+use wheatstone_core::{
+    dataset::{Correspondence, Dataset},
+    geometry::{Pixel, Point3},
+    preparation::outliers::{Screening, screen},
+};
 use wheatstone_numeric::progress::Silent;
 use wheatstone_synthetic::{
     GrossError, Noise, Region, Rig, Stage, chart_correspondences, with_gross_errors,
@@ -8,9 +13,8 @@ use wheatstone_synthetic::{
 
 fn charts(rig: &str, cameras: usize, noise: Noise, most: usize) -> Dataset {
     let rig = Rig::named(rig, cameras).unwrap();
-    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
     let views = Stage::default().views().unwrap();
-    chart_correspondences(&rig, &chart, &views, (noise, 5), Some(most))
+    chart_correspondences(&rig, &chart(&rig), &views, (noise, 5), Some(most))
 }
 
 fn named(screening: &Screening) -> Vec<usize> {
