@@ -15,7 +15,7 @@ use std::{hint::black_box, time::Instant};
 use wheatstone::numeric::{
     backpropagation::{Backpropagation, Precision},
     cholesky::{Cholesky, Lower},
-    evidence::Course,
+    evidence::TrainingCurve,
     perceptron::{Batch, Curvature, Forward, OutputActivation, Perceptron, Sweep, Workspace},
     progress::Silent,
     random::Random,
@@ -118,7 +118,7 @@ fn main() {
             const RUN: u64 = 16;
             let mut last = 0.0;
             for _ in 0..steps.parse::<u64>().unwrap() / RUN {
-                let mut course = Course::new(network.clone(), &batch);
+                let mut course = TrainingCurve::new(network.clone(), &batch);
                 course.go_on((RUN, f64::NEG_INFINITY), &Silent).unwrap();
                 last = course.log_evidence();
             }
