@@ -5,6 +5,19 @@ use std::{
     path::{Path, PathBuf},
 };
 
+/// The crates from the ground up: each may use only those before it.
+const CRATES: [&str; 9] = [
+    "wheatstone-numeric",
+    "wheatstone-core",
+    "wheatstone-charts",
+    "wheatstone-io",
+    "wheatstone-synthetic",
+    "wheatstone-report",
+    "wheatstone-robot",
+    "wheatstone",
+    "wheatstone-cli",
+];
+
 fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(dir).unwrap().map(|e| e.unwrap().path()) {
         if entry.is_dir() {
@@ -15,108 +28,59 @@ fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Modules in the order `lib.rs` declares them.
-fn layers() -> Vec<String> {
-    let lib = fs::read_to_string("src/lib.rs").unwrap();
-    lib.lines()
-        .filter_map(|line| line.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';'))
-        .map(str::to_owned)
-        .collect()
-}
-
-/// The modules a file names after `crate::`, comments left out.
-fn used(code: &str) -> Vec<String> {
-    let code: String =
-        code.lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
-    let mut names = Vec::new();
-    for rest in code.split("crate::").skip(1) {
-        let group = rest.strip_prefix('{').map_or(rest, |inner| inner.split(';').next().unwrap());
-        let mut depth = 0;
-        for item in group.split_inclusive(['{', '}', ',']) {
-            if depth == 0 {
-                names.extend(
-                    item.trim()
-                        .split(|c: char| !c.is_alphanumeric() && c != '_')
-                        .next()
-                        .map(str::to_owned),
-                );
-            }
-            depth += item.matches('{').count() as isize - item.matches('}').count() as isize;
-            if !rest.starts_with('{') {
-                break;
-            }
-        }
+/// The Rust files of every crate.
+fn all_files() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for name in CRATES {
+        rust_files(&Path::new("..").join(name), &mut files);
     }
-    names
+    assert!(files.len() > 100, "only {} files were found", files.len());
+    files
 }
 
 #[test]
 fn files_fit_on_a_few_screens() {
     const MOST_LINES: usize = 400;
-    let mut files = Vec::new();
-    for folder in ["src", "tests", "../wheatstone-cli/src", "../wheatstone-cli/tests"] {
-        rust_files(Path::new(folder), &mut files);
-    }
-    for file in files {
+    for file in all_files() {
         let lines = fs::read_to_string(&file).unwrap().lines().count();
         assert!(lines <= MOST_LINES, "{} has {lines} lines: split it by subject", file.display());
     }
 }
 
 #[test]
-fn the_map_names_every_module() {
+fn the_map_names_every_crate() {
     let map = fs::read_to_string("../../ARCHITECTURE.md").unwrap();
-    for module in layers() {
-        assert!(map.contains(&format!("`{module}`")), "ARCHITECTURE.md does not name `{module}`");
+    for name in CRATES {
+        assert!(map.contains(&format!("`{name}`")), "ARCHITECTURE.md does not name `{name}`");
     }
 }
 
-/// A module may use only modules declared above it in `lib.rs`.
+/// A crate depends only on those before it, and the program on the facade alone.
 #[test]
-fn modules_use_only_those_above_them() {
-    let layers = layers();
-    assert!(layers.len() > 5, "lib.rs was not understood: {layers:?}");
-    let mut files = Vec::new();
-    rust_files(Path::new("src"), &mut files);
-    let mut wrong = Vec::new();
-    for file in files {
-        let module = file
-            .strip_prefix("src")
-            .unwrap()
-            .iter()
-            .next()
-            .unwrap()
-            .to_str()
-            .unwrap()
-            .trim_end_matches(".rs")
-            .to_owned();
-        let Some(own) = layers.iter().position(|l| *l == module) else {
-            continue;
-        };
-        // Unit tests may build on anything, such as synthetic worlds.
-        if file.ends_with("tests.rs") {
-            continue;
-        }
-        let text = fs::read_to_string(&file).unwrap();
-        for name in used(text.split("#[cfg(test)]").next().unwrap()) {
-            if layers.iter().position(|l| *l == name).is_some_and(|other| other > own) {
-                wrong.push(format!("{} uses `{name}`, which is below it", file.display()));
-            }
+fn crates_use_only_those_below_them() {
+    for (own, name) in CRATES.iter().enumerate() {
+        let text = fs::read_to_string(Path::new("..").join(name).join("Cargo.toml")).unwrap();
+        let (_, after) = text.split_once("\n[dependencies]\n").unwrap();
+        let used = after
+            .lines()
+            .take_while(|line| !line.starts_with('['))
+            .filter_map(|line| line.split(['.', ' ', '=']).next())
+            .filter_map(|used| CRATES.iter().position(|name| *name == used));
+        for used in used {
+            assert!(used < own, "{name} uses {}, which is above it", CRATES[used]);
+            let facade = CRATES[used] == "wheatstone";
+            assert!(*name != "wheatstone-cli" || facade, "the program uses {}", CRATES[used]);
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
 fn the_project_speaks_of_itself_alone() {
-    // No machine's paths in code or docs: they mean nothing to whoever reads them elsewhere.
-    let mut files = Vec::new();
-    for folder in ["src", "../wheatstone-cli/src"] {
-        rust_files(Path::new(folder), &mut files);
-    }
-    for file in files {
+    // No machine's paths in code: they mean nothing to whoever reads them elsewhere.
+    let forbidden = ["home", "root"].map(|folder| format!("/{folder}/"));
+    for file in all_files() {
         let text = fs::read_to_string(&file).unwrap();
-        for path in ["/home/", "/root/"] {
+        for path in &forbidden {
             assert!(!text.contains(path), "{} names {path}", file.display());
         }
     }
