@@ -1,8 +1,14 @@
 //! Files read whole, and files written so that a failure leaves the old one as it was.
 
+#[cfg(any(target_arch = "wasm32", test))]
+mod beside;
 mod pen;
 
 use crate::{Error, Result};
+#[cfg(not(target_arch = "wasm32"))]
+use atomic_write_file::AtomicWriteFile;
+#[cfg(target_arch = "wasm32")]
+use beside::AtomicWriteFile;
 use pen::Pen;
 use std::{
     io::{Read, Write},
@@ -72,8 +78,7 @@ impl Output {
         if path.is_dir() {
             return Err(Error::writing(path, std::io::ErrorKind::IsADirectory.into()));
         }
-        let file =
-            atomic_write_file::AtomicWriteFile::open(path).map_err(|e| Error::writing(path, e))?;
+        let file = AtomicWriteFile::open(path).map_err(|e| Error::writing(path, e))?;
         Ok(Self { path: path.into(), pen: Pen::new(file) })
     }
 
@@ -84,9 +89,7 @@ impl Output {
     /// [`Error::Io`]; the old file, if there was one, is then untouched.
     pub fn commit(self) -> Result<()> {
         let Self { path, pen } = self;
-        pen.finish()
-            .and_then(atomic_write_file::AtomicWriteFile::commit)
-            .map_err(|e| Error::writing(path, e))
+        pen.finish().and_then(AtomicWriteFile::commit).map_err(|e| Error::writing(path, e))
     }
 }
 

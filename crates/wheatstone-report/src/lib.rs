@@ -2,8 +2,8 @@
 //! and one HTML file made of it that needs no network and no other file.
 //!
 //! `summary.json` is the value itself; its fields are documented here and nowhere else. The page's
-//! figures are drawn by [`figures`], one file each: to add one, write `report/figures/<name>.rs`,
-//! then add its `mod` line and its row in `report/figures/mod.rs`.
+//! figures are drawn by [`figures`], one file each: to add one, write `figures/<name>.rs`, then add its
+//! `mod` line and its row in `figures/mod.rs`.
 
 mod budget;
 mod build;

@@ -4,6 +4,9 @@
 //! is given to keep until then costs a copy and pages to put it in, up to seconds a gigabyte, and all waits
 //! at the end for the disk.
 
+#[cfg(target_arch = "wasm32")]
+use super::beside::AtomicWriteFile;
+#[cfg(not(target_arch = "wasm32"))]
 use atomic_write_file::AtomicWriteFile;
 use std::{
     fs::File,

@@ -1,6 +1,6 @@
 //! Other programs' files, in and out: calibrations as a [`Rig`], tables of points as a [`Dataset`].
 //!
-//! To add a format: write `exchange/<name>.rs` with a [`Format`], then add its `mod` line and its row in
+//! To add a format: write `formats/<name>.rs` with a [`Format`], then add its `mod` line and its row in
 //! [`FORMATS`]. Readers and writers are pure: bytes to values and back; files are touched here alone.
 
 mod anipose;

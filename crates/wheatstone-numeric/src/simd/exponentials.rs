@@ -123,6 +123,8 @@ fn scaled_single<S: Simd>(
         let whole = simd.sub_f32s(rounded, round);
         return cast(wide.avx512f._mm512_scalef_ps(cast(value), cast(whole)));
     }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = round;
     let whole = simd.transmute_u32s_f32s(rounded);
     let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(23));
     simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(value), exponent))

@@ -19,6 +19,7 @@ mod pipeline;
 mod real_charts;
 mod real_points;
 mod rectification;
+#[cfg(feature = "robot")]
 mod robot;
 mod stage;
 mod report_page;

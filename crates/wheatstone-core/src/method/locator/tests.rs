@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    camera::pinhole::Pinhole,
+    camera::{brown_conrady::BrownConrady, pinhole::Pinhole},
     dataset::Dataset,
     geometry::{Point3, columns_of},
     method::{
@@ -13,24 +13,29 @@ use wheatstone_numeric::{progress::Silent, random::Random};
 /// So many points see what has come to pay made.
 const PIECE: usize = PIECES[0];
 
-/// Two cameras, and points that they are fitted to.
-fn world() -> (Vec<FittedCamera<Pinhole>>, Dataset) {
-    let cameras = rig(vec![Pinhole { focal: [690.0; 2], principal: [320.0, 240.0] }; 2]);
-    let train = staged(&cameras, 0.3, (0.1, 3), |world| world);
+/// Two cameras whose lenses bend, and points that others are fitted to: what these miss differs over the picture.
+fn world() -> (Vec<FittedCamera<BrownConrady>>, Dataset) {
+    let lens = BrownConrady {
+        pinhole: Pinhole { focal: [690.0; 2], principal: [320.0, 240.0] },
+        radial: [-0.23, 0.12, -0.02],
+        ..BrownConrady::default()
+    };
+    let cameras = rig(vec![lens; 2]);
+    let train = staged(&cameras, 0.3, (0.1, 5), |world| world);
     (cameras, train)
 }
 
 /// Pixels of points between two depths.
 fn crowd_between(
-    cameras: &[FittedCamera<Pinhole>],
+    cameras: &[FittedCamera<BrownConrady>],
     (near, far): (f64, f64),
     count: usize,
 ) -> Vec<Vec<Option<Pixel>>> {
     let mut random = Random::new(4);
     let mut row = || {
         let world = Point3::new(
+            random.uniform(-20.0, 20.0),
             random.uniform(-15.0, 15.0),
-            random.uniform(-10.0, 10.0),
             random.uniform(near, far),
         );
         let mut noisy = |pixel: Pixel| {

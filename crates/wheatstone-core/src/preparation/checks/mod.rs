@@ -6,7 +6,7 @@
 //! explain that; the simplest that brings them down to the level of sound views is named. A miss that
 //! no fault explains is left alone: gross errors, a stage's errors, lenses.
 //!
-//! To add a fault: write `clinic/<name>.rs` with a type that implements `Fault`, then add its `mod`
+//! To add a fault: write `checks/<name>.rs` with a type that implements `Fault`, then add its `mod`
 //! line and its row in `FAULTS`.
 
 mod board;
