@@ -212,3 +212,46 @@ fn points_alone_are_those_with_error_bars() {
         }
     }
 }
+
+#[test]
+fn where_a_box_does_not_hold_its_eighths_do() {
+    let (rig, chart, train) = world("paper", 2);
+    let fit = AnyMethod::named("dlt").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    // The nearest points, whose error bars change the fastest.
+    let rows = crowd_between(&rig, &chart, (50.0, 60.0), PIECE);
+    let columns = columns_of(&rows, 2);
+    let mut locator = Locator::new(&*fit.reconstructor, None).with_boxes();
+    let mut places = Places::default();
+    for round in 0.. {
+        if locator.made_eighths() >= 8 {
+            break;
+        }
+        assert!(round < 100);
+        locator.locate_into(&borrowed(&columns), &mut places);
+    }
+    locator.locate_into(&borrowed(&columns), &mut places);
+    // Between the places at which a box is tried the law of the noise may bend.
+    let gaps = gaps_of_error_bars(&*fit.reconstructor, &rows[..4000], &places);
+    assert!(gaps[3990] < 0.01 && gaps[3999] < 0.025, "{:?}", &gaps[3990..]);
+}
+
+/// By what share each point's error bars, or the residual to be expected, differ at most from those of the point by
+/// itself; sorted.
+fn gaps_of_error_bars(
+    map: &dyn Reconstructor,
+    rows: &[Vec<Option<Pixel>>],
+    places: &Places,
+) -> Vec<f64> {
+    let gap = |(index, row): (usize, &Vec<Option<Pixel>>)| {
+        let exact = map.locate(row).unwrap();
+        let mut most = (places.residual_sigma[index] / exact.residual_sigma - 1.0).abs();
+        for (axis, place) in [0, 3, 5].into_iter().enumerate() {
+            let sigma = exact.covariance[(axis, axis)].sqrt();
+            most = most.max((places.covariance[place][index].sqrt() / sigma - 1.0).abs());
+        }
+        most
+    };
+    let mut gaps: Vec<f64> = rows.iter().enumerate().map(gap).collect();
+    gaps.sort_by(f64::total_cmp);
+    gaps
+}

@@ -165,7 +165,6 @@ impl Spreads {
     }
 
     /// How many eighths there are in place of boxes.
-    #[cfg(test)]
     pub(super) fn made_eighths(&self) -> usize {
         self.eighths.as_flattened().iter().filter(|found| **found > 1).count()
     }
