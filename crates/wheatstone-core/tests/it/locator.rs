@@ -234,24 +234,3 @@ fn where_a_box_does_not_hold_its_eighths_do() {
     let gaps = gaps_of_error_bars(&*fit.reconstructor, &rows[..4000], &places);
     assert!(gaps[3990] < 0.01 && gaps[3999] < 0.025, "{:?}", &gaps[3990..]);
 }
-
-/// By what share each point's error bars, or the residual to be expected, differ at most from those of the point by
-/// itself; sorted.
-fn gaps_of_error_bars(
-    map: &dyn Reconstructor,
-    rows: &[Vec<Option<Pixel>>],
-    places: &Places,
-) -> Vec<f64> {
-    let gap = |(index, row): (usize, &Vec<Option<Pixel>>)| {
-        let exact = map.locate(row).unwrap();
-        let mut most = (places.residual_sigma[index] / exact.residual_sigma - 1.0).abs();
-        for (axis, place) in [0, 3, 5].into_iter().enumerate() {
-            let sigma = exact.covariance[(axis, axis)].sqrt();
-            most = most.max((places.covariance[place][index].sqrt() / sigma - 1.0).abs());
-        }
-        most
-    };
-    let mut gaps: Vec<f64> = rows.iter().enumerate().map(gap).collect();
-    gaps.sort_by(f64::total_cmp);
-    gaps
-}

@@ -29,39 +29,11 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
             "fit/stage/observable.rs",
         ],
     ),
-    ("wheatstone-core", &["geometry/meeting.rs", "geometry/meeting/two_views.rs"]),
     (
         "wheatstone-core",
-        &[
-            "method/camera_fit.rs",
-            "method/camera_start.rs",
-            "method/camera_uncertainty.rs",
-            "method/fitted_cameras.rs",
-            "method/found_charts.rs",
-        ],
+        &["geometry/batch_triangulation.rs", "geometry/batch_triangulation/two_views.rs"],
     ),
-    (
-        "wheatstone-core",
-        &[
-            "method/locator.rs",
-            "method/locator/piece.rs",
-            "method/locator/places.rs",
-            "method/locator/spread.rs",
-        ],
-    ),
-    ("wheatstone-core", &["method/locator/patches.rs", "method/locator/sheet.rs"]),
     ("wheatstone-core", &["method/network.rs", "method/network/noise.rs"]),
-    (
-        "wheatstone-core",
-        &[
-            "method/neural_camera/corrected.rs",
-            "method/neural_camera/fit.rs",
-            "method/neural_camera/loose.rs",
-            "method/neural_camera/mod.rs",
-            "method/neural_camera/motions.rs",
-            "method/neural_camera/places.rs",
-        ],
-    ),
     ("wheatstone-core", &["preparation/checks/chart_size.rs", "preparation/checks/units_mixed.rs"]),
     (
         "wheatstone-core",
@@ -73,11 +45,28 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     ),
     ("wheatstone-core", &["preparation/checks/finding.rs", "preparation/checks/unseeable.rs"]),
     ("wheatstone-core", &["preparation/outliers.rs", "preparation/outliers/decision.rs"]),
+    ("wheatstone-core", &["method/camera_uncertainty.rs", "method/fitted_cameras.rs"]),
     (
         "wheatstone-core",
-        &["rectification/leftover.rs", "rectification/maps.rs", "rectification/mod.rs"],
+        &[
+            "method/locator.rs",
+            "method/locator/covariance_table.rs",
+            "method/locator/located_batch.rs",
+            "method/locator/piece.rs",
+        ],
     ),
-    ("wheatstone-charts", &["chart/rigid/evidence.rs", "chart/rigid/search.rs"]),
+    (
+        "wheatstone-core",
+        &[
+            "method/neural_camera/mod.rs",
+            "method/neural_camera/pose_uncertainty.rs",
+            "method/neural_camera/uncertain_poses.rs",
+        ],
+    ),
+    (
+        "wheatstone-core",
+        &["rectification/maps.rs", "rectification/mod.rs", "rectification/vertical_error.rs"],
+    ),
     ("wheatstone-io", &["tables/rows.rs", "tables/spelled.rs"]),
     ("wheatstone-synthetic", &["exposure.rs", "render.rs"]),
     ("wheatstone-synthetic", &["faults.rs", "faults/recorded.rs"]),
