@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use wheatstone_core::{
     Error, Result,
+    error::{Hint, Remedy},
     geometry::{Pose, Vector3},
     storage,
 };
@@ -98,8 +99,7 @@ impl Capture {
             path: path.clone(),
             line: e.span().map(|span| line_of(&text, span.start)),
             problem: e.message().to_owned(),
-            hint: "`wheatstone list charts` prints the charts; lengths are plain numbers in `unit`"
-                .into(),
+            hint: Hint::new("name a known chart; lengths are numbers in `unit`", Remedy::Charts),
         };
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut table: toml::Table = toml::from_str(&text).map_err(malformed)?;

@@ -2,6 +2,7 @@
 
 use crate::verbosity::labelled;
 use std::process::ExitCode;
+use wheatstone::error::{Hint, Remedy};
 
 /// Why a command did not finish.
 pub(crate) enum Failure {
@@ -36,7 +37,7 @@ impl Failure {
             Self::Library(e @ wheatstone::Error::Cancelled) => {
                 (e.to_string(), None, crate::interruption::STATUS)
             }
-            Self::Library(e) => (e.to_string(), e.hint(), 1),
+            Self::Library(e) => (e.to_string(), e.hint().map(worded), 1),
             Self::Usage { problem, hint } => (problem.clone(), Some(hint.clone()), 2),
         };
         labelled("error", &problem);
@@ -45,6 +46,31 @@ impl Failure {
         }
         ExitCode::from(status)
     }
+}
+
+/// A hint of the library, and what it is called here that serves.
+pub(crate) fn worded(hint: Hint) -> String {
+    let ours = match hint.remedy() {
+        Some(Remedy::ImageSize) => ": `--size 1280x1024`",
+        Some(Remedy::SourceFormat) => ": `--from NAME`; `wheatstone list formats` has the names",
+        Some(Remedy::Formats) => "; `wheatstone list formats` says what each format holds",
+        Some(Remedy::Methods) => " (`wheatstone list methods`)",
+        Some(Remedy::Charts) => "; `wheatstone list charts` prints the charts",
+        Some(Remedy::Board) => ": `--board 10x77` for ten corners 77 mm apart",
+        Some(Remedy::TwoCameras) => ": `--cameras 1,3`",
+        Some(Remedy::Method) => ": `wheatstone fit … --method brown`",
+        Some(Remedy::Fit) => ": `wheatstone fit … -o model.json`",
+        Some(Remedy::Evaluate) => " (`wheatstone evaluate model.json exam.csv`)",
+        Some(Remedy::Compare) => " (`wheatstone compare`)",
+        Some(Remedy::ChartPlaces) => " (`--stage-sigma`)",
+        Some(Remedy::Locate) => ": `wheatstone locate model.json pixels.csv -o points.csv`",
+        Some(Remedy::ShowDetections) => "; `wheatstone detect --draw DIR` shows what was found",
+        Some(Remedy::Synthesise) => ": `wheatstone synth`",
+        Some(Remedy::RepairOrInsist) => "; `--fix` puts it right, `--force` goes on all the same",
+        Some(Remedy::Insist) => "; `--force` goes on all the same",
+        _ => "",
+    };
+    format!("{hint}{ours}")
 }
 
 impl From<wheatstone::Error> for Failure {

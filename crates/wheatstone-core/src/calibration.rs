@@ -7,6 +7,7 @@ use crate::{
         Dataset, SavedDataset,
         volume::{Trust, Volume},
     },
+    error::{Hint, Remedy},
     evaluate::{
         self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference,
     },
@@ -236,20 +237,22 @@ impl Calibration {
     /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of this version.
     pub fn load(path: &Path) -> Result<Self> {
         let text = storage::read_text(path, LARGEST_FILE)?;
-        let refuse = |line, problem: String, hint: &str| Error::Malformed {
+        let refuse = |line, problem: String, hint: &Hint| Error::Malformed {
             path: path.into(),
             line,
             problem,
-            hint: hint.into(),
+            hint: hint.clone(),
         };
-        const HINT: &str = "models are written by `wheatstone fit … -o model.json`";
-        let heading: Heading = serde_json::from_str(&text)
-            .map_err(|e| refuse(Some(e.line() as u64), format!("not a model file: {e}"), HINT))?;
+        let (written, again) =
+            (Hint::new("models are written by a fit", Remedy::Fit), Hint::from("fit again"));
+        let heading: Heading = serde_json::from_str(&text).map_err(|e| {
+            refuse(Some(e.line() as u64), format!("not a model file: {e}"), &written)
+        })?;
         if heading.format.as_deref() != Some(FORMAT) {
             return Err(refuse(
                 None,
                 "not a model file: it does not say that it is one".into(),
-                HINT,
+                &written,
             ));
         }
         if heading.version != Some(VERSION) {
@@ -257,11 +260,11 @@ impl Calibration {
             return Err(refuse(
                 None,
                 format!("model version {found}; this program reads version {VERSION}"),
-                "use the program that wrote it, or fit again",
+                &"use the program that wrote it, or fit again".into(),
             ));
         }
         let model: Self = serde_json::from_str(&text).map_err(|e| {
-            refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again")
+            refuse(Some(e.line() as u64), format!("damaged model file: {e}"), &again)
         })?;
         let whole = model.reconstructor.is_consistent()
             && model.volume.is_consistent()
@@ -271,7 +274,7 @@ impl Calibration {
             return Err(refuse(
                 None,
                 "damaged model file: its numbers do not fit together".into(),
-                "fit again",
+                &again,
             ));
         }
         Ok(model)

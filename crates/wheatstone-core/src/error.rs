@@ -1,5 +1,9 @@
 //! The one error type of the library: facts that name the file, the line and the way out.
 
+mod hint;
+
+pub use hint::{Hint, Remedy};
+
 use std::path::PathBuf;
 
 /// Shorthand for results of this library.
@@ -29,7 +33,7 @@ pub enum Error {
         /// What is wrong, with the text that was seen.
         problem: String,
         /// What to do about it.
-        hint: String,
+        hint: Hint,
     },
     /// A picture could not be used.
     #[error("{}: {problem}", path.display())]
@@ -39,7 +43,7 @@ pub enum Error {
         /// What is wrong.
         problem: String,
         /// What to do about it.
-        hint: String,
+        hint: Hint,
     },
     /// Too few points to determine the unknowns of a method.
     #[error("{method} needs at least {need} {what}, got {got}")]
@@ -59,7 +63,7 @@ pub enum Error {
         /// What is degenerate.
         problem: String,
         /// What to add or change.
-        hint: String,
+        hint: Hint,
     },
     /// The data have a fault that makes a fit worthless.
     #[error("{problem} ({code})")]
@@ -69,7 +73,7 @@ pub enum Error {
         /// What is wrong, and where.
         problem: String,
         /// What to do about it.
-        hint: String,
+        hint: Hint,
     },
     /// A model and the data given to it do not belong together.
     #[error("{what}: the model has {model}, the data has {data}")]
@@ -109,7 +113,7 @@ pub enum Error {
         /// What does not go in.
         what: String,
         /// What to do about it.
-        hint: String,
+        hint: Hint,
     },
     /// The caller asked to stop.
     #[error("stopped before the end, as asked; nothing was written")]
@@ -120,10 +124,10 @@ impl From<wheatstone_numeric::Error> for Error {
     fn from(error: wheatstone_numeric::Error) -> Self {
         match error {
             wheatstone_numeric::Error::Degenerate { problem, hint } => {
-                Self::Degenerate { problem, hint }
+                Self::Degenerate { problem, hint: hint.into() }
             }
             wheatstone_numeric::Error::Cancelled => Self::Cancelled,
-            other => Self::Degenerate { problem: other.to_string(), hint: String::new() },
+            other => Self::Degenerate { problem: other.to_string(), hint: Hint::default() },
         }
     }
 }
@@ -139,27 +143,48 @@ impl Error {
         Self::Io { action: "write", path: path.into(), source }
     }
 
+    /// A name that stays, in kebab case: of a fault of the data its own, of other errors their kind.
+    #[must_use]
+    pub fn code(&self) -> &str {
+        match self {
+            Self::Io { .. } => "io",
+            Self::Malformed { .. } => "malformed",
+            Self::Image { .. } => "image",
+            Self::TooFew { .. } => "too-few",
+            Self::Degenerate { .. } => "degenerate",
+            Self::Faulty { code, .. } => code,
+            Self::Mismatch { .. } => "mismatch",
+            Self::UnknownName { .. } => "unknown-name",
+            Self::Setting { .. } => "setting",
+            Self::Unsupported { .. } => "unsupported",
+            Self::Cancelled => "cancelled",
+        }
+    }
+
     /// What the reader can do about it, in one sentence without a full stop.
     #[must_use]
-    pub fn hint(&self) -> Option<String> {
+    pub fn hint(&self) -> Option<Hint> {
         match self {
             Self::Malformed { hint, .. }
             | Self::Image { hint, .. }
             | Self::Degenerate { hint, .. }
             | Self::Unsupported { hint, .. }
             | Self::Faulty { hint, .. } => Some(hint.clone()),
-            Self::Io { source, path, .. } => Some(io_hint(source.kind(), path)),
-            Self::TooFew { what, .. } => Some(format!(
-                "give more {what}, or choose a simpler method (`wheatstone list methods`)"
+            Self::Io { source, path, .. } => Some(io_hint(source.kind(), path).into()),
+            Self::TooFew { what, .. } => Some(Hint::new(
+                format!("give more {what}, or choose a simpler method"),
+                Remedy::Methods,
             )),
             Self::Mismatch { .. } => {
                 Some("use the model that was fitted to these cameras, in the same order".into())
             }
             Self::UnknownName { name, known, .. } => Some(match nearest(name, known) {
-                Some(near) => format!("did you mean `{near}`? There are: {}", known.join(", ")),
-                None => format!("there are: {}", known.join(", ")),
+                Some(near) => {
+                    format!("did you mean `{near}`? There are: {}", known.join(", ")).into()
+                }
+                None => format!("there are: {}", known.join(", ")).into(),
             }),
-            Self::Setting { need, .. } => Some(format!("give {need}")),
+            Self::Setting { need, .. } => Some(format!("give {need}").into()),
             Self::Cancelled => None,
         }
         .filter(|hint| !hint.is_empty())
@@ -187,26 +212,10 @@ fn io_hint(kind: std::io::ErrorKind, path: &std::path::Path) -> String {
 pub fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
     known
         .iter()
-        .map(|candidate| (edit_distance(name, candidate), candidate.as_str()))
+        .map(|candidate| (strsim::levenshtein(name, candidate), candidate.as_str()))
         .min()
         .filter(|(distance, candidate)| *distance <= candidate.len().max(name.len()) / 3 + 1)
         .map(|(_, candidate)| candidate)
-}
-
-/// Levenshtein distance in characters.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(from != *to);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

@@ -4,18 +4,17 @@ use super::{
     Judgement, Report, budget,
     cameras::{Stand, stand},
     grid::Grid,
+    material::{Material, Wording},
     pictures,
     points::{Judged, Scene, dataset, judge, remembered},
     preparation::{finding, outlier, stage},
     sections::{
-        Accuracy, CameraFigures, ClaimFigures, Curve, CurveFigure, DepthBand, ErrorBarPoint,
-        MethodFigures, PointFigures, ViewFigures,
+        Accuracy, CameraFigures, Curve, CurveFigure, DepthBand, ErrorBarPoint, MethodFigures,
+        PointFigures, ViewFigures,
     },
     verdict,
 };
-use crate::reproduction::{BeyondCurve, LearningPoint, Reproduction, Verdict};
 use nalgebra::Matrix3;
-use wheatstone_charts::{capture::Capture, detection::Found};
 use wheatstone_core::{
     Calibration, Result,
     camera::PosedCamera,
@@ -27,34 +26,6 @@ use wheatstone_numeric::{
     progress::Progress,
     statistics::{median, root_mean_square},
 };
-
-/// The pictures that a model was fitted to, with what was found in them.
-#[derive(Clone, Copy)]
-pub struct Seen<'a> {
-    /// The capture.
-    pub capture: &'a Capture,
-    /// What was found.
-    pub found: &'a Found,
-}
-
-/// What a report is made of.
-pub struct Material<'a> {
-    /// What is reported on, such as the name of the model file.
-    pub title: String,
-    /// The command that writes the report again.
-    pub command: Option<String>,
-    /// The model.
-    pub model: &'a Calibration,
-    /// Methods side by side, where they were compared.
-    pub comparison: Option<&'a Comparison>,
-    /// The true cameras, where they are known.
-    pub truth: Option<&'a [PosedCamera]>,
-    /// The pictures, where there are any.
-    pub seen: Option<Seen<'a>>,
-    /// Whether the method is fitted once more without each view, so that errors are those on points
-    /// that it has not seen.
-    pub held_out: bool,
-}
 
 impl Report {
     /// Judges a model and draws everything that can be drawn of it.
@@ -106,13 +77,18 @@ impl Report {
         }
         report.budget = budget::of_model(model, (&data, &points), judgement, progress)?;
         report.points = points;
-        report.verdict = verdict::of(&report, model.choice.as_ref());
+        report.verdict = verdict::of(&report, model.choice.as_ref(), material.wording);
         Ok(report)
     }
 
     /// What a comparison alone tells.
     #[must_use]
-    pub fn of_comparison(comparison: &Comparison, title: &str, command: Option<String>) -> Self {
+    pub fn of_comparison(
+        comparison: &Comparison,
+        title: &str,
+        command: Option<String>,
+        wording: Wording,
+    ) -> Self {
         let mut report = Self {
             command,
             methods: compared(comparison),
@@ -121,30 +97,7 @@ impl Report {
             judgement: Judgement::HeldOut,
             ..Self::empty(title, &comparison.unit)
         };
-        report.verdict = verdict::of_comparison(&report, comparison);
-        report
-    }
-
-    /// The 2001 paper's figures and claims.
-    #[must_use]
-    pub fn of_reproduction(all: &Reproduction, title: &str, command: Option<String>) -> Self {
-        let claims: Vec<ClaimFigures> = all
-            .claims
-            .iter()
-            .map(|claim| ClaimFigures {
-                claim: claim.claim.clone(),
-                measured: claim.measured.clone(),
-                holds: claim.verdict == Verdict::Confirmed,
-            })
-            .collect();
-        let mut report = Self {
-            command,
-            learning: Some(figure_5(&all.figure_5)),
-            beyond: Some(figure_6(&all.figure_6)),
-            claims,
-            ..Self::empty(title, "cm")
-        };
-        report.verdict = verdict::of_claims(&report.claims, all);
+        report.verdict = verdict::of_comparison(&report, comparison, wording);
         report
     }
 }
@@ -357,35 +310,6 @@ fn learning(model: &Calibration) -> Option<CurveFigure> {
         up: "rms error of the outputs, scaled".into(),
         curves: vec![Curve { name: "points that are learned".into(), points }],
     })
-}
-
-fn figure_5(points: &[LearningPoint]) -> CurveFigure {
-    let curve = |name: &str, pick: fn(&LearningPoint) -> f64| Curve {
-        name: name.into(),
-        points: points.iter().map(|point| [point.epoch as f64, pick(point)]).collect(),
-    };
-    CurveFigure {
-        across: "epochs".into(),
-        up: "mean error, % of the distance".into(),
-        curves: vec![
-            curve("new points, median of the seeds", |p| p.exam_percent.median),
-            curve("new points, worst seed", |p| p.exam_percent.greatest),
-            curve("new points, best seed", |p| p.exam_percent.least),
-            curve("points that are learned, median", |p| p.training_percent.median),
-        ],
-    }
-}
-
-fn figure_6(curves: &[BeyondCurve]) -> CurveFigure {
-    let curve = |curve: &BeyondCurve| Curve {
-        name: curve.method.clone(),
-        points: curve.points.iter().map(|point| [point.distance, point.percent]).collect(),
-    };
-    CurveFigure {
-        across: "Z, cm".into(),
-        up: "mean error of Z, %".into(),
-        curves: curves.iter().map(curve).collect(),
-    }
 }
 
 impl Judgement {

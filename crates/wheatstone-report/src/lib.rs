@@ -11,6 +11,7 @@ mod cameras;
 pub mod figures;
 pub mod html;
 mod grid;
+mod material;
 mod page;
 mod pictures;
 mod plot;
@@ -21,8 +22,8 @@ mod sections;
 mod text;
 mod verdict;
 
-pub use build::{Material, Seen};
 pub use grid::Grid;
+pub use material::{Material, Seen, Wording};
 pub use points::Judgement;
 pub use sections::{
     Accuracy, BudgetShare, CameraFigures, ClaimFigures, Crops, Curve, CurveFigure, DepthBand,

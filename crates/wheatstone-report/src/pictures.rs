@@ -1,7 +1,7 @@
 //! Pictures made small enough to travel with the report.
 
 use super::{
-    build::Seen,
+    material::Seen,
     sections::{Crops, FindingFigures, OutlierFigures, PictureFigures, PointFigures},
 };
 use crate::html::jpeg;

@@ -42,6 +42,7 @@ fn model(data: &Dataset) -> Calibration {
 
 fn report(rig: &Rig, model: &Calibration, held_out: bool) -> Report {
     let material = Material {
+        wording: super::Wording::default(),
         title: "model.json".into(),
         command: Some("wheatstone report model.json -o report.html".into()),
         model,
@@ -131,7 +132,7 @@ fn every_figure_says_its_units_and_how_to_read_it() {
             for wrong in ["NaN", "inf\"", "style=\""] {
                 assert!(!drawing.contains(wrong), "{} holds {wrong}", figure.name);
             }
-            assert!(html.contains(&panel.inline()));
+            assert!(html.contains(&panel.inline().0));
         }
     }
 }
@@ -235,6 +236,7 @@ fn an_observation_set_aside_shows_its_piece_of_the_picture() {
     let model = Calibration::fit(&method, &prepared, 0, false, &Silent).unwrap();
     let report = Report::of(
         &Material {
+            wording: super::Wording::default(),
             title: "capture".into(),
             command: None,
             model: &model,
@@ -284,7 +286,7 @@ fn a_comparison_alone_makes_a_page() {
     let (rig, data) = world();
     let methods = ["dlt", "brown"].map(|name| AnyMethod::named(name).unwrap());
     let found = compare(&methods, &data, Some(&rig.cameras), 0, &Silent).unwrap();
-    let report = Report::of_comparison(&found, "points.csv", None);
+    let report = Report::of_comparison(&found, "points.csv", None, super::Wording::default());
     assert_eq!(report.verdict.grade, "sound", "{:?}", report.verdict);
     assert!(report.verdict.sentence.starts_with("brown is to be trusted here"));
     assert_eq!((report.methods.len(), report.views.len()), (2, found.methods[1].folds.len()));

@@ -2,11 +2,16 @@
 
 use super::{
     Judgement, Report,
-    sections::{Accuracy, BudgetShare, ClaimFigures, Verdict, ViewFigures},
+    material::Wording,
+    sections::{Accuracy, BudgetShare, Verdict, ViewFigures},
     text::{figure, percent, round},
 };
-use crate::reproduction::Reproduction;
-use wheatstone_core::{dataset::split::FoldKind, evaluate::Comparison, method::Choice};
+use wheatstone_core::{
+    dataset::split::FoldKind,
+    error::{Hint, Remedy},
+    evaluate::Comparison,
+    method::Choice,
+};
 use wheatstone_numeric::statistics::root_mean_square;
 
 /// Up to so many times what the pixels allow, a fit is sound: `auto` asks for a second opinion above
@@ -17,7 +22,7 @@ pub(super) const SOUND: f64 = 1.25;
 pub(super) const FAIR: f64 = 2.0;
 
 /// The verdict on a model.
-pub(super) fn of(report: &Report, choice: Option<&Choice>) -> Verdict {
+pub(super) fn of(report: &Report, choice: Option<&Choice>, wording: Wording) -> Verdict {
     let Some(accuracy) = &report.accuracy else {
         return Verdict {
             grade: "unproven".into(),
@@ -39,7 +44,7 @@ pub(super) fn of(report: &Report, choice: Option<&Choice>) -> Verdict {
         grade: grade(ratio).into(),
         sentence: sentence(report, accuracy),
         reasons: reasons(report, accuracy, choice),
-        advice: advice(report, accuracy),
+        advice: advice(report, accuracy, wording),
     }
 }
 
@@ -155,26 +160,27 @@ fn causes(budget: &[BudgetShare]) -> Option<String> {
 }
 
 /// What helps against the largest part, where it is not the pixels'.
-fn remedy(budget: &[BudgetShare]) -> Option<String> {
+fn remedy(budget: &[BudgetShare]) -> Option<Hint> {
     let largest = budget.iter().max_by(|a, b| a.share.total_cmp(&b.share))?;
-    let words = match largest.source.as_str() {
-        "lens model" => {
-            "Most of the error is the method's: compare methods (`wheatstone compare`); `neural-camera` and `network` follow any lens."
-        }
-        "the charts' places" => {
-            "Most of the error is where the charts stood: measure their places better, or let the fit solve for them (`--stage-sigma`)."
-        }
-        _ => return None,
-    };
-    Some(words.into())
+    match largest.source.as_str() {
+        "lens model" => Some(Hint::new(
+            "Most of the error is the method's: `neural-camera` and `network` follow any lens; compare methods",
+            Remedy::Compare,
+        )),
+        "the charts' places" => Some(Hint::new(
+            "Most of the error is where the charts stood: measure their places better, or let the fit solve for them",
+            Remedy::ChartPlaces,
+        )),
+        _ => None,
+    }
 }
 
-fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
+fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String> {
     let mut advice = Vec::new();
     if report.judgement == Judgement::Fitted && held_out(report).is_none() {
         advice.push(
-            "Judge it on points that it has not seen: `wheatstone evaluate model.json exam.csv`."
-                .to_owned(),
+            wording
+                .sentence(Hint::new("Judge it on points that it has not seen", Remedy::Evaluate)),
         );
     }
     let worst = report.views.iter().filter(|view| view.kind == Some(FoldKind::Interpolation));
@@ -207,18 +213,15 @@ fn advice(report: &Report, accuracy: &Accuracy) -> Vec<String> {
         }
     }
     if let Some(remedy) = remedy(&report.budget) {
-        advice.push(remedy);
+        advice.push(wording.sentence(remedy));
     } else if accuracy.ratio().is_some_and(|ratio| ratio > FAIR) {
-        advice.push(
-            "Most of the error is not the pixels': compare methods (`wheatstone compare`), and look at the misses in the pictures for a pattern."
-                .into(),
-        );
+        advice.push(wording.sentence(Hint::new("Most of the error is not the pixels': look at the misses in the pictures for a pattern, and compare methods", Remedy::Compare)));
     }
     advice
 }
 
 /// What a comparison alone comes to.
-pub(super) fn of_comparison(report: &Report, found: &Comparison) -> Verdict {
+pub(super) fn of_comparison(report: &Report, found: &Comparison, wording: Wording) -> Verdict {
     let chosen = found.methods.iter().find(|row| found.chosen.as_ref() == Some(&row.method));
     let Some((chosen, rms)) = chosen.and_then(|row| Some((row, row.rms?))) else {
         return Verdict {
@@ -246,37 +249,6 @@ pub(super) fn of_comparison(report: &Report, found: &Comparison) -> Verdict {
         grade: grade(ratio).into(),
         sentence,
         reasons,
-        advice: remedy(&report.budget).into_iter().collect(),
-    }
-}
-
-/// What the claims of the paper come to.
-pub(super) fn of_claims(claims: &[ClaimFigures], all: &Reproduction) -> Verdict {
-    let rivals: Vec<String> = all
-        .comparison
-        .iter()
-        .map(|row| format!("{}: {} %", row.method, figure(row.inside_percent)))
-        .collect();
-    let nets: Vec<String> = all
-        .architectures
-        .iter()
-        .map(|net| {
-            let hidden: Vec<String> = net.hidden.iter().map(usize::to_string).collect();
-            format!("{}: {} %", hidden.join("-"), figure(net.exam_percent.median))
-        })
-        .collect();
-    let holding = claims.iter().filter(|claim| claim.holds).count();
-    Verdict {
-        grade: if holding == claims.len() { "confirmed" } else { "mixed" }.into(),
-        sentence: format!("{holding} of {} claims of the 2001 paper hold here.", claims.len()),
-        reasons: vec![
-            format!(
-                "Learned from {} pairs of whole pixels, as then; errors are those at places in the same range that were not learned, in percent of the distance.",
-                all.pairs
-            ),
-            format!("Methods, mean error: {}.", rivals.join(", ")),
-            format!("Networks by their hidden units, median over the seeds: {}.", nets.join(", ")),
-        ],
-        advice: Vec::new(),
+        advice: remedy(&report.budget).map(|hint| wording.sentence(hint)).into_iter().collect(),
     }
 }

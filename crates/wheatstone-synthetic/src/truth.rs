@@ -3,7 +3,11 @@
 use super::{Noise, Rig};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use wheatstone_core::{Error, Result, storage};
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+    storage,
+};
 
 /// How synthetic data came about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,7 +53,7 @@ impl Truth {
             path: path.into(),
             line: Some(e.line() as u64),
             problem: format!("not a truth file: {e}"),
-            hint: "truth files are written by `wheatstone synth`".into(),
+            hint: Hint::new("truth files are written beside synthetic data", Remedy::Synthesise),
         })
     }
 }

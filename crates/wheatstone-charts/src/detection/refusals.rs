@@ -3,7 +3,10 @@
 use super::{Picture, Read};
 use crate::{capture::Capture, chart::Sighting};
 use rayon::prelude::*;
-use wheatstone_core::{Error, Result};
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+};
 
 /// Where the chart is in few pictures, looks for the one that is left when squares were counted instead
 /// of corners, and says so if it is there.
@@ -33,7 +36,8 @@ pub(super) fn refuse_a_miscount(
             described["columns"],
             described["rows"],
             few.len()
-        ),
+        )
+        .into(),
     })
 }
 
@@ -53,10 +57,11 @@ pub(super) fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Err
     let hint = match crate::chart::lattice::size_in_reason(why) {
         Some((width, height)) => format!(
             "is it `columns = {width}`, `rows = {height}`? Inner corners, crossings or dots are counted, but squares of a charuco board and tags of an april-grid"
-        ),
-        None => format!(
-            "compare the pictures with [chart] in `{}`; `wheatstone detect --draw DIR` shows what was found",
-            capture.path.display()
+        )
+        .into(),
+        None => Hint::new(
+            format!("compare the pictures with [chart] in `{}`", capture.path.display()),
+            Remedy::ShowDetections,
         ),
     };
     Error::Degenerate {

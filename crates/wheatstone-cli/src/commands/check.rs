@@ -140,7 +140,8 @@ fn as_text(examination: &Examination, data: &Dataset) -> String {
         for (name, value) in &finding.figures {
             text += &format!("  {name}: {}\n", figure(*value));
         }
-        text += &format!("  hint: {}\n", finding.hint);
+        let way_out = if finding.is_fixable() { "; `wheatstone check --fix OUT` does" } else { "" };
+        text += &format!("  hint: {}{way_out}\n", finding.hint);
     }
     if alarms(examination) == 0 {
         text += &format!(
@@ -152,6 +153,11 @@ fn as_text(examination: &Examination, data: &Dataset) -> String {
     text += "What cannot be seen in the data:\n";
     for statement in &examination.cannot_be_seen {
         text += &format!("  {}: {}\n", statement.what, statement.check);
+    }
+    if let Some(first) = examination.layout.first().filter(|it| it.baseline.is_finite()) {
+        let length = figure(first.baseline);
+        text +=
+            &format!("  `--expect-baseline {length}:1%` holds a measured distance against it\n");
     }
     for camera in examination.layout.iter().skip(1) {
         text += &format!("  {}\n", camera.words);

@@ -7,7 +7,7 @@ use super::{
 use crate::verbosity::{remark, say};
 use crate::{
     browser::Showing,
-    failure::{Failure, Outcome},
+    failure::{Failure, Outcome, worded},
     input::{Loaded, Reading, load},
     prepare::Preparing,
     progress::Bar,
@@ -23,7 +23,7 @@ use wheatstone::{
     method::AnyMethod,
     numeric::statistics::root_mean_square,
     preparation::Prepared,
-    report::{Material, Report, Seen},
+    report::{Material, Report, Seen, Wording},
     storage::Output,
 };
 
@@ -113,10 +113,11 @@ impl Compare {
         let model = match found.chosen.as_ref().map(fit) {
             Some(Ok(model)) => model,
             Some(Err(e @ Error::Cancelled)) => return Err(e.into()),
-            _ => return Ok(Report::of_comparison(found, &title, command)),
+            _ => return Ok(Report::of_comparison(found, &title, command, Wording(worded))),
         };
         let seen = loaded.source.as_ref();
         let material = Material {
+            wording: Wording(worded),
             title,
             command,
             model: &model,

@@ -8,7 +8,7 @@ use super::{
 use crate::verbosity::say;
 use crate::{
     browser::Showing,
-    failure::Outcome,
+    failure::{Outcome, worded},
     progress::Bar,
     table::{figure, table},
 };
@@ -27,7 +27,7 @@ use wheatstone::{
     method::AnyMethod,
     numeric::statistics::{median, percentile},
     preparation::Preparation,
-    report::{Material, MethodFigures, Report, Seen as Pictures},
+    report::{Material, MethodFigures, Report, Seen as Pictures, Wording},
     storage,
     synthetic::{Rig, Sensor, Stage, write_capture},
     tables,
@@ -216,6 +216,7 @@ impl Demo {
             command += &format!(" --seed {}", self.seed);
         }
         let material = Material {
+            wording: Wording(worded),
             title: format!("demo: {file}"),
             command: Some(command),
             model: &Calibration::load(&self.out.join(&file))?,

@@ -20,7 +20,7 @@ pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod synth;
 
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, Outcome, worded};
 use std::io::Write;
 use wheatstone::method::AnyMethod;
 
@@ -78,7 +78,7 @@ pub(crate) fn methods_named(names: &[String]) -> Outcome<Vec<AnyMethod>> {
     }
     let named = names.iter().map(|name| AnyMethod::named(name.trim()));
     named.collect::<wheatstone::Result<Vec<_>>>().map_err(|e| {
-        let hint = e.hint().unwrap_or_default();
+        let hint = e.hint().map(worded).unwrap_or_default();
         Failure::usage(e.to_string(), hint)
     })
 }

@@ -3,7 +3,7 @@
 use super::{locate::needs_two_cameras, methods_named};
 use crate::{
     browser::Showing,
-    failure::{Failure, Outcome},
+    failure::{Failure, Outcome, worded},
     input::{Reading, Source, load},
     prepare::Preparing,
     progress::Bar,
@@ -16,7 +16,7 @@ use wheatstone::{
     evaluate::{Comparison, compare},
     method::AnyMethod,
     report,
-    report::{Material, Seen},
+    report::{Material, Seen, Wording},
     storage::Output,
     synthetic::Truth,
 };
@@ -145,6 +145,7 @@ impl Report {
     ) -> Outcome<report::Report> {
         let name = self.input.file_name().unwrap_or(self.input.as_os_str());
         let material = Material {
+            wording: Wording(worded),
             title: name.to_string_lossy().into(),
             command: Some(self.command()),
             model,

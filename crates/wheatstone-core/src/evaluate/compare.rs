@@ -12,6 +12,7 @@ use crate::{
         Dataset,
         split::{Fold, FoldKind, folds},
     },
+    error::{Hint, Remedy},
     geometry::Point3,
     method::{
         AnyMethod, Fit,
@@ -224,8 +225,10 @@ pub fn compare(
             problem:
                 "methods are compared by how well they locate points, which one camera alone cannot"
                     .into(),
-            hint: "`wheatstone fit` calibrates one camera and tells its held-out error in pixels"
-                .into(),
+            hint: Hint::new(
+                "a fit calibrates one camera and tells its held-out error in pixels",
+                Remedy::Fit,
+            ),
         });
     }
     let folds = folds(data);

@@ -39,6 +39,7 @@ pub(crate) use resection_start::Lens;
 use crate::{
     Error, Result,
     dataset::Dataset,
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3, Ray},
     registry,
 };
@@ -281,7 +282,10 @@ impl AnyMethod {
                 "these points are of one camera, which locates no point: `{}` has nothing to learn",
                 self.name()
             ),
-            hint: "one camera can be calibrated: `--method neural-camera`, `brown` or `kannala-brandt`".into(),
+            hint: Hint::new(
+                "one camera can be calibrated by `neural-camera`, `brown` or `kannala-brandt`",
+                Remedy::Method,
+            ),
         })
     }
 

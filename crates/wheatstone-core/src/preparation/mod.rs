@@ -7,6 +7,7 @@ pub mod outliers;
 use crate::{
     Error, Result,
     dataset::Dataset,
+    error::{Hint, Remedy},
     fit::{
         bundle::{self, Gauge, Lenses, Placing, SolvedPoses, ViewPose},
         stage::{self, StagePrior, ViewOffset},
@@ -272,14 +273,11 @@ fn refuse_faults(examination: &Examination, repaired: bool) -> Result<()> {
     let Some(first) = left.next() else { return Ok(()) };
     let others = left.count();
     let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
-    let way_out = if first.is_fixable() && !repaired {
-        "`--fix` puts it right, `--force` goes on all the same"
-    } else {
-        "`--force` goes on all the same"
-    };
+    let fixable = first.is_fixable() && !repaired;
+    let way_out = if fixable { Remedy::RepairOrInsist } else { Remedy::Insist };
     Err(Error::Faulty {
         code: first.code.into(),
         problem: format!("{}{more}", first.explanation),
-        hint: format!("{}; {way_out}", first.hint),
+        hint: Hint::new(first.hint.clone(), way_out),
     })
 }

@@ -3,6 +3,7 @@
 use super::{VirtualPair, Wanted, maps::Maps, points::Shown, ray_table::RayTable};
 use crate::{
     Calibration, Error, Result,
+    error::{Hint, Remedy},
     geometry::{Point3, Pose, Vector3},
 };
 use nalgebra::{Matrix2, Matrix3, Matrix3x2};
@@ -87,7 +88,7 @@ fn rotation(baseline: Vector3, forward: Vector3, mirrored: bool) -> Result<Matri
 fn behind() -> Error {
     Error::Degenerate {
         problem: "the cameras' sight lines meet beyond what they see, not before it".into(),
-        hint: "`wheatstone evaluate` judges the model; fit again".into(),
+        hint: Hint::new("judge the model, and fit again", Remedy::Evaluate),
     }
 }
 

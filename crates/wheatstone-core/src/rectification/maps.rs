@@ -4,6 +4,7 @@ use super::Spread;
 use crate::{
     Calibration, Error, Result,
     dataset::Dataset,
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3},
     method::{AnyMethod, AnyReconstructor},
 };
@@ -99,7 +100,7 @@ fn follow(model: &Calibration, progress: &dyn Progress) -> Result<(AnyReconstruc
     }
     Spread::of(misses).map(|spread| (learned, spread)).ok_or_else(|| Error::Degenerate {
         problem: "the model finds no points where its cameras see them".into(),
-        hint: "`wheatstone evaluate` judges it; fit again".into(),
+        hint: Hint::new("judge the model, and fit again", Remedy::Evaluate),
     })
 }
 

@@ -3,6 +3,7 @@
 use super::{Source, Wanted, maps::Maps};
 use crate::{
     Calibration, Error, Result,
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3},
 };
 use wheatstone_numeric::random::Random;
@@ -58,7 +59,7 @@ pub(super) fn shown(model: &Calibration, maps: &Maps, wanted: &Wanted) -> Result
                 maps.cameras[0] + 1,
                 maps.cameras[1] + 1
             ),
-            hint: "choose two that do: `--cameras 1,3`".into(),
+            hint: Hint::new("choose two that do", Remedy::TwoCameras),
         });
     }
     let sources = [0, 1].map(|side| Source {
@@ -112,6 +113,6 @@ fn before(model: &Calibration, maps: &Maps, [width, height]: [u32; 2]) -> Vec<Po
 fn no_size() -> Error {
     Error::Degenerate {
         problem: "nothing tells what this model's cameras see: it carries no points, and the size of its pictures is not known".into(),
-        hint: "give it: `--size 1280x1024`".into(),
+        hint: Hint::new("give the size of its pictures", Remedy::ImageSize),
     }
 }

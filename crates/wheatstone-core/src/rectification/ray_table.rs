@@ -3,6 +3,7 @@
 use super::maps::Maps;
 use crate::{
     Error, Result,
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3, Ray, Vector3, triangulation},
 };
 use nalgebra::Matrix2;
@@ -72,7 +73,7 @@ impl RayTable {
 fn opposed() -> Error {
     Error::Degenerate {
         problem: "the two cameras look at the same space from opposite sides".into(),
-        hint: "choose two that look the same way: `--cameras 1,3`".into(),
+        hint: Hint::new("choose two that look the same way", Remedy::TwoCameras),
     }
 }
 

@@ -15,6 +15,7 @@ use serde::Serialize;
 use wheatstone_core::{
     Calibration, Result,
     dataset::{Correspondence, Dataset},
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3},
     method::{
         AnyReconstructor, Method, Reconstructor, brown::Brown, dlt::Dlt,
@@ -168,7 +169,10 @@ fn cannot_follow() -> Error {
     Error::Unsupported {
         format: "this format".into(),
         what: "anything like this model".into(),
-        hint: "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; of other models fit a parametric one: `wheatstone fit … --method brown`".into(),
+        hint: Hint::new(
+            "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; of other models fit a parametric one, such as `brown`",
+            Remedy::Method,
+        ),
     }
 }
 

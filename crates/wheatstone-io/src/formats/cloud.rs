@@ -4,7 +4,11 @@
 //! want `float` coordinates: it rounds to 24 bits, one part in seventeen million.
 
 use super::{Content, Format, Given, Layout, OutputFile};
-use wheatstone_core::{Result, dataset::Dataset};
+use wheatstone_core::{
+    Result,
+    dataset::Dataset,
+    error::{Hint, Remedy},
+};
 
 /// Binary, doubles: nothing is lost.
 pub(super) const PLY: Format = Format {
@@ -28,7 +32,7 @@ fn places(data: &Dataset, format: &str) -> Result<Vec<[f64; 3]>> {
         return Err(Format::unsupported(
             format,
             "points without X, Y, Z".into(),
-            "locate them first: `wheatstone locate model.json pixels.csv -o points.csv`",
+            Hint::new("locate them first", Remedy::Locate),
         ));
     }
     Ok(places)

@@ -12,7 +12,11 @@ use super::{
     text::{lines, number, row},
 };
 use nalgebra::{Matrix3, Matrix3x4};
-use wheatstone_core::{Result, geometry::ProjectionMatrix};
+use wheatstone_core::{
+    Result,
+    error::{Hint, Remedy},
+    geometry::ProjectionMatrix,
+};
 
 /// Our pixels.
 pub(super) const FORMAT: Format = Format {
@@ -108,7 +112,8 @@ fn read(files: &[InputFile], given: &Given, count: Count) -> Result<Rig> {
         let height = match (count, size) {
             (Count::Upwards, None) => {
                 let problem = "v goes up from the bottom of pictures of unknown height".into();
-                return Err(file.error(0, problem, "give their size: `--size 1280x1024`"));
+                let hint = Hint::new("give their size", Remedy::ImageSize);
+                return Err(file.error(0, problem, hint));
             }
             (_, size) => size.map_or(0.0, |[_, height]| f64::from(height)),
         };

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use wheatstone_core::{
     Error, Result,
     dataset::{Correspondence, Dataset},
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3},
 };
 
@@ -98,7 +99,7 @@ fn height(given: &Given, camera: usize) -> Result<f64> {
         Format::unsupported(
             FORMAT.name,
             "pixels whose v goes up from the bottom of pictures of unknown height".into(),
-            "give their size: `--size 1280x1024`",
+            Hint::new("give their size", Remedy::ImageSize),
         )
     })
 }

@@ -5,7 +5,11 @@ use std::{
     io::Write,
     path::{Path, PathBuf},
 };
-use wheatstone_core::{Error, Result, storage};
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+    storage,
+};
 
 /// A file that was read whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +50,7 @@ impl InputFile {
     }
 
     /// What is wrong with it, and on which line, 0 where no line is to blame.
-    pub(super) fn error(&self, line: u64, problem: String, hint: &str) -> Error {
+    pub(super) fn error(&self, line: u64, problem: String, hint: impl Into<Hint>) -> Error {
         Error::Malformed {
             path: self.path.clone(),
             line: (line > 0).then_some(line),
@@ -104,7 +108,7 @@ pub fn gather(format: &Format, paths: &[PathBuf]) -> Result<Vec<InputFile>> {
                 path: path.clone(),
                 line: None,
                 problem: format!("this folder holds no file of the format `{}`", format.name),
-                hint: "name the files, or choose another `--from`".into(),
+                hint: Hint::new("name the files, or choose another format", Remedy::SourceFormat),
             });
         }
     }

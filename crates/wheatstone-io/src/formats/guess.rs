@@ -5,7 +5,11 @@ use std::{
     io::Read,
     path::{Path, PathBuf},
 };
-use wheatstone_core::{Error, Result, storage};
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+    storage,
+};
 
 /// What the names of files say, surest first.
 const BY_NAME: [(&str, &str); 11] = [
@@ -28,14 +32,14 @@ const BY_NAME: [(&str, &str); 11] = [
 ///
 /// [`Error::Io`] where they cannot be read, [`Error::Malformed`] where nothing tells.
 pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
-    let refuse = |path: &Path, problem: &str, hint: &str| Error::Malformed {
+    let refuse = |path: &Path, problem: &str, hint: Hint| Error::Malformed {
         path: path.into(),
         line: None,
         problem: problem.into(),
-        hint: hint.into(),
+        hint,
     };
     let unknown = |path: &Path| {
-        let hint = "say what it is: `--from NAME`; `wheatstone list formats` has the names";
+        let hint = Hint::new("say what it is", Remedy::SourceFormat);
         refuse(path, "nothing tells which format this is", hint)
     };
     let first = paths.first().ok_or_else(|| unknown(Path::new("")))?;

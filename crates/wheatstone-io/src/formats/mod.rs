@@ -38,7 +38,12 @@ pub use guess::guess;
 pub use import::{Imported, calibration};
 pub use rig::{Form, Optics, Rig, RigCamera, coefficients};
 
-use wheatstone_core::{Error, Result, dataset::Dataset, rectification::Rectification};
+use wheatstone_core::{
+    Error, Result,
+    dataset::Dataset,
+    error::{Hint, Remedy},
+    rectification::Rectification,
+};
 
 /// A format of files.
 pub struct Format {
@@ -307,12 +312,12 @@ impl Format {
         Error::Unsupported {
             format: self.name.into(),
             what: what.into(),
-            hint: "`wheatstone list formats` says what each format holds".into(),
+            hint: Hint::new("choose a format that holds it", Remedy::Formats),
         }
     }
 
     /// A refusal in this format's name.
-    fn unsupported(name: &str, what: String, hint: &str) -> Error {
+    fn unsupported(name: &str, what: String, hint: impl Into<Hint>) -> Error {
         Error::Unsupported { format: name.into(), what, hint: hint.into() }
     }
 }

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use wheatstone_core::{
     Error, Result,
     camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt, pinhole::Pinhole},
+    error::{Hint, Remedy},
     geometry::{Pixel, Point3, Pose, ProjectionMatrix},
     method::FittedCamera,
 };
@@ -242,7 +243,7 @@ impl Rig {
         camera.size.ok_or_else(|| Error::Unsupported {
             format: format.into(),
             what: format!("camera `{}` without the size of its pictures", camera.name),
-            hint: "give it: `--size 1280x1024`".into(),
+            hint: Hint::new("give the size of its pictures", Remedy::ImageSize),
         })
     }
 }

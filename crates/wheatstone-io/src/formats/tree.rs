@@ -1,7 +1,10 @@
 //! Maps, lists and scalars with their lines, as files of several kinds hold them.
 
 use super::InputFile;
-use wheatstone_core::Result;
+use wheatstone_core::{
+    Result,
+    error::{Hint, Remedy},
+};
 
 /// A value and the line on which it begins; 0 where that is not known.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +41,7 @@ impl Node {
             file.error(
                 self.line,
                 format!("there is no `{key}` here"),
-                "give it, or choose another `--from`",
+                Hint::new("give it, or choose another format", Remedy::SourceFormat),
             )
         })
     }

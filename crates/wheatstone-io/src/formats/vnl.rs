@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use wheatstone_core::{
     Result,
     dataset::{Correspondence, Dataset},
+    error::{Hint, Remedy},
     geometry::Pixel,
 };
 
@@ -75,8 +76,7 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     let file = &files[0];
     let pictures = pictures(file)?;
     let Some((columns, pitch)) = given.board else {
-        let hint =
-            "give its columns and their distance: `--board 10x77` for ten corners 77 mm apart";
+        let hint = Hint::new("give its columns and their distance", Remedy::Board);
         return Err(file.error(0, "it does not say what the board is".into(), hint));
     };
     let mut cameras: Vec<&str> = pictures.keys().map(|(camera, _)| camera.as_str()).collect();

@@ -39,7 +39,7 @@ fn panel(
         );
         plot.dot(*at, "f0", (1.5, Some(*index)));
     }
-    plot.raw(&format!("<path class=\"line c0 thin\" d=\"{path}\"/>"));
+    plot.add(maud::html! { path class="line c0 thin" d=(path) {} });
     let rms = camera.miss_rms.unwrap_or(0.0);
     plot.finish(
         &format!("{}: {} px rms", camera.name, digits(rms)),

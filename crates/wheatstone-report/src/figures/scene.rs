@@ -6,6 +6,7 @@ use super::{
     Figure, every, thinned,
 };
 use crate::{Report, text::escape};
+use maud::{Markup, html};
 use std::fmt::Write;
 use wheatstone_core::geometry::Vector3;
 
@@ -65,21 +66,13 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         let [x, y] = flat(point);
         [margin + (x - low[0]) * scale, margin + (y - low[1]) * scale]
     };
-    let mut body = String::new();
-    for (view, point) in points.iter().step_by(every(points.len())) {
-        let [x, y] = place(*point);
-        let _ = write!(
-            body,
-            "<circle class=\"f{}\" cx=\"{}\" cy=\"{}\" r=\"2\"/>",
-            view % 6,
-            short(x),
-            short(y)
-        );
-    }
     let size = (high[0] - low[0]).max(high[1] - low[1]) * 0.12;
-    for camera in &report.cameras {
-        body += &frustum(camera, size, &place);
-    }
+    let dots = points.iter().step_by(every(points.len()));
+    let dots = dots.map(|(view, point)| (view % 6, place(*point).map(short)));
+    let body = html! {
+        @for (colour, [x, y]) in dots { circle class={ "f" (colour) } cx=(x) cy=(y) r="2" {} }
+        @for camera in &report.cameras { (frustum(camera, size, &place)) }
+    };
     let height = 2.0 * margin + (high[1] - low[1]) * scale;
     let alternative =
         format!("{} cameras and {} points in space.", report.cameras.len(), points.len());
@@ -105,8 +98,8 @@ fn frustum(
     camera: &crate::CameraFigures,
     size: f64,
     place: &dyn Fn(Vector3) -> [f64; 2],
-) -> String {
-    let Some(centre) = camera.centre.map(Vector3::from) else { return String::new() };
+) -> Markup {
+    let Some(centre) = camera.centre.map(Vector3::from) else { return Markup::default() };
     let ends: Vec<[f64; 2]> =
         camera.corners.iter().map(|corner| place(centre + Vector3::from(*corner) * size)).collect();
     let [x, y] = place(centre);
@@ -126,10 +119,9 @@ fn frustum(
     }
     // The name stays inside the drawing; a letter is about 7 wide.
     let half = 3.5 * camera.name.chars().count() as f64;
-    format!(
-        "<path class=\"line ink\" d=\"{path}\"/><text class=\"tick mid\" x=\"{}\" y=\"{}\">{}</text>",
-        short(x.min(WIDTH - half - 2.0).max(half + 2.0)),
-        short(y + 18.0),
-        escape(&camera.name)
-    )
+    let left = short(x.min(WIDTH - half - 2.0).max(half + 2.0));
+    html! {
+        path class="line ink" d=(path) {}
+        text class="tick mid" x=(left) y=(short(y + 18.0)) { (escape(&camera.name)) }
+    }
 }

@@ -1,9 +1,10 @@
 //! Pages of one HTML file, which hold all that they show: text that cannot break out of its place,
 //! bytes and pictures inside the page, and a policy that lets no request out.
 
-mod digest;
-
+use base64::{Engine, engine::general_purpose::STANDARD};
 use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
+use maud::{Markup, PreEscaped, Render};
+use sha2::{Digest, Sha256};
 use wheatstone_charts::imaging::GrayImage;
 
 /// The colours of all pages, and what their parts look like.
@@ -15,26 +16,33 @@ pub const STYLE: &str = include_str!("page.css");
 pub fn policy(style: &str, script: &str) -> String {
     format!(
         "default-src 'none'; script-src '{}'; style-src '{}'; img-src data:; base-uri 'none'; form-action 'none'",
-        digest::source(script),
-        digest::source(style)
+        source(script),
+        source(style)
     )
 }
 
-/// Replaces `{{name}}` by values; what a value holds is not looked at again.
+/// How a policy names a script or a style: `sha256-` and the digest.
+fn source(text: &str) -> String {
+    format!("sha256-{}", base64(&Sha256::digest(text.as_bytes())))
+}
+
+/// Replaces `{{name}}` by values, each escaped as its type says; what a value holds is not looked at
+/// again.
 #[must_use]
-pub fn filled(template: &str, values: &[(&str, &str)]) -> String {
+pub fn filled(template: &str, values: &[(&str, &dyn Render)]) -> Markup {
     let mut text = String::new();
     for (index, piece) in template.split("{{").enumerate() {
         match piece.split_once("}}").filter(|_| index > 0) {
             Some((name, rest)) => {
-                let value = values.iter().find(|(known, _)| *known == name);
-                text += value.map_or("", |(_, value)| value);
+                if let Some((_, value)) = values.iter().find(|(known, _)| *known == name) {
+                    value.render_to(&mut text);
+                }
                 text += rest;
             }
             None => text += piece,
         }
     }
-    text
+    PreEscaped(text)
 }
 
 /// A picture as an address that holds it: JPEG of a quality from 1 to 100. `None` for a picture of no
@@ -52,7 +60,7 @@ pub fn jpeg(image: &GrayImage, quality: u8) -> Option<String> {
 /// Text as HTML and SVG show it, in text and in quoted attributes. Control characters, which neither
 /// may hold, and the marks that turn the direction of what follows become visible signs.
 #[must_use]
-pub fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> Markup {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {
@@ -70,12 +78,12 @@ pub fn escape(text: &str) -> String {
             c => escaped.push(c),
         }
     }
-    escaped
+    PreEscaped(escaped)
 }
 
 /// JSON as it may stand inside a `<script>`: nothing in it ends the element or begins a comment, and
 /// nothing turns the direction of what follows.
-pub fn json(value: &impl serde::Serialize) -> String {
+pub fn json(value: &impl serde::Serialize) -> Markup {
     let text = serde_json::to_string(value).unwrap_or_else(|_| "null".into());
     let mut coded = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -90,46 +98,32 @@ pub fn json(value: &impl serde::Serialize) -> String {
             c => coded.push(c),
         }
     }
-    coded
+    PreEscaped(coded)
 }
 
 /// Base 64 with padding (RFC 4648, section 4).
 #[must_use]
 pub fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let byte = |index: usize| u32::from(group.get(index).copied().unwrap_or(0));
-        let all = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for place in 0..4 {
-            let letter = LETTERS[(all >> (18 - 6 * place) & 63) as usize];
-            text.push(if place <= group.len() { letter as char } else { '=' });
-        }
-    }
-    text
+    STANDARD.encode(bytes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// RFC 4648, section 10.
+    /// The digest of `abc` in NIST's FIPS 180-4 test vectors, in base 64.
     #[test]
-    fn base_64_of_the_standard() {
-        let pairs =
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
-        for (plain, coded) in pairs {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
+    fn policies_name_digests() {
+        assert_eq!(source("abc"), "sha256-ungWv48Bz+pBQUDeXa4iI7ADYaOWF3qctBD/YfIAFa0=");
     }
 
     #[test]
     fn nothing_escapes() {
         assert_eq!(
-            escape("<a href='x'>\"&\u{0}\u{202e}"),
+            escape("<a href='x'>\"&\u{0}\u{202e}").0,
             "&lt;a href=&#39;x&#39;&gt;&quot;&amp;\u{fffd}\u{fffd}"
         );
-        let coded = json(&"</script><!--\u{2028}&");
+        let PreEscaped(coded) = json(&"</script><!--\u{2028}&");
         assert!(!coded.contains(['<', '>', '&', '\u{2028}']));
         assert_eq!(serde_json::from_str::<String>(&coded).unwrap(), "</script><!--\u{2028}&");
     }

@@ -3,9 +3,11 @@
 mod parts;
 mod placed;
 mod scene;
+mod table;
 
 use super::{Report, plot, text};
 use crate::html::{STYLE, filled, policy};
+use maud::{PreEscaped, html};
 use parts::Part;
 
 const TEMPLATE: &str = include_str!("page.html");
@@ -23,11 +25,12 @@ fn script() -> String {
 pub(super) fn page(report: &Report) -> String {
     let (style, script) = (style(), script());
     let parts: Vec<Part> = parts::all(report);
-    let contents: String = parts
-        .iter()
-        .map(|part| format!("<li><a href=\"#{}\">{}</a></li>", part.name, text::escape(part.short)))
-        .collect();
-    let body: String = parts.into_iter().map(|part| part.html).collect();
+    let contents = html! {
+        @for part in &parts {
+            li { a href={ "#" (part.name) } { (text::escape(part.short)) } }
+        }
+    };
+    let body = html! { @for part in &parts { (part.html) } };
     filled(
         TEMPLATE,
         &[
@@ -39,8 +42,9 @@ pub(super) fn page(report: &Report) -> String {
             ("contents", &contents),
             ("parts", &body),
             ("data", &text::json(&scene::data(report))),
-            ("style", &style),
-            ("script", &script),
+            ("style", &PreEscaped(&style)),
+            ("script", &PreEscaped(&script)),
         ],
     )
+    .into_string()
 }

@@ -1,5 +1,6 @@
 //! The parts of the page, in the order in which they are read.
 
+use super::table::table;
 use crate::{
     FindingFigures, Judgement, OutlierFigures, PictureFigures, Report,
     figures::{self, Figure},
@@ -7,6 +8,7 @@ use crate::{
     text::{escape, figure, round},
     verdict::{FAIR, SOUND},
 };
+use maud::{Markup, PreEscaped, html};
 
 /// One part.
 pub(super) struct Part {
@@ -14,15 +16,15 @@ pub(super) struct Part {
     pub(super) name: &'static str,
     /// What the list at the top calls it.
     pub(super) short: &'static str,
-    pub(super) html: String,
+    pub(super) html: Markup,
 }
 
 /// All parts that there is something to show in.
 pub(super) fn all(report: &Report) -> Vec<Part> {
     let drawn = |name, short, title| {
         let figures = figures::of_part(report, name);
-        let cards: String = figures.iter().map(card).collect();
-        let html = section(name, title, &format!("<div class=\"figures\">{cards}</div>"));
+        let cards = html! { div.figures { @for figure in &figures { (card(figure)) } } };
+        let html = section(name, title, &cards);
         (!figures.is_empty()).then_some(Part { name, short, html })
     };
     let parts = [
@@ -40,58 +42,54 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
     parts.into_iter().flatten().collect()
 }
 
-fn section(name: &str, title: &str, inside: &str) -> String {
-    format!(
-        "<section id=\"{name}\" aria-labelledby=\"{name}-title\"><h2 id=\"{name}-title\">{title}</h2>{inside}</section>"
-    )
+fn section(name: &str, title: &str, inside: &Markup) -> Markup {
+    html! {
+        section id=(name) aria-labelledby={ (name) "-title" } {
+            h2 id={ (name) "-title" } { (title) }
+            (inside)
+        }
+    }
 }
 
 /// Escaped, with what stands between grave accents set as code.
-fn with_code(text: &str) -> String {
+fn with_code(text: &str) -> Markup {
     let pieces: Vec<&str> = text.split('`').collect();
     if pieces.len().is_multiple_of(2) {
         return escape(text);
     }
-    let set = |(index, piece): (usize, &&str)| match index % 2 {
-        1 => format!("<code>{}</code>", escape(piece)),
-        _ => escape(piece),
-    };
-    pieces.iter().enumerate().map(set).collect()
-}
-
-fn list(items: &[String]) -> String {
-    items.iter().map(|item| format!("<li>{}</li>", with_code(item))).collect()
+    html! {
+        @for (index, piece) in pieces.iter().enumerate() {
+            @if index % 2 == 1 { code { (escape(piece)) } } @else { (escape(piece)) }
+        }
+    }
 }
 
 /// The verdict: one word, one sentence, figures, and why.
-pub(super) fn verdict(report: &Report) -> String {
+pub(super) fn verdict(report: &Report) -> Markup {
     let verdict = &report.verdict;
-    let mut html = format!(
-        "<span class=\"grade\">{}</span><p class=\"sentence\">{}</p>",
-        escape(&verdict.grade),
-        escape(&verdict.sentence)
-    );
-    html += &tiles(report);
-    html += "<div class=\"why\">";
-    for (title, items) in
-        [("Why", &verdict.reasons), ("What would make it better", &verdict.advice)]
-    {
-        if !items.is_empty() {
-            html += &format!("<div><h2>{title}</h2><ul>{}</ul></div>", list(items));
+    let lists = [("Why", &verdict.reasons), ("What would make it better", &verdict.advice)];
+    html! {
+        span.grade { (escape(&verdict.grade)) }
+        p.sentence { (escape(&verdict.sentence)) }
+        @if report.accuracy.is_some() { dl.tiles { (tiles(report)) } }
+        div.why {
+            @for (title, items) in lists.iter().filter(|(_, items)| !items.is_empty()) {
+                div { h2 { (title) } ul { @for item in *items { li { (with_code(item)) } } } }
+            }
+        }
+        @if report.accuracy.is_some() || !report.methods.is_empty() {
+            p.note {
+                "Sound: errors on held-out points are at most " (SOUND.to_string())
+                " times what the pixels allow; fair: at most " (FAIR.to_string())
+                " times; doubtful: more; unproven: no points were held out."
+            }
         }
     }
-    html += "</div>";
-    if report.accuracy.is_some() || !report.methods.is_empty() {
-        html += &format!(
-            "<p class=\"note\">Sound: errors on held-out points are at most {SOUND} times what the pixels allow; fair: at most {FAIR} times; doubtful: more; unproven: no points were held out.</p>"
-        );
-    }
-    html
 }
 
-fn tiles(report: &Report) -> String {
-    let Some(accuracy) = &report.accuracy else { return String::new() };
-    let unit = escape(&report.unit);
+fn tiles(report: &Report) -> Markup {
+    let Some(accuracy) = &report.accuracy else { return Markup::default() };
+    let unit = &report.unit;
     let mut tiles = vec![
         ("rms error", figure(accuracy.rms), unit.clone()),
         ("half err less than", figure(accuracy.median), unit.clone()),
@@ -106,60 +104,62 @@ fn tiles(report: &Report) -> String {
     let points =
         if report.judgement == Judgement::HeldOut { "held-out points" } else { "fitted points" };
     tiles.push((points, accuracy.located.to_string(), format!("of {}", accuracy.n)));
-    tiles.push(("working distance", round(accuracy.working_distance), unit));
-    let tile = |(name, value, unit): &(&str, String, String)| {
-        format!("<div><dt>{name}</dt><dd>{value} <small>{unit}</small></dd></div>")
-    };
-    format!("<dl class=\"tiles\">{}</dl>", tiles.iter().map(tile).collect::<String>())
+    tiles.push(("working distance", round(accuracy.working_distance), unit.clone()));
+    html! {
+        @for (name, value, unit) in &tiles {
+            div { dt { (name) } dd { (value) " " small { (escape(unit)) } } }
+        }
+    }
+}
+
+/// How a figure is read.
+fn explained(figure: &Figure) -> Markup {
+    html! {
+        p { strong { "How to read:" } " " (escape(&figure.how)) }
+        p { strong { "Good looks like:" } " " (escape(figure.good)) }
+    }
 }
 
 /// A figure with its words.
-fn card(figure: &Figure) -> String {
-    let broad = if figure.panels.len() > 1 { " broad" } else { "" };
-    // Drawings of several widths keep them, so that their scales stay the same.
+fn card(figure: &Figure) -> Markup {
     let several = figure.panels.len() > 1;
+    // Drawings of several widths keep them, so that their scales stay the same.
     let natural = several && figure.panels.iter().any(|panel| panel.size[0] < plot::WIDTH - 1.0);
-    let natural = if natural { " natural" } else { "" };
-    let panel = |panel: &figures::Panel| {
-        let heading = if panel.heading.is_empty() {
-            String::new()
-        } else {
-            format!("<h4>{}</h4>", escape(&panel.heading))
-        };
-        format!("<div>{heading}{}</div>", panel.inline())
-    };
-    format!(
-        "<figure class=\"card{broad}\" id=\"figure-{}\"><h3>{}</h3><div class=\"panels{natural}\">{}</div><figcaption><p><strong>How to read:</strong> {}</p><p><strong>Good looks like:</strong> {}</p></figcaption></figure>",
-        figure.name,
-        escape(figure.title),
-        figure.panels.iter().map(panel).collect::<String>(),
-        escape(&figure.how),
-        escape(figure.good)
-    )
+    html! {
+        figure.card.broad[several] id={ "figure-" (figure.name) } {
+            h3 { (escape(figure.title)) }
+            div.panels.natural[natural] {
+                @for panel in &figure.panels {
+                    div {
+                        @if !panel.heading.is_empty() { h4 { (escape(&panel.heading)) } }
+                        (panel.inline())
+                    }
+                }
+            }
+            figcaption { (explained(figure)) }
+        }
+    }
 }
 
 fn view(report: &Report) -> Option<Part> {
-    let still = figures::of_part(report, "scene").first().map(|figure| {
-        let panels: String = figure.panels.iter().map(figures::Panel::inline).collect();
-        format!(
-            "{panels}<p><strong>How to read:</strong> {}</p><p><strong>Good looks like:</strong> {}</p>",
-            escape(&figure.how),
-            escape(figure.good)
-        )
-    })?;
+    let figures = figures::of_part(report, "scene");
+    let figure = figures.first()?;
+    let still = html! {
+        @for panel in &figure.panels { (panel.inline()) }
+        (explained(figure))
+    };
     let exaggerated = "with the errors as many times longer as the slider says";
-    let html = super::filled(
+    let html = crate::html::filled(
         include_str!("view.html"),
-        &[("still", &still), ("exaggerated", exaggerated)],
+        &[("still", &still), ("exaggerated", &exaggerated), ("worst", &worst(report))],
     );
-    let html = html.replacen("</section>", &format!("{}</section>", worst(report)), 1);
     Some(Part { name: "scene", short: "3-D view", html })
 }
 
 /// Rows of the list of largest errors.
 const WORST: usize = 15;
 
-fn worst(report: &Report) -> String {
+fn worst(report: &Report) -> Markup {
     let mut points: Vec<(f64, usize)> = report
         .points
         .iter()
@@ -168,42 +168,64 @@ fn worst(report: &Report) -> String {
         .collect();
     points.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     if points.is_empty() {
-        return String::new();
+        return Markup::default();
     }
-    let row = |(error, index): &(f64, usize)| {
-        let point = &report.points[*index];
-        let name = point.id.clone().unwrap_or_else(|| (index + 1).to_string());
-        let view = report.point_views.get(point.view).map_or("-", String::as_str);
-        let promised = point.predicted().map_or_else(|| "-".into(), figure);
-        format!(
-            "<tr><td><bdi>{}</bdi></td><td><bdi>{}</bdi></td><td class=\"n\">{}</td><td class=\"n\">{promised}</td><td><button type=\"button\" class=\"screen\" data-p=\"{index}\" aria-label=\"Show point {}\">show</button></td></tr>",
-            escape(view),
-            escape(&name),
-            figure(*error),
-            escape(&name)
-        )
-    };
     let unit = escape(&report.unit);
-    format!(
-        "<details class=\"card\"><summary>The largest errors, point by point</summary><div class=\"scroll\" role=\"region\" aria-label=\"The largest errors\" tabindex=\"0\"><table><thead><tr><th>view</th><th>point</th><th class=\"n\">error, {unit}</th><th class=\"n\">promised, {unit}</th><th>in the view</th></tr></thead><tbody>{}</tbody></table></div></details>",
-        points.iter().take(WORST).map(row).collect::<String>()
-    )
+    html! {
+        details.card {
+            summary { "The largest errors, point by point" }
+            div.scroll role="region" aria-label="The largest errors" tabindex="0" {
+                table {
+                    thead {
+                        tr {
+                            th { "view" }
+                            th { "point" }
+                            th.n { "error, " (unit) }
+                            th.n { "promised, " (unit) }
+                            th { "in the view" }
+                        }
+                    }
+                    tbody { @for point in points.iter().take(WORST) { (worst_row(report, *point)) } }
+                }
+            }
+        }
+    }
+}
+
+fn worst_row(report: &Report, (error, index): (f64, usize)) -> Markup {
+    let point = &report.points[index];
+    let name = point.id.clone().unwrap_or_else(|| (index + 1).to_string());
+    let view = report.point_views.get(point.view).map_or("-", String::as_str);
+    html! {
+        tr {
+            td { bdi { (escape(view)) } }
+            td { bdi { (escape(&name)) } }
+            td.n { (figure(error)) }
+            td.n { (point.predicted().map_or_else(|| "-".into(), figure)) }
+            td {
+                button.screen type="button" data-p=(index) aria-label={ "Show point " (escape(&name)) } {
+                    "show"
+                }
+            }
+        }
+    }
 }
 
 fn gallery(report: &Report) -> Option<Part> {
-    if report.pictures.is_empty() {
-        return None;
-    }
-    let pictures: String =
-        report.pictures.iter().enumerate().map(|it| picture(report, it)).collect();
-    let inside = format!(
-        "<div class=\"card\"><p><strong>How to read:</strong> rings lie where chart points were found. <strong>Good looks like:</strong> a ring on every point of the chart, none elsewhere.</p><div class=\"gallery\">{pictures}</div></div>"
-    );
+    let inside = html! {
+        div.card {
+            p {
+                strong { "How to read:" } " rings lie where chart points were found. "
+                strong { "Good looks like:" } " a ring on every point of the chart, none elsewhere."
+            }
+            div.gallery { @for it in report.pictures.iter().enumerate() { (picture(report, it)) } }
+        }
+    };
     let html = section("gallery", "What was found in the pictures", &inside);
-    Some(Part { name: "gallery", short: "Pictures", html })
+    (!report.pictures.is_empty()).then_some(Part { name: "gallery", short: "Pictures", html })
 }
 
-fn picture(report: &Report, (index, picture): (usize, &PictureFigures)) -> String {
+fn picture(report: &Report, (index, picture): (usize, &PictureFigures)) -> Markup {
     let [width, height] = picture.size;
     // Rings of an even size on the page, whatever the size of the picture.
     let radius = width as f64 / 75.0;
@@ -221,31 +243,22 @@ fn picture(report: &Report, (index, picture): (usize, &PictureFigures)) -> Strin
         Some(problem) => format!("not found: {problem}"),
         None => format!("{} points", picture.found.len()),
     };
-    let words = format!("{camera}, view {}: {found}", picture.view);
-    format!(
-        "<figure id=\"picture-{index}\"><svg viewBox=\"-0.5 -0.5 {width} {height}\" role=\"img\" aria-label=\"{label}\"><image x=\"-0.5\" y=\"-0.5\" width=\"{width}\" height=\"{height}\" href=\"{}\"/><path class=\"ring back\" stroke-width=\"{:.1}\" d=\"{path}\"/><path class=\"ring\" stroke-width=\"{:.1}\" d=\"{path}\"/></svg><figcaption>{label} <bdi>({})</bdi></figcaption></figure>",
-        picture.data,
-        width as f64 / 120.0,
-        width as f64 / 240.0,
-        escape(&picture.name),
-        label = escape(&words)
-    )
-}
-
-pub(super) fn table(name: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
-    let head: String = heads.iter().map(|head| format!("<th>{}</th>", escape(head))).collect();
-    let row = |cells: &Vec<String>| {
-        let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
-        format!("<tr>{cells}</tr>")
-    };
-    format!(
-        "<div class=\"card\"><h3>{name}</h3><div class=\"scroll\" role=\"region\" aria-label=\"{name}\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{}</tbody></table></div></div>",
-        rows.iter().map(row).collect::<String>()
-    )
+    let label = escape(&format!("{camera}, view {}: {found}", picture.view));
+    let stroke = |parts: f64| format!("{:.1}", width as f64 / parts);
+    html! {
+        figure id={ "picture-" (index) } {
+            svg viewBox={ "-0.5 -0.5 " (width) " " (height) } role="img" aria-label=(label) {
+                image x="-0.5" y="-0.5" width=(width) height=(height) href=(picture.data) {}
+                path class="ring back" stroke-width=(stroke(120.0)) d=(path) {}
+                path class="ring" stroke-width=(stroke(240.0)) d=(path) {}
+            }
+            figcaption { (label) " " bdi { "(" (escape(&picture.name)) ")" } }
+        }
+    }
 }
 
 fn faults(report: &Report) -> Option<Part> {
-    let mut inside = String::new();
+    let mut tables = Vec::new();
     if !report.findings.is_empty() {
         let row = |found: &FindingFigures| {
             vec![
@@ -256,60 +269,57 @@ fn faults(report: &Report) -> Option<Part> {
                 with_code(&found.hint),
             ]
         };
-        let rows: Vec<Vec<String>> = report.findings.iter().map(row).collect();
-        inside += &table("Faults", &["severity", "code", "where", "what", "what to do"], &rows);
+        let rows: Vec<Vec<Markup>> = report.findings.iter().map(row).collect();
+        tables.push(table("Faults", &["severity", "code", "where", "what", "what to do"], &rows));
     }
     if !report.outliers.is_empty() {
-        let rows: Vec<Vec<String>> =
+        let rows: Vec<Vec<Markup>> =
             report.outliers.iter().enumerate().map(|it| outlier(report, it)).collect();
-        inside +=
-            &table("Observations set aside", &["view", "point", "camera", "why", "picture"], &rows);
+        let heads = ["view", "point", "camera", "why", "picture"];
+        tables.push(table("Observations set aside", &heads, &rows));
     }
     if !report.stage.is_empty() {
         let row = |it: &crate::StageFigures| {
             let [x, y, z] = it.offset.map(figure);
             let degrees = it.rotation.iter().map(|a| a * a).sum::<f64>().sqrt().to_degrees();
             let sigma = it.sigma.map_or_else(|| "-".into(), figure);
-            vec![escape(&it.view), x, y, z, figure(degrees), sigma]
+            [&it.view, &x, &y, &z, &figure(degrees), &sigma].map(|cell| escape(cell)).into()
         };
-        let rows: Vec<Vec<String>> = report.stage.iter().map(row).collect();
-        let unit = escape(&report.unit);
-        inside += &table(
-            &format!("Charts that stood elsewhere, in {unit}"),
-            &["view", "X", "Y", "Z", "turned, degrees", "standard deviation"],
-            &rows,
-        );
+        let rows: Vec<Vec<Markup>> = report.stage.iter().map(row).collect();
+        let heads = ["view", "X", "Y", "Z", "turned, degrees", "standard deviation"];
+        let name = format!("Charts that stood elsewhere, in {}", report.unit);
+        tables.push(table(&name, &heads, &rows));
     }
-    inside += &super::placed::html(report);
+    tables.extend(super::placed::html(report));
+    let inside = html! { @for table in &tables { (table) } };
     let html = section("faults", "Outliers and faults", &inside);
-    (!inside.is_empty()).then_some(Part { name: "faults", short: "Faults", html })
+    (!tables.is_empty()).then_some(Part { name: "faults", short: "Faults", html })
 }
 
 /// Where a fault is: views that have pictures in the page lead there.
-fn place(report: &Report, found: &FindingFigures) -> String {
-    let view = |view: &String| {
-        let shown = report.pictures.iter().position(|picture| picture.view == *view);
-        let name = escape(view);
-        shown.map_or(name.clone(), |index| format!("<a href=\"#picture-{index}\">{name}</a>"))
-    };
-    let views: Vec<String> = found.views.iter().map(view).collect();
-    [views.join(", "), escape(&found.cameras.join(", "))].join(" ")
+fn place(report: &Report, found: &FindingFigures) -> Markup {
+    let shown = |view: &String| report.pictures.iter().position(|it| it.view == *view);
+    html! {
+        @for (number, view) in found.views.iter().enumerate() {
+            @if number > 0 { ", " }
+            @if let Some(index) = shown(view) {
+                a href={ "#picture-" (index) } { (escape(view)) }
+            } @else { (escape(view)) }
+        }
+        " " (escape(&found.cameras.join(", ")))
+    }
 }
 
-fn outlier(report: &Report, (index, outlier): (usize, &OutlierFigures)) -> Vec<String> {
+fn outlier(report: &Report, (index, outlier): (usize, &OutlierFigures)) -> Vec<Markup> {
+    let name = |camera: usize| report.cameras.get(camera).map_or("", |it| it.name.as_str());
     let pieces = report.outlier_crops.iter().flat_map(|crops| crops.of.iter().enumerate());
-    let crops: String = pieces
-        .filter(|(_, [of, _])| *of == index)
-        .map(|(number, [_, camera])| {
-            let name = report.cameras.get(*camera).map_or("", |camera| camera.name.as_str());
-            format!(
-                "<canvas data-outlier=\"{number}\" role=\"img\" aria-label=\"The point in {}\"></canvas>",
-                escape(name)
-            )
-        })
-        .collect();
+    let crops = html! {
+        @for (number, [_, camera]) in pieces.filter(|(_, [of, _])| *of == index) {
+            canvas data-outlier=(number) role="img" aria-label={ "The point in " (escape(name(*camera))) } {}
+        }
+    };
     let camera = outlier.camera.and_then(|camera| report.cameras.get(camera));
-    let camera = camera.map_or_else(|| "all".into(), |camera| escape(&camera.name));
+    let camera = escape(camera.map_or("all", |camera| &camera.name));
     vec![escape(&outlier.view), escape(&outlier.id), camera, escape(&outlier.reason), crops]
 }
 
@@ -319,9 +329,9 @@ fn claims(report: &Report) -> Option<Part> {
     }
     let row = |claim: &crate::ClaimFigures| {
         let verdict = if claim.holds { "holds" } else { "does not hold" };
-        vec![escape(&claim.claim), escape(&claim.measured), verdict.into()]
+        vec![escape(&claim.claim), escape(&claim.measured), escape(verdict)]
     };
-    let rows: Vec<Vec<String>> = report.claims.iter().map(row).collect();
+    let rows: Vec<Vec<Markup>> = report.claims.iter().map(row).collect();
     let inside = table("Claims", &["what is said", "what is measured", "verdict"], &rows);
     let html = section("claims", "Claims tested", &inside);
     Some(Part { name: "claims", short: "Claims", html })
@@ -335,36 +345,39 @@ fn limits() -> Part {
         <li><strong>A bend or a stretch that all views share.</strong> A warped board, or a stage whose every step is wrong alike, shapes the world that is learned.</li>\
         <li><strong>What lies outside.</strong> Nothing is known of the space, and of the parts of the pictures, where no point was.</li>\
         <li><strong>What changes later.</strong> A camera that is moved, refocused or warmed up after the pictures were taken observes another world.</li></ul></div>";
-    let html = section("limits", "What cannot be checked from these data", inside);
+    let inside = PreEscaped(inside.into());
+    let html = section("limits", "What cannot be checked from these data", &inside);
     Part { name: "limits", short: "Limits", html }
 }
 
 fn made(report: &Report) -> Part {
     let mut facts = vec![("program", escape(&report.program))];
     if let Some(command) = &report.command {
-        facts.push(("command", format!("<code><bdi>{}</bdi></code>", escape(command))));
+        facts.push(("command", html! { code { bdi { (escape(command)) } } }));
     }
     if let Some(method) = &report.method {
         facts.push(("method", escape(method)));
     }
     if let Some(seed) = report.seed {
-        facts.push(("seed", seed.to_string()));
+        facts.push(("seed", html! { (seed) }));
     }
     facts.push(("unit of lengths", escape(&report.unit)));
     if !report.points.is_empty() {
-        let cameras = report.cameras.len();
-        facts.push(("points", format!("{} seen by {cameras} cameras", report.points.len())));
+        let (points, cameras) = (report.points.len(), report.cameras.len());
+        facts.push(("points", html! { (points) " seen by " (cameras) " cameras" }));
     }
-    facts.push(("form", format!("{} {}", report.format, report.version)));
-    let facts: String =
-        facts.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{value}</dd>")).collect();
-    let settings = if report.settings.is_null() {
-        String::new()
-    } else {
-        let text = serde_json::to_string_pretty(&report.settings).unwrap_or_default();
-        format!("<details><summary>Settings</summary><pre>{}</pre></details>", escape_lines(&text))
+    facts.push(("form", html! { (report.format) " " (report.version) }));
+    let settings = Some(&report.settings).filter(|settings| !settings.is_null());
+    let settings =
+        settings.map(|settings| serde_json::to_string_pretty(settings).unwrap_or_default());
+    let inside = html! {
+        div.card {
+            dl.made { @for (name, value) in &facts { dt { (name) } dd { (value) } } }
+            @if let Some(settings) = &settings {
+                details { summary { "Settings" } pre { (escape_lines(settings)) } }
+            }
+        }
     };
-    let inside = format!("<div class=\"card\"><dl class=\"made\">{facts}</dl>{settings}</div>");
     Part {
         name: "made",
         short: "How it was made",
@@ -373,6 +386,7 @@ fn made(report: &Report) -> Part {
 }
 
 /// Escaped, with the line breaks kept.
-fn escape_lines(text: &str) -> String {
-    text.lines().map(escape).collect::<Vec<_>>().join("\n")
+fn escape_lines(text: &str) -> Markup {
+    let lines: Vec<String> = text.lines().map(|line| escape(line).into_string()).collect();
+    PreEscaped(lines.join("\n"))
 }

@@ -4,7 +4,7 @@ use super::{
     super::text::{escape, figure},
     LETTER, Panel, WIDTH, short,
 };
-use std::fmt::Write;
+use maud::{Markup, html};
 
 /// One bar.
 pub(crate) struct Bar {
@@ -40,62 +40,45 @@ fn shortened(label: &str) -> String {
 }
 
 /// The names of classes, beside their marks.
-fn legend_of(legend: &[(&str, &str)]) -> String {
-    let (mut svg, mut x) = (String::new(), 6.0);
+fn legend_of(legend: &[(&str, &str)]) -> Markup {
+    let mut x = 6.0;
+    let mut places = Vec::with_capacity(legend.len());
     for (class, words) in legend {
-        let mark = if class.starts_with("line") {
-            format!("<path class=\"{class}\" d=\"M{} 5v14\"/>", short(x + 6.0))
-        } else {
-            let left = short(x);
-            format!("<rect class=\"{class}\" x=\"{left}\" y=\"7\" width=\"12\" height=\"10\"/>")
-        };
-        let _ = write!(
-            svg,
-            "{mark}<text class=\"tick\" x=\"{}\" y=\"16\">{}</text>",
-            short(x + 17.0),
-            escape(words)
-        );
+        places.push((x, class, words));
         x += 30.0 + LETTER * words.chars().count() as f64;
     }
-    svg
+    html! {
+        @for (x, class, words) in places {
+            @if class.starts_with("line") {
+                path class=(class) d={ "M" (short(x + 6.0)) " 5v14" } {}
+            } @else {
+                rect class=(class) x=(short(x)) y="7" width="12" height="10" {}
+            }
+            text.tick x=(short(x + 17.0)) y="16" { (escape(words)) }
+        }
+    }
 }
 
 /// One row whose top is at `y`; `length` gives the length of a value's bar.
-fn row_of(row: &Bar, (names, y): (f64, f64), length: &dyn Fn(f64) -> f64) -> String {
+fn row_of(row: &Bar, (names, y): (f64, f64), length: &dyn Fn(f64) -> f64) -> Markup {
     let value = row.value.map_or_else(|| "-".into(), figure);
-    let mut svg = format!(
-        "<g><title>{}: {value} {}</title><text class=\"tick end\" x=\"{}\" y=\"{}\">{}</text>",
-        escape(&row.label),
-        escape(&row.note),
-        short(names - 8.0),
-        short(y + 17.0),
-        escape(&shortened(&row.label))
-    );
-    if let Some(value) = row.value.filter(|value| value.is_finite()) {
-        let _ = write!(
-            svg,
-            "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
-            row.class,
-            short(names),
-            short(y + 4.0),
-            short(length(value).max(1.0)),
-            short(ROW - 8.0)
-        );
-    }
-    if let Some(mark) = row.mark.filter(|mark| mark.is_finite()) {
-        let at = short(names + length(mark));
-        let (top, height) = (short(y + 1.0), short(ROW - 2.0));
-        let _ = write!(svg, "<path class=\"line marked\" d=\"M{at} {top}v{height}\"/>");
-    }
+    let (note, line) = (escape(&row.note), short(y + 17.0));
     let end = row.value.unwrap_or(0.0).max(row.mark.unwrap_or(0.0));
-    let _ = write!(
-        svg,
-        "<text class=\"tick\" x=\"{}\" y=\"{}\">{value} {}</text></g>",
-        short(names + length(end) + 7.0),
-        short(y + 17.0),
-        escape(&row.note)
-    );
-    svg
+    let (top, height) = (short(y + 1.0), short(ROW - 2.0));
+    html! {
+        g {
+            title { (escape(&row.label)) ": " (value) " " (note) }
+            text class="tick end" x=(short(names - 8.0)) y=(line) { (escape(&shortened(&row.label))) }
+            @if let Some(value) = row.value.filter(|value| value.is_finite()) {
+                rect class=(row.class) x=(short(names)) y=(short(y + 4.0))
+                    width=(short(length(value).max(1.0))) height=(short(ROW - 8.0)) {}
+            }
+            @if let Some(mark) = row.mark.filter(|mark| mark.is_finite()) {
+                path class="line marked" d={ "M" (short(names + length(mark))) " " (top) "v" (height) } {}
+            }
+            text.tick x=(short(names + length(end) + 7.0)) y=(line) { (value) " " (note) }
+        }
+    }
 }
 
 /// Draws bars from nought; `legend` names classes, `name` the axis with its unit. Bars beyond `cut`
@@ -112,20 +95,16 @@ pub(crate) fn bars(
     let names = (8.0 + LETTER * letters as f64).max(NAMES);
     let length = |value: f64| (WIDTH - names - VALUES) * (value / most).clamp(0.0, 1.0);
     let top = if legend.is_empty() { 8.0 } else { 26.0 };
-    let mut body = legend_of(legend);
-    for (index, row) in rows.iter().enumerate() {
-        body += &row_of(row, (names, top + ROW * index as f64), &length);
-    }
     let foot = top + ROW * rows.len() as f64;
-    let _ = write!(
-        body,
-        "<path class=\"axis\" d=\"M{n} {}V{}\"/><text class=\"name\" x=\"{n}\" y=\"{}\">{}</text>",
-        short(top),
-        short(foot),
-        short(foot + 18.0),
-        escape(name),
-        n = short(names)
-    );
+    let left = short(names);
+    let body = html! {
+        (legend_of(legend))
+        @for (index, row) in rows.iter().enumerate() {
+            (row_of(row, (names, top + ROW * index as f64), &length))
+        }
+        path.axis d={ "M" (left) " " (short(top)) "V" (short(foot)) } {}
+        text.name x=(left) y=(short(foot + 18.0)) { (escape(name)) }
+    };
     Panel {
         alternative: alternative.into(),
         heading: String::new(),

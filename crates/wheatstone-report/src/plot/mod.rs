@@ -6,6 +6,7 @@ pub(super) mod colour;
 pub(super) mod scale;
 
 use super::text::escape;
+use maud::{Markup, PreEscaped, html};
 use scale::Scale;
 use std::fmt::Write;
 
@@ -22,32 +23,37 @@ pub struct Panel {
     /// Width and height.
     pub(super) size: [f64; 2],
     /// What is drawn, without the enclosing element.
-    pub(super) body: String,
+    pub(super) body: Markup,
 }
 
 impl Panel {
     /// As part of the page.
-    pub(super) fn inline(&self) -> String {
-        let [width, height] = self.size;
-        format!(
-            "<svg class=\"plot\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" role=\"img\" aria-label=\"{2}\">{3}</svg>",
-            short(width),
-            short(height),
-            escape(&self.alternative),
-            self.body
-        )
+    pub(super) fn inline(&self) -> Markup {
+        let [width, height] = self.size.map(short);
+        let area = format!("0 0 {width} {height}");
+        let label = escape(&self.alternative);
+        html! {
+            svg.plot width=(width) height=(height) viewBox=(area) role="img" aria-label=(label) {
+                (self.body)
+            }
+        }
     }
 
-    /// As a file of its own.
-    pub(super) fn standalone(&self) -> String {
-        let [width, height] = self.size;
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot alone\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\"><title>{}</title><style>{STYLE}</style><rect class=\"ground\" width=\"{w}\" height=\"{h}\"/>{}</svg>\n",
-            escape(&self.alternative),
-            self.body,
-            w = short(width),
-            h = short(height),
-        )
+    /// As an SVG file of its own.
+    #[must_use]
+    pub fn standalone(&self) -> String {
+        let [width, height] = self.size.map(short);
+        let area = format!("0 0 {width} {height}");
+        let drawing = html! {
+            svg xmlns="http://www.w3.org/2000/svg" class="plot alone" width=(width) height=(height) viewBox=(area) {
+                title { (escape(&self.alternative)) }
+                style { (PreEscaped(STYLE)) }
+                rect.ground width=(width) height=(height) {}
+                (self.body)
+            }
+            "\n"
+        };
+        drawing.into_string()
     }
 }
 
@@ -64,7 +70,7 @@ pub(super) struct Plot {
     /// Left, top, right and bottom of what the axes enclose.
     inside: [f64; 4],
     size: [f64; 2],
-    body: String,
+    body: Markup,
     legend: Vec<(String, String)>,
 }
 
@@ -101,7 +107,7 @@ impl Plot {
             up: up.0,
             inside,
             size,
-            body: String::new(),
+            body: Markup::default(),
             legend: Vec::new(),
         };
         plot.draw_axes(across.1, up.1);
@@ -134,36 +140,26 @@ impl Plot {
         let count = |length: f64, each: f64| (length / each).max(2.0) as usize;
         for (value, label) in self.across.ticks(count(right - left, 70.0)) {
             let x = short(self.x(value));
-            let _ = write!(
-                self.body,
-                "<path class=\"grid\" d=\"M{x} {}V{}\"/><text x=\"{x}\" y=\"{}\" class=\"tick mid\">{label}</text>",
-                short(top),
-                short(bottom),
-                short(bottom + 16.0)
-            );
+            let path = format!("M{x} {}V{}", short(top), short(bottom));
+            self.add(html! {
+                path.grid d=(path) {}
+                text x=(x) y=(short(bottom + 16.0)) class="tick mid" { (label) }
+            });
         }
         for (value, label) in self.up.ticks(count(bottom - top, 46.0)) {
             let y = self.y(value);
-            let _ = write!(
-                self.body,
-                "<path class=\"grid\" d=\"M{} {}H{}\"/><text x=\"{}\" y=\"{}\" class=\"tick end\">{label}</text>",
-                short(left),
-                short(y),
-                short(right),
-                short(left - 6.0),
-                short(y + 4.0)
-            );
+            let path = format!("M{} {}H{}", short(left), short(y), short(right));
+            self.add(html! {
+                path.grid d=(path) {}
+                text x=(short(left - 6.0)) y=(short(y + 4.0)) class="tick end" { (label) }
+            });
         }
         let (middle, centre) = ((left + right) / 2.0, (top + bottom) / 2.0);
-        let _ = write!(
-            self.body,
-            "<text x=\"{}\" y=\"{}\" class=\"name mid\">{}</text><text transform=\"translate(14 {}) rotate(-90)\" class=\"name mid\">{}</text>",
-            short(middle),
-            short(self.size[1] - 10.0),
-            escape(across),
-            short(centre),
-            escape(up)
-        );
+        let turned = format!("translate(14 {}) rotate(-90)", short(centre));
+        self.add(html! {
+            text x=(short(middle)) y=(short(self.size[1] - 10.0)) class="name mid" { (escape(across)) }
+            text transform=(turned) class="name mid" { (escape(up)) }
+        });
     }
 
     pub(super) fn x(&self, value: f64) -> f64 {
@@ -184,7 +180,7 @@ impl Plot {
             let letter = if path.is_empty() { 'M' } else { 'L' };
             let _ = write!(path, "{letter}{} {}", short(self.x(*x)), short(self.y(*y)));
         }
-        let _ = write!(self.body, "<path class=\"line {class}\" d=\"{path}\"/>");
+        self.add(html! { path class={ "line " (class) } d=(path) {} });
         if !name.is_empty() {
             self.legend.push((format!("line {class}"), name.into()));
         }
@@ -200,40 +196,28 @@ impl Plot {
         if !(x.is_finite() && y.is_finite()) {
             return;
         }
-        let number = point.map_or_else(String::new, |point| format!(" data-p=\"{point}\""));
-        let _ = write!(
-            self.body,
-            "<circle class=\"{class}\" cx=\"{}\" cy=\"{}\" r=\"{}\"{number}/>",
-            short(self.x(x)),
-            short(self.y(y)),
-            short(radius)
-        );
+        let [x, y] = [short(self.x(x)), short(self.y(y))];
+        self.add(html! { circle class=(class) cx=(x) cy=(y) r=(short(radius)) data-p=[point] {} });
     }
 
     /// A filled rectangle between two corners, with words that appear when it is pointed at.
     pub(super) fn cell(&mut self, [x0, y0, x1, y1]: [f64; 4], fill: &str, words: &str) {
         let (a, b) = (self.x(x0).min(self.x(x1)), self.x(x0).max(self.x(x1)));
         let (c, d) = (self.y(y0).min(self.y(y1)), self.y(y0).max(self.y(y1)));
-        let fill = if fill.starts_with('#') {
-            format!("fill=\"{fill}\"")
-        } else {
-            format!("class=\"{fill}\"")
-        };
-        let _ = write!(
-            self.body,
-            "<rect {fill} x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><title>{}</title></rect>",
-            short(a),
-            short(c),
-            // Half a tenth more, so that no seams show.
-            short(b - a + 0.1),
-            short(d - c + 0.1),
-            escape(words)
-        );
+        let (fill, class) =
+            if fill.starts_with('#') { (Some(fill), None) } else { (None, Some(fill)) };
+        // Half a tenth more, so that no seams show.
+        let [width, height] = [short(b - a + 0.1), short(d - c + 0.1)];
+        self.add(html! {
+            rect fill=[fill] class=[class] x=(short(a)) y=(short(c)) width=(width) height=(height) {
+                title { (escape(words)) }
+            }
+        });
     }
 
     /// Anything else, in units of the drawing.
-    pub(super) fn raw(&mut self, svg: &str) {
-        self.body += svg;
+    pub(super) fn add(&mut self, svg: Markup) {
+        self.body.0 += &svg.0;
     }
 
     pub(super) fn finish(mut self, heading: &str, alternative: &str) -> Panel {
@@ -255,21 +239,14 @@ impl Plot {
                 (x, y) = (self.inside[0], y + 15.0);
             }
             let (left, line) = (short(x), short(y));
-            let mark = if class.starts_with("line") {
-                format!("<path class=\"{class}\" d=\"M{left} {line}h18\"/>")
-            } else {
-                format!(
-                    "<circle class=\"{class}\" cx=\"{}\" cy=\"{line}\" r=\"4\"/>",
-                    short(x + 9.0)
-                )
-            };
-            let _ = write!(
-                self.body,
-                "{mark}<text x=\"{}\" y=\"{}\" class=\"tick\">{}</text>",
-                short(x + 23.0),
-                short(y + 4.0),
-                escape(&name)
-            );
+            self.add(html! {
+                @if class.starts_with("line") {
+                    path class=(class) d={ "M" (left) " " (line) "h18" } {}
+                } @else {
+                    circle class=(class) cx=(short(x + 9.0)) cy=(line) r="4" {}
+                }
+                text x=(short(x + 23.0)) y=(short(y + 4.0)) class="tick" { (escape(&name)) }
+            });
             x += width;
         }
     }
@@ -283,28 +260,26 @@ pub(super) fn colour_bar((low, high): (f64, f64), unit: &str, panel: &mut Panel)
     let steps = 40;
     let step = (right - left) / f64::from(steps);
     for index in 0..steps {
-        let _ = write!(
-            panel.body,
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"10\" fill=\"{}\"/>",
-            short(left + f64::from(index) * step),
-            short(height),
-            short(step + 0.3),
-            colour::cividis((f64::from(index) + 0.5) / f64::from(steps))
-        );
+        let place = (f64::from(index) + 0.5) / f64::from(steps);
+        let (left, width) = (short(left + f64::from(index) * step), short(step + 0.3));
+        let bar = html! {
+            rect x=(left) y=(short(height)) width=(width) height="10" fill=(colour::cividis(place)) {}
+        };
+        panel.body.0 += &bar.0;
     }
     // Three do not fit below a narrow bar.
     let middle = ((left + right) / 2.0, (low + high) / 2.0, "mid");
     let middle = Some(middle).filter(|_| right - left > 240.0);
     for (x, value, class) in [(left, low, ""), (right, high, "end")].into_iter().chain(middle) {
-        let _ = write!(
-            panel.body,
-            "<text x=\"{}\" y=\"{}\" class=\"tick {class}\">{} {}</text>",
-            short(x),
-            short(height + 24.0),
-            // Counts have no decimals.
-            if value.fract() == 0.0 { value.to_string() } else { super::text::figure(value) },
-            escape(unit)
-        );
+        // Counts have no decimals.
+        let value =
+            if value.fract() == 0.0 { value.to_string() } else { super::text::figure(value) };
+        let label = html! {
+            text x=(short(x)) y=(short(height + 24.0)) class={ "tick " (class) } {
+                (value) " " (escape(unit))
+            }
+        };
+        panel.body.0 += &label.0;
     }
     panel.size[1] += 32.0;
 }

@@ -1,9 +1,7 @@
 //! The paper's figures as pictures and tables.
 
 use super::Reproduction;
-use plotters::prelude::{
-    ChartBuilder, Color, IntoDrawingArea, LineSeries, PathElement, RGBColor, SVGBackend, WHITE,
-};
+use crate::{Report, figures};
 use std::path::Path;
 use wheatstone_core::{Error, Result, storage};
 
@@ -12,18 +10,6 @@ struct Curve {
     name: String,
     points: Vec<(f64, f64)>,
 }
-
-/// Okabe and Ito's colours, which colour-blind readers can tell apart
-/// (doi:10.1038/nmeth.1618).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
 
 /// Writes `figure-5` and `figure-6` as SVG and CSV, the tables as CSV, and everything as
 /// `reproduction.json`.
@@ -39,10 +25,17 @@ pub fn write(all: &Reproduction, folder: &Path) -> Result<()> {
     json.push('\n');
     save("reproduction.json", json)?;
     let (learning, beyond) = (learning(all), beyond(all));
-    let axes = ["epochs", "mean error, % of the distance"];
-    save("figure-5.svg", plot(&learning, "Figure 5: learning", axes, folder)?)?;
-    let axes = ["Z, cm", "mean error of Z, %"];
-    save("figure-6.svg", plot(&beyond, "Figure 6: beyond the trained range", axes, folder)?)?;
+    let report = Report::of_reproduction(all, "", None);
+    for figure in figures::all(&report) {
+        let file = match figure.name {
+            "learning" => "figure-5.svg",
+            "beyond" => "figure-6.svg",
+            _ => continue,
+        };
+        for panel in &figure.panels {
+            save(file, panel.standalone())?;
+        }
+    }
     save("figure-5.csv", table("epoch", &learning))?;
     save("figure-6.csv", table("Z", &beyond))?;
     save("architectures.csv", architectures(all))?;
@@ -68,64 +61,6 @@ fn beyond(all: &Reproduction) -> Vec<Curve> {
         points: curve.points.iter().map(|point| (point.distance, point.percent)).collect(),
     };
     all.figure_6.iter().map(curve).collect()
-}
-
-fn plot(curves: &[Curve], title: &str, axes: [&str; 2], folder: &Path) -> Result<String> {
-    let mut text = String::new();
-    draw(&mut text, curves, title, axes)
-        .map_err(|e| Error::writing(folder, std::io::Error::other(e)))?;
-    Ok(text)
-}
-
-/// Draws lines from zero upwards; values beyond three times the last ones are cut off, so that the
-/// first epochs do not flatten the rest.
-fn draw(
-    text: &mut String,
-    curves: &[Curve],
-    title: &str,
-    [across, up]: [&str; 2],
-) -> std::result::Result<(), String> {
-    let points = || curves.iter().flat_map(|curve| curve.points.iter());
-    let left = points().map(|p| p.0).fold(f64::INFINITY, f64::min);
-    let right = points().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
-    let last = curves.iter().filter_map(|curve| curve.points.last()).map(|p| p.1);
-    let highest = points().map(|p| p.1).fold(0.0, f64::max);
-    let top = (3.0 * last.fold(0.0, f64::max)).min(1.05 * highest);
-    let area = SVGBackend::with_string(text, (820, 480)).into_drawing_area();
-    let failed = |e: &dyn std::fmt::Display| e.to_string();
-    area.fill(&WHITE).map_err(|e| failed(&e))?;
-    let mut chart = ChartBuilder::on(&area)
-        .caption(title, ("sans-serif", 20))
-        .margin(12)
-        .margin_right(36)
-        .x_label_area_size(44)
-        .y_label_area_size(56)
-        .build_cartesian_2d(left..right, 0.0..top)
-        .map_err(|e| failed(&e))?;
-    chart
-        .configure_mesh()
-        .x_desc(across)
-        .y_desc(up)
-        .x_label_formatter(&f64::to_string)
-        .y_label_formatter(&f64::to_string)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(|e| failed(&e))?;
-    for (curve, colour) in curves.iter().zip(COLOURS.iter().cycle()) {
-        let inside = curve.points.iter().copied().filter(|point| point.1 <= top);
-        chart
-            .draw_series(LineSeries::new(inside, colour.stroke_width(2)))
-            .map_err(|e| failed(&e))?
-            .label(curve.name.clone())
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
-    }
-    chart
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(160, 160, 160))
-        .draw()
-        .map_err(|e| failed(&e))?;
-    area.present().map_err(|e| failed(&e))
 }
 
 /// Curves over common abscissas as a table.

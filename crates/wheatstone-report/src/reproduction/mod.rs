@@ -2,13 +2,16 @@
 //! and each of its claims beside what is measured here, on a synthetic rig like its own.
 
 mod figures;
+mod results;
 mod verdicts;
 
 pub use figures::write;
-pub use verdicts::{Claim, Verdict};
+pub use results::{
+    Architecture, BeyondCurve, BeyondPoint, Claim, LearningPoint, Reproduction, Rival, Spread,
+    Verdict,
+};
 
 use rayon::prelude::*;
-use serde::Serialize;
 use std::sync::atomic::{AtomicU64, Ordering};
 use wheatstone_charts::chart::{AnyChart, line_grid::LineGrid};
 use wheatstone_core::{
@@ -42,99 +45,12 @@ impl Default for Effort {
     }
 }
 
-/// Least, middle and greatest value over the seeds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
-    /// Least.
-    pub least: f64,
-    /// Middle.
-    pub median: f64,
-    /// Greatest.
-    pub greatest: f64,
-}
-
-impl Spread {
-    fn of(values: &[f64]) -> Self {
-        Self {
-            least: values.iter().copied().fold(f64::INFINITY, f64::min),
-            median: median(values),
-            greatest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        }
+fn spread(values: &[f64]) -> Spread {
+    Spread {
+        least: values.iter().copied().fold(f64::INFINITY, f64::min),
+        median: median(values),
+        greatest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
     }
-}
-
-/// Figure 5: mean error in percent of the distance, against epochs.
-#[derive(Clone, Debug, Serialize)]
-pub struct LearningPoint {
-    /// Epochs done.
-    pub epoch: u64,
-    /// On the pairs that are learned.
-    pub training_percent: Spread,
-    /// On points elsewhere in the same range.
-    pub exam_percent: Spread,
-}
-
-/// Figure 6: mean error of Z in percent of Z, beyond the trained range, for one way of locating.
-#[derive(Clone, Debug, Serialize)]
-pub struct BeyondCurve {
-    /// The method.
-    pub method: String,
-    /// Distances and errors.
-    pub points: Vec<BeyondPoint>,
-    /// VerticalError of the best straight line, in percent.
-    pub linear_residual: f64,
-    /// VerticalError of the best parabola without linear term, in percent.
-    pub quadratic_residual: f64,
-}
-
-/// One distance of figure 6.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct BeyondPoint {
-    /// Z, in centimetres.
-    pub distance: f64,
-    /// Mean of |error of Z| / Z, in percent.
-    pub percent: f64,
-}
-
-/// One network of the study of architectures.
-#[derive(Clone, Debug, Serialize)]
-pub struct Architecture {
-    /// Units in each hidden layer.
-    pub hidden: Vec<usize>,
-    /// Mean error in percent on points elsewhere in range, at the end.
-    pub exam_percent: Spread,
-    /// Epochs until it is below 5 %; none where it never is, for half of the seeds or more.
-    pub epochs_to_5_percent: Option<u64>,
-}
-
-/// One row of the comparison.
-#[derive(Clone, Debug, Serialize)]
-pub struct Rival {
-    /// The method.
-    pub method: String,
-    /// Mean error in percent, in the trained range.
-    pub inside_percent: f64,
-    /// The same at 150 to 200 cm.
-    pub beyond_percent: f64,
-    /// Root mean square error over what the pixels allow, in the trained range.
-    pub inside_ratio_to_floor: f64,
-}
-
-/// All of it.
-#[derive(Clone, Debug, Serialize)]
-pub struct Reproduction {
-    /// Pairs that are learned.
-    pub pairs: usize,
-    /// Figure 5.
-    pub figure_5: Vec<LearningPoint>,
-    /// Figure 6.
-    pub figure_6: Vec<BeyondCurve>,
-    /// The study of architectures.
-    pub architectures: Vec<Architecture>,
-    /// The comparison.
-    pub comparison: Vec<Rival>,
-    /// What the paper says, and what is measured.
-    pub claims: Vec<Claim>,
 }
 
 /// The paper's data, made again.
@@ -252,7 +168,7 @@ pub fn reproduce(effort: Effort, progress: &dyn Progress) -> Result<Reproduction
 
 fn learning_curve(runs: &[Run]) -> Vec<LearningPoint> {
     let at = |index: usize, pick: fn(&(u64, f64, f64)) -> f64| {
-        Spread::of(&runs.iter().map(|run| pick(&run.curve[index])).collect::<Vec<_>>())
+        spread(&runs.iter().map(|run| pick(&run.curve[index])).collect::<Vec<_>>())
     };
     (0..runs[0].curve.len())
         .map(|index| LearningPoint {
@@ -275,7 +191,7 @@ fn study(hidden: &[usize], runs: &[Run]) -> Architecture {
     let middle = epochs[epochs.len() / 2];
     Architecture {
         hidden: hidden.to_vec(),
-        exam_percent: Spread::of(&last),
+        exam_percent: spread(&last),
         epochs_to_5_percent: middle.is_finite().then_some(middle as u64),
     }
 }

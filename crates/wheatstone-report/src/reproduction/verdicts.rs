@@ -1,29 +1,7 @@
 //! What the paper says, and whether it is so.
 
-use super::{BeyondPoint, Reproduction};
-use serde::Serialize;
+use super::{BeyondPoint, Claim, Reproduction, Verdict};
 use wheatstone_numeric::least_squares::solve;
-
-/// Whether a claim holds here.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// It does.
-    Confirmed,
-    /// It does not.
-    NotConfirmed,
-}
-
-/// One claim of the paper.
-#[derive(Clone, Debug, Serialize)]
-pub struct Claim {
-    /// What the paper says.
-    pub claim: String,
-    /// What was measured.
-    pub measured: String,
-    /// Whether the two agree.
-    pub verdict: Verdict,
-}
 
 fn claim(claim: &str, measured: String, holds: bool) -> Claim {
     let verdict = if holds { Verdict::Confirmed } else { Verdict::NotConfirmed };

@@ -1,7 +1,8 @@
 //! The page that plays a film.
 
 use super::Reel;
-use wheatstone_report::html::{STYLE, escape, filled, json, policy};
+use maud::PreEscaped;
+use wheatstone_report::html::{STYLE, filled, json, policy};
 
 /// The whole page.
 pub(super) fn page(reel: &Reel) -> String {
@@ -12,12 +13,13 @@ pub(super) fn page(reel: &Reel) -> String {
         include_str!("film.html"),
         &[
             ("policy", &policy(&style, script)),
-            ("program", concat!("wheatstone ", env!("CARGO_PKG_VERSION"))),
+            ("program", &concat!("wheatstone ", env!("CARGO_PKG_VERSION"))),
             ("title", &format!("World {}", reel.seed)),
-            ("ended", &escape(ended)),
+            ("ended", &ended),
             ("data", &json(reel)),
-            ("style", &style),
-            ("script", script),
+            ("style", &PreEscaped(&style)),
+            ("script", &PreEscaped(script)),
         ],
     )
+    .into_string()
 }

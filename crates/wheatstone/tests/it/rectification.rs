@@ -4,6 +4,7 @@ use wheatstone::{
     Calibration,
     chart::{AnyChart, Sighting, line_grid::LineGrid},
     dataset::Dataset,
+    error::Remedy,
     formats::{Imported, calibration, exact},
     geometry::{Pixel, Point3},
     method::AnyMethod,
@@ -203,7 +204,8 @@ fn cameras_from_a_file_need_the_size_of_their_pictures_alone() {
     };
     let unsized_model = calibration(&own, imported(Vec::new())).unwrap();
     let error = Rectification::of(&unsized_model, &Wanted::default(), &Silent).map(|_| ());
-    assert!(error.unwrap_err().hint().unwrap().contains("--size"));
+    let hint = error.unwrap_err().hint().unwrap();
+    assert_eq!(hint.remedy(), Some(Remedy::ImageSize));
     let model = calibration(&own, imported(vec![Some([640, 480]); 2])).unwrap();
     let found = judged(&model, &Wanted::default(), &exam(&rig));
     assert!(found.vertical.max < 1e-4 && found.place.unwrap().max < 1e-3, "{found:?}");

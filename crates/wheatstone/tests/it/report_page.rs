@@ -35,6 +35,7 @@ fn html() -> String {
     )
     .unwrap();
     let material = Material {
+        wording: wheatstone::report::Wording::default(),
         title: "a <model> & \"more\"".into(),
         command: None,
         model: &model,

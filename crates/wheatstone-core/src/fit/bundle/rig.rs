@@ -219,7 +219,8 @@ pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> R
             problem: format!("no view of camera {} places a chart", camera + 1),
             hint: format!(
                 "each camera must see {LEAST} points or more of a flat chart in several views"
-            ),
+            )
+            .into(),
         })?;
         states.push(found);
     }

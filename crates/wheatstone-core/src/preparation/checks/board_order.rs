@@ -117,7 +117,8 @@ fn proposal(
         code,
         severity: Severity::Fatal,
         what,
-        hint: "read the board in the same order in every picture, or let `wheatstone check --fix OUT` put the labels right".into(),
+        hint: "read the board in the same order in every picture, or let the labels be put right"
+            .into(),
         figures: Vec::new(),
         changes,
     }

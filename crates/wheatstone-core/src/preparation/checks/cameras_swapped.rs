@@ -58,7 +58,8 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
             cameras[0] + 1,
             cameras[1] + 1
         ),
-        hint: "exchange the two pictures (or columns) of these views, or let `wheatstone check --fix OUT` do it".into(),
+        hint: "exchange the two pictures (or columns) of these views, or let them be exchanged"
+            .into(),
         figures: Vec::new(),
         changes,
     })

@@ -269,7 +269,8 @@ fn named(
         code,
         severity,
         what,
-        hint: "measure the chart and give its true size and place, or let `wheatstone check --fix OUT` set right what it can".into(),
+        hint: "measure the chart and give its true size and place, or let what can be be set right"
+            .into(),
         figures: vec![
             ("size along rows, of what the file says".into(), a),
             ("size along columns, of what the file says".into(), b),

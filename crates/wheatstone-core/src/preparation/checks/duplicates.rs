@@ -141,7 +141,7 @@ fn copy(evidence: &Evidence, (first, second): (usize, usize), alike: bool, gap: 
             "duplicate-views",
             severity,
             what,
-            "leave one of them out; `wheatstone check --fix OUT` does so where the places are the same",
+            "leave one of them out, or let it be left out where the places are the same",
         )
     }
 }

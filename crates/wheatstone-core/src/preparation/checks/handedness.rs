@@ -97,7 +97,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             code,
             Severity::Fatal,
             what,
-            "read the board in the same order in every camera, or let `wheatstone check --fix OUT` put the labels right",
+            "read the board in the same order in every camera, or let the labels be put right",
         )
     })
 }

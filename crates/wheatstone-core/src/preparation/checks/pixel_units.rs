@@ -182,7 +182,7 @@ pub(super) fn proposal(
         code,
         severity: Severity::Fatal,
         what,
-        hint: "take all pictures of a camera with one size and count their pixels alike, or let `wheatstone check --fix OUT` put these right".into(),
+        hint: "take all pictures of a camera with one size and count their pixels alike, or let these be put right".into(),
         figures,
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
     }

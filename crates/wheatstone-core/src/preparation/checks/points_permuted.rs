@@ -93,7 +93,9 @@ fn proposal(
             "{wrong} of {} points carry pixels of other points of the view",
             points.pairs.len()
         ),
-        hint: "list the points of every picture in the order of the chart, or let `wheatstone check --fix OUT` reorder them".into(),
+        hint:
+            "list the points of every picture in the order of the chart, or let them be reordered"
+                .into(),
         figures: vec![("points with another point's pixel".into(), wrong as f64)],
         changes,
     }

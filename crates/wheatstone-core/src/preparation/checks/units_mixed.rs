@@ -192,8 +192,7 @@ fn proposal(
     }
 }
 
-const UNITS_HINT: &str =
-    "give all world places in one unit, or let `wheatstone check --fix OUT` scale these";
+const UNITS_HINT: &str = "give all world places in one unit, or let these be scaled";
 
 /// All coordinates of a view, or some, in another unit.
 fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {

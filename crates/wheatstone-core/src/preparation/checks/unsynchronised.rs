@@ -11,7 +11,7 @@ use crate::geometry::Point3;
 pub(super) struct Unsynchronised;
 
 /// What to do about it.
-const HINT: &str = "pair pictures of the same instant (by time stamp, with a hardware trigger, or with the chart at rest); `wheatstone check --fix OUT` leaves these pictures out";
+const HINT: &str = "pair pictures of the same instant (by time stamp, with a hardware trigger, or with the chart at rest), or let these pictures be left out";
 
 impl Fault for Unsynchronised {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {

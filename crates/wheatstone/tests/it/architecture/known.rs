@@ -70,8 +70,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     ("wheatstone-io", &["tables/rows.rs", "tables/spelled.rs"]),
     ("wheatstone-synthetic", &["exposure.rs", "render.rs"]),
     ("wheatstone-synthetic", &["faults.rs", "faults/recorded.rs"]),
-    ("wheatstone-report", &["build.rs", "pictures.rs"]),
-    ("wheatstone-report", &["page/parts.rs", "page/placed.rs"]),
     ("wheatstone-robot", &["map/evidence.rs", "map/mod.rs"]),
     ("wheatstone-robot", &["navigator/following.rs", "navigator/mod.rs", "navigator/recovery.rs"]),
 ];

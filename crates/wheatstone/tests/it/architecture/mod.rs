@@ -165,6 +165,30 @@ fn names_are_the_words_of_the_field() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
+/// Programs differ in how they are called: hints carry a `Remedy`, and each program has its words.
+#[test]
+fn the_library_names_no_options_of_a_program() {
+    let mut files = Vec::new();
+    for name in CRATES.iter().filter(|name| **name != "wheatstone-cli") {
+        rust_files(&folder(name).join("src"), &mut files);
+    }
+    files.retain(|file| !file.ends_with("tests.rs"));
+    assert!(files.len() > 300, "{files:?}");
+    for file in files {
+        // Readers of tables are still to follow.
+        if file.starts_with("../wheatstone-io/src/tables") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+            for option in ["`--", "`wheatstone "] {
+                assert!(!line.contains(option), "{} names an option: {line}", file.display());
+            }
+        }
+    }
+}
+
 #[test]
 fn the_project_speaks_of_itself_alone() {
     // No machine's paths in code or docs: they mean nothing to whoever reads them elsewhere.

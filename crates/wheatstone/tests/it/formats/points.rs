@@ -5,6 +5,7 @@ use crate::data;
 use wheatstone::{
     Error,
     dataset::{Correspondence, Dataset},
+    error::Remedy,
     formats::{FORMATS, Given, InputFile},
     geometry::Pixel,
     numeric::random::Random,
@@ -164,7 +165,7 @@ fn digitised_points_count_from_below() {
     assert_eq!(pixels[0], Some(Pixel::new(0.0, 0.0)));
     assert_eq!(pixels[1], Some(Pixel::new(100.0, 1023.0)));
     let error = format("dltdv-points").read_points(&[file], &Given::default()).unwrap_err();
-    assert!(error.hint().unwrap().contains("--size"));
+    assert!(error.hint().unwrap().remedy() == Some(Remedy::ImageSize));
 }
 
 #[test]
