@@ -39,6 +39,7 @@ pub type Read<'a> = &'a (dyn Fn(&Path) -> Result<GrayImage> + Sync);
 
 /// What was found in one picture.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Picture {
     /// The file.
     pub path: PathBuf,
@@ -48,6 +49,7 @@ pub struct Picture {
 
 /// What was found in a whole capture.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Found {
     /// View by view, camera by camera.
     pub pictures: Vec<Vec<Picture>>,

@@ -24,8 +24,11 @@ use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
 /// What the first field of every model file says.
 pub const FORMAT: &str = "wheatstone-calibration";
 
-/// The version of the form that is written, and the only one that is read.
-pub const VERSION: u32 = 1;
+/// The version of the form that is written.
+pub const VERSION: u32 = 2;
+
+/// The oldest version that is read. Every version since the first stays readable.
+pub const OLDEST_VERSION: u32 = 1;
 
 /// A fitted method and where it came from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +36,7 @@ pub const VERSION: u32 = 1;
 pub struct Calibration {
     /// [`FORMAT`].
     pub format: String,
-    /// [`VERSION`].
+    /// [`VERSION`], whatever the version of the file that it was read from.
     pub version: u32,
     /// The program that wrote it.
     pub program: String,
@@ -223,60 +226,116 @@ impl Calibration {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`].
+    /// [`Error::Io`]; [`Error::Unsupported`] as [`Calibration::to_bytes`].
     pub fn save(&self, path: &Path) -> Result<()> {
-        let mut bytes = serde_json::to_vec(self).map_err(|e| Error::writing(path, e.into()))?;
-        bytes.push(b'\n');
-        storage::write(path, &bytes)
+        storage::write(path, &self.to_bytes()?)
     }
 
-    /// Reads a file that [`Calibration::save`] wrote.
+    /// The bytes of the file that [`Calibration::save`] writes: JSON in UTF-8.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of this version.
-    pub fn load(path: &Path) -> Result<Self> {
-        let text = storage::read_text(path, LARGEST_FILE)?;
-        let refuse = |line, problem: String, hint: &Hint| Error::Malformed {
-            path: path.into(),
-            line,
-            problem,
-            hint: hint.clone(),
+    /// [`Error::Unsupported`] where the fitted map or its method is from outside of this library, which
+    /// no program could read back.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let foreign = match (&self.reconstructor, &self.method) {
+            (AnyReconstructor::Custom(map), _) => Some(("fitted map", map.name())),
+            (_, AnyMethod::Custom(method)) => Some(("method", method.name())),
+            _ => None,
         };
-        let (written, again) =
-            (Hint::new("models are written by a fit", Remedy::Fit), Hint::from("fit again"));
-        let heading: Heading = serde_json::from_str(&text).map_err(|e| {
-            refuse(Some(e.line() as u64), format!("not a model file: {e}"), &written)
-        })?;
-        if heading.format.as_deref() != Some(FORMAT) {
+        let refuse = |what: String, hint: &str| Error::Unsupported {
+            format: "model file".into(),
+            what,
+            hint: hint.into(),
+        };
+        if let Some((kind, name)) = foreign {
             return Err(refuse(
-                None,
-                "not a model file: it does not say that it is one".into(),
-                &written,
+                format!("the {kind} `{name}`, which is not part of this library"),
+                "save the points and fit again, or write the map in a format of your own",
             ));
         }
-        if heading.version != Some(VERSION) {
-            let found = heading.version.map_or("none".into(), |version| version.to_string());
-            return Err(refuse(
-                None,
-                format!("model version {found}; this program reads version {VERSION}"),
-                &"use the program that wrote it, or fit again".into(),
-            ));
-        }
-        let model: Self = serde_json::from_str(&text).map_err(|e| {
-            refuse(Some(e.line() as u64), format!("damaged model file: {e}"), &again)
-        })?;
-        let whole = model.reconstructor.is_consistent()
-            && model.volume.is_consistent()
-            && model.volume.cameras() == model.reconstructor.cameras()
-            && (model.sizes.is_empty() || model.sizes.len() == model.volume.cameras());
-        if !whole {
-            return Err(refuse(
-                None,
-                "damaged model file: its numbers do not fit together".into(),
-                &again,
-            ));
-        }
-        Ok(model)
+        let mut bytes = serde_json::to_vec(self)
+            .map_err(|e| refuse(format!("this model: {e}"), "report it as a defect"))?;
+        bytes.push(b'\n');
+        Ok(bytes)
     }
+
+    /// Reads a file that [`Calibration::save`] wrote, of this version or an earlier one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of a known version.
+    pub fn load(path: &Path) -> Result<Self> {
+        parse(path, &storage::read_text(path, LARGEST_FILE)?)
+    }
+
+    /// Reads what [`Calibration::to_bytes`] gave. Messages call it `model`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for anything else than a whole model of a known version.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let path = Path::new("model");
+        let text = std::str::from_utf8(bytes).map_err(|_| Error::Malformed {
+            path: path.into(),
+            line: None,
+            problem: "not text (UTF-8)".into(),
+            hint: written(),
+        })?;
+        parse(path, text)
+    }
+
+    /// Whether its parts fit together.
+    fn is_whole(&self) -> bool {
+        self.reconstructor.is_consistent()
+            && self.volume.is_consistent()
+            && self.volume.cameras() == self.reconstructor.cameras()
+            && (self.sizes.is_empty() || self.sizes.len() == self.volume.cameras())
+    }
+}
+
+/// Where models come from.
+fn written() -> Hint {
+    Hint::new("models are written by a fit", Remedy::Fit)
+}
+
+/// Reads a model; messages name `path`.
+fn parse(path: &Path, text: &str) -> Result<Calibration> {
+    let refuse = |line, problem: String, hint: Hint| Error::Malformed {
+        path: path.into(),
+        line,
+        problem,
+        hint,
+    };
+    let heading: Heading = serde_json::from_str(text)
+        .map_err(|e| refuse(Some(e.line() as u64), format!("not a model file: {e}"), written()))?;
+    if heading.format.as_deref() != Some(FORMAT) {
+        return Err(refuse(
+            None,
+            "not a model file: it does not say that it is one".into(),
+            written(),
+        ));
+    }
+    if !heading.version.is_some_and(|version| (OLDEST_VERSION..=VERSION).contains(&version)) {
+        let found = heading.version.map_or("none".into(), |version| version.to_string());
+        return Err(refuse(
+            None,
+            format!(
+                "model version {found}; this program reads versions {OLDEST_VERSION} to {VERSION}"
+            ),
+            "use the program that wrote it, or fit again".into(),
+        ));
+    }
+    let mut model: Calibration = serde_json::from_str(text).map_err(|e| {
+        refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again".into())
+    })?;
+    if !model.is_whole() {
+        return Err(refuse(
+            None,
+            "damaged model file: its numbers do not fit together".into(),
+            "fit again".into(),
+        ));
+    }
+    model.version = VERSION;
+    Ok(model)
 }

@@ -8,6 +8,7 @@ use wheatstone_numeric::random::Random;
 /// An error of pixel coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Noise {
     /// None.
     None,

@@ -3,6 +3,7 @@
 mod annotate;
 mod decode;
 pub mod filter;
+mod raw;
 mod rounding;
 
 pub use annotate::{Annotated, Colour};

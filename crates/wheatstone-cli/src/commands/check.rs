@@ -127,8 +127,7 @@ fn alarms(examination: &Examination) -> usize {
 fn word(severity: Severity) -> &'static str {
     match severity {
         Severity::Information => "note",
-        Severity::Warning => "warning",
-        Severity::Fatal => "fatal",
+        other => other.name(),
     }
 }
 

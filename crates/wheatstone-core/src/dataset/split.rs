@@ -9,6 +9,7 @@ use wheatstone_numeric::statistics;
 /// Whether points lie among those that the fit has seen, or beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum FoldKind {
     /// Views on both sides were fitted.
     Interpolation,

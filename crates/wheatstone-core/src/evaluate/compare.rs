@@ -34,6 +34,7 @@ use wheatstone_numeric::{
 /// The error on one view that was left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct FoldScore {
     /// The view, or the slab's bounds.
     pub view: String,
@@ -48,6 +49,7 @@ pub struct FoldScore {
 /// A method's error over all views, each left out once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct CrossValidation {
     /// Over all points.
     pub all: Evaluation,
@@ -57,6 +59,7 @@ pub struct CrossValidation {
 
 /// One row of a comparison.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct MethodScore {
     /// The method.
     pub method: String,
@@ -88,6 +91,7 @@ pub struct MethodScore {
 
 /// Methods side by side.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// The unit of all lengths.
     pub unit: String,

@@ -3,6 +3,7 @@
 //! Lenses are put down in patches of the picture and error bars in boxes of picture and depth, where so
 //! many points ask for one that it pays; what neither holds is worked out by the map itself.
 
+mod batch;
 mod undistortion_tiles;
 mod piece;
 mod located_batch;
@@ -12,6 +13,7 @@ mod chebyshev_undistortion;
 mod covariance_table;
 mod undistortion_table;
 
+pub use batch::LocatedBatch;
 pub use located_batch::Places;
 pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};

@@ -1,7 +1,9 @@
 //! Ways from matched pixels to a point in the world.
 //!
-//! A method is settings that fit, and the reconstructor that they fit. To add one: write
-//! `method/<name>.rs` with both, then add its `mod` line and its rows below.
+//! A method is settings that fit, and the reconstructor that they fit. To add one here: write
+//! `method/<name>.rs` with both, then add its `mod` line and its rows below. To add one in another
+//! crate: implement [`Method`] and [`Reconstructor`] there, and hand them over as
+//! [`AnyMethod::custom`] and [`AnyReconstructor::custom`].
 
 pub mod auto;
 pub mod brown;
@@ -31,7 +33,7 @@ pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
 use locator::Formulas;
-pub use locator::{FormulaCameras, Learned, Locator, PlacedCamera, Places, Plan};
+pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Places, Plan};
 pub use pixel_noise::PixelNoise;
 pub(crate) use resection::information;
 pub(crate) use resection_start::Lens;
@@ -49,6 +51,9 @@ use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
 
 /// Settings that can be fitted.
+///
+/// Only [`Method::fit`] and [`Method::summary`] are needed. `crates/wheatstone/examples/custom_method.rs`
+/// implements one outside of this library.
 pub trait Method: Sync + Send {
     /// Fits to every point whose place in the world is known. The same `seed` gives the same bits.
     ///
@@ -83,16 +88,20 @@ pub trait Method: Sync + Send {
         &["default"]
     }
 
-    /// Itself with the settings called `name`.
+    /// Itself with the settings called `name`. A method of another crate has only those that it was
+    /// made with, unless it says otherwise.
     ///
     /// # Errors
     ///
     /// [`Error::UnknownName`].
-    fn preset(&self, name: &str) -> Result<AnyMethod>;
+    fn preset(&self, name: &str) -> Result<AnyMethod> {
+        Err(unknown("preset", name, &[]))
+    }
 }
 
 /// What a fit leaves.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Fit {
     /// The fitted map.
     pub reconstructor: AnyReconstructor,
@@ -105,8 +114,8 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// A fit that leaves nothing but the map.
-    fn of(reconstructor: impl Into<AnyReconstructor>) -> Self {
+    /// A fit that leaves nothing but the map, such as [`AnyReconstructor::custom`].
+    pub fn of(reconstructor: impl Into<AnyReconstructor>) -> Self {
         Self { reconstructor: reconstructor.into(), curve: Vec::new(), choice: None, start: None }
     }
 }
@@ -114,6 +123,7 @@ impl Fit {
 /// Which method was chosen among several, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Choice {
     /// The method's name.
     pub chosen: String,
@@ -139,6 +149,12 @@ pub struct Located {
 }
 
 impl Located {
+    /// Of a method that has no rays, and so no residual.
+    #[must_use]
+    pub fn without_rays(point: Point3, covariance: Matrix3<f64>) -> Self {
+        Self { point, covariance, residual: f64::NAN, residual_sigma: f64::NAN }
+    }
+
     /// The residual as a chi-square, with its degrees of freedom: two coordinates for each of the
     /// cameras that saw the point, less three. Larger than chance allows for pixels that do not
     /// belong together. `None` where there are no rays, or no error is expected.
@@ -151,6 +167,8 @@ impl Located {
 }
 
 /// A fitted map from pixels to points.
+///
+/// Only [`Reconstructor::cameras`] and [`Reconstructor::locate`] are needed.
 pub trait Reconstructor: Sync + Send {
     /// The cameras whose pixels it takes.
     fn cameras(&self) -> usize;
@@ -162,7 +180,9 @@ pub trait Reconstructor: Sync + Send {
     /// Standard deviation of one coordinate that its error bars assume of a pixel of this camera
     /// (counted from 0) that shows a world point, in pixels, without what the fit is uncertain by.
     /// `None` for no such camera, and for methods that assume nothing of pixels.
-    fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64>;
+    fn pixel_sigma(&self, _camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
+        None
+    }
 
     /// Where a camera (counted from 0) observes a world point, with derivatives by its coordinates; `None`
     /// where it cannot, and for maps that are no cameras.
@@ -195,11 +215,13 @@ pub trait Reconstructor: Sync + Send {
     }
 
     /// Whether the parts of a reconstructor read from a file fit together.
-    fn is_consistent(&self) -> bool;
+    fn is_consistent(&self) -> bool {
+        true
+    }
 }
 
 registry! {
-    /// Every method the toolkit knows.
+    /// A method: one of this library, or [`AnyMethod::custom`].
     pub enum AnyMethod: Method, all {
         "auto" => Auto(auto::Auto),
         "network" => Network(network::Network),
@@ -214,7 +236,8 @@ registry! {
 }
 
 registry! {
-    /// Every fitted map the toolkit can save and load.
+    /// A fitted map: one of this library, which can be saved and loaded, or
+    /// [`AnyReconstructor::custom`], which cannot.
     pub enum AnyReconstructor: Reconstructor {
         "network" => Network(network::NetworkReconstructor),
         "dlt" => Dlt(dlt::DltReconstructor),
@@ -255,16 +278,35 @@ impl AnyMethod {
             .ok_or_else(|| unknown("method", name, Self::NAMES))
     }
 
-    /// Its name in files and on the command line.
+    /// Its name in files and on the command line; of [`AnyMethod::custom`], the name that it was given.
     #[must_use]
-    pub fn name(&self) -> &'static str {
+    pub fn name(&self) -> &str {
+        if let Self::Custom(custom) = self {
+            return custom.name();
+        }
         let place = Self::all()
             .iter()
             .position(|other| std::mem::discriminant(other) == std::mem::discriminant(self));
         place.map_or("", |place| Self::NAMES[place])
     }
 
+    /// Itself with the settings called `name`: [`Method::preset`], where `default` are those that it
+    /// has, for a method of another crate that has no presets.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`].
+    pub fn preset(&self, name: &str) -> Result<Self> {
+        match (self, (**self).preset(name)) {
+            (Self::Custom(_), Err(Error::UnknownName { .. })) if name == "default" => {
+                Ok(self.clone())
+            }
+            (_, preset) => preset,
+        }
+    }
+
     /// Whether it can be fitted to so many cameras: one alone locates no point, but can be calibrated.
+    /// A method of another crate is asked when it is fitted.
     ///
     /// # Errors
     ///
@@ -272,7 +314,11 @@ impl AnyMethod {
     pub fn takes(&self, cameras: usize) -> Result<()> {
         let is_camera = matches!(
             self,
-            Self::Brown(_) | Self::KannalaBrandt(_) | Self::Tsai(_) | Self::NeuralCamera(_)
+            Self::Brown(_)
+                | Self::KannalaBrandt(_)
+                | Self::Tsai(_)
+                | Self::NeuralCamera(_)
+                | Self::Custom(_)
         );
         if cameras > 1 || is_camera {
             return Ok(());

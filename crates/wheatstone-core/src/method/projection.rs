@@ -5,10 +5,10 @@ use crate::geometry::{Pixel, Point3, Ray, Vector3};
 
 impl AnyReconstructor {
     /// Whether it maps world points to pixels. Networks and interpolation only say where matched pixels
-    /// meet.
+    /// meet; so it is taken to be with maps of other crates.
     #[must_use]
     pub fn has_projection(&self) -> bool {
-        !matches!(self, Self::Network(_) | Self::Interpolation(_))
+        !matches!(self, Self::Network(_) | Self::Interpolation(_) | Self::Custom(_))
     }
 
     /// Where a camera, counted from 0, observes a world point. `None` where it does not, for a camera that
@@ -22,7 +22,7 @@ impl AnyReconstructor {
             Self::Dlt(fitted) => fitted.project(camera, world),
             Self::Soloff(fitted) => fitted.project(camera, world),
             Self::NeuralCamera(fitted) => Some(fitted.project(camera, world)?.0),
-            Self::Network(_) | Self::Interpolation(_) => None,
+            Self::Network(_) | Self::Interpolation(_) | Self::Custom(_) => None,
         }
     }
 

@@ -21,6 +21,7 @@ use wheatstone_numeric::progress::Progress;
 /// A point that was set aside as a gross outlier.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct SetAside {
     /// Its view's name; empty where there is none.
     pub view: String,
@@ -35,6 +36,7 @@ pub struct SetAside {
 /// A fault of the data that was found before the fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct SavedFinding {
     /// Its name, in kebab case.
     pub code: String,
@@ -72,6 +74,7 @@ pub struct Preparation {
 
 /// Data ready for a fit, and what was done to them.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Prepared {
     /// What a method is fitted to.
     pub data: Dataset,
@@ -90,6 +93,7 @@ pub struct Prepared {
 /// Charts of unknown place, placed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Placed {
     /// One entry a view.
     pub views: Vec<ViewPose>,

@@ -55,6 +55,7 @@ impl Default for Wanted {
 
 /// The virtual cameras.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct VirtualPair {
     /// The model's cameras that they stand for, counted from 0: the left, then the right.
     pub cameras: [usize; 2],

@@ -59,6 +59,7 @@ pub struct Format {
 
 /// How a format's files lie on the disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Layout {
     /// One file with this extension.
     File(&'static str),
@@ -84,6 +85,7 @@ pub type WritePoints = fn(&Dataset, &Given) -> Result<Vec<OutputFile>>;
 pub type WritePair = fn(&Rectification) -> Result<Vec<OutputFile>>;
 
 /// What a format holds.
+#[non_exhaustive]
 pub enum Content {
     /// Cameras.
     Calibration {

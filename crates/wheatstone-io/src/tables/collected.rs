@@ -12,6 +12,7 @@ use wheatstone_core::{
 
 /// What to do with rows that stand in a file twice, to the last digit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Duplicates {
     /// Refuse the file, naming both lines: a copy in the training and the validation part would
     /// make an error look small.

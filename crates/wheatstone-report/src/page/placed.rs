@@ -15,6 +15,7 @@ pub(super) fn html(report: &Report) -> Option<Markup> {
     let frame = match placed.gauge {
         Some(Gauge::FirstView) => "the chart of the first view",
         Some(Gauge::FirstCamera) => "the first camera",
+        Some(_) => "another frame",
         None => "that of the known places",
     };
     let freed =

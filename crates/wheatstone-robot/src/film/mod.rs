@@ -37,7 +37,7 @@ pub struct Film {
 #[derive(Serialize)]
 struct Reel {
     seed: u64,
-    method: &'static str,
+    method: String,
     outcome: Option<Outcome>,
     world: Stand,
     map: Raster,
@@ -97,7 +97,7 @@ impl Film {
     pub fn new(path: PathBuf, trial: &Trial, world: &World) -> Self {
         let reel = Reel {
             seed: trial.seed,
-            method: trial.method.name(),
+            method: trial.method.name().to_owned(),
             outcome: None,
             world: Stand {
                 walls: world.walls,

@@ -35,6 +35,7 @@ use wheatstone_numeric::{progress::Progress, statistics::median};
 /// Which frame is the world's where no chart's place is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Gauge {
     /// The chart of the first view: its points have Z = 0.
     #[default]
@@ -67,6 +68,7 @@ impl Gauge {
 
 /// Which lenses are tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Lenses {
     /// Both, and the one that explains the pixels better is taken.
     #[default]
@@ -93,6 +95,7 @@ pub struct Placing {
 /// Where a chart is believed to have stood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ViewPose {
     /// The view's name.
     pub view: String,
@@ -111,6 +114,7 @@ pub struct ViewPose {
 
 /// Charts placed.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct SolvedPoses {
     /// The data with known places, beside those on the chart; points of views that could not be placed
     /// are gone.

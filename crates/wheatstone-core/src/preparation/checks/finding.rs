@@ -13,6 +13,7 @@ use serde::Serialize;
 /// How bad a fault is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Severity {
     /// Good to know.
     Information,
@@ -36,6 +37,7 @@ impl Severity {
 
 /// One change of a dataset. Indices are those of its correspondences before any change.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Change {
     /// A camera's pixel of a row.
     Pixel {
@@ -62,6 +64,7 @@ pub enum Change {
 
 /// A fault found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Finding {
     /// Its name, in kebab case.
     pub code: &'static str,
@@ -126,6 +129,7 @@ pub fn repair_all(data: &Dataset, findings: &[Finding]) -> Dataset {
 
 /// All that an examination says.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Examination {
     /// The faults, the worst first.
     pub findings: Vec<Finding>,
