@@ -52,20 +52,20 @@ impl Progress for Silent {
 /// assert!(patient.cancelled());
 /// ```
 pub struct FnProgress<F> {
-    hear: F,
+    call: F,
     stopped: AtomicBool,
 }
 
 impl<F: Fn(&str, u64, u64) -> ControlFlow<()> + Sync> FnProgress<F> {
     /// Of a closure, which may be called from several threads at once.
-    pub fn new(hear: F) -> Self {
-        Self { hear, stopped: AtomicBool::new(false) }
+    pub fn new(call: F) -> Self {
+        Self { call, stopped: AtomicBool::new(false) }
     }
 }
 
 impl<F: Fn(&str, u64, u64) -> ControlFlow<()> + Sync> Progress for FnProgress<F> {
     fn report(&self, task: &str, done: u64, total: u64) {
-        if (self.hear)(task, done, total).is_break() {
+        if (self.call)(task, done, total).is_break() {
             self.stopped.store(true, Ordering::Relaxed);
         }
     }

@@ -5,7 +5,7 @@
 use std::error::Error;
 use wheatstone::{
     AnyMethod, Calibration, LineGrid, Material, Noise, Prepared, Report, Rig, Silent, Stage,
-    synthetic::chart_correspondences,
+    Wording, synthetic::chart_correspondences,
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
@@ -24,6 +24,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         truth: Some(&rig.cameras),
         seen: None,
         held_out: true,
+        wording: Wording::default(),
     };
     let report = Report::of(&material, &Silent)?;
 

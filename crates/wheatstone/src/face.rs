@@ -93,7 +93,7 @@ pub use wheatstone_io::tables::Duplicates;
 /// Example: `examples/write_report.rs`.
 #[cfg(feature = "report")]
 #[doc(inline)]
-pub use wheatstone_report::{Material, Report};
+pub use wheatstone_report::{Material, Report, Wording};
 
 /// Example: `examples/detect_chart.rs`.
 #[cfg(feature = "synthetic")]

@@ -49,7 +49,7 @@ fn a_rendered_capture_becomes_a_model_that_reads_back_bit_for_bit() {
 fn damaged_models_are_refused(path: &Path) {
     let text = std::fs::read_to_string(path).unwrap();
     for (from, to, words) in [
-        ("\"version\":1", "\"version\":2", "version 2"),
+        ("\"version\":2", "\"version\":3", "version 3"),
         ("\"format\":\"wheatstone-calibration\"", "\"format\":\"other\"", "not a model file"),
         ("\"seed\":0", "\"seed\":0,\"sede\":1", "unknown field"),
         ("\"pixel_sigma\":", "\"pixel_sigma\":-", "do not fit together"),
