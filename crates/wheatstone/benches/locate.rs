@@ -14,7 +14,7 @@ use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::volume::Volume,
     geometry::{PixelColumns, columns_of},
-    method::{AnyMethod, AnyReconstructor, Locator, Places, network::Training},
+    method::{AnyMethod, AnyReconstructor, LocatedBatch, Locator, network::Training},
     numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -91,7 +91,7 @@ fn main() {
         let world = World::new(method, 1_000_000);
         on(threads.parse().unwrap(), || {
             let (pixels, mut locator) = (world.pixels(), world.locator(what));
-            let mut places = Places::default();
+            let mut places = LocatedBatch::default();
             for _ in 0..times.parse::<u32>().unwrap() {
                 locator.locate_into(&pixels, black_box(&mut places));
             }

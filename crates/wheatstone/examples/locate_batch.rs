@@ -26,7 +26,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     // Camera 2 did not see the first point.
     columns[2][0] = f64::NAN;
 
-    // A closure hears how far it is, and stops the work by `ControlFlow::Break(())`.
+    // A closure is told how far it is, and stops the work by `ControlFlow::Break(())`.
     let progress = FnProgress::new(|task, done, total| {
         println!("{task}: {done} of {total}");
         ControlFlow::Continue(())
@@ -36,9 +36,10 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let batch = locator.locate_columns(&columns, &progress)?;
 
     println!("{} of {} located", batch.located(), batch.len());
+    let [_, _, sigma_z] = batch.sigma();
     for row in 0..3 {
-        let (x, y, z) = (batch.x[row], batch.y[row], batch.z[row]);
-        println!("{x:8.3} {y:8.3} {z:8.3} +- {:.3} {}", batch.sigma_z[row], batch.trust[row]);
+        let [x, y, z] = batch.point.each_ref().map(|column| column[row]);
+        println!("{x:8.3} {y:8.3} {z:8.3} +- {:.3} {}", sigma_z[row], batch.trust[row]);
     }
     Ok(())
 }

@@ -39,7 +39,7 @@
 //! // x and y of camera 1, x and y of camera 2; NaN where a camera did not see the point.
 //! let (x1, y1, x2, y2) = ([301.5], [220.25], [284.0], [f64::NAN]);
 //! let batch = locator.locate_columns(&[&x1, &y1, &x2, &y2], &Silent)?;
-//! assert!(batch.z[0].is_nan());
+//! assert!(batch.get(0).is_none());
 //! # Ok::<(), wheatstone::Error>(())
 //! ```
 //!

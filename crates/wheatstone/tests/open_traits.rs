@@ -80,7 +80,7 @@ fn a_method_of_another_crate_is_judged_and_located_with() {
     let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
     let batch = locator.locate_columns(&columns, &Silent).unwrap();
     assert_eq!(batch.get(0).unwrap().point, model.reconstructor.locate(pixels).unwrap().point);
-    assert_eq!(batch.sigma_x, [1.0]);
+    assert_eq!(batch.sigma()[0], [1.0]);
 }
 
 #[test]

@@ -3,9 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::path::{Path, PathBuf};
-use wheatstone::{
-    Calibration, Duplicates, Locator, Silent, calibration, geometry::columns_of, tables,
-};
+use wheatstone::{Calibration, Locator, Silent, calibration};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
@@ -35,11 +33,10 @@ fn models_of_version_1_locate_bit_for_bit() {
             assert_eq!(bits(&column(&text, name)), bits(found), "{method}: {name}");
         };
         assert_eq!((batch.len(), batch.located()), (12, 12));
-        for (name, found) in [("X", &batch.x), ("Y", &batch.y), ("Z", &batch.z)] {
+        for (name, found) in ["X", "Y", "Z"].iter().zip(&batch.point) {
             same(name, found);
         }
-        let sigmas = [("sX", &batch.sigma_x), ("sY", &batch.sigma_y), ("sZ", &batch.sigma_z)];
-        for (name, found) in sigmas {
+        for (name, found) in ["sX", "sY", "sZ"].iter().zip(&batch.sigma()) {
             same(name, found);
         }
         same("residual", &batch.residual);
@@ -67,12 +64,4 @@ fn a_version_that_is_not_known_is_refused_by_number() {
     let problem = Calibration::from_bytes(later.as_bytes()).unwrap_err().to_string();
     assert!(problem.contains("model version 3; this program reads versions 1 to 2"), "{problem}");
     assert!(Calibration::from_bytes(&[0xff]).is_err());
-}
-
-#[test]
-fn the_points_of_an_old_model_are_those_of_its_table() {
-    let model = Calibration::load(&data("version-1-brown.json")).unwrap();
-    let table = tables::read(&data("version-1-brown.csv"), "cm", Duplicates::Keep).unwrap();
-    let rows: Vec<_> = table.correspondences.iter().map(|row| row.pixels.clone()).collect();
-    assert_eq!(columns_of(&rows, 2).len(), model.reconstructor.cameras());
 }

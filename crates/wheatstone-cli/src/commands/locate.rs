@@ -21,7 +21,7 @@ use wheatstone::{
     dataset::volume::Trust,
     geometry::{Pixel, PixelColumns},
     method::{
-        Locator, Places,
+        LocatedBatch, Locator,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
     tables::{Cells, Column, Rows, Words},
@@ -90,8 +90,8 @@ impl Locate {
         refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
         let covariance = self.covariance;
         // Columns that are not written come back, for the next rows: new memory costs as much as what fills it.
-        let (back, spare) = channel::<Places>();
-        let writing = sink.start(move |rows, mut places: Places| {
+        let (back, spare) = channel::<LocatedBatch>();
+        let writing = sink.start(move |rows, mut places: LocatedBatch| {
             let columns = added(rows, &mut places, &test, covariance);
             // Nobody may be there to take it any more.
             let _ = back.send(places);
@@ -121,7 +121,12 @@ impl Locate {
 }
 
 /// The appended columns, taken out of `places`; empty where nothing was located or a figure does not exist.
-fn added(rows: &Rows, places: &mut Places, test: &MismatchTest, covariance: bool) -> Vec<Column> {
+fn added(
+    rows: &Rows,
+    places: &mut LocatedBatch,
+    test: &MismatchTest,
+    covariance: bool,
+) -> Vec<Column> {
     let mismatch = test.mismatches(&rows.pixels(), places);
     let word = |(trust, x): (&Trust, &f64)| match trust {
         _ if x.is_nan() => 0,

@@ -50,14 +50,13 @@ fn compare_writes_the_page_that_it_is_asked_for() {
     let (told, _) = done(at, &[&compare[..], &["-o", "page one.html", "--json"]].concat());
     let found: serde_json::Value = serde_json::from_str(&told).unwrap();
     assert_eq!(found["chosen"], "brown");
-    let command =
-        "wheatstone compare t.csv --methods dlt,brown --seed 1 -o &#39;page one.html&#39;";
+    let command = "wheatstone compare t.csv --methods dlt,brown --seed 1 -o 'page one.html'";
     page(&at.join("page one.html"), &["Methods compared", "Error against depth", command]);
     done(at, &[&compare[..], &["--report", "two.html"]].concat());
     // The same input gives the same page but for the command in it.
     let page = |name: &str| {
         let text = std::fs::read_to_string(at.join(name)).unwrap();
-        text.replace(" -o &#39;page one.html&#39;", "").replace(" -o two.html", "")
+        text.replace(" -o 'page one.html'", "").replace(" -o two.html", "")
     };
     assert_eq!(page("page one.html"), page("two.html"));
     // A place that cannot be written to is refused before any work.

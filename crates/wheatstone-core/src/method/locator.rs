@@ -3,18 +3,17 @@
 //! Lenses are put down in patches of the picture and error bars in boxes of picture and depth, where so
 //! many points ask for one that it pays; what neither holds is worked out by the map itself.
 
-mod batch;
-mod undistortion_tiles;
-mod piece;
+mod chebyshev_undistortion;
+mod columns;
+mod covariance_table;
 mod located_batch;
+mod piece;
 mod plan;
 mod rig;
-mod chebyshev_undistortion;
-mod covariance_table;
 mod undistortion_table;
+mod undistortion_tiles;
 
-pub use batch::LocatedBatch;
-pub use located_batch::Places;
+pub use located_batch::LocatedBatch;
 pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 
@@ -146,15 +145,15 @@ impl<'a> Locator<'a> {
 
     /// Locates points, in parallel.
     #[must_use]
-    pub fn locate(&mut self, pixels: &PixelColumns) -> Places {
-        let mut places = Places::default();
+    pub fn locate(&mut self, pixels: &PixelColumns) -> LocatedBatch {
+        let mut places = LocatedBatch::default();
         self.locate_into(pixels, &mut places);
         places
     }
 
     /// [`Locator::locate`] into columns that are there already: whoever locates again and again spares
     /// the memory.
-    pub fn locate_into(&mut self, pixels: &PixelColumns, places: &mut Places) {
+    pub fn locate_into(&mut self, pixels: &PixelColumns, places: &mut LocatedBatch) {
         places.resize(pixels.points(), self.with_covariance, self.volume.is_some());
         let mut tasks = places.tasks(self.done);
         while !tasks.is_empty() {

@@ -1,6 +1,6 @@
 //! Whether pixels belong together: whether their rays miss each other by more than noise makes them.
 
-use super::{Located, Places, Reconstructor, locate_all};
+use super::{Located, LocatedBatch, Reconstructor, locate_all};
 use crate::geometry::{Pixel, PixelColumns};
 use wheatstone_numeric::statistics::chi_square_upper_quantile;
 
@@ -47,7 +47,7 @@ impl MismatchTest {
     /// Whether each of many points' residuals is larger than chance makes it, as
     /// [`MismatchTest::is_mismatch`] has it. All are false where no residuals were asked for.
     #[must_use]
-    pub fn mismatches(&self, pixels: &PixelColumns, places: &Places) -> Vec<bool> {
+    pub fn mismatches(&self, pixels: &PixelColumns, places: &LocatedBatch) -> Vec<bool> {
         let mut seen = vec![0_u16; pixels.points()];
         for [x, y] in pixels.cameras() {
             for (seen, (x, y)) in seen.iter_mut().zip(x.iter().zip(*y)) {

@@ -33,7 +33,7 @@ pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use fitted_cameras::{FittedCamera, FittedCameras};
 use locator::Formulas;
-pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Places, Plan};
+pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
 pub use pixel_noise::PixelNoise;
 pub(crate) use resection::information;
 pub(crate) use resection_start::Lens;

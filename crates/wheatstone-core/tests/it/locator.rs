@@ -5,7 +5,7 @@ use wheatstone_charts::chart::AnyChart;
 use wheatstone_core::{
     dataset::{Dataset, volume::Volume},
     geometry::{Pixel, PixelColumns, columns_of},
-    method::{AnyMethod, Locator, Places, Plan, Reconstructor, network::Training},
+    method::{AnyMethod, LocatedBatch, Locator, Plan, Reconstructor, network::Training},
 };
 use wheatstone_numeric::progress::Silent;
 use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences};
@@ -45,7 +45,7 @@ fn borrowed(columns: &[[Vec<f64>; 2]]) -> PixelColumns<'_> {
 
 /// The largest gap of points, in standard deviations; of standard deviations, those of residuals among them,
 /// as a share; of residuals, in pixels.
-fn gaps(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], places: &Places) -> [f64; 3] {
+fn gaps(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], places: &LocatedBatch) -> [f64; 3] {
     let mut gaps = [0.0_f64; 3];
     for (index, row) in rows.iter().enumerate() {
         let Some(exact) = map.locate(row) else {
@@ -93,7 +93,7 @@ fn many_points_are_where_each_is_by_itself() {
         let columns = columns_of(&rows, cameras);
         let pixels = borrowed(&columns);
         let mut locator = Locator::new(map, None);
-        let mut places = Places::default();
+        let mut places = LocatedBatch::default();
         if !matches!(map.plan(), Plan::PointByPoint) {
             for _ in 0..MANY / PIECE {
                 locator.locate_into(&pixels, &mut places);
@@ -165,7 +165,7 @@ fn any_number_of_threads_and_of_calls_gives_the_same_bits() {
 fn gaps_of_error_bars(
     map: &dyn Reconstructor,
     rows: &[Vec<Option<Pixel>>],
-    places: &Places,
+    places: &LocatedBatch,
 ) -> Vec<f64> {
     let gap = |(index, row): (usize, &Vec<Option<Pixel>>)| {
         let exact = map.locate(row).unwrap();
@@ -221,7 +221,7 @@ fn where_a_box_does_not_hold_its_eighths_do() {
     let rows = crowd_between(&rig, &chart, (50.0, 60.0), PIECE);
     let columns = columns_of(&rows, 2);
     let mut locator = Locator::new(&*fit.reconstructor, None).with_boxes();
-    let mut places = Places::default();
+    let mut places = LocatedBatch::default();
     for round in 0.. {
         if locator.made_eighths() >= 8 {
             break;

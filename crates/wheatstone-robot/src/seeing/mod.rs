@@ -28,7 +28,7 @@ use wheatstone_charts::imaging::GrayImage;
 use wheatstone_core::{
     Calibration, Result,
     geometry::{Pixel, PixelColumns, Point3, columns_of},
-    method::Locator,
+    method::{Located, Locator},
 };
 use wheatstone_numeric::progress::Progress;
 
@@ -166,12 +166,12 @@ impl<'a> Observer<'a> {
             pairs.iter().flatten().map(|(pair, _)| pair.map(Some).to_vec()).collect();
         let columns = columns_of(&rows, 2);
         let columns = PixelColumns::new(columns.iter().map(|[x, y]| [&x[..], &y[..]]).collect());
-        let places = self.locator.locate(&columns);
+        let batch = self.locator.locate(&columns);
         let map = &self.calibration.reconstructor;
         let mut rows = 0..rows.len();
         let located = |pair: &Option<([Pixel; 2], f64)>| {
             let ([first, _], crossing) = (*pair)?;
-            let (point, covariance) = places.at(rows.next()?)?;
+            let Located { point, covariance, .. } = batch.get(rows.next()?)?;
             // Behind the robot, or beyond all walls.
             if !(1.0..2000.0).contains(&point.z) {
                 return None;

@@ -1,22 +1,24 @@
-//! Where points are, in columns, and the parts of those that a task fills.
+//! Located points in columns, and the parts of those that a task fills.
 
 use super::{super::Located, TASK};
-use crate::{dataset::volume::Trust, geometry::Point3};
+use crate::dataset::volume::Trust;
 use nalgebra::Matrix3;
 use std::ops::Range;
 
-/// Where points are, column by column, in the order of their pixels. NaN stands where a point was not
-/// located, and for figures that do not exist.
+/// Located points, column by column: row `i` of every column belongs to row `i` of the pixels. NaN stands
+/// where a point was not located, and for figures that do not exist.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Places {
-    /// X, Y and Z, in world units.
+#[non_exhaustive]
+pub struct LocatedBatch {
+    /// X, Y and Z in the world frame, in world units.
     pub point: [Vec<f64>; 3],
-    /// Covariance XX, XY, XZ, YY, YZ, ZZ, in squared world units; empty where it was not asked for.
+    /// Covariance XX, XY, XZ, YY, YZ, ZZ, in squared world units; empty after [`super::Locator::points_only`].
     pub covariance: [Vec<f64>; 6],
-    /// How badly the rays miss each other: root mean square over pixel coordinates. Empty where the
-    /// covariance is.
+    /// Reprojection error: root mean square over the pixel coordinates of the point, in pixels. Empty where
+    /// the covariance is.
     pub residual: Vec<f64>,
-    /// What noise and uncertainty of the fit let expect of it; empty where the covariance is.
+    /// The standard deviation in pixels that noise and the uncertainty of the fit let expect of one pixel
+    /// coordinate in it; empty where the covariance is.
     pub residual_sigma: Vec<f64>,
     /// Whether the pixels show what the fit was shown; empty where no volume was given.
     pub trust: Vec<Trust>,
@@ -58,17 +60,60 @@ impl Slots<'_> {
     }
 }
 
-impl Places {
-    /// Where a point is, and its covariance; `None` where it was not located, or that was not asked for.
+impl LocatedBatch {
+    /// The number of rows.
     #[must_use]
-    pub fn at(&self, index: usize) -> Option<(Point3, Matrix3<f64>)> {
-        let [x, y, z] = self.point.each_ref().map(|column| column[index]);
+    pub fn len(&self) -> usize {
+        self.point[0].len()
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How many points were located.
+    #[must_use]
+    pub fn located(&self) -> usize {
+        self.point[0].iter().filter(|x| !x.is_nan()).count()
+    }
+
+    /// The standard deviations of X, Y and Z, in world units; empty where the covariance is.
+    #[must_use]
+    pub fn sigma(&self) -> [Vec<f64>; 3] {
+        let root =
+            |variances: &Vec<f64>| variances.iter().map(|variance| variance.sqrt()).collect();
+        [0, 3, 5].map(|place| root(&self.covariance[place]))
+    }
+
+    /// One row; `None` where the point was not located, or covariances were not asked for.
+    #[must_use]
+    pub fn get(&self, row: usize) -> Option<Located> {
+        let x = self.point[0].get(row).copied().filter(|x| !x.is_nan())?;
         let mut covariance = Matrix3::zeros();
-        for ((row, column), values) in LOWER.into_iter().zip(&self.covariance) {
-            let value = *values.get(index)?;
-            (covariance[(row, column)], covariance[(column, row)]) = (value, value);
+        for ((a, b), values) in LOWER.into_iter().zip(&self.covariance) {
+            let value = *values.get(row)?;
+            (covariance[(a, b)], covariance[(b, a)]) = (value, value);
         }
-        (!x.is_nan()).then(|| (Point3::new(x, y, z), covariance))
+        Some(Located {
+            point: [x, self.point[1][row], self.point[2][row]].into(),
+            covariance,
+            residual: *self.residual.get(row)?,
+            residual_sigma: *self.residual_sigma.get(row)?,
+        })
+    }
+
+    /// Adds the rows of another behind its own.
+    pub(super) fn append(&mut self, other: &Self) {
+        let add = |own: &mut [Vec<f64>], others: &[Vec<f64>]| {
+            own.iter_mut().zip(others).for_each(|(own, other)| own.extend_from_slice(other));
+        };
+        add(&mut self.point, &other.point);
+        add(&mut self.covariance, &other.covariance);
+        self.residual.extend_from_slice(&other.residual);
+        self.residual_sigma.extend_from_slice(&other.residual_sigma);
+        self.trust.extend_from_slice(&other.trust);
     }
 
     /// Makes room for so many points; what is in it is anything.
