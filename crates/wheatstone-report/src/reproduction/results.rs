@@ -147,10 +147,10 @@ fn figure_5(points: &[LearningPoint]) -> CurveFigure {
         across: "epochs".into(),
         up: "mean error, % of the distance".into(),
         curves: vec![
-            curve("new points, median of the seeds", |p| p.exam_percent.median),
+            curve("new points, median", |p| p.exam_percent.median),
             curve("new points, worst seed", |p| p.exam_percent.greatest),
             curve("new points, best seed", |p| p.exam_percent.least),
-            curve("points that are learned, median", |p| p.training_percent.median),
+            curve("fitted points, median", |p| p.training_percent.median),
         ],
     }
 }
