@@ -15,23 +15,11 @@ use crate::{
     cholesky::Lower,
     simd::{Real, Simd, WithSimd, on_widest},
 };
-use pairs::{COLUMNS, Factor, Layer, Pair};
-use product::add_matrix_product;
-
-/// Samples whose products are made before they are multiplied: they stay in the second cache.
-const SAMPLES: usize = 5 * LANES;
+use pairs::{Factor, Layer, Pair};
+use product::{SAMPLES, STRIDE, STRIP, add_matrix_product};
 
 /// Registers of samples that are multiplied together: [`SAMPLES`] are a multiple of so many at any width.
 const TOGETHER: usize = 5;
-
-/// Columns of the right factor that are made and multiplied together: they stay in the first cache.
-const STRIP: usize = 4 * COLUMNS;
-
-/// Length of a row of a strip: its last register may be written whole.
-const STRIDE: usize = STRIP + COLUMNS;
-
-/// Rows of the left factor that are multiplied at a time.
-const ROWS: usize = 4;
 
 /// Samples laid out, and every buffer: nothing is allocated from one pass to the next.
 #[derive(Clone, Debug)]

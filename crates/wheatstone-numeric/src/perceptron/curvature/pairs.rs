@@ -1,10 +1,12 @@
 //! Pairs of layers of weights, and which entries of the curvature they make.
 
-use super::ROWS;
 use crate::{aligned::AlignedVec, cholesky::Lower};
 
 /// Columns of the right factor are filled up to a multiple of the widest register.
 pub(super) const COLUMNS: usize = 8;
+
+/// Rows of the left factor that are multiplied at a time.
+pub(super) const ROWS: usize = 4;
 
 /// Two layers of weights, and what their entries have added up to.
 #[derive(Clone, Debug)]

@@ -1,8 +1,20 @@
 //! The matrix product that adds up the curvature.
 
-use super::{Pair, ROWS, SAMPLES, STRIDE, STRIP};
-use crate::simd::{Real, Simd, has_many_registers};
+use super::pairs::{COLUMNS, Pair, ROWS};
+use crate::{
+    perceptron::LANES,
+    simd::{Real, Simd, has_many_registers},
+};
 use std::ops::Range;
+
+/// Samples whose products are made before they are multiplied: they stay in the second cache.
+pub(super) const SAMPLES: usize = 5 * LANES;
+
+/// Columns of the right factor that are made and multiplied together: they stay in the first cache.
+pub(super) const STRIP: usize = 4 * COLUMNS;
+
+/// Length of a row of a strip: its last register may be written whole.
+pub(super) const STRIDE: usize = STRIP + COLUMNS;
 
 /// The right factor, a portion of samples and a strip of columns: sample by sample.
 struct Right<'a, V> {

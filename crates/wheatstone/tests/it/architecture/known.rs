@@ -2,14 +2,6 @@
 
 /// Crate and files. Whoever opens a circle removes its row, and none may be added.
 pub(crate) const KNOWN: &[(&str, &[&str])] = &[
-    (
-        "wheatstone-numeric",
-        &[
-            "perceptron/curvature.rs",
-            "perceptron/curvature/pairs.rs",
-            "perceptron/curvature/product.rs",
-        ],
-    ),
     ("wheatstone-numeric", &["simd.rs", "simd/exponentials.rs"]),
     (
         "wheatstone-core",
