@@ -5,17 +5,15 @@
 //! processor that has no instruction for it takes long), and no sum may run across a register in an order
 //! that depends on its width.
 
-pub mod exponentials;
+mod exponentials;
 mod fused;
 
 pub use exponentials::exponentials;
 use exponentials::exponentials_of_negative;
-use pulp::{
-    Arch,
-    bytemuck::{cast_slice, cast_slice_mut},
-};
+pub(crate) use exponentials::has_second_of_lost;
+pub use fused::{multiply_add_doubles, multiply_add_singles};
+use pulp::Arch;
 pub use pulp::{Simd, WithSimd};
-use std::any::TypeId;
 
 /// Runs a kernel in the widest registers there are.
 #[inline]
@@ -94,41 +92,6 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
 #[must_use]
 pub fn has_many_registers<T: Real, S: Simd>() -> bool {
     size_of::<T::Vector<S>>() >= 64
-}
-
-/// Whether these are the registers of which nothing is known but that they hold pairs of doubles.
-fn is_portable<S: Simd>() -> bool {
-    TypeId::of::<S>() == TypeId::of::<pulp::Scalar128b>()
-}
-
-/// a b + c, rounded once, of doubles.
-#[inline(always)]
-pub fn multiply_add_doubles<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-    if !is_portable::<S>() {
-        return simd.mul_add_f64s(a, b, c);
-    }
-    let (mut sums, a, b) = ([c], [a], [b]);
-    let (a, b): (&[f64], &[f64]) = (cast_slice(&a), cast_slice(&b));
-    for (sum, (a, b)) in cast_slice_mut::<_, f64>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
-        *sum = fused::double(*a, *b, *sum);
-    }
-    let [sum] = sums;
-    sum
-}
-
-/// a b + c, rounded once, of singles.
-#[inline(always)]
-pub fn multiply_add_singles<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
-    if !is_portable::<S>() {
-        return simd.mul_add_f32s(a, b, c);
-    }
-    let (mut sums, a, b) = ([c], [a], [b]);
-    let (a, b): (&[f32], &[f32]) = (cast_slice(&a), cast_slice(&b));
-    for (sum, (a, b)) in cast_slice_mut::<_, f32>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
-        *sum = fused::single(*a, *b, *sum);
-    }
-    let [sum] = sums;
-    sum
 }
 
 /// `first[r]` and the sum over k of `factors[k][r] * vectors[k]`, in the order of k.
@@ -216,13 +179,6 @@ impl Real for f64 {
         }
         values
     }
-}
-
-/// Whether the minimum and maximum of two numbers of which one is not a number are the second, as in x86's
-/// registers of four doubles and more; elsewhere the first may be taken.
-#[inline(always)]
-pub(super) fn has_second_of_lost<S: Simd>() -> bool {
-    f64::width::<S>() >= 4
 }
 
 impl Real for f32 {

@@ -1,8 +1,8 @@
 //! Exponentials in vector registers.
 
-use super::{Simd, has_second_of_lost, multiply_add_doubles, multiply_add_singles};
+use super::fused::{multiply_add_doubles, multiply_add_singles};
 use crate::sigmoid::{BOUND, LN2, ROUND, TAIL};
-use pulp::bytemuck::cast;
+use pulp::{Simd, bytemuck::cast};
 
 /// `exp(x)` of several doubles at a time for `|x| <= 700`, within 2 units in the last place of the exact value, as
 /// [`exp`](crate::sigmoid::exp); beyond, the value at the bound.
@@ -57,6 +57,13 @@ fn scaled_double<S: Simd>(simd: S, value: S::f64s, whole: S::f64s) -> S::f64s {
 #[inline(always)]
 fn wide(simd: &dyn std::any::Any) -> Option<&pulp::x86::V4> {
     simd.downcast_ref()
+}
+
+/// Whether the minimum and maximum of two numbers of which one is not a number are the second, as in x86's
+/// registers of four doubles and more; elsewhere the first may be taken.
+#[inline(always)]
+pub(crate) fn has_second_of_lost<S: Simd>() -> bool {
+    size_of::<S::f64s>() >= size_of::<[f64; 4]>()
 }
 
 /// `x` between -[`BOUND`] and [`BOUND`]; what is not a number stays so.

@@ -1,8 +1,49 @@
-//! Products that are added without being rounded before, where the processor has no instruction for it: slower by
-//! far, but the same bits.
+//! Products that are added without being rounded before, also where the processor has no instruction for it: slower
+//! by far, but the same bits.
 //!
 //! Source: Boldo & Melquiond 2008, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding
 //! to odd" (doi:10.1109/TC.2007.70819); exact products by Dekker 1971 (doi:10.1007/BF01397083).
+
+use pulp::{
+    Simd,
+    bytemuck::{cast_slice, cast_slice_mut},
+};
+use std::any::TypeId;
+
+/// Whether these are the registers of which nothing is known but that they hold pairs of doubles.
+fn is_portable<S: Simd>() -> bool {
+    TypeId::of::<S>() == TypeId::of::<pulp::Scalar128b>()
+}
+
+/// a b + c, rounded once, of doubles.
+#[inline(always)]
+pub fn multiply_add_doubles<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+    if !is_portable::<S>() {
+        return simd.mul_add_f64s(a, b, c);
+    }
+    let (mut sums, a, b) = ([c], [a], [b]);
+    let (a, b): (&[f64], &[f64]) = (cast_slice(&a), cast_slice(&b));
+    for (sum, (a, b)) in cast_slice_mut::<_, f64>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
+        *sum = double(*a, *b, *sum);
+    }
+    let [sum] = sums;
+    sum
+}
+
+/// a b + c, rounded once, of singles.
+#[inline(always)]
+pub fn multiply_add_singles<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
+    if !is_portable::<S>() {
+        return simd.mul_add_f32s(a, b, c);
+    }
+    let (mut sums, a, b) = ([c], [a], [b]);
+    let (a, b): (&[f32], &[f32]) = (cast_slice(&a), cast_slice(&b));
+    for (sum, (a, b)) in cast_slice_mut::<_, f32>(&mut sums).iter_mut().zip(a.iter().zip(b)) {
+        *sum = single(*a, *b, *sum);
+    }
+    let [sum] = sums;
+    sum
+}
 
 /// What rounding leaves of a sum: both together are exact (Knuth's TwoSum).
 #[inline(always)]
