@@ -12,7 +12,7 @@ use crate::geometry::{
     Pixel, Point3, ProjectionMatrix,
     batch_triangulation::{Sighting, StraightCamera},
 };
-use normal::{Normal, bending};
+use normal::{ALL, CELLS, FUNCTIONS, Normal, bending};
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{
     number::Number,
@@ -34,23 +34,12 @@ pub(super) struct Straightened {
     region: Vec<[f64; 2]>,
 }
 
-/// Cells along x and y. A lens's errors are smooth over tenths of the picture.
-const CELLS: [usize; 2] = [8, 6];
-
-/// A quadratic spline has two functions more than cells.
-const FUNCTIONS: [usize; 2] = [CELLS[0] + 2, CELLS[1] + 2];
-const ALL: usize = FUNCTIONS[0] * FUNCTIONS[1];
-
 /// The table goes on beyond the pixels by this share of their extent: a little more than is still
 /// called the edge.
 const MARGIN: f64 = 0.06;
 
 /// Directions of half a turn in which the trained region of the picture is bounded, both ways.
 const REGION: usize = 12;
-
-/// Bending is penalised this many times more along the ray than across: camera centres move less
-/// over the picture than rays turn.
-const STIFFER_ALONG: f64 = 100.0;
 
 /// How much a pixel of bending weighs against one of misfit: from what follows every point to what is
 /// all but flat.

@@ -4,10 +4,6 @@
 pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     (
         "wheatstone-core",
-        &["dataset/volume/straightened.rs", "dataset/volume/straightened/normal.rs"],
-    ),
-    (
-        "wheatstone-core",
         &["fit/bundle/adjustment.rs", "fit/bundle/elimination.rs", "fit/bundle/sums.rs"],
     ),
     ("wheatstone-core", &["fit/bundle/gather.rs", "fit/bundle/mod.rs", "fit/bundle/rig.rs"]),

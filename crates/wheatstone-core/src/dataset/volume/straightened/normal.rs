@@ -1,8 +1,18 @@
 //! The linear least squares that fill a camera's table, with a penalty on its bending.
 
-use super::{ALL, FUNCTIONS, STIFFER_ALONG};
 use nalgebra::DMatrix;
 use wheatstone_numeric::cholesky::Cholesky;
+
+/// Cells along x and y. A lens's errors are smooth over tenths of the picture.
+pub(super) const CELLS: [usize; 2] = [8, 6];
+
+/// A quadratic spline has two functions more than cells.
+pub(super) const FUNCTIONS: [usize; 2] = [CELLS[0] + 2, CELLS[1] + 2];
+pub(super) const ALL: usize = FUNCTIONS[0] * FUNCTIONS[1];
+
+/// Bending is penalised this many times more along the ray than across: camera centres move less
+/// over the picture than rays turn.
+const STIFFER_ALONG: f64 = 100.0;
 
 /// Normal equations of the table: the coefficients across, then those along the ray.
 pub(super) struct Normal {
