@@ -7,7 +7,7 @@
 //!
 //! There are loops here where closures would be shorter: those would not become part of a kernel.
 
-use super::{
+use super::sighting::{
     ALONG, BENT, SCALED, Sighting, Sightings, StraightCamera, Triangulated, in_pixels, straight,
 };
 use nalgebra::{Matrix3, Vector3};

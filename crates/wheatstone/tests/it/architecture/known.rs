@@ -16,10 +16,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
             "fit/stage/observable.rs",
         ],
     ),
-    (
-        "wheatstone-core",
-        &["geometry/batch_triangulation.rs", "geometry/batch_triangulation/two_views.rs"],
-    ),
     ("wheatstone-core", &["method/network.rs", "method/network/noise.rs"]),
     ("wheatstone-core", &["preparation/checks/chart_size.rs", "preparation/checks/units_mixed.rs"]),
     (
