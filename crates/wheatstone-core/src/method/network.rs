@@ -13,6 +13,7 @@
 
 mod evidence;
 mod batch;
+mod covariance;
 mod noise;
 mod paper;
 mod pose_uncertainty;

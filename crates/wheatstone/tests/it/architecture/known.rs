@@ -16,7 +16,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
             "fit/stage/observable.rs",
         ],
     ),
-    ("wheatstone-core", &["method/network.rs", "method/network/noise.rs"]),
     ("wheatstone-core", &["preparation/checks/chart_size.rs", "preparation/checks/units_mixed.rs"]),
     (
         "wheatstone-core",
