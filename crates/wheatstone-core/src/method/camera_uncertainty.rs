@@ -1,7 +1,7 @@
 //! What a fit leaves open about a parametric camera, and what that means for its pixels.
 
 use super::{
-    fitted_cameras::FittedCamera,
+    fitted_camera::FittedCamera,
     pixel_noise::PixelNoise,
     posed_lens::{MOST_UNKNOWNS, POSE},
 };

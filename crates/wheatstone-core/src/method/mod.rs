@@ -12,6 +12,7 @@ mod resection_start;
 mod camera_uncertainty;
 mod checks;
 pub mod dlt;
+mod fitted_camera;
 mod fitted_cameras;
 mod chart_pose_uncertainty;
 pub mod interpolation;
@@ -31,7 +32,8 @@ pub mod tsai;
 
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
-pub use fitted_cameras::{FittedCamera, FittedCameras};
+pub use fitted_camera::FittedCamera;
+pub use fitted_cameras::FittedCameras;
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
 pub use pixel_noise::PixelNoise;

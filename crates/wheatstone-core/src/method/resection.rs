@@ -7,7 +7,8 @@
 
 use super::{
     AnyReconstructor, CameraUncertainty, Fit, chart_pose_uncertainty,
-    fitted_cameras::{FittedCamera, FittedCameras},
+    fitted_camera::FittedCamera,
+    fitted_cameras::FittedCameras,
     posed_lens::{POSE, Placed},
     resection_start::{Lens, starts},
 };

@@ -1,7 +1,7 @@
 use super::*;
 use crate::{
     Error,
-    camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt, tsai::Tsai},
+    camera::{CameraModel, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt, tsai::Tsai},
     dataset::{Correspondence, Dataset},
     method::{AnyMethod, AnyReconstructor},
 };

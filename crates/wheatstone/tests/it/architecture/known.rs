@@ -27,7 +27,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     ),
     ("wheatstone-core", &["preparation/checks/finding.rs", "preparation/checks/unseeable.rs"]),
     ("wheatstone-core", &["preparation/outliers.rs", "preparation/outliers/decision.rs"]),
-    ("wheatstone-core", &["method/camera_uncertainty.rs", "method/fitted_cameras.rs"]),
     (
         "wheatstone-core",
         &[
