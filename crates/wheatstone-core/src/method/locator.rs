@@ -58,9 +58,6 @@ struct Map<'a> {
     epipolar_check: Option<Rig<'a>>,
 }
 
-/// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
-const TASK: usize = 2048;
-
 /// So many points are worth sheets over the whole picture, which take some milliseconds.
 const MANY: usize = 4 * PIECES[0];
 

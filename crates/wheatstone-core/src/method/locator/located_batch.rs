@@ -1,6 +1,6 @@
 //! Located points in columns, and the parts of those that a task fills.
 
-use super::{super::Located, TASK};
+use super::{super::Located, piece::TASK};
 use crate::dataset::volume::Trust;
 use nalgebra::Matrix3;
 use std::ops::Range;

@@ -1,7 +1,5 @@
 //! Where a table is cut: what has come to pay is made between its pieces.
 
-use super::TASK;
-
 /// Points at the end of which is made what has come to pay.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
@@ -14,6 +12,9 @@ pub(super) struct Piece {
     /// Points of the pieces before, since one in which many asked.
     quiet: usize,
 }
+
+/// Points a task: large enough to pay for handing it over, small enough to balance and to stay in a cache.
+pub(super) const TASK: usize = 2048;
 
 /// Points a piece, at least and at most. Threads wait for each other at its end.
 pub(super) const PIECES: [usize; 2] = [8 * TASK, 512 * TASK];

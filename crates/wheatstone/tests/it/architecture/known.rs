@@ -30,15 +30,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     (
         "wheatstone-core",
         &[
-            "method/locator.rs",
-            "method/locator/covariance_table.rs",
-            "method/locator/located_batch.rs",
-            "method/locator/piece.rs",
-        ],
-    ),
-    (
-        "wheatstone-core",
-        &[
             "method/neural_camera/mod.rs",
             "method/neural_camera/pose_uncertainty.rs",
             "method/neural_camera/uncertain_poses.rs",
