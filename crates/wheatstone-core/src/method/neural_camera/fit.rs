@@ -22,6 +22,9 @@ use wheatstone_numeric::{
     progress::Progress,
 };
 
+/// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
+pub(super) const POINTS_NEEDED: usize = 8;
+
 /// Waves of a camera at most: about twelve half waves a side, which resolve lengths down to a fifth
 /// of half the picture; the strongest bumps of the synthetic rigs ask for a third.
 const MOST_WAVES: usize = 120;

@@ -33,6 +33,7 @@ use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
 };
+use fit::POINTS_NEEDED;
 use model::{NeuralCameraModel, Spread};
 use nalgebra::{Matrix2, Matrix2x3};
 use pose_uncertainty::{Following, FoundCharts};
@@ -51,9 +52,6 @@ pub struct NeuralCamera {}
 pub struct NeuralCameraReconstructor {
     cameras: Vec<NeuralCameraModel>,
 }
-
-/// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
-const POINTS_NEEDED: usize = 8;
 
 impl NeuralCamera {
     /// Each camera fitted to what it saw; beside them how charts may have stood otherwise, where their

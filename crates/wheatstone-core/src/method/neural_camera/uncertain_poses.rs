@@ -7,10 +7,9 @@
 //! whose charts are loose, so that it takes no chart's error for noise or for a bent lens.
 
 use super::{
-    POINTS_NEEDED,
     chart_poses::{UncertainPose, UncertainPoses},
     evidence::Posterior,
-    fit::{State, fit_state, undetermined},
+    fit::{POINTS_NEEDED, State, fit_state, undetermined},
     lens::PARAMETERS,
     settings::{SETTINGS, Settings},
 };

@@ -29,14 +29,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     ("wheatstone-core", &["preparation/outliers.rs", "preparation/outliers/decision.rs"]),
     (
         "wheatstone-core",
-        &[
-            "method/neural_camera/mod.rs",
-            "method/neural_camera/pose_uncertainty.rs",
-            "method/neural_camera/uncertain_poses.rs",
-        ],
-    ),
-    (
-        "wheatstone-core",
         &["rectification/maps.rs", "rectification/mod.rs", "rectification/vertical_error.rs"],
     ),
     ("wheatstone-io", &["tables/rows.rs", "tables/spelled.rs"]),
