@@ -18,10 +18,12 @@ mod vertical_error;
 mod maps;
 mod points;
 mod ray_table;
+mod spread;
 mod table;
 
+pub use spread::Spread;
 pub use table::Table;
-pub use vertical_error::{AtDepth, Judged, Spread, VerticalError};
+pub use vertical_error::{AtDepth, Judged, VerticalError};
 
 use crate::{
     Calibration, Error, Result,

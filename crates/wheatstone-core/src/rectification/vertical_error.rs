@@ -1,41 +1,12 @@
 //! What is left of vertical differences, and of the places that rectified pixels tell.
 
-use super::Rectification;
+use super::{Rectification, Spread};
 use crate::{
     dataset::{Dataset, SavedDataset},
     geometry::{Pixel, Point3},
 };
 use rayon::prelude::*;
 use serde::Serialize;
-use wheatstone_numeric::statistics::{median, percentile, root_mean_square};
-
-/// Sizes of errors.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
-    /// How many.
-    pub n: usize,
-    /// Half are smaller.
-    pub median: f64,
-    /// Root of the mean square.
-    pub rms: f64,
-    /// 95 % are smaller.
-    pub p95: f64,
-    /// The largest.
-    pub max: f64,
-}
-
-impl Spread {
-    /// Of sizes; `None` for none.
-    pub(super) fn of(values: Vec<f64>) -> Option<Self> {
-        (!values.is_empty()).then(|| Self {
-            n: values.len(),
-            median: median(&values),
-            rms: root_mean_square(&values),
-            p95: percentile(&values, 0.95),
-            max: values.iter().copied().fold(0.0, f64::max),
-        })
-    }
-}
 
 /// Vertical differences within a slice of the space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

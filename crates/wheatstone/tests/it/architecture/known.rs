@@ -27,10 +27,6 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     ),
     ("wheatstone-core", &["preparation/checks/finding.rs", "preparation/checks/unseeable.rs"]),
     ("wheatstone-core", &["preparation/outliers.rs", "preparation/outliers/decision.rs"]),
-    (
-        "wheatstone-core",
-        &["rectification/maps.rs", "rectification/mod.rs", "rectification/vertical_error.rs"],
-    ),
     ("wheatstone-io", &["tables/rows.rs", "tables/spelled.rs"]),
     ("wheatstone-synthetic", &["exposure.rs", "render.rs"]),
     ("wheatstone-synthetic", &["faults.rs", "faults/recorded.rs"]),
