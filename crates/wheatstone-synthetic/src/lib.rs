@@ -18,11 +18,11 @@ mod write;
 pub use correspondences::{
     Placement, chart_correspondences, misplaced_correspondences, random_correspondences,
 };
-pub use exposure::{Light, exposed};
+pub use exposure::{Light, Sensor, exposed};
 pub use hand_held::{HandHeld, hand_held_correspondences};
 pub use noise::Noise;
 pub use outliers::{GrossError, Region, with_gross_errors};
-pub use render::{Sensor, render};
+pub use render::render;
 pub use rig::Rig;
 pub use stage_error::StageError;
 pub use truth::Truth;

@@ -1,7 +1,7 @@
 //! Pictures of a chart, as a camera takes them: light, lens blur, vignetting, sensor noise, 8 bits,
 //! and things in the background that are no chart.
 
-use super::exposure::{Light, exposed};
+use super::exposure::{Light, Sensor, exposed};
 use rayon::prelude::*;
 use wheatstone_charts::{
     chart::AnyChart,
@@ -12,37 +12,6 @@ use wheatstone_core::{
     geometry::{Pixel, Pose},
 };
 use wheatstone_numeric::random::Random;
-
-/// How the camera and the room spoil the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensor {
-    /// Standard deviation of the lens's blur, in pixels.
-    pub blur: f64,
-    /// Standard deviation of the read-out noise, in grey levels of 255.
-    pub read_noise: f64,
-    /// Variance of the shot noise a grey level.
-    pub shot_noise: f64,
-    /// Loss of light in the corners, 0 to 1.
-    pub vignetting: f64,
-    /// How much brighter one side of the room is than the other, 0 to 1.
-    pub uneven_light: f64,
-    /// Whether there is anything behind the chart.
-    pub clutter: bool,
-}
-
-impl Default for Sensor {
-    /// A machine-vision camera in a room with a window: focused, a little noisy.
-    fn default() -> Self {
-        Self {
-            blur: 0.7,
-            read_noise: 1.5,
-            shot_noise: 0.02,
-            vignetting: 0.25,
-            uneven_light: 0.3,
-            clutter: true,
-        }
-    }
-}
 
 /// Parts along each side of a pixel. The lens blurs the light before the pixels collect it, so the
 /// picture is blurred in these parts: blurred as pixels, thin lines would move by 0.06 px.
