@@ -1,6 +1,6 @@
 //! Faults of what was recorded and of what the file says of it.
 
-use super::{Draw, Faulty, all, altered, faulty, pixels};
+use super::alteration::{Draw, Faulty, all, altered, faulty, pixels};
 use wheatstone_core::{
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3, Pose, Vector3},
