@@ -1,11 +1,18 @@
 //! What one look says of each cell: points and feet of obstacles, and floor that was seen.
 
-use super::{CELL, Map, OCCUPIED, SUREST};
+use super::grid::{CELL, Grid};
 use crate::{
     Estimated, Ground,
     scene::{Scene, ScenePoint, Stretch},
 };
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
+
+/// Log odds stay between these. Floor that was seen free becomes an obstacle by two looks that agree,
+/// and the surest obstacle becomes free floor by six.
+pub(super) const SUREST: [f32; 2] = [-2.4, 4.0];
+
+/// Above this something stands there: more than one lone point tells.
+pub(super) const OCCUPIED: f32 = 1.0;
 
 /// What a look adds to a cell that enough points fall into.
 const STANDS: f32 = 1.8;
@@ -66,9 +73,9 @@ impl Look {
     }
 
     /// Takes up everything that a scene says.
-    pub(super) fn read(&mut self, map: &Map, scene: &Scene, believed: &Estimated) {
+    pub(super) fn read(&mut self, map: (&Grid, &[f32]), scene: &Scene, believed: &Estimated) {
         for point in &scene.obstacles {
-            self.point(map, believed, point, POINT);
+            self.point(map.0, believed, point, POINT);
         }
         for stretch in scene.clear.iter().filter(|stretch| stretch.blocked) {
             let along = (stretch.to - stretch.from)
@@ -76,12 +83,12 @@ impl Look {
                 .unwrap_or_else(|| stretch.to.coords.normalize());
             let covariance = along * along.transpose() * stretch.sigma.powi(2);
             let foot = ScenePoint { place: stretch.to, covariance, height: 0.0 };
-            self.point(map, believed, &foot, FOOT);
+            self.point(map.0, believed, &foot, FOOT);
         }
         let stretches: Vec<Stretch> = scene.clear.iter().filter_map(within_sigma).collect();
         for (at, stretch) in stretches.iter().enumerate() {
             let next = stretches.get(at + 1).filter(|next| gap(stretch, next) < NEIGHBOURS);
-            self.sweep(map, believed, stretch, next.unwrap_or(stretch));
+            self.sweep(map, believed, (stretch, next.unwrap_or(stretch)));
         }
     }
 
@@ -102,7 +109,12 @@ impl Look {
     }
 
     /// Marks the floor between two neighbouring stretches, as far as both were seen.
-    fn sweep(&mut self, map: &Map, believed: &Estimated, left: &Stretch, right: &Stretch) {
+    fn sweep(
+        &mut self,
+        (grid, odds): (&Grid, &[f32]),
+        believed: &Estimated,
+        (left, right): (&Stretch, &Stretch),
+    ) {
         let ends = |stretch: &Stretch| {
             let direction = stretch.to - stretch.from;
             let length = direction.norm();
@@ -119,8 +131,8 @@ impl Look {
             let parts = (across.norm() / (0.5 * CELL)).ceil().max(1.0) as usize;
             for part in 0..parts {
                 let place = here + across * (part as f64 / parts as f64);
-                if let Some(index) = map.index_at(believed.pose.transform(place)) {
-                    let stands = map.odds[index] > OCCUPIED || self.stands[index] >= TRACE;
+                if let Some(index) = grid.index_at(believed.pose.transform(place)) {
+                    let stands = odds[index] > OCCUPIED || self.stands[index] >= TRACE;
                     wall = if stands { wall.min(at) } else { wall };
                     if stands || at < wall {
                         self.touched.push(index);
@@ -133,7 +145,7 @@ impl Look {
     }
 
     /// Spreads a point over its ellipse.
-    fn point(&mut self, map: &Map, believed: &Estimated, point: &ScenePoint, weight: f32) {
+    fn point(&mut self, grid: &Grid, believed: &Estimated, point: &ScenePoint, weight: f32) {
         let axes = axes(&(turned(believed, &point.covariance) + smear(believed, point.place)));
         let centre = believed.pose.transform(point.place);
         // An axis much shorter than a cell need not be sampled.
@@ -141,7 +153,7 @@ impl Look {
         for (long, share) in SAMPLES {
             for (aside, part) in short {
                 let place = centre + axes[0] * long + axes[1] * *aside;
-                if let Some(index) = map.index_at(place) {
+                if let Some(index) = grid.index_at(place) {
                     self.touched.push(index);
                     self.stands[index] += weight * share * part;
                 }

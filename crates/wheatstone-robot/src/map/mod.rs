@@ -4,14 +4,14 @@
 //! doi:10.1109/ROBOT.1985.1087316). Evidence is bounded, so that the map can change its mind.
 
 mod evidence;
+mod grid;
 #[cfg(test)]
 mod tests;
 
 use super::{Estimated, Ground, scene::Scene, world::ROBOT_RADIUS};
-use evidence::Look;
-
-/// The side of a cell, in centimetres: a seventh of what the narrowest gap leaves beside the robot.
-pub const CELL: f64 = 2.0;
+use evidence::{Look, OCCUPIED, SUREST};
+pub use grid::CELL;
+use grid::Grid;
 
 /// The map reaches this far beyond start and goal on each side, in centimetres.
 const MARGIN: f64 = 200.0;
@@ -21,13 +21,6 @@ const FREE_AT_START: f64 = 28.0;
 
 /// The robot takes itself to see no floor nearer than this until it has seen any, in centimetres.
 const SIGHT: f64 = 60.0;
-
-/// Log odds stay between these. Floor that was seen free becomes an obstacle by two looks that agree,
-/// and the surest obstacle becomes free floor by six.
-const SUREST: [f32; 2] = [-2.4, 4.0];
-
-/// Above this something stands there: more than one lone point tells ([`evidence`]).
-const OCCUPIED: f32 = 1.0;
 
 /// Below this nothing does: two looks that missed an obstacle are not enough, three are.
 const FREE: f32 = -2.0;
@@ -47,10 +40,7 @@ pub enum Cell {
 /// A raster of the floor in the start frame.
 #[derive(Clone, Debug)]
 pub struct Map {
-    /// The corner with the least x and z.
-    corner: Ground,
-    columns: usize,
-    rows: usize,
+    grid: Grid,
     /// Log odds that something stands there, row by row.
     odds: Vec<f32>,
     /// See [`Map::sight`].
@@ -68,8 +58,8 @@ impl Map {
         let cells = |length: f64| ((length.abs() + 2.0 * MARGIN) / CELL).ceil() as usize;
         let (columns, rows) = (cells(goal.x), cells(goal.y));
         let look = Look::new(columns * rows);
-        let mut map =
-            Self { corner, columns, rows, odds: vec![0.0; columns * rows], sight: SIGHT, look };
+        let grid = Grid { corner, columns, rows };
+        let mut map = Self { grid, odds: vec![0.0; columns * rows], sight: SIGHT, look };
         map.free_disc(Ground::origin(), ROBOT_RADIUS + FREE_AT_START);
         map
     }
@@ -77,22 +67,22 @@ impl Map {
     /// Cells from left to right.
     #[must_use]
     pub fn columns(&self) -> usize {
-        self.columns
+        self.grid.columns
     }
 
     /// Cells from near to far.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.rows
+        self.grid.rows
     }
 
     /// What is known of a cell; nothing beyond the map's rim.
     #[must_use]
     pub fn cell(&self, column: usize, row: usize) -> Cell {
-        if column >= self.columns || row >= self.rows {
+        if column >= self.columns() || row >= self.rows() {
             return Cell::Unknown;
         }
-        match self.odds[row * self.columns + column] {
+        match self.odds[row * self.columns() + column] {
             odds if odds > OCCUPIED => Cell::Occupied,
             odds if odds < FREE => Cell::Free,
             _ => Cell::Unknown,
@@ -102,31 +92,21 @@ impl Map {
     /// The middle of a cell, in the start frame.
     #[must_use]
     pub fn place(&self, column: usize, row: usize) -> Ground {
-        let along = |first: f64, index: usize| first + (index as f64 + 0.5) * CELL;
-        Ground::new(along(self.corner.x, column), along(self.corner.y, row))
+        self.grid.place(column, row)
     }
 
     /// The column and the row of the cell that holds a place, if the map does.
     #[must_use]
     pub fn cell_at(&self, place: Ground) -> Option<[usize; 2]> {
-        let (x, z) = ((place.x - self.corner.x) / CELL, (place.y - self.corner.y) / CELL);
-        let within = x >= 0.0 && z >= 0.0 && x < self.columns as f64 && z < self.rows as f64;
-        within.then_some([x as usize, z as usize])
-    }
-
-    /// The index of the cell that holds a place, row by row.
-    fn index_at(&self, place: Ground) -> Option<usize> {
-        self.cell_at(place).map(|[column, row]| row * self.columns + column)
+        self.grid.cell_at(place)
     }
 
     /// Adds what a pair of pictures shows, taken where the robot believes itself to be; and that nothing
     /// stands where the robot does. `weight` is how much the look counts beside a look that can be trusted, 0 to 1.
     pub fn add(&mut self, scene: &Scene, believed: &Estimated, weight: f64) {
-        let mut look = std::mem::take(&mut self.look);
-        look.read(self, scene, believed);
-        look.tell(&mut self.odds, weight as f32);
+        self.look.read((&self.grid, &self.odds), scene, believed);
+        self.look.tell(&mut self.odds, weight as f32);
         self.sight = evidence::sight(scene).map_or(self.sight, |sight| sight.min(self.sight));
-        self.look = look;
         self.free_disc(believed.pose.place(), ROBOT_RADIUS - 0.5 * CELL);
     }
 
@@ -161,11 +141,12 @@ impl Map {
     fn change_disc(&mut self, centre: Ground, radius: f64, change: impl Fn(f32) -> f32) {
         let first = |place: f64, corner: f64| ((place - radius - corner) / CELL).max(0.0) as usize;
         let span = (2.0 * radius / CELL) as usize + 2;
-        let (left, near) = (first(centre.x, self.corner.x), first(centre.y, self.corner.y));
-        for row in near..(near + span).min(self.rows) {
-            for column in left..(left + span).min(self.columns) {
+        let Grid { corner, columns, rows } = self.grid;
+        let (left, near) = (first(centre.x, corner.x), first(centre.y, corner.y));
+        for row in near..(near + span).min(rows) {
+            for column in left..(left + span).min(columns) {
                 if (self.place(column, row) - centre).norm() <= radius {
-                    let odds = &mut self.odds[row * self.columns + column];
+                    let odds = &mut self.odds[row * columns + column];
                     *odds = change(*odds);
                 }
             }
