@@ -12,7 +12,6 @@ use super::{
     plan::{MARGIN, TIGHT, Terrain, Way},
     scene::{Scene, Trust},
 };
-use recovery::Command;
 
 /// What the robot shall do next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +83,17 @@ const NEARER: f64 = 12.0;
 
 /// A robot farther than this from its way has lost it, in centimetres: half a body.
 const ASTRAY: f64 = 6.0;
+
+/// Something that takes many steps.
+#[derive(Clone, Copy, Debug)]
+enum Command {
+    /// Turning in place: radians left, signed, and the heading before.
+    LookAbout { left: f64, heading: f64 },
+    /// Backing up from a place that was not seen, centimetres at most.
+    Back { left: f64, unseen: Ground },
+    /// Turning to a place that was not seen.
+    Face { unseen: Ground },
+}
 
 /// Finds the way to a goal from what is seen.
 #[derive(Clone, Debug)]

@@ -1,19 +1,8 @@
 //! What to do where driving on is not possible: look about, back up, doubt the map, and in the end
 //! give up.
 
-use super::{Activity, Decision, Navigator, Reason, following::TURN};
+use super::{Activity, Command, Decision, Navigator, Reason, following::TURN};
 use crate::{Estimated, Ground, Velocity, plan::Terrain, wrapped};
-
-/// Something that takes many steps.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Command {
-    /// Turning in place: radians left, signed, and the heading before.
-    LookAbout { left: f64, heading: f64 },
-    /// Backing up from a place that was not seen, centimetres at most.
-    Back { left: f64, unseen: Ground },
-    /// Turning to a place that was not seen.
-    Face { unseen: Ground },
-}
 
 /// Looks in a row at unseen floor after which the robot tries something else.
 const STARED: usize = 1;

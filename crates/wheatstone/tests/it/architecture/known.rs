@@ -28,5 +28,4 @@ pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     ("wheatstone-core", &["preparation/checks/finding.rs", "preparation/checks/unseeable.rs"]),
     ("wheatstone-core", &["preparation/outliers.rs", "preparation/outliers/decision.rs"]),
     ("wheatstone-io", &["tables/rows.rs", "tables/spelled.rs"]),
-    ("wheatstone-robot", &["navigator/following.rs", "navigator/mod.rs", "navigator/recovery.rs"]),
 ];
