@@ -6,7 +6,11 @@
 //! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
-use super::{elimination::Step, sums::ViewSums};
+use super::{
+    elimination::Step,
+    state::{POSE, Shot, State},
+    sums::{ViewSums, Whole},
+};
 use crate::{
     Error, Result,
     camera::{
@@ -18,38 +22,6 @@ use crate::{
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use wheatstone_numeric::{loss::Loss, progress::Progress};
-
-/// Unknowns of a place and attitude.
-pub(super) const POSE: usize = 6;
-
-/// What every camera saw of one view: the chart's points in its own frame, with pixels, a camera.
-pub(super) type Shot = Vec<Vec<(Point3, Pixel)>>;
-
-/// At most so many points of what each camera saw of a view, spread evenly over the list.
-pub(super) fn thinned(shots: &[Shot], most: usize) -> Vec<Shot> {
-    let few = |seen: &Vec<(Point3, Pixel)>| -> Vec<(Point3, Pixel)> {
-        if seen.len() <= most {
-            return seen.clone();
-        }
-        (0..most).map(|index| seen[index * seen.len() / most]).collect()
-    };
-    shots.iter().map(|shot| shot.iter().map(few).collect()).collect()
-}
-
-/// A camera at its place.
-#[derive(Clone, Debug)]
-pub(super) struct Posed<L> {
-    pub(super) lens: L,
-    pub(super) camera_from_world: Pose,
-}
-
-/// All that is adjusted.
-#[derive(Clone, Debug)]
-pub(super) struct State<L> {
-    pub(super) cameras: Vec<Posed<L>>,
-    /// World from chart, a view.
-    pub(super) charts: Vec<Pose>,
-}
 
 /// An adjustment: what was seen, and what of it may change.
 pub(super) struct Bundle<'a> {
@@ -70,17 +42,6 @@ pub(super) struct Adjusted<L> {
     /// What points say at that state, and how strongly the last step was damped.
     pub(super) sums: Whole,
     pub(super) damping: f64,
-}
-
-/// Sums of all views at one state.
-#[derive(Clone, Debug)]
-pub(super) struct Whole {
-    /// Half the weighted sum of squares.
-    pub(super) cost: f64,
-    /// By the unknowns of all cameras.
-    pub(super) cameras: DMatrix<f64>,
-    pub(super) gradient: DVector<f64>,
-    pub(super) views: Vec<ViewSums>,
 }
 
 impl<'a> Bundle<'a> {
@@ -146,7 +107,7 @@ impl<'a> Bundle<'a> {
         let (mut damping, mut raise) = (self.damping, 2.0);
         for _ in 0..steps {
             progress.check()?;
-            let Some(step) = whole.step(self, damping) else {
+            let Some(step) = whole.step(self.loose, damping) else {
                 damping *= raise;
                 raise *= 2.0;
                 if damping > 1e12 {

@@ -1,8 +1,8 @@
 //! Charts taken out of the normal equations (Schur's complement), and a step of everything.
 
 use super::{
-    adjustment::{Bundle, POSE, Whole},
-    sums::ViewSums,
+    state::POSE,
+    sums::{ViewSums, Whole},
 };
 use nalgebra::{DMatrix, DVector, Matrix6, MatrixXx6, Vector6};
 use wheatstone_numeric::{blocked_matrix::BlockedMatrix, cholesky::Cholesky};
@@ -99,18 +99,18 @@ impl Eliminated {
 }
 
 impl Whole {
-    /// The charts eliminated, and the cameras' matrix without what they take up.
-    fn reduced(&self, bundle: &Bundle, damping: f64) -> Option<(Eliminated, DMatrix<f64>)> {
+    /// The loose charts eliminated, and the cameras' matrix without what they take up.
+    fn reduced(&self, loose: &[bool], damping: f64) -> Option<(Eliminated, DMatrix<f64>)> {
         let count = self.gradient.len();
-        let eliminated = Eliminated::new(&self.views, bundle.loose, (count, damping))?;
+        let eliminated = Eliminated::new(&self.views, loose, (count, damping))?;
         let matrix = &self.cameras - eliminated.taken.view((0, 0), (count, count));
         Some((eliminated, matrix))
     }
 
     /// A step for this damping; `None` where something is not determined.
-    pub(super) fn step(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
+    pub(super) fn step(&self, loose: &[bool], damping: f64) -> Option<Step> {
         let count = self.gradient.len();
-        let (eliminated, matrix) = self.reduced(bundle, damping)?;
+        let (eliminated, matrix) = self.reduced(loose, damping)?;
         let more = |index: usize| {
             let diagonal = self.cameras[(index, index)];
             damping * if diagonal > 0.0 { diagonal } else { 1.0 }
@@ -122,7 +122,7 @@ impl Whole {
         let chart = |(view, loose): (usize, &bool)| {
             if *loose { eliminated.chart(view, &cameras) } else { Vector6::zeros() }
         };
-        let charts = bundle.loose.iter().enumerate().map(chart).collect();
+        let charts = loose.iter().enumerate().map(chart).collect();
         cameras.iter().all(|value| value.is_finite()).then_some(Step { cameras, charts })
     }
 
@@ -130,13 +130,13 @@ impl Whole {
     /// deviation; `None` where something is not determined.
     pub(super) fn chart_covariances(
         &self,
-        bundle: &Bundle,
+        loose: &[bool],
         sigma: f64,
     ) -> Option<Vec<Matrix6<f64>>> {
         let count = self.gradient.len();
-        let (eliminated, reduced) = self.reduced(bundle, 0.0)?;
+        let (eliminated, reduced) = self.reduced(loose, 0.0)?;
         let open = reduced.cholesky()?;
-        let each = bundle.loose.iter().enumerate().map(|(view, loose)| {
+        let each = loose.iter().enumerate().map(|(view, loose)| {
             if !loose {
                 return Some(Matrix6::zeros());
             }

@@ -1,8 +1,9 @@
 //! From correspondences to what every camera saw of every view, and back.
 
 use super::{
-    Choice, Placing, ViewPose,
-    adjustment::{Posed, Shot, State},
+    placing::Placing,
+    solved::ViewPose,
+    state::{Choice, Posed, Shot, State},
 };
 use crate::{
     Error, Result,

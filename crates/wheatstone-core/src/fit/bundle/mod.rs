@@ -13,177 +13,28 @@
 mod adjustment;
 mod elimination;
 mod gather;
+mod placing;
 mod planar;
 mod rig;
 mod scale;
+mod solved;
+mod state;
 mod sums;
+
+pub use placing::{Gauge, Lenses, Placing};
+pub(crate) use planar::placed;
+pub use solved::{SolvedPoses, ViewPose};
 
 use crate::{
     Error, Result,
-    camera::{AnyCamera, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
+    camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
     dataset::Dataset,
     geometry::{Point3, Pose},
 };
-use adjustment::{Shot, State};
 use gather::Gathered;
-use nalgebra::Matrix6;
-pub(crate) use planar::placed;
 use rig::Terms;
-use serde::{Deserialize, Serialize};
+use state::Choice;
 use wheatstone_numeric::{progress::Progress, statistics::median};
-
-/// Which frame is the world's where no chart's place is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Gauge {
-    /// The chart of the first view: its points have Z = 0.
-    #[default]
-    FirstView,
-    /// The first camera: x right, y down, z forward.
-    FirstCamera,
-}
-
-impl Gauge {
-    /// The names, as files and the command line have them.
-    pub const NAMES: [&'static str; 2] = ["first-view", "first-camera"];
-
-    /// By its name.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::UnknownName`].
-    pub fn named(name: &str) -> Result<Self> {
-        match name {
-            "first-view" => Ok(Self::FirstView),
-            "first-camera" => Ok(Self::FirstCamera),
-            _ => Err(Error::UnknownName {
-                kind: "gauge",
-                name: name.into(),
-                known: Self::NAMES.map(String::from).into(),
-            }),
-        }
-    }
-}
-
-/// Which lenses are tried.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Lenses {
-    /// Both, and the one that explains the pixels better is taken.
-    #[default]
-    Either,
-    /// Brown's.
-    Brown,
-    /// Kannala's and Brandt's.
-    KannalaBrandt,
-}
-
-/// How charts are placed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Placing {
-    /// The frame of the world where no place is known.
-    pub gauge: Gauge,
-    /// The lenses.
-    pub lenses: Lenses,
-    /// Whether every lens has all its terms, where fewer would predict as well.
-    pub all_terms: bool,
-    /// Whether points count that stand out as gross errors.
-    pub keep_gross: bool,
-}
-
-/// Where a chart is believed to have stood.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct ViewPose {
-    /// The view's name.
-    pub view: String,
-    /// Where the chart's origin lies in the world.
-    pub translation: [f64; 3],
-    /// World from chart: a rotation vector in radians.
-    pub rotation: [f64; 3],
-    /// Standard deviation of `translation`; with a frame of the first view's chart it has that chart's
-    /// own, as what is known is known from the cameras.
-    pub translation_sigma: [f64; 3],
-    /// Standard deviation of the turn about each axis of the world, in radians.
-    pub rotation_sigma: [f64; 3],
-    /// Points of this view that take part.
-    pub points: usize,
-}
-
-/// Charts placed.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct SolvedPoses {
-    /// The data with known places, beside those on the chart; points of views that could not be placed
-    /// are gone.
-    pub data: Dataset,
-    /// One entry a view that was placed.
-    pub views: Vec<ViewPose>,
-    /// Views that could not be placed, for too few points.
-    pub unplaced: Vec<String>,
-    /// The lens that was used: a name of the registry of cameras.
-    pub lens: &'static str,
-    /// The cameras, each in its own frame.
-    pub cameras: Vec<AnyCamera>,
-    /// Root mean square distance of pixels from where cameras and charts say, gross errors left out.
-    pub rms: f64,
-    /// Points (a camera each) that stood out as gross errors.
-    pub gross: usize,
-    /// Distances of each camera from the first one, in the data's unit.
-    pub baselines: Vec<f64>,
-    /// Median distance of the charts from the first camera.
-    pub distance: f64,
-}
-
-impl SolvedPoses {
-    /// Takes over places to which charts were moved afterwards; the frame stays the first view's chart
-    /// where it was that.
-    pub fn adopt(&mut self, moved: Dataset, gauge: Gauge) {
-        let from_board = |view: &str| -> Option<Pose> {
-            let index = moved.views.iter().position(|name| name == view).unwrap_or(0);
-            let rows = moved.correspondences.iter().filter(|row| row.view == index);
-            let pairs: Vec<(Point3, Point3)> = rows
-                .filter_map(|row| {
-                    let [x, y] = row.board?;
-                    Some((Point3::new(x, y, 0.0), row.world?))
-                })
-                .collect();
-            Pose::aligning(&pairs)
-        };
-        let known = moved.correspondences.iter().any(|row| row.board.is_none());
-        let first = self.views.first().and_then(|first| from_board(&first.view));
-        let to_world = match (gauge, first) {
-            (Gauge::FirstView, Some(first)) if !known => first.inverse(),
-            _ => Pose::default(),
-        };
-        for view in &mut self.views {
-            if let Some(pose) = from_board(&view.view).map(|pose| to_world.after(&pose)) {
-                view.translation = pose.translation.into();
-                view.rotation = pose.rotation_vector().into();
-            }
-        }
-        self.data = moved;
-        for row in &mut self.data.correspondences {
-            row.world = row.world.map(|world| to_world.transform(world));
-        }
-    }
-}
-
-/// The best state of one lens.
-struct Choice<L> {
-    state: State<L>,
-    terms: &'static [usize],
-    clean: Vec<Shot>,
-    loose: Vec<bool>,
-    cost: f64,
-    /// Standard deviation of one pixel coordinate.
-    sigma: f64,
-    /// Points that took part, a camera each.
-    points: usize,
-    charts: Option<Vec<Matrix6<f64>>>,
-}
 
 /// Whether some points of `data` are on charts whose places are not known.
 #[must_use]

@@ -4,7 +4,7 @@
 //! Source: Zhang 2000 (doi:10.1109/34.888718) for places from maps between planes. The focal length is
 //! scanned instead of solved for: a wide lens bends the maps, and the scan does not mind.
 
-use super::adjustment::{Posed, Shot, State};
+use super::state::{Posed, Shot, State};
 use crate::{
     camera::pinhole::Pinhole,
     geometry::{Pixel, Point3, Pose, Vector3},

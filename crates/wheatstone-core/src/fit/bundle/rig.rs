@@ -1,9 +1,10 @@
 //! From single cameras to all of them in one frame.
 
 use super::{
-    Choice, Gathered,
-    adjustment::{Adjusted, Bundle, POSE, Posed, Shot, State, lost, thinned},
+    adjustment::{Adjusted, Bundle, lost},
+    gather::Gathered,
     planar::{self, LEAST, view_error},
+    state::{Choice, POSE, Posed, Shot, State, thinned},
 };
 use crate::{
     Error, Result,
@@ -339,7 +340,7 @@ fn chosen<L: Terms>(
     let cost = found.sums.cost;
     let freedom = ((2 * points) as f64 - unknowns(&bundle) as f64).max(1.0);
     let sigma = (2.0 * cost / freedom).sqrt();
-    let charts = found.sums.chart_covariances(&bundle, sigma);
+    let charts = found.sums.chart_covariances(&loose, sigma);
     Ok(Choice { state: found.state, terms, cost, charts, sigma, points, clean, loose })
 }
 

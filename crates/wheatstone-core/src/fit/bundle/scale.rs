@@ -3,10 +3,10 @@
 //! with confident figures; so what is asked is how much worse other focal lengths would do.
 
 use super::{
-    Choice,
-    adjustment::{Bundle, Shot, thinned},
+    adjustment::Bundle,
     gather::Gathered,
     rig::{FIRST_DAMPING, Terms, unknowns},
+    state::{Choice, Shot, thinned},
 };
 use crate::{Error, Result, geometry::Vector3};
 use nalgebra::Matrix3;

@@ -3,7 +3,7 @@
 //! A pixel depends on the chart's place in the camera and on the lens only. So sums are taken by those
 //! six unknowns and the lens's, and brought to the unknowns of camera and chart once a view.
 
-use super::adjustment::{POSE, Posed};
+use super::state::{POSE, Posed};
 use crate::{
     camera::{
         batch_projection::BatchProjection,
@@ -172,4 +172,15 @@ impl ViewSums {
         let stride = self.mixed.len() / POSE;
         self.mixed[(unknown + 1) * stride - 1]
     }
+}
+
+/// Sums of all views at one state.
+#[derive(Clone, Debug)]
+pub(super) struct Whole {
+    /// Half the weighted sum of squares.
+    pub(super) cost: f64,
+    /// By the unknowns of all cameras.
+    pub(super) cameras: DMatrix<f64>,
+    pub(super) gradient: DVector<f64>,
+    pub(super) views: Vec<ViewSums>,
 }

@@ -4,11 +4,6 @@
 pub(crate) const KNOWN: &[(&str, &[&str])] = &[
     (
         "wheatstone-core",
-        &["fit/bundle/adjustment.rs", "fit/bundle/elimination.rs", "fit/bundle/sums.rs"],
-    ),
-    ("wheatstone-core", &["fit/bundle/gather.rs", "fit/bundle/mod.rs", "fit/bundle/rig.rs"]),
-    (
-        "wheatstone-core",
         &[
             "fit/stage/charts.rs",
             "fit/stage/joint.rs",

@@ -1,0 +1,88 @@
+//! Where charts stood, once that is known.
+
+use super::placing::Gauge;
+use crate::{
+    camera::AnyCamera,
+    dataset::Dataset,
+    geometry::{Point3, Pose},
+};
+use serde::{Deserialize, Serialize};
+
+/// Where a chart is believed to have stood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct ViewPose {
+    /// The view's name.
+    pub view: String,
+    /// Where the chart's origin lies in the world.
+    pub translation: [f64; 3],
+    /// World from chart: a rotation vector in radians.
+    pub rotation: [f64; 3],
+    /// Standard deviation of `translation`; with a frame of the first view's chart it has that chart's
+    /// own, as what is known is known from the cameras.
+    pub translation_sigma: [f64; 3],
+    /// Standard deviation of the turn about each axis of the world, in radians.
+    pub rotation_sigma: [f64; 3],
+    /// Points of this view that take part.
+    pub points: usize,
+}
+
+/// Charts placed.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SolvedPoses {
+    /// The data with known places, beside those on the chart; points of views that could not be placed
+    /// are gone.
+    pub data: Dataset,
+    /// One entry a view that was placed.
+    pub views: Vec<ViewPose>,
+    /// Views that could not be placed, for too few points.
+    pub unplaced: Vec<String>,
+    /// The lens that was used: a name of the registry of cameras.
+    pub lens: &'static str,
+    /// The cameras, each in its own frame.
+    pub cameras: Vec<AnyCamera>,
+    /// Root mean square distance of pixels from where cameras and charts say, gross errors left out.
+    pub rms: f64,
+    /// Points (a camera each) that stood out as gross errors.
+    pub gross: usize,
+    /// Distances of each camera from the first one, in the data's unit.
+    pub baselines: Vec<f64>,
+    /// Median distance of the charts from the first camera.
+    pub distance: f64,
+}
+
+impl SolvedPoses {
+    /// Takes over places to which charts were moved afterwards; the frame stays the first view's chart
+    /// where it was that.
+    pub fn adopt(&mut self, moved: Dataset, gauge: Gauge) {
+        let from_board = |view: &str| -> Option<Pose> {
+            let index = moved.views.iter().position(|name| name == view).unwrap_or(0);
+            let rows = moved.correspondences.iter().filter(|row| row.view == index);
+            let pairs: Vec<(Point3, Point3)> = rows
+                .filter_map(|row| {
+                    let [x, y] = row.board?;
+                    Some((Point3::new(x, y, 0.0), row.world?))
+                })
+                .collect();
+            Pose::aligning(&pairs)
+        };
+        let known = moved.correspondences.iter().any(|row| row.board.is_none());
+        let first = self.views.first().and_then(|first| from_board(&first.view));
+        let to_world = match (gauge, first) {
+            (Gauge::FirstView, Some(first)) if !known => first.inverse(),
+            _ => Pose::default(),
+        };
+        for view in &mut self.views {
+            if let Some(pose) = from_board(&view.view).map(|pose| to_world.after(&pose)) {
+                view.translation = pose.translation.into();
+                view.rotation = pose.rotation_vector().into();
+            }
+        }
+        self.data = moved;
+        for row in &mut self.data.correspondences {
+            row.world = row.world.map(|world| to_world.transform(world));
+        }
+    }
+}
