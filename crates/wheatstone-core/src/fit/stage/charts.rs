@@ -1,6 +1,6 @@
 //! Which points moved together: the charts at their places, as the data tell of them.
 
-use super::StagePrior;
+use super::prior::StagePrior;
 use crate::{
     Error, Result,
     dataset::Dataset,

@@ -3,7 +3,7 @@
 
 use super::{
     charts::Placement,
-    observable::{Part, directions, most_likely_scale},
+    observable::{Part, Significance, directions, most_likely_scale},
 };
 use crate::{
     Error, Result,
@@ -51,7 +51,7 @@ pub(super) struct Joint<'a> {
     pub(super) charts: Vec<UncertainPose>,
     cameras: Vec<CameraNormalEquations<'a>>,
     /// Sum of what the cameras say.
-    pub(super) information: Information,
+    information: Information,
     /// Chi-square a degree of freedom of what the cameras say of the charts against each other.
     pub(super) disagreement: f64,
 }
@@ -190,6 +190,19 @@ impl<'a> Joint<'a> {
             }
         }
         Ok(MOST_ROUNDS)
+    }
+
+    /// Whether the charts stood elsewhere, by directions of which the pixels say more than the prior;
+    /// `sigma` is that of the prior.
+    pub(super) fn significance(&self, sigma: f64) -> Significance {
+        let mut directions = directions(&self.information, Part::Offset);
+        directions.retain(|(information, _)| *information > 1.0);
+        Significance {
+            chi_square: directions.iter().map(|direction| direction.1).sum::<f64>()
+                / self.disagreement.max(1.0),
+            degrees: directions.len(),
+            estimated_sigma: sigma * most_likely_scale(&directions),
+        }
     }
 
     /// Standard deviation of one pixel coordinate, a camera each.

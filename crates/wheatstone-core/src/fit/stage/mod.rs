@@ -19,104 +19,15 @@
 mod charts;
 mod joint;
 mod observable;
+mod prior;
 
-use crate::{Error, Result, dataset::Dataset};
+pub use observable::{Significance, ViewOffset};
+pub use prior::StagePrior;
+
+use crate::{Result, dataset::Dataset};
 use charts::Placement;
 use joint::{Joint, Sight};
-use serde::{Deserialize, Serialize};
 use wheatstone_numeric::progress::Progress;
-
-/// How well the charts' places are known before the pixels are asked.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StagePrior {
-    /// Standard deviation of a chart's place along each axis, in world units.
-    pub offset_sigma: f64,
-    /// Standard deviation of its rotation about each axis, in radians. Without one, the view's offset
-    /// sigma over half the chart's extent (a chart held at its ends) is a first guess, and what the
-    /// pixels say of it is learnt.
-    pub rotation_sigma: Option<f64>,
-    /// Views (by name) whose place is known better or worse than that: their own offset sigma. 0
-    /// holds a view where it is.
-    pub views: Vec<(String, f64)>,
-}
-
-impl StagePrior {
-    /// The same for all views.
-    #[must_use]
-    pub fn of(offset_sigma: f64) -> Self {
-        Self { offset_sigma, rotation_sigma: None, views: Vec::new() }
-    }
-
-    fn check(&self, data: &Dataset) -> Result<()> {
-        let sigmas = [("stage sigma", self.offset_sigma, false)].into_iter();
-        let sigmas = sigmas.chain(self.rotation_sigma.map(|s| ("stage rotation sigma", s, true)));
-        let sigmas =
-            sigmas.chain(self.views.iter().map(|(_, s)| ("stage sigma of a view", *s, true)));
-        for (setting, value, zero) in sigmas {
-            if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero) {
-                let need = if zero { "a number that is 0 or more" } else { "a number above 0" };
-                return Err(Error::Setting {
-                    setting: setting.into(),
-                    value: value.to_string(),
-                    need: format!("{need}, in the data's unit (radians for rotations)"),
-                });
-            }
-        }
-        match self.views.iter().find(|(name, _)| !data.views.contains(name)) {
-            Some((name, _)) => Err(Error::UnknownName {
-                kind: "view",
-                name: name.clone(),
-                known: data.views.clone(),
-            }),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Where one chart stood.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ViewOffset {
-    /// The view's name, or the layer's.
-    pub view: String,
-    /// Where the middle of its points stood less where it was said to stand, in world units.
-    pub offset: [f64; 3],
-    /// By how much the chart was turned about that middle: a rotation vector along the world's axes,
-    /// in radians.
-    pub rotation: [f64; 3],
-    /// Standard deviation of `offset`, with what cannot be seen.
-    pub sigma: [f64; 3],
-    /// The part of `offset` that the pixels show: what is left when the best affine function of the
-    /// place over all views is taken away.
-    pub observable: [f64; 3],
-    /// Standard deviation of `observable`.
-    pub observable_sigma: [f64; 3],
-}
-
-/// Whether the charts stood elsewhere at all.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Significance {
-    /// Sum of squares of what the pixels say against the places as given, in standard deviations:
-    /// about `degrees` if the charts stood where they were said to. Less by as much as the cameras
-    /// contradict each other.
-    pub chi_square: f64,
-    /// In how many directions the pixels say more than the prior did.
-    pub degrees: usize,
-    /// The standard deviation of the places (world units, each axis) that explains this best; 0 where
-    /// the pixels' noise does.
-    pub estimated_sigma: f64,
-}
-
-impl Significance {
-    /// Whether chance is out of the question: five standard deviations of the chi-square beyond its
-    /// mean, which leaves room for noise that is not quite normal.
-    #[must_use]
-    pub fn is_clear(&self) -> bool {
-        let degrees = self.degrees as f64;
-        self.degrees > 0 && self.chi_square > degrees + 5.0 * (2.0 * degrees).sqrt()
-    }
-}
 
 /// Charts put where they stood.
 #[derive(Clone, Debug)]
@@ -161,7 +72,7 @@ pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Res
     Ok(SolvedStage {
         offsets,
         data: charts::moved(data, &placements, &joint.charts),
-        significance: observable::significance(&joint, prior.offset_sigma),
+        significance: joint.significance(prior.offset_sigma),
         pixel_noise: joint.pixel_noise(),
         disagreement: joint.disagreement,
         rounds,
@@ -184,5 +95,5 @@ pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> 
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
     let sights = Sight::of_all(data, &placements);
     let joint = Joint::new(&sights, charts, progress)?;
-    Ok(observable::significance(&joint, sigma))
+    Ok(joint.significance(sigma))
 }

@@ -1,11 +1,57 @@
 //! What of the charts' motions the pixels show, and whether it is more than chance.
 
-use super::{Significance, ViewOffset, charts::Placement, joint::Joint};
+use super::charts::Placement;
 use crate::method::neural_camera::{
     chart_poses::{MOTION, UncertainPose},
     uncertain_poses::Information,
 };
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// Where one chart stood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewOffset {
+    /// The view's name, or the layer's.
+    pub view: String,
+    /// Where the middle of its points stood less where it was said to stand, in world units.
+    pub offset: [f64; 3],
+    /// By how much the chart was turned about that middle: a rotation vector along the world's axes,
+    /// in radians.
+    pub rotation: [f64; 3],
+    /// Standard deviation of `offset`, with what cannot be seen.
+    pub sigma: [f64; 3],
+    /// The part of `offset` that the pixels show: what is left when the best affine function of the
+    /// place over all views is taken away.
+    pub observable: [f64; 3],
+    /// Standard deviation of `observable`.
+    pub observable_sigma: [f64; 3],
+}
+
+/// Whether the charts stood elsewhere at all.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Significance {
+    /// Sum of squares of what the pixels say against the places as given, in standard deviations:
+    /// about `degrees` if the charts stood where they were said to. Less by as much as the cameras
+    /// contradict each other.
+    pub chi_square: f64,
+    /// In how many directions the pixels say more than the prior did.
+    pub degrees: usize,
+    /// The standard deviation of the places (world units, each axis) that explains this best; 0 where
+    /// the pixels' noise does.
+    pub estimated_sigma: f64,
+}
+
+impl Significance {
+    /// Whether chance is out of the question: five standard deviations of the chi-square beyond its
+    /// mean, which leaves room for noise that is not quite normal.
+    #[must_use]
+    pub fn is_clear(&self) -> bool {
+        let degrees = self.degrees as f64;
+        self.degrees > 0 && self.chi_square > degrees + 5.0 * (2.0 * degrees).sqrt()
+    }
+}
 
 /// Placements that spread less than this share of their longest spread along a direction have no
 /// extent there.
@@ -109,19 +155,6 @@ pub(super) fn directions(said: &Information, part: Part) -> Vec<(f64, f64)> {
             (*information, score * score / information)
         })
         .collect()
-}
-
-/// Whether the charts stood elsewhere, by directions of which the pixels say more than the prior;
-/// `sigma` is that of the prior.
-pub(super) fn significance(joint: &Joint<'_>, sigma: f64) -> Significance {
-    let mut directions = directions(&joint.information, Part::Offset);
-    directions.retain(|(information, _)| *information > 1.0);
-    Significance {
-        chi_square: directions.iter().map(|direction| direction.1).sum::<f64>()
-            / joint.disagreement.max(1.0),
-        degrees: directions.len(),
-        estimated_sigma: sigma * most_likely_scale(&directions),
-    }
 }
 
 /// The scale `s` of the prior that makes the scores most likely: each square is chi-square of one
