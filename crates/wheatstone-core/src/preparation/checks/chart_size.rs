@@ -5,7 +5,7 @@ use super::{
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
     robust_camera::{Pair, RobustCamera},
-    units_mixed::{is_ratio, tidy},
+    unit_ratios::{is_ratio, tidy},
 };
 use crate::geometry::{Point3, Pose, Vector3, principal_axes};
 use nalgebra::{SMatrix, SVector, Vector2};

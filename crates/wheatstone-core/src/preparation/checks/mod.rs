@@ -27,6 +27,7 @@ mod robust_camera;
 mod spread;
 mod sums;
 mod unexplained;
+mod unit_ratios;
 mod units_mixed;
 mod unseeable;
 mod unsynchronised;

@@ -8,6 +8,7 @@ use super::{
     finding::{Freedom, Proposal, Severity},
     robust_camera::Pair,
     spread::{THIN, thickness},
+    unit_ratios::{tidy, unit_ratios},
 };
 use crate::geometry::Point3;
 use wheatstone_numeric::statistics::median;
@@ -25,16 +26,6 @@ impl Fault for UnitsMixed {
         let views = views.filter(|(view, present)| !evidence.is_slight(*view, present));
         views.filter_map(|(view, present)| units(evidence, view, &present)).collect()
     }
-}
-
-/// Units that get mixed, as ratios: decimal ones, and inches with millimetres and centimetres.
-const RATIOS: [f64; 7] = [10.0, 100.0, 1000.0, 25.4, 2.54, 0.0254, 0.3048];
-
-/// Whether a scale is one of the ratios.
-pub(super) fn is_ratio(scale: f64) -> bool {
-    RATIOS
-        .iter()
-        .any(|ratio| [*ratio, 1.0 / ratio].iter().any(|known| (scale / known - 1.0).abs() < 5e-3))
 }
 
 /// The columns that may have a unit of their own, and their names.
@@ -60,8 +51,8 @@ fn in_unit(evidence: &Evidence, which: [bool; 3], ratio: f64, scaled: Point3) ->
 type Stretch = ([bool; 3], f64, &'static str);
 
 fn stretches() -> impl Iterator<Item = Stretch> {
-    let ratios = RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]);
-    ratios.flat_map(|ratio| COLUMNS.into_iter().map(move |(which, name)| (which, ratio, name)))
+    unit_ratios()
+        .flat_map(|ratio| COLUMNS.into_iter().map(move |(which, name)| (which, ratio, name)))
 }
 
 /// One or two columns in another unit in all views.
@@ -197,7 +188,7 @@ const UNITS_HINT: &str = "give all world places in one unit, or let these be sca
 /// All coordinates of a view, or some, in another unit.
 fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
     let columns = [([true; 3], "X, Y and Z")].into_iter().chain(COLUMNS);
-    for ratio in RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio]) {
+    for ratio in unit_ratios() {
         for (which, name) in columns.clone() {
             let map = |scaled: Point3| in_unit(evidence, which, ratio, scaled);
             let left = explained(evidence, view, cameras, &map);
@@ -222,10 +213,4 @@ fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal
         }
     }
     None
-}
-
-/// A ratio in as few figures as it has.
-pub(super) fn tidy(ratio: f64) -> String {
-    let text = format!("{ratio:.4}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
