@@ -2,8 +2,9 @@
 
 use super::{
     Fault,
-    evidence::{Evidence, LEAST},
+    evidence::Evidence,
     finding::{Change, Proposal, Severity},
+    views::LEAST,
     views::View,
 };
 use crate::{dataset::Correspondence, geometry::Point3};

@@ -4,13 +4,12 @@
 
 use super::{
     consensus::consensus,
+    frame::Frame,
     robust_camera::{Pair, RobustCamera, sides},
-    views::{View, views},
+    views::{LEAST, View, views},
+    whole_board::complete,
 };
-use crate::{
-    dataset::Dataset,
-    geometry::{Pixel, Point3, Vector3},
-};
+use crate::{dataset::Dataset, geometry::Pixel};
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use wheatstone_numeric::{
@@ -50,35 +49,6 @@ impl Seen {
     }
 }
 
-/// Brings world places to a middle of nothing and a size of one, so that adjustments are well
-/// conditioned.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
-    pub(super) centre: Vector3,
-    pub(super) size: f64,
-}
-
-impl Frame {
-    fn of(data: &Dataset) -> Self {
-        let along = |axis: usize| {
-            let values: Vec<f64> = data.known().map(|(world, _)| world[axis]).collect();
-            median(&values)
-        };
-        let centre = Vector3::new(along(0), along(1), along(2));
-        let distances: Vec<f64> =
-            data.known().map(|(world, _)| (world.coords - centre).norm()).collect();
-        Self { centre, size: median(&distances).max(1e-12) }
-    }
-
-    pub(super) fn scaled(&self, world: Point3) -> Point3 {
-        Point3::from((world.coords - self.centre) / self.size)
-    }
-
-    pub(super) fn world(&self, scaled: Point3) -> Point3 {
-        Point3::from(scaled.coords * self.size + self.centre)
-    }
-}
-
 /// Everything.
 pub(super) struct Evidence<'a> {
     pub(super) data: &'a Dataset,
@@ -100,13 +70,11 @@ const GROUPS: usize = 24;
 /// Points of a cell that decide which views agree.
 const SCOUTED: usize = 14;
 
-/// Fewer points tell nothing of a cell.
-pub(super) const LEAST: usize = 6;
-
 impl<'a> Evidence<'a> {
     pub(super) fn new(data: &'a Dataset) -> Self {
         let frame = Frame::of(data);
-        let views = views(data, &frame);
+        let mut views = views(data, &frame);
+        complete(&mut views, data, &frame);
         let mut cells: Vec<Vec<Cell>> = views
             .iter()
             .map(|view| (0..data.cameras).map(|camera| cell(data, &frame, view, camera)).collect())

@@ -19,6 +19,7 @@ mod duplicates;
 mod evidence;
 mod field;
 mod finding;
+mod frame;
 mod handedness;
 mod pixel_offset;
 mod pixel_units;

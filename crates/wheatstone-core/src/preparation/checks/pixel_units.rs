@@ -3,9 +3,10 @@
 
 use super::{
     Fault,
-    evidence::{Evidence, LEAST},
+    evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
     robust_camera::Pair,
+    views::LEAST,
 };
 use crate::geometry::Pixel;
 use wheatstone_numeric::statistics::median;

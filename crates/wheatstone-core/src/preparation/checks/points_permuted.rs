@@ -3,8 +3,9 @@
 
 use super::{
     Fault,
-    evidence::{Evidence, LEAST},
+    evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
+    views::LEAST,
 };
 use wheatstone_numeric::statistics::median;
 

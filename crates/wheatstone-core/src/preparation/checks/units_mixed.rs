@@ -4,11 +4,12 @@ use super::{
     Fault,
     board::Board,
     chart_size::{explained, places},
-    evidence::{Evidence, LEAST},
+    evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
     robust_camera::Pair,
     spread::{THIN, thickness},
     unit_ratios::{tidy, unit_ratios},
+    views::LEAST,
 };
 use crate::geometry::Point3;
 use wheatstone_numeric::statistics::median;

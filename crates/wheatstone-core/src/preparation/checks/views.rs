@@ -1,14 +1,13 @@
 //! Which points belong together: the file's views, or the layers in which its points lie.
 
-use super::{
-    board::Board,
-    evidence::{Frame, LEAST},
-    whole_board::complete,
-};
+use super::{board::Board, frame::Frame};
 use crate::{
     dataset::{Dataset, split},
     geometry::Point3,
 };
+
+/// Fewer points tell nothing of a cell.
+pub(super) const LEAST: usize = 6;
 
 /// A name, and indices into the dataset's correspondences.
 type Group = (String, Vec<usize>);
@@ -44,9 +43,7 @@ pub(super) fn views(data: &Dataset, frame: &Frame) -> Vec<View> {
             .collect();
         View { name, board: Board::find(&places), rows }
     };
-    let mut views: Vec<View> = groups.into_iter().map(view).collect();
-    complete(&mut views, data, |world| frame.scaled(world));
-    views
+    groups.into_iter().map(view).collect()
 }
 
 /// Layers on which a world coordinate has one value, in the order in which the file begins them. Of

@@ -1,13 +1,13 @@
 //! The whole lattice of a chart of which a view shows a part: labels are mixed up on the chart, not on
 //! what is seen of it.
 
-use super::{board::Board, views::View};
+use super::{board::Board, frame::Frame, views::View};
 use crate::{dataset::Dataset, geometry::Point3};
 use wheatstone_numeric::statistics::median;
 
 /// Gives every view's board the counts and the middle of the whole chart, where names or the other
 /// views tell them.
-pub(super) fn complete(views: &mut [View], data: &Dataset, scaled: impl Fn(Point3) -> Point3) {
+pub(super) fn complete(views: &mut [View], data: &Dataset, frame: &Frame) {
     let number = |row: usize| data.correspondences[row].id.as_ref()?.parse::<i64>().ok();
     let numbers: Vec<i64> =
         views.iter().flat_map(|view| view.rows.iter().filter_map(|row| number(*row))).collect();
@@ -20,7 +20,7 @@ pub(super) fn complete(views: &mut [View], data: &Dataset, scaled: impl Fn(Point
                 .iter()
                 .filter_map(|row| {
                     let place = data.correspondences[*row].world?;
-                    Some((number(*row)? - first, scaled(place)))
+                    Some((number(*row)? - first, frame.scaled(place)))
                 })
                 .collect();
             if let Some(whole) =
