@@ -1,9 +1,6 @@
 //! What the clinic says, and how it chooses among explanations.
 
-use super::{
-    evidence::Evidence,
-    unseeable::{Layout, Statement},
-};
+use super::evidence::Evidence;
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3},
@@ -125,6 +122,27 @@ pub fn repair_all(data: &Dataset, findings: &[Finding]) -> Dataset {
     }
     // A point that no camera is left with says nothing.
     repaired.subset(|row, c| !dropped[row] && c.seen_by() > 0)
+}
+
+/// Something that cannot be seen in the data, and what would tell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Statement {
+    /// What cannot be seen.
+    pub what: String,
+    /// What would tell.
+    pub check: String,
+}
+
+/// Where a camera stands by these data, seen from the first.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Layout {
+    /// The camera, counted from 0.
+    pub camera: usize,
+    /// Distance of its centre from the first camera's, in the data's unit; infinite where one of the two
+    /// is as good as at infinity.
+    pub baseline: f64,
+    /// In words, as the first camera's picture has it.
+    pub words: String,
 }
 
 /// All that an examination says.

@@ -35,8 +35,8 @@ mod unsynchronised;
 mod views;
 mod whole_board;
 
-pub use finding::{Change, Examination, Finding, Severity, repair_all};
-pub use unseeable::{Layout, Statement, compare_baseline};
+pub use finding::{Change, Examination, Finding, Layout, Severity, Statement, repair_all};
+pub use unseeable::compare_baseline;
 
 use crate::dataset::Dataset;
 use evidence::Evidence;

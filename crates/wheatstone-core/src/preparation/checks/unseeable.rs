@@ -1,29 +1,10 @@
 //! What nobody could see in calibration data, and what the user can compare instead: where the
 //! cameras stand by these data.
 
-use super::{Examination, Finding, Severity, evidence::Evidence};
-use serde::Serialize;
-
-/// Something that cannot be seen in the data, and what would tell.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Statement {
-    /// What cannot be seen.
-    pub what: String,
-    /// What would tell.
-    pub check: String,
-}
-
-/// Where a camera stands by these data, seen from the first.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Layout {
-    /// The camera, counted from 0.
-    pub camera: usize,
-    /// Distance of its centre from the first camera's, in the data's unit; infinite where one of the two
-    /// is as good as at infinity.
-    pub baseline: f64,
-    /// In words, as the first camera's picture has it.
-    pub words: String,
-}
+use super::{
+    evidence::Evidence,
+    finding::{Examination, Finding, Layout, Severity, Statement},
+};
 
 /// A camera farther away than so many times the points' median distance from their middle observes them within
 /// a thousandth of parallel projection.
