@@ -13,18 +13,13 @@ use crate::{
     Error, Result,
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3},
-    method::{
-        AnyReconstructor, Method,
-        neural_camera::{NeuralCamera, NeuralCameraReconstructor},
-    },
+    method::{AnyReconstructor, Method, neural_camera::NeuralCamera},
 };
-use decision::{Decision, Verdict};
+use decision::{Decision, Fitted, Verdict};
 use rayon::prelude::*;
-use start::{Start, lengths, scale};
 use wheatstone_numeric::{
     progress::{Muted, Progress},
     random::Random,
-    statistics::median,
 };
 
 /// A point that at least one camera did not see where it was said to be.
@@ -288,23 +283,5 @@ impl PosedObservations {
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(_) => Ok(None),
         }
-    }
-}
-
-/// A camera, and the points to which it was fitted.
-struct Fitted {
-    camera: NeuralCameraReconstructor,
-    members: Vec<usize>,
-}
-
-/// The share of points that may have come to those of a fit for another to go on from there.
-const FEW_MORE: f64 = 0.1;
-
-impl Fitted {
-    /// Whether `members` are the points that it was fitted to, and few more. One that was left out since may
-    /// have bent the camera to where no refit would leave.
-    fn has_nearly(&self, members: &[usize]) -> bool {
-        self.members.iter().all(|member| members.binary_search(member).is_ok())
-            && members.len() as f64 <= (1.0 + FEW_MORE) * self.members.len() as f64
     }
 }

@@ -1,7 +1,12 @@
 //! Which pixels are good, given a camera or a start.
 
-use super::{Fitted, Pixel, Point3, Start, lengths, median, scale};
+use super::start::{Start, lengths, scale};
+use crate::{
+    geometry::{Pixel, Point3},
+    method::neural_camera::NeuralCameraReconstructor,
+};
 use rayon::prelude::*;
+use wheatstone_numeric::statistics::median;
 
 /// Standard deviation of a coordinate from the lengths of errors of two: the median of a Rayleigh
 /// distribution is `sqrt(2 ln 2)` of them.
@@ -68,6 +73,24 @@ fn neighbours(places: &[[f64; 3]], members: &[usize]) -> Vec<Vec<usize>> {
 /// Least share of its own noise that a residual is taken to hold: a point far from all others holds
 /// less, but a linear fit's algebra is not to be trusted there.
 const LEAST_SHARE: f64 = 0.01;
+
+/// A camera, and the points to which it was fitted.
+pub(super) struct Fitted {
+    pub(super) camera: NeuralCameraReconstructor,
+    pub(super) members: Vec<usize>,
+}
+
+/// The share of points that may have come to those of a fit for another to go on from there.
+const FEW_MORE: f64 = 0.1;
+
+impl Fitted {
+    /// Whether `members` are the points that it was fitted to, and few more. One that was left out since may
+    /// have bent the camera to where no refit would leave.
+    pub(super) fn has_nearly(&self, members: &[usize]) -> bool {
+        self.members.iter().all(|member| members.binary_search(member).is_ok())
+            && members.len() as f64 <= (1.0 + FEW_MORE) * self.members.len() as f64
+    }
+}
 
 /// Judges the pixels of one camera.
 pub(super) struct Decision<'a> {
