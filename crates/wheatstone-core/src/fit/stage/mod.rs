@@ -56,10 +56,10 @@ pub struct SolvedStage {
 ///
 /// # Errors
 ///
-/// [`Error::Setting`] and [`Error::UnknownName`] for a prior that means nothing,
-/// [`Error::Degenerate`] for fewer than three views or points in no layers (nothing can be seen of
-/// where charts stood then), [`Error::TooFew`] for cameras that saw next to nothing,
-/// [`Error::Cancelled`].
+/// [`crate::Error::Setting`] and [`crate::Error::UnknownName`] for a prior that means nothing,
+/// [`crate::Error::Degenerate`] for fewer than three views or points in no layers (nothing can be seen of
+/// where charts stood then), [`crate::Error::TooFew`] for cameras that saw next to nothing,
+/// [`crate::Error::Cancelled`].
 pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Result<SolvedStage> {
     prior.check(data)?;
     let placements = charts::placements(data)?;
