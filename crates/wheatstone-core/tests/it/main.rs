@@ -1,6 +1,8 @@
 //! What the core does in worlds whose truth is known.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
+mod dataset;
+mod geometry;
 mod budget;
 mod coverage;
 mod interpolation;

@@ -1,0 +1,6 @@
+//! Geometry whose answers are known.
+
+mod homography;
+mod pose;
+mod projection;
+mod triangulation;
