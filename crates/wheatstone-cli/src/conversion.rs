@@ -50,7 +50,7 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
 
 impl PictureSizes {
     pub(crate) fn given(&self, unit: Option<String>, board: Option<(usize, f64)>) -> Given {
-        Given { unit, sizes: self.size.clone(), board }
+        Given { unit, sizes: self.size.clone(), board, columns: None }
     }
 
     /// The sizes that were given, otherwise those that are `known`.

@@ -68,6 +68,9 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::Synthesise) => ": `wheatstone synth`",
         Some(Remedy::RepairOrInsist) => "; `--fix` puts it right, `--force` goes on all the same",
         Some(Remedy::Insist) => "; `--force` goes on all the same",
+        Some(Remedy::DropDuplicates) => " (`--drop-duplicates`)",
+        Some(Remedy::Columns) => ": `--columns x1=u_left,y1=v_left,…`",
+        Some(Remedy::Unit) => ": `--unit cm`",
         _ => "",
     };
     format!("{hint}{ours}")

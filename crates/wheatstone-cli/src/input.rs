@@ -10,7 +10,7 @@ use wheatstone::{
     detection::{DetectionSettings, Found, detect},
     fit::bundle,
     synthetic::Truth,
-    tables::{self, Duplicates},
+    tables::{ColumnNames, Duplicates, TableOptions, TableReader},
 };
 
 /// How input is read.
@@ -19,12 +19,24 @@ pub(crate) struct Reading {
     /// Round detected points to whole pixels, as the 2001 paper measured them (captures only)
     #[arg(long)]
     pub(crate) whole_pixels: bool,
-    /// Unit of a points file's X, Y, Z [default: that of the truth file beside it, else mm]
+    /// Unit of lengths; those of a points file that says another are converted [default: what it says, else
+    /// that of the truth file beside it, else mm]
     #[arg(long)]
     pub(crate) unit: Option<String>,
     /// Keep the first of rows that stand in a points file twice, instead of refusing it
     #[arg(long)]
     pub(crate) drop_duplicates: bool,
+    /// What a points file calls its columns: NAME=COLUMN,… or all names in order (`_`: none)
+    #[arg(long, value_name = "NAMES", value_parser = columns)]
+    pub(crate) columns: Option<ColumnNames>,
+}
+
+/// `x1=u_left,y1=v_left` or `x1,y1,x2,y2,X,Y,Z`.
+pub(crate) fn columns(text: &str) -> Result<ColumnNames, String> {
+    ColumnNames::parse(text).map_err(|error| {
+        let hint = error.hint().map(|hint| format!("; {hint}")).unwrap_or_default();
+        format!("{error}{hint}")
+    })
 }
 
 /// Correspondences with what is known of their truth.
@@ -73,6 +85,9 @@ impl Reading {
         if self.drop_duplicates {
             words.push("--drop-duplicates".into());
         }
+        if let Some(columns) = &self.columns {
+            words.extend(["--columns".into(), columns.to_string()]);
+        }
         words
     }
 }
@@ -99,12 +114,16 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         return Ok(Loaded { data, truth, source: Some(Source { capture, found }) });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
-    let unit = match (&reading.unit, &truth) {
-        (Some(unit), _) => unit.clone(),
-        (None, Some(truth)) => truth.unit.clone(),
-        (None, None) => "mm".into(),
+    let told = reading.unit.clone().or_else(|| truth.as_ref().map(|truth| truth.unit.clone()));
+    let options = TableOptions {
+        columns: reading.columns.clone(),
+        unit: told,
+        duplicates,
+        ..TableOptions::default()
     };
-    let data = tables::read(path, &unit, duplicates)?;
+    let reader = TableReader::open(path, &options)?;
+    reader.needs_points()?;
+    let data = reader.gather(&options)?;
     // Charts held by hand get a frame of their own, in which the true cameras do not stand.
     let truth = truth.filter(|_| !bundle::needed(&data));
     Ok(Loaded { data, truth, source: None })

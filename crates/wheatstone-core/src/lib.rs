@@ -6,6 +6,7 @@
 
 pub mod error;
 pub mod storage;
+pub mod unit;
 pub mod registry;
 pub mod geometry;
 pub mod camera;

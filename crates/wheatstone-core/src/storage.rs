@@ -2,16 +2,14 @@
 
 #[cfg(any(target_arch = "wasm32", test))]
 mod beside;
-mod pen;
 
 use crate::{Error, Result};
 #[cfg(not(target_arch = "wasm32"))]
 use atomic_write_file::AtomicWriteFile;
 #[cfg(target_arch = "wasm32")]
 use beside::AtomicWriteFile;
-use pen::Pen;
 use std::{
-    io::{Read, Write},
+    io::{BufWriter, Read, Write},
     path::{Path, PathBuf},
 };
 
@@ -65,7 +63,7 @@ pub fn open(path: &Path) -> Result<std::fs::File> {
 /// synced, renamed. Dropped before that, it leaves nothing.
 pub struct Output {
     path: PathBuf,
-    pen: Pen,
+    file: BufWriter<AtomicWriteFile>,
 }
 
 impl Output {
@@ -79,7 +77,8 @@ impl Output {
             return Err(Error::writing(path, std::io::ErrorKind::IsADirectory.into()));
         }
         let file = AtomicWriteFile::open(path).map_err(|e| Error::writing(path, e))?;
-        Ok(Self { path: path.into(), pen: Pen::new(file) })
+        // Large enough for a table's rows to reach the disk in few calls.
+        Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 20, file) })
     }
 
     /// Puts the finished file in its place.
@@ -88,18 +87,19 @@ impl Output {
     ///
     /// [`Error::Io`]; the old file, if there was one, is then untouched.
     pub fn commit(self) -> Result<()> {
-        let Self { path, pen } = self;
-        pen.finish().and_then(AtomicWriteFile::commit).map_err(|e| Error::writing(path, e))
+        let Self { path, file } = self;
+        let file = file.into_inner().map_err(std::io::IntoInnerError::into_error);
+        file.and_then(AtomicWriteFile::commit).map_err(|e| Error::writing(path, e))
     }
 }
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.pen.write(bytes)
+        self.file.write(bytes)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.pen.flush()
+        self.file.flush()
     }
 }
 

@@ -7,12 +7,16 @@ use crate::{
         write_model,
     },
     failure::{Failure, Outcome},
+    input::columns,
     verbosity::say,
 };
 use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use wheatstone::formats::{FORMATS, Format, Given, gather, save};
+use wheatstone::{
+    formats::{FORMATS, Format, Given, gather, save},
+    tables::ColumnNames,
+};
 
 /// Turn files of one program into those of another
 #[derive(Args)]
@@ -44,6 +48,9 @@ pub(crate) struct Convert {
     /// Columns of corners of a chart and their distance, for lists of corners that do not say it
     #[arg(long, value_name = "COLUMNSxPITCH", value_parser = board)]
     board: Option<(usize, f64)>,
+    /// What a table calls its columns: NAME=COLUMN,… or all names in order (`_`: none)
+    #[arg(long, value_name = "NAMES", value_parser = columns)]
+    columns: Option<ColumnNames>,
     /// Standard deviation of a pixel coordinate, which files of cameras do not say
     // The better half of the real sets that the project is tested on reprojects to 0.5 px or less.
     #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = positive)]
@@ -74,7 +81,10 @@ impl Convert {
             ));
         };
         let from = source(self.from.as_deref(), paths)?;
-        let given = self.told.given(self.unit.clone(), self.board);
+        let given = Given {
+            columns: self.columns.clone(),
+            ..self.told.given(self.unit.clone(), self.board)
+        };
         let told = if from.is_some_and(|format| !format.is_calibration()) {
             self.points(from, paths, &given, output)?
         } else {
@@ -144,6 +154,7 @@ fn by_extension(path: &Path, cameras: bool) -> Outcome<Option<&'static Format>> 
         ("yml", true) => "opencv",
         ("toml", true) => "anipose",
         ("csv", false) => "csv",
+        ("arrow" | "feather", false) => "arrow",
         ("npy", false) => "npy",
         ("parquet", false) => "parquet",
         ("ply", false) => "ply",

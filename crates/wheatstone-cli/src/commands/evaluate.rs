@@ -13,8 +13,10 @@ use std::path::PathBuf;
 use wheatstone::{
     Calibration,
     dataset::Dataset,
+    error::{Hint, Remedy},
     evaluate::{
         Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate, evaluate_one_camera,
+        mistaken_unit,
     },
     fit::bundle,
 };
@@ -92,12 +94,15 @@ impl Evaluate {
         if self.align {
             data = aligned(&*model.reconstructor, &data).unwrap_or(data);
         }
-        if data.unit != model.unit {
-            drop(bar);
-            return Err(wheatstone::Error::Mismatch {
-                what: "unit",
-                model: model.unit,
-                data: data.unit,
+        let data = data.in_unit(&model.unit)?;
+        if let Some(unit) = mistaken_unit(&*model.reconstructor, &data) {
+            return Err(wheatstone::Error::Faulty {
+                code: "unit".into(),
+                problem: format!(
+                    "these lengths look like {unit}, and were taken for {}, the model's unit",
+                    model.unit
+                ),
+                hint: Hint::new("say the unit of the points file", Remedy::Unit),
             }
             .into());
         }

@@ -2,9 +2,10 @@
 
 use crate::{
     failure::Outcome,
+    input::columns,
     interruption,
     progress::Counter,
-    tables::{Input, Sink},
+    tables::{self, Sink},
     verbosity::remark,
 };
 use clap::Args;
@@ -13,7 +14,10 @@ use std::{
     io::IsTerminal,
     mem::take,
     path::PathBuf,
-    sync::mpsc::{Receiver, RecvTimeoutError, channel},
+    sync::{
+        Arc,
+        mpsc::{Receiver, RecvTimeoutError, channel},
+    },
     time::{Duration, Instant},
 };
 use wheatstone::{
@@ -24,7 +28,10 @@ use wheatstone::{
         LocatedBatch, Locator,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
-    tables::{Cells, Column, Rows, Words},
+    tables::{
+        ArrayRef, ColumnNames, Float64Array, Rows, StringArray, TableOptions, TableReader,
+        TableStyle,
+    },
 };
 
 /// Turn matched pixels into points in the world
@@ -39,14 +46,17 @@ use wheatstone::{
 pub(crate) struct Locate {
     /// The model file
     model: PathBuf,
-    /// A points file with columns x1,y1,x2,y2,… (CSV, or Parquet by extension), or - for standard input
+    /// A points file with columns x1,y1,x2,y2,… (CSV, Parquet, Arrow), or - for standard input
     points: PathBuf,
-    /// Where the points go (CSV, or Parquet by extension), or - for standard output
+    /// Where the points go (CSV; Parquet or Arrow by extension), or - for standard output
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
     /// Append the covariance of X, Y, Z as well: cXX,cXY,cXZ,cYY,cYZ,cZZ
     #[arg(long)]
     covariance: bool,
+    /// What the points file calls its columns: NAME=COLUMN,… or all names in order (`_`: none)
+    #[arg(long, value_name = "NAMES", value_parser = columns)]
+    columns: Option<ColumnNames>,
     /// How often a true match may be called a mismatch
     #[arg(long, value_name = "RATE", default_value = "0.001", value_parser = rate)]
     false_alarm: f64,
@@ -69,7 +79,12 @@ impl Locate {
         let model = Calibration::load(&self.model)?;
         needs_two_cameras(&model, "locate")?;
         let standard = self.output.as_os_str() == "-";
-        let input = Input::open(&self.points, standard)?;
+        let options = TableOptions {
+            columns: self.columns.clone(),
+            prompt: standard && self.points.as_os_str() == "-",
+            ..TableOptions::default()
+        };
+        let input = TableReader::open(&self.points, &options)?;
         if input.cameras() != model.reconstructor.cameras() {
             return Err(Error::Mismatch {
                 what: "number of cameras",
@@ -78,13 +93,14 @@ impl Locate {
             }
             .into());
         }
-        let names = self.header(input.names().iter().map(String::as_str));
-        let sink = Sink::create(&self.output, names, input.delimiter())?;
+        let names = self.header(input.names());
+        let style = TableStyle { unit: Some(model.unit.clone()), ..input.style() };
+        let sink = Sink::create(&self.output, names, style)?;
         let (mut counter, mut done) =
             (Counter::new(standard && std::io::stdout().is_terminal()), 0);
         let test = MismatchTest::new(self.false_alarm, input.cameras());
         let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
-        let mut rows = Arriving { rows: input.start(), first: VecDeque::new() };
+        let mut rows = Arriving { rows: tables::start(input), first: VecDeque::new() };
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
         refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
@@ -120,36 +136,39 @@ impl Locate {
     }
 }
 
-/// The appended columns, taken out of `places`; empty where nothing was located or a figure does not exist.
+/// The appended columns, taken out of `places`; null where nothing was located or a figure does not exist.
 fn added(
     rows: &Rows,
     places: &mut LocatedBatch,
     test: &MismatchTest,
     covariance: bool,
-) -> Vec<Column> {
+) -> Vec<ArrayRef> {
     let mismatch = test.mismatches(&rows.pixels(), places);
-    let word = |(trust, x): (&Trust, &f64)| match trust {
-        _ if x.is_nan() => 0,
-        Trust::Inside => 1,
-        Trust::Edge => 2,
-        Trust::Outside => 3,
-    };
-    let trust = Words {
-        words: &["inside", "edge", "outside"],
-        places: places.trust.iter().zip(&places.point[0]).map(word).collect(),
-    };
-    let mismatch = Words { words: &["yes"], places: mismatch.into_iter().map(u8::from).collect() };
-    let sigma = |axis: usize| places.covariance[axis].iter().map(|v| v.sqrt()).collect();
-    let sigmas: [Vec<f64>; 3] = [0, 3, 5].map(sigma);
-    let number = |values| Column::Numbers(Cells::finite(values));
-    let mut columns: Vec<Column> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
+    let trust = places.trust.iter().zip(&places.point[0]).map(|(trust, x)| match trust {
+        _ if x.is_nan() => None,
+        Trust::Inside => Some("inside"),
+        Trust::Edge => Some("edge"),
+        Trust::Outside => Some("outside"),
+    });
+    let trust = Arc::new(trust.collect::<StringArray>());
+    let mismatch = mismatch.into_iter().map(|mismatch| mismatch.then_some("yes"));
+    let sigmas = places.sigma();
+    let mut columns: Vec<ArrayRef> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
     columns.extend(take(&mut places.point).into_iter().chain(sigmas).map(number));
     columns.push(number(take(&mut places.residual)));
-    columns.extend([Column::Words(trust), Column::Words(mismatch)]);
+    columns.extend([trust as ArrayRef, Arc::new(mismatch.collect::<StringArray>())]);
     if covariance {
         columns.extend(take(&mut places.covariance).into_iter().map(number));
     }
     columns
+}
+
+/// A column of numbers, null where one is not finite.
+fn number(values: Vec<f64>) -> ArrayRef {
+    if values.iter().all(|value| value.is_finite()) {
+        return Arc::new(Float64Array::from(values));
+    }
+    Arc::new(values.into_iter().map(|v| v.is_finite().then_some(v)).collect::<Float64Array>())
 }
 
 /// Rows as they come.

@@ -192,3 +192,51 @@ fn what_a_slow_producer_gives_goes_on_before_it_ends() {
     assert!(lines.next().unwrap().unwrap().starts_with(&pixels[20]));
     assert!(lines.next().is_none() && child.wait().unwrap().success());
 }
+
+#[test]
+fn tables_of_other_names_and_units_go_through() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let unit = std::fs::read_to_string(at.join("train.csv")).unwrap();
+    let rows: Vec<&str> = unit.lines().skip(1).collect();
+    let table = |name: &str, header: &str, scale: f64| {
+        let mut text = format!("{header}\n");
+        for row in &rows {
+            let cells: Vec<&str> = row.split(',').collect();
+            let lengths = cells[4..7].iter().map(|v| v.parse::<f64>().unwrap() * scale);
+            let lengths: Vec<String> = lengths.map(|v| v.to_string()).collect();
+            let _ = writeln!(text, "{},{}", cells[..4].join(","), lengths.join(","));
+        }
+        std::fs::write(at.join(name), text).unwrap();
+    };
+    // The model is in centimetres. What says that it is in metres is converted; what does not is refused by name.
+    table("said.csv", "u1,v1,u2,v2,X_m,Y_m,Z_m", 0.01);
+    table("silent.csv", "a,b,c,d,X,Y,Z", 0.01);
+    table("own.csv", "x1,y1,x2,y2,X,Y,Z", 1.0);
+    let names = "--columns=x1=a,y1=b,x2=c,y2=d";
+    let rms = |arguments: &[&str]| {
+        let (told, _) = done(at, arguments);
+        serde_json::from_str::<serde_json::Value>(&told).unwrap()["rms"].as_f64().unwrap()
+    };
+    let wanted = rms(&["evaluate", "model.json", "own.csv", "--json"]);
+    let near = |rms: f64| (rms / wanted - 1.0).abs() < 1e-6;
+    assert!(near(rms(&["evaluate", "model.json", "said.csv", "--json"])));
+    assert!(near(rms(&["evaluate", "model.json", "silent.csv", names, "--unit", "m", "--json"])));
+    let message = refused(at, &["evaluate", "model.json", "silent.csv", names]);
+    assert!(message.contains("these lengths look like m, and were taken for cm"), "{message}");
+    assert!(message.contains("`--unit cm`"), "{message}");
+    let message = refused(at, &["fit", "silent.csv", "-o", "other.json"]);
+    assert!(message.contains("no column `x1`, `y1`, `x2`, `y2`; found: a, b, c, d, X"), "{message}");
+    assert!(message.contains("--columns"), "{message}");
+    // German spreadsheets: what is added is written as the rest is.
+    let text = pixels[..50].join("\n").replace(',', ";").replace('.', ",");
+    std::fs::write(at.join("in.csv"), format!("# unit: cm\nx1;y1;x2;y2\n{text}\n")).unwrap();
+    done(at, &["locate", "model.json", "in.csv", "-o", "out.csv"]);
+    done(at, &["locate", "model.json", "in.csv", "-o", "out.arrow"]);
+    let out = std::fs::read_to_string(at.join("out.csv")).unwrap();
+    assert!(out.starts_with("# unit: cm\nx1;y1;x2;y2;X;Y;Z;"), "{out}");
+    assert!(!out.contains('.'), "{out}");
+    done(at, &["convert", "out.csv", "a.csv"]);
+    done(at, &["convert", "out.arrow", "b.csv"]);
+    assert!(read(at, "a.csv") == read(at, "b.csv"));
+}

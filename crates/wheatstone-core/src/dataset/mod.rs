@@ -4,7 +4,11 @@
 pub mod split;
 pub mod volume;
 
-use crate::geometry::{Pixel, Point3};
+use crate::{
+    Error, Result,
+    geometry::{Pixel, Point3},
+    unit,
+};
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{least_squares::null_vector, random::Random};
 
@@ -55,6 +59,26 @@ impl Dataset {
             views: self.views.clone(),
             correspondences: kept.map(|(_, c)| c.clone()).collect(),
         }
+    }
+
+    /// The same points with lengths in another unit; as they are where it is their own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Mismatch`] where one of the units is not known.
+    pub fn in_unit(mut self, unit: &str) -> Result<Self> {
+        if self.unit == unit {
+            return Ok(self);
+        }
+        let Some(factor) = unit::factor(&self.unit, unit) else {
+            return Err(Error::Mismatch { what: "unit", model: unit.into(), data: self.unit });
+        };
+        for row in &mut self.correspondences {
+            row.world = row.world.map(|world| world * factor);
+            row.board = row.board.map(|board| board.map(|length| length * factor));
+        }
+        self.unit = unit.into();
+        Ok(self)
     }
 
     /// The points whose place in the world is known.

@@ -40,6 +40,12 @@ pub enum Remedy {
     RepairOrInsist,
     /// To go on in spite of faults of the data.
     Insist,
+    /// To keep the first of rows that stand in a table twice.
+    DropDuplicates,
+    /// To say what the columns of a table hold.
+    Columns,
+    /// To say the unit of lengths.
+    Unit,
 }
 
 /// What to do about an error: one sentence without a full stop, complete without the name of any

@@ -22,6 +22,7 @@ use crate::{
     dataset::Dataset,
     geometry::{Point3, Pose, ProjectionMatrix, Vector3},
     method::Reconstructor,
+    unit,
 };
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::statistics::{mean, median, percentile, root_mean_square};
@@ -118,6 +119,31 @@ pub fn point_errors(
             })
         })
         .collect()
+}
+
+/// The unit that lengths of `data` seem to be in, where that is not the one that they were taken for: located
+/// points are spread as widely once it is put right, and lie ten times as near.
+#[must_use]
+pub fn mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<&'static str> {
+    let errors = point_errors(reconstructor, data, None);
+    let world = |error: &PointError| data.correspondences[error.row].world;
+    let pairs: Vec<(Point3, Point3)> =
+        errors.iter().filter_map(|e| world(e).map(|at| (at, at + e.difference))).collect();
+    let spread = |points: Vec<Point3>| {
+        let sum: Vector3 = points.iter().map(|point| point.coords).sum();
+        let centre = Point3::from(sum / points.len() as f64);
+        mean(&points.iter().map(|point| (point - centre).norm()).collect::<Vec<_>>())
+    };
+    let [true_spread, found_spread] = [
+        spread(pairs.iter().map(|pair| pair.0).collect()),
+        spread(pairs.iter().map(|pair| pair.1).collect()),
+    ];
+    let unit = unit::mistaken(&data.unit, found_spread / true_spread)?;
+    let factor = unit::factor(unit, &data.unit)?;
+    let off = |scale: f64| {
+        median(&pairs.iter().map(|(at, found)| (found - at * scale).norm()).collect::<Vec<_>>())
+    };
+    (off(factor) < 0.1 * off(1.0)).then_some(unit)
 }
 
 /// Sums errors up; `n` is how many points there were to locate.

@@ -4,8 +4,7 @@
 use std::{
     ffi::OsString,
     fs::{self, File},
-    io::{Error, ErrorKind, Result},
-    ops::{Deref, DerefMut},
+    io::{Error, ErrorKind, Result, Write},
     path::{Path, PathBuf},
 };
 
@@ -33,17 +32,13 @@ impl AtomicWriteFile {
     }
 }
 
-impl Deref for AtomicWriteFile {
-    type Target = File;
-
-    fn deref(&self) -> &File {
-        &self.file
+impl Write for AtomicWriteFile {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        self.file.write(bytes)
     }
-}
 
-impl DerefMut for AtomicWriteFile {
-    fn deref_mut(&mut self) -> &mut File {
-        &mut self.file
+    fn flush(&mut self) -> Result<()> {
+        self.file.flush()
     }
 }
 
@@ -57,7 +52,6 @@ impl Drop for AtomicWriteFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
 
     #[test]
     fn a_file_is_there_when_it_is_finished_and_not_before() {

@@ -12,13 +12,15 @@ use wheatstone_core::{
 };
 
 /// What the names of files say, surest first.
-const BY_NAME: [(&str, &str); 11] = [
+const BY_NAME: [(&str, &str); 13] = [
     (".cameramodel", "mrcal"),
     ("cameras.txt", "colmap"),
     (".toml", "anipose"),
     (".ori", "openptv"),
     (".npy", "npy"),
     (".parquet", "parquet"),
+    (".arrow", "arrow"),
+    (".feather", "arrow"),
     (".ply", "ply"),
     (".pcd", "pcd"),
     (".vnl", "vnl"),
@@ -92,6 +94,11 @@ fn by_words(text: &str, name: &str) -> Option<Option<&'static str>> {
     }
     if header.trim() == "image size" {
         return is("mayacam");
+    }
+    // A table of coefficients has no header.
+    let table = [".csv", ".tsv", ".csv.gz"].iter().any(|end| name.ends_with(end));
+    if table && (name.ends_with(".gz") || header.contains(char::is_alphabetic)) {
+        return is("csv");
     }
     None
 }

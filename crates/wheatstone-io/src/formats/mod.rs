@@ -19,7 +19,6 @@ mod myptv;
 mod npy;
 mod opencv;
 mod openptv;
-mod parquet;
 mod proptv;
 mod remap;
 mod rig;
@@ -38,6 +37,7 @@ pub use guess::guess;
 pub use import::{Imported, calibration};
 pub use rig::{Form, Optics, Rig, RigCamera, coefficients};
 
+use crate::tables::ColumnNames;
 use wheatstone_core::{
     Error, Result,
     dataset::Dataset,
@@ -121,6 +121,8 @@ pub struct Given {
     pub sizes: Vec<[u32; 2]>,
     /// Columns of a chart and the distance between them, for lists of its corners that do not say it.
     pub board: Option<(usize, f64)>,
+    /// What a table calls its columns.
+    pub columns: Option<ColumnNames>,
 }
 
 impl Given {
@@ -155,9 +157,10 @@ pub const FORMATS: &[Format] = &[
     mayacam::FORMAT,
     openptv::FORMAT,
     remap::FORMAT,
-    table::FORMAT,
+    table::TEXT,
     npy::FORMAT,
-    parquet::FORMAT,
+    table::PARQUET,
+    table::ARROW,
     cloud::PLY,
     cloud::PCD,
     dltdv_points::FORMAT,

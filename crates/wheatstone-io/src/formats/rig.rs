@@ -224,7 +224,7 @@ impl Rig {
         let Some(own) = self.unit.as_deref().filter(|own| *own != unit) else {
             return Ok(self.clone());
         };
-        let (Some(from), Some(to)) = (metres(own), metres(unit)) else {
+        let Some(factor) = wheatstone_core::unit::factor(own, unit) else {
             return Err(Error::Unsupported {
                 format: format.into(),
                 what: format!("lengths in `{own}`: it wants `{unit}`"),
@@ -232,7 +232,7 @@ impl Rig {
             });
         };
         let camera = |camera: &RigCamera| RigCamera {
-            optics: camera.optics.moved(from / to, &Pose::default()),
+            optics: camera.optics.moved(factor, &Pose::default()),
             ..camera.clone()
         };
         Ok(Self { unit: Some(unit.into()), cameras: self.cameras.iter().map(camera).collect() })
@@ -246,20 +246,6 @@ impl Rig {
             hint: Hint::new("give the size of its pictures", Remedy::ImageSize),
         })
     }
-}
-
-/// How long a unit is.
-fn metres(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "um" => 1e-6,
-        "mm" => 1e-3,
-        "cm" => 1e-2,
-        "dm" => 1e-1,
-        "m" => 1.0,
-        "in" => 0.0254,
-        "ft" => 0.3048,
-        _ => return None,
-    })
 }
 
 /// A rotation matrix as a file gives it, row by row. What is left of few digits is made a rotation;

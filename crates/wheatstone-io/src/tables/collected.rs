@@ -7,6 +7,7 @@ use std::{
 use wheatstone_core::{
     Error, Result,
     dataset::{Correspondence, Dataset},
+    error::{Hint, Remedy},
     geometry::Pixel,
 };
 
@@ -71,7 +72,7 @@ impl Collected {
                     path: self.path.clone(),
                     line: Some(line),
                     problem: format!("the same row stands in line {first}"),
-                    hint: "remove it, or pass `--drop-duplicates`".into(),
+                    hint: Hint::new("remove it, or keep the first of each", Remedy::DropDuplicates),
                 });
             }
             return Ok(());

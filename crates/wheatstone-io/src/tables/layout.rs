@@ -1,7 +1,11 @@
-//! Which column holds what.
+//! Which column of a table holds what.
 
-use std::{collections::BTreeMap, path::Path};
-use wheatstone_core::{Error, Result};
+use super::names::{ColumnNames, Pixels, families, lengths};
+use std::path::Path;
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+};
 
 /// Beyond this no pixel and no chart lies, but overflow does.
 pub(super) const LARGEST: f64 = 1e9;
@@ -14,67 +18,159 @@ pub(super) struct Layout {
     pub(super) board: Option<[usize; 2]>,
     pub(super) view: Option<usize>,
     pub(super) id: Option<usize>,
+    /// The unit of lengths, where the columns' names say it.
+    pub(super) unit: Option<&'static str>,
+}
+
+/// The names that a header gives, for messages that say where.
+pub(super) struct Header<'a> {
+    pub(super) path: &'a Path,
+    /// The line in which they stand, where the file has lines.
+    pub(super) line: Option<u64>,
+    pub(super) names: &'a [String],
+}
+
+impl Header<'_> {
+    pub(super) fn refuse(&self, problem: String) -> Error {
+        let hint = "the first line names the columns, such as `x1,y1,x2,y2,X,Y,Z`; other names can be told";
+        Error::Malformed {
+            path: self.path.into(),
+            line: self.line,
+            problem,
+            hint: Hint::new(hint, Remedy::Columns),
+        }
+    }
+
+    /// Says which columns are missing, and which there are.
+    pub(super) fn missing(&self, columns: &[&str]) -> Error {
+        let quoted: Vec<String> = columns.iter().map(|name| format!("`{name}`")).collect();
+        let found: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        self.refuse(format!("no column {}; found: {}", quoted.join(", "), found.join(", ")))
+    }
 }
 
 impl Layout {
-    /// From the columns' names, which stand in `line` where the file has lines.
-    pub(super) fn read(path: &Path, line: Option<u64>, header: &csv::StringRecord) -> Result<Self> {
-        let refuse = |problem: String, hint: &str| Error::Malformed {
-            path: path.into(),
-            line,
-            problem,
-            hint: hint.into(),
-        };
-        const HINT: &str = "the first line names the columns, such as `x1,y1,x2,y2,X,Y,Z`";
-        if header.iter().all(str::is_empty) {
-            return Err(refuse("the file is empty".into(), HINT));
+    /// From the columns' names, and what a user tells of them.
+    pub(super) fn of(header: &Header, told: Option<&ColumnNames>) -> Result<Self> {
+        if header.names.iter().all(String::is_empty) {
+            return Err(header.refuse("the file is empty".into()));
         }
-        if header.iter().all(|name| name.parse::<f64>().is_ok()) {
-            return Err(refuse("there is no header, only numbers".into(), HINT));
-        }
-        let mut columns = BTreeMap::new();
-        for (index, name) in header.iter().enumerate() {
-            if columns.insert(name, index).is_some() && !name.is_empty() {
-                return Err(refuse(format!("two columns are named `{name}`"), HINT));
+        for (index, name) in header.names.iter().enumerate() {
+            if !name.is_empty() && header.names[..index].contains(name) {
+                return Err(header.refuse(format!("two columns are named `{name}`")));
             }
         }
-        let find = |name: &str| columns.get(name).copied();
-        let mut pixels = Vec::new();
-        while let (Some(x), Some(y)) =
-            (find(&format!("x{}", pixels.len() + 1)), find(&format!("y{}", pixels.len() + 1)))
-        {
-            pixels.push([x, y]);
+        let names = match told {
+            Some(ColumnNames::Renamed(pairs)) => renamed(header, pairs)?,
+            _ => header.names.to_vec(),
+        };
+        let exact = |name: &str| names.iter().position(|own| own == name);
+        let (board, mut units) = lengths(&names, ["board_x", "board_y"]);
+        let (world, said) = lengths(&names, ["X", "Y", "Z"]);
+        units.extend(said);
+        units.dedup();
+        if let [one, other, ..] = &units[..] {
+            return Err(header.refuse(format!("lengths are in `{one}` and in `{other}`")));
         }
+        if world.iter().any(Option::is_some) {
+            let missing: Vec<&str> = (["X", "Y", "Z"].into_iter().zip(&world))
+                .filter_map(|(name, column)| column.is_none().then_some(name))
+                .collect();
+            if !missing.is_empty() {
+                return Err(header.missing(&missing));
+            }
+        }
+        let board = all(board);
         // One camera's list of corners calibrates it; points in the world need two.
-        let corners = find("board_x").is_some() && find("X").is_none();
-        let least = if corners && find("x2").or(find("y2")).is_none() { 1 } else { 2 };
-        if pixels.len() < least {
-            let missing = ["x1", "y1", "x2", "y2"].into_iter().find(|name| find(name).is_none());
-            let missing = missing.unwrap_or("x2");
-            return Err(refuse(format!("there is no column `{missing}`"), HINT));
-        }
-        let next = pixels.len() + 1;
-        let stray = columns.keys().find(|name| {
-            let digits = name.strip_prefix(['x', 'y']).unwrap_or_default();
-            digits.parse::<usize>().is_ok_and(|camera| camera >= next)
-        });
-        if let Some(stray) = stray {
-            return Err(refuse(
-                format!("column `{stray}` stands alone: cameras go on as `x{next}`, `y{next}`"),
-                HINT,
-            ));
-        }
-        let world = [find("X"), find("Y"), find("Z")];
-        if world.iter().any(Option::is_some) && !world.iter().all(Option::is_some) {
-            return Err(refuse("of `X`, `Y`, `Z` some are missing".into(), HINT));
-        }
-        let both = |a, b| Some([find(a)?, find(b)?]);
+        let least = if board.is_some() && world[0].is_none() { 1 } else { 2 };
         Ok(Self {
-            pixels,
-            world: (|| Some([world[0]?, world[1]?, world[2]?]))(),
-            board: both("board_x", "board_y"),
-            view: find("view"),
-            id: find("id"),
+            pixels: pixels(header, &names, least)?,
+            world: all(world),
+            board,
+            view: exact("view"),
+            id: exact("id"),
+            unit: units.first().copied(),
         })
     }
+
+    /// The columns that hold numbers.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = usize> + '_ {
+        let world = self.world.iter().flatten();
+        self.pixels.iter().flatten().chain(world).chain(self.board.iter().flatten()).copied()
+    }
+}
+
+fn all<const N: usize>(columns: [Option<usize>; N]) -> Option<[usize; N]> {
+    let found: Vec<usize> = columns.into_iter().flatten().collect();
+    found.try_into().ok()
+}
+
+/// The names with those that a user tells; what had one of these by itself loses it.
+fn renamed(header: &Header, pairs: &[(String, String)]) -> Result<Vec<String>> {
+    let mut names = header.names.to_vec();
+    for name in &mut names {
+        if pairs.iter().any(|(ours, _)| ours == name) {
+            name.clear();
+        }
+    }
+    for (ours, theirs) in pairs {
+        match header.names.iter().position(|name| name == theirs) {
+            Some(index) => names[index].clone_from(ours),
+            None => return Err(header.missing(&[theirs])),
+        }
+    }
+    Ok(names)
+}
+
+/// The pixels' columns, camera by camera.
+fn pixels(header: &Header, names: &[String], least: usize) -> Result<Vec<[usize; 2]>> {
+    let found = families(names);
+    let complete = |pixels: &Pixels| pixels.values().filter(|pair| all(**pair).is_some()).count();
+    let mut ways = found.iter().filter(|(_, pixels)| complete(pixels) >= least);
+    let Some((family, pixels)) = ways.next() else {
+        let best = found.values().max_by_key(|pixels| complete(pixels));
+        return Err(incomplete(header, best));
+    };
+    if !family.is_ours()
+        && let Some((_, other)) = ways.next()
+    {
+        let name = |pixels: &Pixels| {
+            let first = pixels.values().flatten().flatten().next();
+            first.map_or("", |column| &header.names[*column]).to_owned()
+        };
+        let (one, other) = (name(pixels), name(other));
+        return Err(header.refuse(format!(
+            "the pixels may stand in `{one}` and its like, or in `{other}` and its like"
+        )));
+    }
+    // Cameras count from 1, or from 0 where the table has a 0.
+    let first = usize::from(!pixels.contains_key(&0));
+    let mut columns = Vec::new();
+    for (place, (camera, pair)) in pixels.iter().enumerate() {
+        match all(*pair) {
+            Some(pair) if *camera == place + first => columns.push(pair),
+            _ => {
+                let stray =
+                    pair.iter().flatten().next().map_or("", |column| &header.names[*column]);
+                let next = place + first;
+                return Err(header.refuse(format!(
+                    "column `{stray}` stands alone: cameras go on as `x{next}`, `y{next}`"
+                )));
+            }
+        }
+    }
+    Ok(columns)
+}
+
+/// Says which of two cameras' pixels are missing.
+fn incomplete(header: &Header, found: Option<&Pixels>) -> Error {
+    let mut missing = vec!["x1", "y1", "x2", "y2"];
+    for (place, pair) in found.into_iter().flat_map(Pixels::values).enumerate().take(2) {
+        for (axis, column) in pair.iter().enumerate() {
+            if column.is_some() {
+                missing.retain(|name| *name != ["x1", "y1", "x2", "y2"][2 * place + axis]);
+            }
+        }
+    }
+    header.missing(&missing)
 }

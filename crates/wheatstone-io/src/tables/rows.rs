@@ -1,215 +1,237 @@
-//! Some rows of a points file, on their way.
+//! Some rows of a table, on their way.
 
 use super::{
-    columns::{Cells, Column, Columns},
-    digits::{Digits, ROWS},
-    layout::LARGEST,
-    records::push_cell,
-    sheet::{Pieces, Sheet},
-    spelled::Spelled,
+    cells::{self, Fault},
+    layout::Layout,
+    shown::Shown,
 };
-use rayon::prelude::*;
-use std::ops::Range;
-use wheatstone_core::{Result, geometry::PixelColumns};
+use arrow_array::{
+    Array, ArrayRef, Float64Array, RecordBatch, StringArray, cast::AsArray, types::Float64Type,
+};
+use arrow_schema::{DataType, Field, Schema};
+use std::{path::PathBuf, sync::Arc};
+use wheatstone_core::{
+    Error, Result,
+    dataset::Correspondence,
+    geometry::{Pixel, PixelColumns, Point3},
+};
 
-/// Some rows: their pixels, and all else that they hold.
+/// What all rows of a table have in common.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Table {
+    pub(super) path: PathBuf,
+    pub(super) names: Vec<String>,
+    pub(super) layout: Layout,
+    /// Whether commas in cells may be decimal ones.
+    pub(super) comma: bool,
+}
+
+/// Some rows of a table: their columns, and the pixels as numbers.
 #[derive(Clone, Debug)]
 pub struct Rows {
-    held: Held,
-    pixels: Vec<[Axis; 2]>,
+    table: Arc<Table>,
+    batch: RecordBatch,
+    /// Without nulls: NaN stands where a camera did not see a point. x and y of each camera.
+    pixels: Vec<Float64Array>,
+    at: Place,
+    decimal_comma: bool,
 }
 
+/// Where rows stand in their file.
 #[derive(Clone, Debug)]
-enum Held {
-    Columns(Columns),
-    Text(Spelled),
-}
-
-/// One number of one camera, for each row.
-#[derive(Clone, Debug)]
-pub(super) enum Axis {
-    /// It stands in this column.
-    Column(usize),
-    /// It was made from one.
-    Own(Vec<f64>),
+enum Place {
+    /// In these lines.
+    Lines(Vec<u64>),
+    /// One behind the other from this row on, counted from 1.
+    Rows(u64),
 }
 
 impl Rows {
-    pub(super) fn of_columns(columns: Columns, pixels: Vec<[Axis; 2]>) -> Self {
-        Self { held: Held::Columns(columns), pixels }
+    pub(super) fn new(table: Arc<Table>, batch: RecordBatch, pixels: Vec<Float64Array>) -> Self {
+        Self { table, batch, pixels, at: Place::Rows(1), decimal_comma: false }
     }
 
-    pub(super) fn of_text(text: Spelled, pixels: Vec<[Axis; 2]>) -> Self {
-        Self { held: Held::Text(text), pixels }
+    pub(super) fn of_lines(self, lines: Vec<u64>, decimal_comma: bool) -> Self {
+        Self { at: Place::Lines(lines), decimal_comma, ..self }
+    }
+
+    /// Of columns as a file has them, from this row on, counted from 1.
+    pub(super) fn of_columns(table: Arc<Table>, batch: RecordBatch, first: u64) -> Result<Self> {
+        let mut rows = Self::new(table, batch, Vec::new());
+        rows.at = Place::Rows(first);
+        let Table { layout, .. } = &*rows.table;
+        let axes: Vec<usize> = layout.pixels.iter().flatten().copied().collect();
+        rows.pixels = axes.into_iter().map(|column| rows.numbers(column)).collect::<Result<_>>()?;
+        for (pair, columns) in rows.pixels.chunks_exact(2).zip(&layout.pixels) {
+            let (x, y) = (pair[0].values(), pair[1].values());
+            let half = x.iter().zip(y.iter()).position(|(x, y)| x.is_nan() != y.is_nan());
+            if let Some(row) = half {
+                let empty = columns[usize::from(y[row].is_nan())];
+                return Err(rows.fault(cells::half(), row, empty));
+            }
+        }
+        Ok(rows)
     }
 
     /// How many rows.
     #[must_use]
     pub fn count(&self) -> usize {
-        match &self.held {
-            Held::Columns(columns) => columns.rows(),
-            Held::Text(text) => text.count(),
-        }
+        self.batch.num_rows()
     }
 
     /// The pixels, column by column.
     #[must_use]
     pub fn pixels(&self) -> PixelColumns<'_> {
-        PixelColumns::new(self.pixels.iter().map(|[x, y]| [self.axis(x), self.axis(y)]).collect())
+        let values = |axis: usize| &self.pixels[axis].values()[..];
+        let camera = |pair: usize| [values(2 * pair), values(2 * pair + 1)];
+        PixelColumns::new((0..self.pixels.len() / 2).map(camera).collect())
     }
 
-    fn axis<'a>(&'a self, axis: &'a Axis) -> &'a [f64] {
-        match (axis, &self.held) {
-            (Axis::Own(values), _) => values,
-            (Axis::Column(column), Held::Columns(columns)) => match &columns.columns[*column].1 {
-                Column::Numbers(cells) => cells.values(),
-                _ => &[],
-            },
-            (Axis::Column(_), Held::Text(_)) => &[],
-        }
+    /// All columns as the table has them; those of a table of text are text.
+    #[must_use]
+    pub fn batch(&self) -> &RecordBatch {
+        &self.batch
     }
 
-    /// All columns: of text, pixels and places are numbers and all else is text.
+    /// Whether numbers are written with decimal commas.
+    pub(super) fn decimal_comma(&self) -> bool {
+        self.decimal_comma
+    }
+
+    /// All columns, with pixels and lengths as numbers where the table is of text.
     ///
     /// # Errors
     ///
-    /// [`wheatstone_core::Error::Malformed`] for a place that is none, naming line and column.
-    pub fn into_columns(self) -> Result<Columns> {
-        match self.held {
-            Held::Columns(columns) => Ok(columns),
-            Held::Text(text) => text.columns(),
+    /// [`Error::Malformed`] for a length that is no number, naming line and column.
+    pub fn typed(&self) -> Result<RecordBatch> {
+        let mut columns = self.batch.columns().to_vec();
+        let mut fields: Vec<Field> =
+            self.batch.schema().fields().iter().map(|field| field.as_ref().clone()).collect();
+        for column in self.table.layout.numbers() {
+            if fields[column].data_type() == &DataType::Utf8 {
+                let numbers = self.numbers(column)?;
+                let cells = numbers.values().iter().map(|v| (!v.is_nan()).then_some(*v));
+                columns[column] = Arc::new(cells.collect::<Float64Array>()) as ArrayRef;
+                fields[column] = Field::new(fields[column].name(), DataType::Float64, true);
+            }
+        }
+        RecordBatch::try_new(Arc::new(Schema::new(fields)), columns)
+            .map_err(|e| cells::malformed(&self.table.path, None, e.to_string(), ""))
+    }
+
+    /// A column as numbers; NaN where there is none.
+    fn numbers(&self, column: usize) -> Result<Float64Array> {
+        let array = self.batch.column(column);
+        let found = match array.data_type() {
+            DataType::Utf8 => text_numbers(array.as_string(), self.table.comma),
+            DataType::LargeUtf8 | DataType::Utf8View | DataType::Dictionary(..) => {
+                let text = self.cast(array, &DataType::Utf8, column)?;
+                text_numbers(text.as_string(), self.table.comma)
+            }
+            DataType::Float64 => whole(array.as_primitive::<Float64Type>()),
+            _ => {
+                let numbers = self.cast(array, &DataType::Float64, column)?;
+                whole(numbers.as_primitive::<Float64Type>())
+            }
+        };
+        found.map_err(|(row, fault)| self.fault(fault, row, column))
+    }
+
+    fn cast(&self, array: &ArrayRef, to: &DataType, column: usize) -> Result<ArrayRef> {
+        arrow_cast::cast(array, to).map_err(|_| {
+            let problem = format!(
+                "column `{}` holds {}, not numbers",
+                self.table.names[column],
+                array.data_type()
+            );
+            cells::malformed(
+                &self.table.path,
+                None,
+                problem,
+                "write it as numbers, or leave it out",
+            )
+        })
+    }
+
+    /// The line of a row, or its number where the file has no lines.
+    pub(super) fn line(&self, row: usize) -> u64 {
+        match &self.at {
+            Place::Lines(lines) => lines[row],
+            Place::Rows(first) => first + row as u64,
         }
     }
 
-    /// The first row with a number that is no place, or with one half of a pixel; and the columns.
-    pub(super) fn first_fault(&self) -> Option<(usize, &Columns)> {
-        let fault = |x: f64, y: f64| {
-            let place = (x.abs() <= LARGEST) & (y.abs() <= LARGEST);
-            !(place | (x.is_nan() & y.is_nan()))
-        };
-        let of_camera = |[x, y]: &[&[f64]; 2]| {
-            // Without a way out of the loop, which registers of several numbers can take at once.
-            let any = x.iter().zip(*y).fold(false, |any, (x, y)| any | fault(*x, *y));
-            if any { x.iter().zip(*y).position(|(x, y)| fault(*x, *y)) } else { None }
-        };
-        let first = self.pixels().cameras().iter().filter_map(of_camera).min()?;
-        match &self.held {
-            Held::Columns(columns) => Some((first, columns)),
-            Held::Text(_) => None,
+    fn fault(&self, fault: Fault, row: usize, column: usize) -> Error {
+        let Table { path, names, .. } = &*self.table;
+        match &self.at {
+            Place::Lines(_) => fault.at(path, Some(self.line(row)), &names[column]),
+            Place::Rows(_) => fault.in_row(path, self.line(row), &names[column]),
         }
     }
 
-    /// Writes the rows as text, with what is `added` to them. What was text stays as it was written, but for
-    /// quotes and spaces that say nothing.
-    pub fn write(&self, added: &[Column], delimiter: u8, pieces: &mut Pieces) {
-        // Rows a task: large enough to pay for handing it over, small enough to balance.
-        const TASK: usize = 1024;
-        let count = self.count();
-        let own = match &self.held {
-            Held::Columns(columns) => &columns.columns[..],
-            Held::Text(_) => &[],
+    /// The rows as correspondences, with the names of their views.
+    pub(super) fn correspondences(&self) -> Result<Vec<(Correspondence, Option<String>)>> {
+        let layout = &self.table.layout;
+        let world = self.lengths(layout.world)?;
+        let board = self.lengths(layout.board)?;
+        let text =
+            |column: Option<usize>| column.map(|column| Shown::of(self.batch.column(column)));
+        let (view, id) = (text(layout.view), text(layout.id));
+        let pixels = self.pixels();
+        let row = |row: usize| {
+            let seen =
+                |[x, y]: &[&[f64]; 2]| (!x[row].is_nan()).then(|| Pixel::new(x[row], y[row]));
+            let at = |lengths: &Option<Vec<Float64Array>>, axis: usize| {
+                lengths.as_ref().map(|lengths| lengths[axis].value(row)).filter(|v| !v.is_nan())
+            };
+            let world = (|| Some(Point3::new(at(&world, 0)?, at(&world, 1)?, at(&world, 2)?)))();
+            let board = (|| Some([at(&board, 0)?, at(&board, 1)?]))();
+            let id = id.as_ref().map(|id| id.text(row)).filter(|id| !id.is_empty());
+            let pixels = pixels.cameras().iter().map(seen).collect();
+            let correspondence = Correspondence { view: 0, id, pixels, world, board };
+            (correspondence, view.as_ref().map(|view| view.text(row)))
         };
-        let columns: Vec<&Column> = own.iter().map(|(_, column)| column).chain(added).collect();
-        let tasks = pieces.begin(count.div_ceil(TASK)).par_iter_mut().enumerate();
-        tasks.for_each(|(task, sheet)| {
-            let rows = task * TASK..count.min((task + 1) * TASK);
-            self.piece(rows, &columns, delimiter, sheet);
-        });
+        Ok((0..self.count()).map(row).collect())
     }
 
-    /// Writes some rows, of which the first is a multiple of [`ROWS`].
-    fn piece(&self, rows: Range<usize>, columns: &[&Column], delimiter: u8, out: &mut Sheet) {
-        // What shortest digits of a number take at most, but for rare ones.
-        const CELL: usize = 20;
-        let text = match &self.held {
-            Held::Columns(_) => None,
-            Held::Text(text) => Some(text),
-        };
-        out.begin(rows.len() * CELL * (columns.len() + if text.is_some() { 4 } else { 0 }));
-        let mut columns: Vec<Written> =
-            columns.iter().map(|column| Written::new(column, delimiter)).collect();
-        for row in rows.clone() {
-            if row % ROWS == 0 {
-                let block = row..rows.end.min(row + ROWS);
-                columns.iter_mut().for_each(|column| column.make(block.clone()));
+    /// Columns of lengths that are given together or not at all.
+    fn lengths<const N: usize>(
+        &self,
+        columns: Option<[usize; N]>,
+    ) -> Result<Option<Vec<Float64Array>>> {
+        let Some(columns) = columns else { return Ok(None) };
+        let arrays: Vec<Float64Array> =
+            columns.iter().map(|column| self.numbers(*column)).collect::<Result<_>>()?;
+        for row in 0..self.count() {
+            let empty: Vec<usize> =
+                (0..N).filter(|axis| arrays[*axis].value(row).is_nan()).collect();
+            if (1..N).contains(&empty.len()) {
+                return Err(self.fault(cells::half(), row, columns[empty[0]]));
             }
-            if let Some(text) = text {
-                text.push_row(out, row);
-            }
-            for (index, column) in columns.iter().enumerate() {
-                if index > 0 || text.is_some() {
-                    out.push(delimiter);
-                }
-                column.push(out, row, delimiter);
-            }
-            out.push(b'\n');
         }
+        Ok(Some(arrays))
     }
 }
 
-/// A column that is written as text.
-enum Written<'a> {
-    /// With the digits of so many rows from a multiple of [`ROWS`] on.
-    Numbers(&'a Cells<f64>, Box<Digits>),
-    /// The words as cells, and nothing before them.
-    Words(&'a [u8], Vec<Vec<u8>>),
-    Other(&'a Column),
+/// Text as numbers, or the first cell that is none.
+fn text_numbers(text: &StringArray, comma: bool) -> Result<Float64Array, (usize, Fault)> {
+    let number = |(row, cell): (usize, Option<&str>)| {
+        let value = cells::number(cell.unwrap_or_default().trim(), comma);
+        value.map(|value| value.unwrap_or(f64::NAN)).map_err(|fault| (row, fault))
+    };
+    let values: Vec<f64> = text.iter().enumerate().map(number).collect::<Result<_, _>>()?;
+    Ok(values.into())
 }
 
-impl<'a> Written<'a> {
-    fn new(column: &'a Column, delimiter: u8) -> Self {
-        let cell = |word: &&str| {
-            let mut cell = Vec::new();
-            push_cell(&mut cell, word, delimiter);
-            cell
-        };
-        match column {
-            Column::Numbers(cells) => Self::Numbers(cells, Box::default()),
-            Column::Words(words) => {
-                let cells = std::iter::once(Vec::new()).chain(words.words.iter().map(cell));
-                Self::Words(&words.places, cells.collect())
-            }
-            Column::Integers(_) | Column::Texts(_) => Self::Other(column),
-        }
+/// Numbers with NaN in place of nulls, or the first that is no place.
+fn whole(array: &Float64Array) -> Result<Float64Array, (usize, Fault)> {
+    let whole: Float64Array = if array.null_count() == 0 {
+        array.clone()
+    } else {
+        array.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect::<Vec<f64>>().into()
+    };
+    for (row, value) in whole.values().iter().enumerate() {
+        cells::place(*value).map_err(|fault| (row, fault))?;
     }
-
-    /// Makes rows ready.
-    fn make(&mut self, rows: Range<usize>) {
-        if let Self::Numbers(cells, digits) = self {
-            digits.make(&cells.values()[rows]);
-        }
-    }
-
-    /// Writes the cell of a row that was made ready.
-    #[inline]
-    fn push(&self, out: &mut Sheet, row: usize, delimiter: u8) {
-        match self {
-            Self::Numbers(cells, digits) => {
-                if let Some(value) = cells.get(row)
-                    && !value.is_nan()
-                {
-                    digits.push(out, row % ROWS, *value);
-                }
-            }
-            Self::Words(places, cells) => out.extend(&cells[usize::from(places[row])]),
-            Self::Other(Column::Texts(texts)) => {
-                push_cell(out, texts.get(row).unwrap_or_default(), delimiter);
-            }
-            Self::Other(column) => out.extend(column.text(row).as_bytes()),
-        }
-    }
-}
-
-/// The names of columns as the first line of a table of text.
-#[must_use]
-pub fn header_line<'a>(names: impl IntoIterator<Item = &'a str>, delimiter: u8) -> Vec<u8> {
-    let mut line = Vec::new();
-    for (index, name) in names.into_iter().enumerate() {
-        if index > 0 {
-            line.push(delimiter);
-        }
-        push_cell(&mut line, name, delimiter);
-    }
-    line.push(b'\n');
-    line
+    Ok(whole)
 }

@@ -1,6 +1,6 @@
 //! Files of other programs: pixels that their own tools project, round trips, losses, and damaged files.
 
-mod columns;
+mod tables;
 mod damaged;
 mod losses;
 mod points;

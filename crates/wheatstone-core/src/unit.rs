@@ -1,0 +1,34 @@
+//! Units of length.
+
+/// Names of the units that convert, with their lengths in micrometres, which are whole numbers.
+const UNITS: [(&str, f64); 7] = [
+    ("um", 1.0),
+    ("mm", 1e3),
+    ("cm", 1e4),
+    ("dm", 1e5),
+    ("m", 1e6),
+    ("in", 25_400.0),
+    ("ft", 304_800.0),
+];
+
+/// The names of the units that convert into each other.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|(name, _)| *name)
+}
+
+/// What a length in one unit is multiplied by to give it in another; `None` where one is not known.
+#[must_use]
+pub fn factor(from: &str, to: &str) -> Option<f64> {
+    let length = |unit: &str| UNITS.iter().find(|(name, _)| *name == unit).map(|own| own.1);
+    Some(length(from)? / length(to)?)
+}
+
+/// The unit by which lengths that are `ratio` times as large would be in `unit`, to a twentieth: which unit
+/// they are in where they were taken for `unit`.
+#[must_use]
+pub fn mistaken(unit: &str, ratio: f64) -> Option<&'static str> {
+    let close = |name: &&str| {
+        *name != unit && factor(name, unit).is_some_and(|own| (own / ratio - 1.0).abs() < 0.05)
+    };
+    names().find(close)
+}

@@ -1,0 +1,84 @@
+//! Cells of tables as numbers, and what is wrong with those that are none.
+
+use super::layout::LARGEST;
+use std::path::Path;
+use wheatstone_core::Error;
+
+/// What is wrong with a cell, and what to do about it.
+#[derive(Debug)]
+pub(super) struct Fault {
+    what: String,
+    hint: &'static str,
+}
+
+/// Words for a number that there is not, in small letters.
+const NOTHING: [&str; 8] = ["nan", "na", "n/a", "#n/a", "none", "null", "<na>", "-nan"];
+
+/// A cell of text as a number; `None` where it holds none. A comma may stand for the decimal point where
+/// it does not separate cells.
+pub(super) fn number(text: &str, comma: bool) -> Result<Option<f64>, Fault> {
+    let value = match text.parse::<f64>() {
+        Ok(value) => value,
+        Err(_) if text.is_empty() || NOTHING.contains(&&*text.to_ascii_lowercase()) => {
+            return Ok(None);
+        }
+        Err(_) => (comma && !text.contains('.'))
+            .then(|| text.replacen(',', ".", 1).parse().ok())
+            .flatten()
+            .ok_or_else(|| Fault {
+                what: format!("is `{text}`, which is not a number"),
+                hint: "numbers are written with a decimal point and without units",
+            })?,
+    };
+    place(value)
+}
+
+/// A number where one can be a pixel or a length; `None` for NaN.
+pub(super) fn place(value: f64) -> Result<Option<f64>, Fault> {
+    if value.abs() <= LARGEST {
+        return Ok(Some(value));
+    }
+    if value.is_nan() {
+        return Ok(None);
+    }
+    Err(Fault {
+        what: format!("is `{value}`, which is no place"),
+        hint: "remove the row, or leave the cells of a camera that did not see the point empty",
+    })
+}
+
+/// A cell without its partner.
+pub(super) fn half() -> Fault {
+    Fault {
+        what: "is empty, but its partner is not".into(),
+        hint: "give all coordinates, or none where the camera did not see the point",
+    }
+}
+
+impl Fault {
+    /// As an error that says where.
+    pub(super) fn at(self, path: &Path, line: Option<u64>, column: &str) -> Error {
+        malformed(path, line, format!("column `{column}` {}", self.what), self.hint)
+    }
+
+    /// As an error that names a row, of a table without lines.
+    pub(super) fn in_row(self, path: &Path, row: u64, column: &str) -> Error {
+        malformed(path, None, format!("row {row}: column `{column}` {}", self.what), self.hint)
+    }
+}
+
+/// A row of another length than the header.
+pub(super) fn unequal(path: &Path, line: u64, cells: usize, header: usize) -> Error {
+    let problem = format!("{cells} cells, the header has {header}");
+    let hint = "every line has as many cells as the header; leave unknown ones empty";
+    malformed(path, Some(line), problem, hint)
+}
+
+/// A row that is no text.
+pub(super) fn no_text(path: &Path, line: u64) -> Error {
+    malformed(path, Some(line), "not text (UTF-8)".into(), "is this the file that you meant?")
+}
+
+pub(super) fn malformed(path: &Path, line: Option<u64>, problem: String, hint: &str) -> Error {
+    Error::Malformed { path: path.into(), line, problem, hint: hint.into() }
+}

@@ -1,0 +1,161 @@
+//! Tables that files hold by column: Parquet and Arrow.
+
+use super::{
+    cells::malformed,
+    layout::{Header, Layout},
+    names::ColumnNames,
+    rows::{Rows, Table},
+};
+use arrow_array::{RecordBatch, RecordBatchReader};
+use arrow_ipc::reader::{FileReader, StreamReader};
+use arrow_schema::{ArrowError, SchemaRef};
+use bytes::Bytes;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::file::reader::ChunkReader;
+use std::{
+    io::{Read, Seek},
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+    sync::Arc,
+};
+use wheatstone_core::{Error, Result};
+
+/// Under this key a file by column says the unit of its lengths.
+pub(super) const UNIT: &str = "unit";
+
+type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
+
+/// Reads a table by column, some rows at a time.
+pub(super) struct ColumnTable {
+    pub(super) table: Arc<Table>,
+    pub(super) unit: Option<String>,
+    kind: &'static str,
+    batches: Batches,
+    /// What of the last batch was not passed on yet.
+    rest: Option<RecordBatch>,
+    /// Rows that were passed on.
+    row: u64,
+}
+
+/// Rows that are decoded at once.
+const ROWS: usize = 1 << 14;
+
+impl ColumnTable {
+    pub(super) fn parquet<F: ChunkReader + 'static>(
+        path: &Path,
+        file: F,
+        told: Option<&ColumnNames>,
+    ) -> Result<Self> {
+        let (schema, unit, batches) = guarded(path, "Parquet", || {
+            let builder = ParquetRecordBatchReaderBuilder::try_new(file)?.with_batch_size(ROWS);
+            let pairs = builder.metadata().file_metadata().key_value_metadata();
+            let unit = pairs.and_then(|pairs| {
+                pairs.iter().find(|pair| pair.key == UNIT).and_then(|pair| pair.value.clone())
+            });
+            let reader = builder.build()?;
+            Ok((reader.schema(), unit, Box::new(reader) as Batches))
+        })?;
+        Self::new(path, "Parquet", (schema, unit, batches), told)
+    }
+
+    /// A file of Arrow's, also known as Feather, or where it is none a stream.
+    pub(super) fn arrow<R: Read + Seek + Send + 'static>(
+        path: &Path,
+        mut file: R,
+        stream: bool,
+        told: Option<&ColumnNames>,
+    ) -> Result<Self> {
+        let opened = guarded(path, "Arrow", || {
+            file.rewind()?;
+            let batches: (SchemaRef, Batches) = if stream {
+                let reader = StreamReader::try_new_buffered(file, None)?;
+                (reader.schema(), Box::new(reader))
+            } else {
+                let reader = FileReader::try_new_buffered(file, None)?;
+                (reader.schema(), Box::new(reader))
+            };
+            let unit = batches.0.metadata().get(UNIT).cloned();
+            Ok((batches.0, unit, batches.1))
+        })?;
+        Self::new(path, "Arrow", opened, told)
+    }
+
+    fn new(
+        path: &Path,
+        kind: &'static str,
+        (schema, unit, batches): (SchemaRef, Option<String>, Batches),
+        told: Option<&ColumnNames>,
+    ) -> Result<Self> {
+        let mut names: Vec<String> =
+            schema.fields().iter().map(|field| field.name().clone()).collect();
+        let header = |names| Header { path, line: None, names };
+        if let Some(ColumnNames::InOrder(own)) = told {
+            if own.len() != names.len() {
+                let problem = format!("{} columns, {} were named", names.len(), own.len());
+                return Err(header(&names).refuse(problem));
+            }
+            for (name, own) in names.iter_mut().zip(own).filter(|(_, own)| !own.is_empty()) {
+                name.clone_from(own);
+            }
+        }
+        let layout = Layout::of(&header(&names), told)?;
+        let table = Table { path: path.into(), names, layout, comma: true };
+        let table = Arc::new(table);
+        Ok(Self { table, unit, kind, batches, rest: None, row: 0 })
+    }
+
+    /// The next rows, at most so many; none at the end.
+    pub(super) fn next_rows(&mut self, most: usize) -> Result<Option<Rows>> {
+        loop {
+            let batch = match self.rest.take() {
+                Some(rest) => rest,
+                None => {
+                    let batches = &mut self.batches;
+                    match guarded(&self.table.path, self.kind, || {
+                        Ok(batches.next().transpose()?)
+                    })? {
+                        Some(batch) => batch,
+                        None => return Ok(None),
+                    }
+                }
+            };
+            let count = batch.num_rows().min(most);
+            if count < batch.num_rows() {
+                self.rest = Some(batch.slice(count, batch.num_rows() - count));
+            }
+            if count > 0 {
+                let first = self.row + 1;
+                self.row += count as u64;
+                let rows = Rows::of_columns(Arc::clone(&self.table), batch.slice(0, count), first);
+                return rows.map(Some);
+            }
+        }
+    }
+}
+
+/// A file that is in memory.
+pub(super) fn in_memory(bytes: Vec<u8>) -> Bytes {
+    bytes.into()
+}
+
+type Foreign = Box<dyn std::error::Error>;
+
+/// Runs a reader that trusts its file more than we do: where it stops short, the file is damaged.
+fn guarded<T>(path: &Path, kind: &str, work: impl FnOnce() -> Result<T, Foreign>) -> Result<T> {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(error)) => Err(damaged(path, kind, &error.to_string())),
+        Err(_) => Err(damaged(path, kind, "its parts do not fit together")),
+    }
+}
+
+fn damaged(path: &Path, kind: &str, what: &str) -> Error {
+    // The reader's own words for a compression that it was built without.
+    if let Some((_, packed)) = what.split_once("Disabled feature at compile time: ") {
+        let problem = format!("compressed in a way that is not read ({packed})");
+        let hint = "write it with Snappy (pandas' own choice), Zstandard, gzip or uncompressed";
+        return malformed(path, None, problem, hint);
+    }
+    let problem = format!("not a whole {kind} file: {what}");
+    malformed(path, None, problem, "is this the file that you meant? Was it copied to its end?")
+}

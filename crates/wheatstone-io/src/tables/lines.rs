@@ -1,0 +1,94 @@
+//! A source of text in whole lines, which remembers enough of them to tell the line of a row.
+
+use std::io::{Read, Result};
+
+/// Bytes that are asked for at once.
+const CHUNK: usize = 1 << 18;
+
+/// No line is so long, but a file is that is no table.
+const LONGEST: usize = 1 << 24;
+
+/// Gives whole lines only, as many as have come: what a slow producer has written goes on before it ends.
+pub(super) struct Lines {
+    source: Box<dyn Read + Send>,
+    /// What was read and not given on before.
+    held: Vec<u8>,
+    /// How much of it is whole lines, and how much of those was given.
+    whole: usize,
+    given: usize,
+    /// Where `held` begins in the text.
+    begin: u64,
+    ended: bool,
+}
+
+impl Lines {
+    pub(super) fn new(source: Box<dyn Read + Send>) -> Self {
+        Self { source, held: Vec::new(), whole: 0, given: 0, begin: 0, ended: false }
+    }
+
+    /// The first lines, as many as `enough` asks for of those that have come; without the byte order mark
+    /// that spreadsheets put first.
+    pub(super) fn first(&mut self, enough: impl Fn(&[u8]) -> bool) -> Result<&[u8]> {
+        const MARK: &[u8] = b"\xEF\xBB\xBF";
+        loop {
+            self.read_more()?;
+            if self.held.starts_with(MARK) {
+                self.held.drain(..MARK.len());
+                self.whole = self.whole.saturating_sub(MARK.len());
+            }
+            if self.ended || enough(&self.held[..self.whole]) {
+                return Ok(&self.held[..self.whole]);
+            }
+        }
+    }
+
+    /// Whether all that came was given on and read to this byte: more has to be waited for.
+    pub(super) fn waits(&self, read: u64) -> bool {
+        // Behind a carriage return a line feed may be left.
+        !self.ended && self.given == self.whole && self.begin + self.given as u64 <= read + 1
+    }
+
+    /// Whether the byte before this place is a line feed; of what was given last.
+    pub(super) fn ends_line(&self, place: u64) -> bool {
+        let index = place.checked_sub(self.begin + 1).and_then(|index| usize::try_from(index).ok());
+        index.is_some_and(|index| self.held.get(index) == Some(&b'\n'))
+    }
+
+    /// Reads until there is a whole line more.
+    fn read_more(&mut self) -> Result<()> {
+        loop {
+            let before = self.held.len();
+            self.held.resize(before + CHUNK, 0);
+            let read = self.source.read(&mut self.held[before..]);
+            self.held.truncate(before + read.as_ref().copied().unwrap_or(0));
+            match read {
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+                read => self.ended = read? == 0,
+            }
+            let last = self.held[before..].iter().rposition(|byte| *byte == b'\n');
+            if self.ended || self.held.len() > LONGEST {
+                self.whole = self.held.len();
+                return Ok(());
+            }
+            if let Some(last) = last {
+                self.whole = before + last + 1;
+                return Ok(());
+            }
+        }
+    }
+}
+
+impl Read for Lines {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        if self.given == self.whole && !self.ended {
+            self.held.drain(..self.whole);
+            self.begin += self.whole as u64;
+            (self.whole, self.given) = (0, 0);
+            self.read_more()?;
+        }
+        let count = into.len().min(self.whole - self.given);
+        into[..count].copy_from_slice(&self.held[self.given..self.given + count]);
+        self.given += count;
+        Ok(count)
+    }
+}

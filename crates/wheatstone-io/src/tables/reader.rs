@@ -1,0 +1,223 @@
+//! Tables as they are read, whatever their kind.
+
+use super::{
+    Duplicates,
+    columnar::{ColumnTable, in_memory},
+    names::ColumnNames,
+    rows::Rows,
+    text::TextTable,
+    writer::{Kind, TableStyle},
+};
+use flate2::read::MultiGzDecoder;
+use std::{
+    fs::File,
+    io::{Cursor, Read, Seek},
+    path::Path,
+};
+use wheatstone_core::{Error, Result, storage};
+
+/// How a table is read.
+#[derive(Clone, Debug, Default)]
+pub struct TableOptions {
+    /// What is told of its columns, beside what their names say.
+    pub columns: Option<ColumnNames>,
+    /// The unit of lengths that is wanted: a table in another is converted, one that says none is in it.
+    pub unit: Option<String>,
+    /// What to do with rows that stand in it twice.
+    pub duplicates: Duplicates,
+    /// Whether rows are passed on as they come, however few.
+    pub prompt: bool,
+}
+
+/// Reads a table of points, some rows at a time, in constant memory: text, gzipped or not, Parquet or Arrow.
+pub struct TableReader {
+    kind: Table,
+    prompt: bool,
+}
+
+enum Table {
+    Text(Box<TextTable>),
+    Columns(ColumnTable),
+}
+
+impl TableReader {
+    /// Opens a file, or standard input as text for `-`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`], or [`Error::Malformed`] where the columns' names do not tell two cameras' pixels.
+    pub fn open(path: &Path, options: &TableOptions) -> Result<Self> {
+        if path.as_os_str() == "-" {
+            let source = Box::new(std::io::stdin());
+            return Self::of_text(Path::new("standard input"), source, options);
+        }
+        let mut file = storage::open(path)?;
+        let mut first = Vec::new();
+        file.by_ref().take(6).read_to_end(&mut first).map_err(|e| Error::reading(path, e))?;
+        // A pipe cannot be read from its beginning again.
+        if file.rewind().is_err() {
+            return Self::of_text(path, Box::new(Cursor::new(first).chain(file)), options);
+        }
+        Self::of_kind(path, Sort::of(&first, path), file, options)
+    }
+
+    /// Reads what is held in memory; `name` stands for it in messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`TableReader::open`].
+    pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: &TableOptions) -> Result<Self> {
+        Self::of_kind(name, Sort::of(&bytes, name), Cursor::new(bytes), options)
+    }
+
+    fn of_kind<F: Source>(
+        path: &Path,
+        sort: Sort,
+        file: F,
+        options: &TableOptions,
+    ) -> Result<Self> {
+        let told = options.columns.as_ref();
+        let table = match sort {
+            Sort::Parquet => file.parquet(path, told)?,
+            Sort::Arrow { stream } => ColumnTable::arrow(path, file, stream, told)?,
+            Sort::Gzip => {
+                return Self::of_text(path, Box::new(MultiGzDecoder::new(file)), options);
+            }
+            Sort::Text => return Self::of_text(path, Box::new(file), options),
+        };
+        Ok(Self { kind: Table::Columns(table), prompt: options.prompt })
+    }
+
+    fn of_text(path: &Path, source: Box<dyn Read + Send>, options: &TableOptions) -> Result<Self> {
+        let table = TextTable::new(path, source, options.columns.as_ref())?;
+        Ok(Self { kind: Table::Text(Box::new(table)), prompt: options.prompt })
+    }
+
+    fn table(&self) -> &super::rows::Table {
+        match &self.kind {
+            Table::Text(text) => &text.table,
+            Table::Columns(columns) => &columns.table,
+        }
+    }
+
+    /// The columns' names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.table().names.iter().map(String::as_str)
+    }
+
+    /// Cameras whose pixels it has.
+    #[must_use]
+    pub fn cameras(&self) -> usize {
+        self.table().layout.pixels.len()
+    }
+
+    /// The unit of its lengths, where it says one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Mismatch`] where the names of the columns and what is said elsewhere differ.
+    pub fn unit(&self) -> Result<Option<String>> {
+        let said = match &self.kind {
+            Table::Text(text) => &text.unit,
+            Table::Columns(columns) => &columns.unit,
+        };
+        match (self.table().layout.unit, said) {
+            (Some(named), Some(said)) if named != said => Err(self.refuse(format!(
+                "the columns' names say that lengths are in `{named}`, and the table that they are in `{said}`"
+            ))),
+            (named, said) => Ok(named.map(str::to_owned).or_else(|| said.clone())),
+        }
+    }
+
+    /// A style in which rows go on as they came.
+    #[must_use]
+    pub fn style(&self) -> TableStyle {
+        match &self.kind {
+            Table::Text(text) => TableStyle {
+                delimiter: text.delimiter,
+                unit: text.unit.clone(),
+                unit_comment: text.unit.is_some(),
+            },
+            Table::Columns(columns) => {
+                TableStyle { unit: columns.unit.clone(), ..TableStyle::default() }
+            }
+        }
+    }
+
+    /// Says that points are missing, and which columns there are, where neither the world's nor a board's are.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`].
+    pub fn needs_points(&self) -> Result<()> {
+        let table = self.table();
+        if table.layout.world.is_some() || table.layout.board.is_some() {
+            return Ok(());
+        }
+        let found: Vec<&str> = self.names().collect();
+        Err(self.refuse(format!("no column `X`, `Y`, `Z`; found: {}", found.join(", "))))
+    }
+
+    fn refuse(&self, problem: String) -> Error {
+        let table = self.table();
+        super::layout::Header { path: &table.path, line: None, names: &table.names }.refuse(problem)
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.table().path
+    }
+
+    /// The next rows, some thousands at most; none at the end.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`], or [`Error::Malformed`] naming line, column and what was seen.
+    pub fn next_rows(&mut self) -> Result<Option<Rows>> {
+        // Enough to occupy all cores, little to hold.
+        const CELLS: usize = 1 << 17;
+        let most = (CELLS / self.table().names.len().max(1)).clamp(1, 1 << 14);
+        match &mut self.kind {
+            Table::Text(text) => text.next_rows(most, self.prompt),
+            Table::Columns(columns) => columns.next_rows(most),
+        }
+    }
+}
+
+/// Kinds of files, by their first bytes.
+enum Sort {
+    Text,
+    Gzip,
+    Parquet,
+    Arrow { stream: bool },
+}
+
+impl Sort {
+    fn of(first: &[u8], path: &Path) -> Self {
+        match (first, Kind::of(path)) {
+            (first, _) if first.starts_with(b"PAR1") => Self::Parquet,
+            (first, _) if first.starts_with(b"ARROW1") => Self::Arrow { stream: false },
+            (first, _) if first.starts_with(&[0xFF; 4]) => Self::Arrow { stream: true },
+            (first, _) if first.starts_with(&[0x1F, 0x8B]) => Self::Gzip,
+            (_, Kind::Parquet) => Self::Parquet,
+            (_, Kind::Arrow) => Self::Arrow { stream: false },
+            _ => Self::Text,
+        }
+    }
+}
+
+/// Where a table comes from.
+trait Source: Read + Seek + Send + 'static + Sized {
+    fn parquet(self, path: &Path, told: Option<&ColumnNames>) -> Result<ColumnTable>;
+}
+
+impl Source for File {
+    fn parquet(self, path: &Path, told: Option<&ColumnNames>) -> Result<ColumnTable> {
+        ColumnTable::parquet(path, self, told)
+    }
+}
+
+impl Source for Cursor<Vec<u8>> {
+    fn parquet(self, path: &Path, told: Option<&ColumnNames>) -> Result<ColumnTable> {
+        ColumnTable::parquet(path, in_memory(self.into_inner()), told)
+    }
+}
