@@ -213,13 +213,21 @@ fn bad_tables_are_refused_with_file_line_and_hint() {
     for (name, text, words) in [
         ("empty.csv", String::new(), "empty.csv:1: the file is empty"),
         ("text.csv", format!("{good}1,2,3,oops,5,6,7\n"), "text.csv:2: column `y2` is `oops`"),
-        ("nan.csv", format!("{good}1,2,3,4,5,6,NaN\n"), "nan.csv:2: column `Z` is empty, but its partner"),
+        (
+            "nan.csv",
+            format!("{good}1,2,3,4,5,6,NaN\n"),
+            "nan.csv:2: column `Z` is empty, but its partner",
+        ),
         ("short.csv", format!("{good}1,2,3,4,5,6,7\n1,2\n"), "short.csv:3: 2 cells"),
         ("twice.csv", format!("{good}1,2,3,4,5,6,7\n1,2,3,4,5,6,7\n"), "twice.csv:3: the same row"),
         ("header.csv", "1,2,3,4,5,6,7\n".into(), "header.csv:1: there is no header"),
         ("few.csv", format!("{good}1,2,3,4,5,6,7\n2,2,3,4,5,6,8\n"), "at least 4"),
         ("plane.csv", format!("{good}{plane}"), "one plane"),
-        ("world.csv", "x1,y1,x2,y2\n1,2,3,4\n".into(), "no column `X`, `Y`, `Z`; found: x1, y1, x2, y2"),
+        (
+            "world.csv",
+            "x1,y1,x2,y2\n1,2,3,4\n".into(),
+            "no column `X`, `Y`, `Z`; found: x1, y1, x2, y2",
+        ),
     ] {
         std::fs::write(at.join(name), text).unwrap();
         let message = refused(at, &["fit", name, "-o", "model.json"]);

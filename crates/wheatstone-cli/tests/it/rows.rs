@@ -226,7 +226,10 @@ fn tables_of_other_names_and_units_go_through() {
     assert!(message.contains("these lengths look like m, and were taken for cm"), "{message}");
     assert!(message.contains("`--unit cm`"), "{message}");
     let message = refused(at, &["fit", "silent.csv", "-o", "other.json"]);
-    assert!(message.contains("no column `x1`, `y1`, `x2`, `y2`; found: a, b, c, d, X"), "{message}");
+    assert!(
+        message.contains("no column `x1`, `y1`, `x2`, `y2`; found: a, b, c, d, X"),
+        "{message}"
+    );
     assert!(message.contains("--columns"), "{message}");
     // German spreadsheets: what is added is written as the rest is.
     let text = pixels[..50].join("\n").replace(',', ";").replace('.', ",");

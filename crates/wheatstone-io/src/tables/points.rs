@@ -1,6 +1,10 @@
 //! Tables of points read whole, and written whole.
 
-use super::{Duplicates, TableOptions, TableReader, TableStyle, TableWriter, collected::Collected};
+use super::{
+    collected::{Collected, Duplicates},
+    reader::{TableOptions, TableReader},
+    writer::{TableStyle, TableWriter},
+};
 use arrow_array::{ArrayRef, Float64Array, StringArray};
 use std::{path::Path, sync::Arc};
 use wheatstone_core::{

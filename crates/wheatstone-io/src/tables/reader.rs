@@ -1,10 +1,11 @@
 //! Tables as they are read, whatever their kind.
 
 use super::{
-    Duplicates,
+    collected::Duplicates,
     columnar::{ColumnTable, in_memory},
+    layout::Header,
     names::ColumnNames,
-    rows::Rows,
+    rows::{self, Rows},
     text::TextTable,
     writer::{Kind, TableStyle},
 };
@@ -93,7 +94,7 @@ impl TableReader {
         Ok(Self { kind: Table::Text(Box::new(table)), prompt: options.prompt })
     }
 
-    fn table(&self) -> &super::rows::Table {
+    fn table(&self) -> &rows::Table {
         match &self.kind {
             Table::Text(text) => &text.table,
             Table::Columns(columns) => &columns.table,
@@ -160,7 +161,7 @@ impl TableReader {
 
     fn refuse(&self, problem: String) -> Error {
         let table = self.table();
-        super::layout::Header { path: &table.path, line: None, names: &table.names }.refuse(problem)
+        Header { path: &table.path, line: None, names: &table.names }.refuse(problem)
     }
 
     pub(super) fn path(&self) -> &Path {

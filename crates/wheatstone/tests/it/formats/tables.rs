@@ -259,7 +259,9 @@ fn a_cell_that_is_no_place_is_named_by_its_row() {
             let good = numbers(Some(1.0));
             writer.write_columns(&[good.clone(), good.clone(), good, bad.clone()]).unwrap();
             let bytes = writer.finish().unwrap();
-            let error = tables::read_bytes(Path::new(name), bytes, &TableOptions::default());
+            let duplicates = Duplicates::Keep;
+            let options = TableOptions { duplicates, ..TableOptions::default() };
+            let error = tables::read_bytes(Path::new(name), bytes, &options);
             let error = error.unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
