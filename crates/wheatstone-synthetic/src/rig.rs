@@ -36,9 +36,10 @@ const AIM: f64 = 95.0;
 
 impl Rig {
     /// The lenses: none; Brown's distortion (the paper's rig); a fisheye; the paper's rig looking into
-    /// water, and through a thick pane at a slant; the paper's rig with a wavy window.
+    /// water, and through a thick pane at a slant; the paper's rig with a wavy window, and with sensors
+    /// tilted after Scheimpflug.
     pub const NAMES: &'static [&'static str] =
-        &["paper", "pinhole", "fisheye", "water", "glass", "bump"];
+        &["paper", "pinhole", "fisheye", "water", "glass", "bump", "scheimpflug"];
 
     /// The rig called `name` (`brown` is another name of `paper`) with so many cameras.
     ///
@@ -124,11 +125,10 @@ fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> 
         return pinhole.into();
     }
     let brown = BrownConrady {
-        pinhole,
         radial: [about(-0.23, 0.02), about(0.12, 0.01), about(-0.02, 0.01)],
         tangential: [about(0.0, 0.0012), about(0.0, 0.0012)],
-        rational: [0.0; 3],
-        prism: [0.0; 4],
+        tilt: if name == "scheimpflug" { tilt(index) } else { [0.0; 2] },
+        ..BrownConrady::ideal(pinhole)
     };
     match name {
         "water" => behind_port(brown, (10.0, 8.0, 2.0, 1.333), centre, camera_from_world),
@@ -136,6 +136,13 @@ fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> 
         "bump" => BumpedLens { camera: Box::new(brown.into()), bumps: bumps(index) }.into(),
         _ => brown.into(),
     }
+}
+
+/// Six degrees about both axes, about y the other way for every second camera: sensors tilted alike are
+/// nearly those of turned cameras, which a lens with a moved principal point explains.
+fn tilt(index: usize) -> [f64; 2] {
+    let angle = 6.0 * std::f64::consts::PI / 180.0;
+    [angle, if index.is_multiple_of(2) { angle } else { -angle }]
 }
 
 /// Behind a plate of acrylic that is the same for all cameras of the rig: tilt in degrees, distance

@@ -6,7 +6,7 @@ use nalgebra::Matrix2x3;
 use wheatstone_numeric::{number::Doubles, simd::Simd};
 
 /// Numbers of the lens with most of them, Brown's.
-pub(crate) const MOST_NUMBERS: usize = 16;
+pub(crate) const MOST_NUMBERS: usize = 18;
 
 /// What a camera says of points before it.
 #[derive(Clone, Copy)]
@@ -29,12 +29,12 @@ impl ProjectedBatch<f64> {
 
 /// A camera that can be asked for a register full of points.
 pub(crate) trait BatchProjection: AdjustableCamera + Send + Sync {
-    /// [`AdjustableCamera::project_with_slopes`] of a register full of points; `slopes` has room for
-    /// [`MOST_NUMBERS`].
+    /// [`AdjustableCamera::project_with_slopes`] of a register full of points; so many of the slopes are
+    /// asked for, and others may be missing.
     fn trace<S: Simd>(
         &self,
         point: [Doubles<S>; 3],
-        slopes: &mut [[Doubles<S>; 2]],
+        slopes: (&mut [[Doubles<S>; 2]; MOST_NUMBERS], usize),
     ) -> ProjectedBatch<Doubles<S>>;
 }
 
@@ -69,7 +69,7 @@ mod tests {
                     .1
                     .each_ref()
                     .map(|values| Doubles(simd, registers::<S>(values)[first / width]));
-                let trace = self.0.trace(point, &mut slopes);
+                let trace = self.0.trace(point, (&mut slopes, MOST_NUMBERS));
                 let values = trace.pixel.iter().chain(trace.by_point.as_flattened());
                 for value in values.chain([&trace.seen]).chain(slopes.as_flattened()) {
                     let mut lanes = [0.0; LANES];
@@ -109,6 +109,7 @@ mod tests {
     fn a_register_of_points_goes_where_each_of_them_does() {
         agrees(&BrownConrady { prism: [1e-3, -2e-3, 5e-4, 3e-3], ..BrownConrady::default() });
         agrees(&BrownConrady { rational: [0.1, -0.03, 0.01], ..BrownConrady::default() });
+        agrees(&BrownConrady { tilt: [0.1, -0.2], ..BrownConrady::default() });
         agrees(&KannalaBrandt::default());
         agrees(&Tsai::default());
         agrees(&Tsai { kappa: -0.1, ..Tsai::default() });

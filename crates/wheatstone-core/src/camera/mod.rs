@@ -7,12 +7,16 @@
 
 pub mod brown_conrady;
 pub mod bumped_lens;
+pub(crate) mod composed;
+mod distortion;
 pub mod flat_port;
 pub mod kannala_brandt;
 pub mod pinhole;
 mod monotonic;
 pub(crate) mod normal_equations;
 pub(crate) mod batch_projection;
+pub(crate) mod projection;
+mod sensor;
 pub mod tsai;
 
 use crate::{
@@ -45,7 +49,7 @@ pub trait CameraModel: Sync + Send {
 /// A camera model that a fit may adjust: it also knows how its picture changes with its own numbers.
 pub trait AdjustableCamera: CameraModel + Clone {
     /// [`CameraModel::project_with_jacobian`]; fills `slopes` with the derivatives of the pixel's x
-    /// and y by each of [`CameraModel::parameters_mut`], in their order and number.
+    /// and y by the first of [`CameraModel::parameters_mut`], in their order, as many as there is room for.
     ///
     /// Unlike the projection it may go on where the lens folds the picture over, as smoothly as its
     /// formula does: a search gets past such lenses to a better one, but would stop at a wall.
@@ -147,16 +151,19 @@ pub(crate) fn ray_by_newton(
         let by = |x: f64, y: f64| Some((at(x, y)? - at(-x, -y)?) / (2.0 * STEP));
         Some(Matrix2::from_columns(&[by(STEP, 0.0)?, by(0.0, STEP)?]))
     };
-    ray_by_slopes(&project, slopes, (Vector2::zeros(), pixel))
+    let at = |place: Vector2<f64>| project(Point3::new(place.x, place.y, 1.0));
+    let place = newton(at, slopes, (Vector2::zeros(), pixel))?;
+    let direction = Vector3::new(place.x, place.y, 1.0).normalize();
+    Some(Ray { origin: Point3::origin(), direction })
 }
 
-/// As [`ray_by_newton`], from a place to begin with, with the derivatives of the pixel by the place.
-pub(crate) fn ray_by_slopes(
-    project: impl Fn(Point3) -> Option<Pixel>,
+/// Newton's method for the place on a plane that goes to `pixel`, from a place to begin with: where places
+/// go, and the derivatives by the place.
+fn newton(
+    at: impl Fn(Vector2<f64>) -> Option<Pixel>,
     slopes: impl Fn(Vector2<f64>) -> Option<Matrix2<f64>>,
     (start, pixel): (Vector2<f64>, Pixel),
-) -> Option<Ray> {
-    let at = |place: Vector2<f64>| project(Point3::new(place.x, place.y, 1.0));
+) -> Option<Vector2<f64>> {
     let mut place = start;
     let mut error = pixel - at(place)?;
     for _ in 0..50 {
@@ -173,10 +180,7 @@ pub(crate) fn ray_by_slopes(
         })?;
         (place, error) = (moved, left);
     }
-    (error.norm() < 1e-8).then(|| Ray {
-        origin: Point3::origin(),
-        direction: Vector3::new(place.x, place.y, 1.0).normalize(),
-    })
+    (error.norm() < 1e-8).then_some(place)
 }
 
 /// Central differences, with steps of a millionth of the point's distance.
@@ -192,46 +196,4 @@ pub(crate) fn jacobian_by_differences(
         *column = (project(point + by)? - project(point - by)?) / (2.0 * step);
     }
     Some((project(point)?, Matrix2x3::from_columns(&columns)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Holds analytic derivatives by the point and by the parameters against differences.
-    pub(super) fn slopes_agree_with_differences(camera: &impl AdjustableCamera) {
-        let mut plain = camera.clone();
-        let count = plain.parameters_mut().len();
-        for (x, y) in [(0.0, 0.0), (1e-9, 0.0), (10.0, -20.0), (-30.0, 15.0), (0.3, 0.2)] {
-            let point = Point3::new(x, y, 80.0);
-            let (mut slopes, mut steps) = (vec![[0.0; 2]; count], vec![[0.0; 2]; count]);
-            let (pixel, by_point) = camera.project_with_slopes(point, &mut slopes).unwrap();
-            assert_eq!(pixel, camera.project(point).unwrap());
-            let (_, own) = camera.project_with_jacobian(point).unwrap();
-            assert_eq!(own, by_point);
-            let (_, differences) = jacobian_by_differences(|p| camera.project(p), point).unwrap();
-            assert!((by_point - differences).norm() < 1e-6, "{point}: {by_point}{differences}");
-            ByDifferences(camera.clone()).project_with_slopes(point, &mut steps).unwrap();
-            for (index, (slope, step)) in slopes.iter().zip(&steps).enumerate() {
-                let gap = (slope[0] - step[0]).abs().max((slope[1] - step[1]).abs());
-                assert!(gap < 1e-5, "{point}, parameter {index}: {slope:?} against {step:?}");
-            }
-        }
-    }
-
-    /// A camera without derivatives of its own.
-    #[derive(Clone)]
-    struct ByDifferences<C>(C);
-
-    impl<C: AdjustableCamera> CameraModel for ByDifferences<C> {
-        fn parameters_mut(&mut self) -> Vec<&mut f64> {
-            self.0.parameters_mut()
-        }
-
-        fn project(&self, point: Point3) -> Option<Pixel> {
-            self.0.project(point)
-        }
-    }
-
-    impl<C: AdjustableCamera> AdjustableCamera for ByDifferences<C> {}
 }

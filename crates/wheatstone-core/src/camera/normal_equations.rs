@@ -113,6 +113,8 @@ impl Sums {
         let rows = self.unknowns + 1;
         self.room.sums.clear();
         self.room.sums.resize(groups(rows).count(), [[0.0; LANES]; ROWS * OTHERS]);
+        let asked = terms.iter().max().map_or(0, |last| last + 1);
+        let terms = (terms, asked);
         let lost = on_widest(Taken { stand, seen, terms, loss, sums: self });
         self.unseen = lost - (seen.blocks.len() * LANES - seen.count);
         for (sums, (group, other)) in self.room.sums.iter().zip(groups(rows)) {
@@ -159,7 +161,8 @@ fn across(lanes: &[f64; LANES], join: impl Fn(f64, f64) -> f64) -> f64 {
 struct Taken<'a, L> {
     stand: &'a PosedLens<'a, L>,
     seen: &'a PosedObservations,
-    terms: &'a [usize],
+    /// The numbers of the lens whose slopes are wanted; they are among the first so many.
+    terms: (&'a [usize], usize),
     loss: Loss,
     sums: &'a mut Sums,
 }
@@ -215,7 +218,7 @@ struct Place {
 #[inline(always)]
 fn fill<S: Simd, L: BatchProjection>(
     simd: S,
-    (stand, terms): (&PosedLens<'_, L>, &[usize]),
+    (stand, (terms, asked)): (&PosedLens<'_, L>, (&[usize], usize)),
     (block, loss): (&[[f64; LANES]; 5], Loss),
     (rows, place): (&mut [Row], Place),
     (growth, lost): (&mut S::f64s, &mut S::f64s),
@@ -230,7 +233,7 @@ fn fill<S: Simd, L: BatchProjection>(
     });
     let point = std::array::from_fn(|axis| turned[axis] + number(stand.translation[axis]));
     let mut slopes = [[zero; 2]; MOST_NUMBERS];
-    let trace = stand.lens.trace(point, &mut slopes);
+    let trace = stand.lens.trace(point, (&mut slopes, asked));
     let error = [trace.pixel[0] - right, trace.pixel[1] - down];
     let square = error[0] * error[0] + error[1] * error[1] + trace.seen;
     let seen = simd.greater_than_or_equal_f64s(square.1, zero.1);
@@ -389,7 +392,7 @@ mod tests {
         let mut next = all.iter_mut();
         let widths = on_each(|| {
             let sums = next.next().unwrap();
-            Taken { stand: &stand, seen: &seen, terms: &TERMS, loss, sums }
+            Taken { stand: &stand, seen: &seen, terms: (&TERMS, MOST_NUMBERS), loss, sums }
         });
         let of = |sums: &Sums| (sums.cost, sums.room.sums.clone());
         assert!(all[..widths.len()].iter().all(|other| of(other) == of(&all[0])));

@@ -37,6 +37,11 @@ impl Pinhole {
         ]
     }
 
+    /// All four numbers.
+    pub(super) fn numbers_mut(&mut self) -> Vec<&mut f64> {
+        self.focal.iter_mut().chain(&mut self.principal).collect()
+    }
+
     /// [`Pinhole::pixel`] of one place, or of a register of them.
     #[inline(always)]
     pub(super) fn pixels<N: Number>(&self, [x, y]: [N; 2]) -> [N; 2] {
@@ -46,45 +51,18 @@ impl Pinhole {
         [along(x, 0), along(y, 1)]
     }
 
-    /// Derivatives by the camera-frame point at depth `z` whose place on the plane z = 1 is `(x, y)`,
-    /// where the lens has the derivatives `stretch` on that plane.
+    /// Derivatives of the pixel by focal lengths and principal point, where the lens brings the point to
+    /// `distorted`.
     #[inline(always)]
-    pub(super) fn by_point<N: Number>(
-        &self,
-        stretch: [[N; 2]; 2],
-        [x, y, z]: [N; 3],
-    ) -> [[N; 3]; 2] {
-        let inverse = z.all(1.0) / z;
-        let row = |axis: usize| {
-            let scale = z.all(self.focal[axis]) * inverse;
-            let (by_x, by_y) = (stretch[axis][0] * scale, stretch[axis][1] * scale);
-            [by_x, by_y, z.all(0.0) - (by_x * x + by_y * y)]
-        };
-        [row(0), row(1)]
-    }
-
-    /// Derivatives of the pixel by focal lengths, principal point and the lens's own numbers, where
-    /// the lens brings the point to `distorted` and has the derivatives `of_lens` there.
-    #[inline(always)]
-    pub(super) fn slopes<N: Number, const LENS: usize>(
-        &self,
-        distorted: [N; 2],
-        of_lens: [[N; 2]; LENS],
-        slopes: &mut [[N; 2]],
-    ) {
-        let (zero, one) = (distorted[0].all(0.0), distorted[0].all(1.0));
-        let own = [[distorted[0], zero], [zero, distorted[1]], [one, zero], [zero, one]];
-        let Some((first, lens)) = slopes.split_first_chunk_mut::<4>() else { return };
-        *first = own;
-        for (slope, [x, y]) in lens.iter_mut().zip(of_lens) {
-            *slope = [zero.all(self.focal[0]) * x, zero.all(self.focal[1]) * y];
-        }
+    pub(super) fn slopes<N: Number>([x, y]: [N; 2]) -> [[N; 2]; 4] {
+        let (zero, one) = (x.all(0.0), x.all(1.0));
+        [[x, zero], [zero, y], [one, zero], [zero, one]]
     }
 }
 
 impl CameraModel for Pinhole {
     fn parameters_mut(&mut self) -> Vec<&mut f64> {
-        self.focal.iter_mut().chain(&mut self.principal).collect()
+        self.numbers_mut()
     }
 
     fn project(&self, point: Point3) -> Option<Pixel> {

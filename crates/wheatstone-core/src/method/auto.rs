@@ -4,7 +4,7 @@
 //! Nearly equal candidates are told apart by simplicity: fewer freedoms have fewer ways to go wrong
 //! where there was no exam.
 
-use super::{AnyMethod, Choice, Fit, Method, depth_is_observable, only_default};
+use super::{AnyMethod, AnyReconstructor, Choice, Fit, Method, depth_is_observable, only_default};
 use crate::{
     Error, Result,
     dataset::{
@@ -42,6 +42,9 @@ pub const BY_SIMPLICITY: [&str; 8] = [
     "network",
     "interpolation",
 ];
+
+/// Tried beside them where it explains pixels better than the same lens on an upright sensor.
+const TILTED: &str = "brown (tilt)";
 
 /// Tried beside them where even the best errs by more than it says: it takes ten times as long.
 const SECOND_OPINION: &str = "network";
@@ -100,6 +103,22 @@ fn examine(
     Ok(tally)
 }
 
+/// The candidate of this name.
+fn candidate(name: &str) -> Result<AnyMethod> {
+    if name == TILTED { AnyMethod::named("brown")?.preset("tilt") } else { AnyMethod::named(name) }
+}
+
+/// Whether pixels say that sensors are tilted: by the margin by which a method must be better. Optics that
+/// are no such lens may say so too, and are told by their errors.
+fn seems_tilted(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<bool> {
+    let sigma = |name: &str| match candidate(name)?.fit(data, seed, &Muted(progress)) {
+        Ok(Fit { reconstructor: AnyReconstructor::Brown(fitted), .. }) => Ok(fitted.pixel_sigma),
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        _ => Ok(f64::NAN),
+    };
+    Ok(sigma(TILTED)? * MARGIN < sigma("brown")?)
+}
+
 /// How each candidate does; those that cannot be fitted without some fold are left out.
 fn scores(
     names: &[&'static str],
@@ -107,8 +126,7 @@ fn scores(
     folds: &[Fold],
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Vec<Score<'static>>> {
-    let methods =
-        names.iter().map(|name| AnyMethod::named(name)).collect::<Result<Vec<AnyMethod>>>()?;
+    let methods = names.iter().map(|name| candidate(name)).collect::<Result<Vec<AnyMethod>>>()?;
     let tallies: Vec<Result<Tally>> = (0..methods.len() * folds.len())
         .into_par_iter()
         .map(|task| {
@@ -178,10 +196,19 @@ impl Method for Auto {
         if !few && !tried.is_empty() && !tried.iter().any(honest) {
             tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
         }
+        if !tried.is_empty() && seems_tilted(train, seed, progress)? {
+            let mut with_tilt = tried.clone();
+            let is_simpler = |score: &&Score| ["dlt", "brown"].contains(&score.method);
+            let place = tried.iter().take_while(is_simpler).count();
+            with_tilt.splice(place..place, scores(&[TILTED], train, &folds, (seed, progress))?);
+            if simplest_near_best(&with_tilt) == Some(TILTED) {
+                tried = with_tilt;
+            }
+        }
         let Some(chosen) = simplest_near_best(&tried) else {
             return without_an_exam(train, seed, progress);
         };
-        let mut fit = AnyMethod::named(chosen)?.fit(train, seed, progress)?;
+        let mut fit = candidate(chosen)?.fit(train, seed, progress)?;
         let held_out: Vec<(&str, f64)> =
             tried.iter().map(|score| (score.method, root_mean_square(&score.folds))).collect();
         fit.choice = Some(Choice {

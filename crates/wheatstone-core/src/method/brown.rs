@@ -27,6 +27,9 @@ pub struct Brown {
     pub rational: bool,
     /// The thin prism s1 to s4.
     pub prism: bool,
+    /// The tilt of the sensor, tauX and tauY.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub tilt: bool,
     /// Whether each camera may do with fewer of these terms, where more would not predict better;
     /// otherwise all are fitted.
     pub choose: bool,
@@ -34,7 +37,14 @@ pub struct Brown {
 
 impl Default for Brown {
     fn default() -> Self {
-        Self { radial: 3, tangential: true, rational: false, prism: false, choose: true }
+        Self {
+            radial: 3,
+            tangential: true,
+            rational: false,
+            prism: false,
+            tilt: false,
+            choose: true,
+        }
     }
 }
 
@@ -43,7 +53,7 @@ pub type BrownReconstructor = FittedCameras<BrownConrady>;
 
 impl Brown {
     const PRESETS: &'static [&'static str] =
-        &["default", "pinhole", "radial", "fixed", "rational", "prism", "full"];
+        &["default", "pinhole", "radial", "fixed", "rational", "prism", "full", "tilt"];
 
     /// The terms, in the order in which a camera takes them on: those that real lenses have most of
     /// come first.
@@ -65,6 +75,7 @@ impl Brown {
         take(self.radial >= 3, &[k3]);
         take(self.rational, &[9, 10, 11]);
         take(self.prism, &[12, 13, 14, 15]);
+        take(self.tilt, &[16, 17]);
         if !self.choose {
             rungs.drain(..rungs.len() - 1);
         }
@@ -73,22 +84,8 @@ impl Brown {
 }
 
 impl Lens for BrownConrady {
-    fn ideal(pinhole: Pinhole, first: f64) -> Self {
-        Self {
-            pinhole,
-            radial: [first, 0.0, 0.0],
-            tangential: [0.0; 2],
-            rational: [0.0; 3],
-            prism: [0.0; 4],
-        }
-    }
-
-    fn pinhole(&self) -> Pinhole {
-        self.pinhole
-    }
-
-    fn undistorted(radius: f64, depth: f64) -> Option<f64> {
-        (depth > 0.0).then(|| radius / depth)
+    fn start(pinhole: Pinhole, first: f64) -> Self {
+        Self { radial: [first, 0.0, 0.0], ..Self::ideal(pinhole) }
     }
 }
 
@@ -121,6 +118,7 @@ impl Method for Brown {
             "fixed" => Self { choose: false, ..standard },
             "rational" => Self { rational: true, ..standard },
             "prism" => Self { prism: true, ..standard },
+            "tilt" => Self { tilt: true, ..standard },
             "full" => Self { rational: true, prism: true, ..standard },
             _ => return Err(unknown("preset", name, Self::PRESETS)),
         };
@@ -171,7 +169,7 @@ mod tests {
                 AnyReconstructor::Brown(fitted) => {
                     let model = fitted.cameras[0].model;
                     if preset == "pinhole" {
-                        assert_eq!(model, BrownConrady::ideal(model.pinhole, 0.0));
+                        assert_eq!(model, BrownConrady::ideal(model.pinhole));
                     }
                     fitted.pixel_sigma
                 }

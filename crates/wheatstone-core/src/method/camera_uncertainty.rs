@@ -124,7 +124,7 @@ impl CameraUncertainty {
     ) -> Option<[[f64; 2]; MOST_UNKNOWNS]> {
         let point = camera.before_lens(world);
         let turned = point - camera.before_lens(self.about);
-        let count = camera.model.clone().parameters_mut().len();
+        let count = self.adjusted.last().map_or(0, |last| (last + 1).saturating_sub(POSE));
         let mut own = [[0.0; 2]; MOST_UNKNOWNS];
         let (_, by_point) = camera.model.project_with_slopes(point, own.get_mut(..count)?)?;
         let by_turn = -(by_point * turned.cross_matrix());

@@ -60,16 +60,8 @@ pub(crate) fn starting_cameras(pairs: &[(Point3, Pixel)]) -> Vec<(Model, Matrix3
 }
 
 impl Lens for Model {
-    fn ideal(pinhole: Pinhole, first: f64) -> Self {
+    fn start(pinhole: Pinhole, first: f64) -> Self {
         Self { pinhole, coefficients: [first, 0.0, 0.0, 0.0] }
-    }
-
-    fn pinhole(&self) -> Pinhole {
-        self.pinhole
-    }
-
-    fn undistorted(radius: f64, depth: f64) -> Option<f64> {
-        Some(libm::atan2(radius, depth))
     }
 }
 

@@ -8,30 +8,27 @@ use super::{
     radial_alignment::{Aligned, Scaled},
 };
 use crate::{
-    camera::{batch_projection::BatchProjection, pinhole::Pinhole},
+    camera::{
+        batch_projection::BatchProjection, composed::Composed, pinhole::Pinhole,
+        projection::Projection,
+    },
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
 };
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// A camera model that a fit can start. The first four of its numbers are its pinhole's, the fifth is
 /// the first coefficient of its radial distortion.
-pub(crate) trait Lens: BatchProjection {
+pub(crate) trait Lens: Composed + BatchProjection {
     /// The model that a fit starts from; `first` is the coefficient of the cube in
-    /// radius = a + first a^3.
-    fn ideal(pinhole: Pinhole, first: f64) -> Self;
-
-    /// Its ideal part.
-    fn pinhole(&self) -> Pinhole;
-
-    /// The a above: the picture's radius, for no distortion and unit focal length, of a point at
-    /// distance `radius` from the axis. `None` where the lens observes nothing.
-    fn undistorted(radius: f64, depth: f64) -> Option<f64>;
+    /// radius = a + first a^3, where a is the distance from the axis at which the projection lays a point
+    /// out.
+    fn start(pinhole: Pinhole, first: f64) -> Self;
 }
 
 impl<L: Lens> Placed<L> {
     /// The same camera with an ideal lens.
     pub(super) fn undistorted(&self) -> Self {
-        Self { model: L::ideal(self.model.pinhole(), 0.0), ..self.clone() }
+        Self { model: L::start(*self.model.pinhole(), 0.0), ..self.clone() }
     }
 
     pub(super) fn sees_all(&self, pairs: &[(Point3, Pixel)]) -> bool {
@@ -82,7 +79,7 @@ impl<'a> Scan<'a> {
     /// the nearest point at this depth.
     fn profile<L: Lens>(&self, gap: f64) -> Option<(f64, f64, f64)> {
         let radii = self.points.iter().map(|[radius, along, seen]| {
-            Some((L::undistorted(*radius, along - self.nearest + gap)?, *seen))
+            Some((L::Projection::distance(*radius, along - self.nearest + gap)?, *seen))
         });
         let radii: Vec<(f64, f64)> = radii.collect::<Option<_>>()?;
         let (mut matrix, mut right) = (Matrix2::zeros(), Vector2::zeros());
@@ -118,7 +115,7 @@ fn aligned_start<L: Lens>(scaled: &Scaled, centre: Pixel) -> Option<Placed<L>> {
                 let rotation = scan.rotation;
                 let depth = gap - scan.nearest;
                 let translation = scaled.unscaled(rotation, aligned.translation(depth));
-                let model = L::ideal(pinhole, cubic / focal);
+                let model = L::start(pinhole, cubic / focal);
                 best = Some((squares, Placed { model, rotation, translation }));
             }
         }
@@ -130,7 +127,7 @@ fn aligned_start<L: Lens>(scaled: &Scaled, centre: Pixel) -> Option<Placed<L>> {
 fn linear_start<L: Lens>(linear: &ProjectionMatrix) -> Option<Placed<L>> {
     let (k, rotation, translation) = linear.decompose()?;
     let pinhole = Pinhole { focal: [k[(0, 0)], k[(1, 1)]], principal: [k[(0, 2)], k[(1, 2)]] };
-    Some(Placed { model: L::ideal(pinhole, 0.0), rotation, translation })
+    Some(Placed { model: L::start(pinhole, 0.0), rotation, translation })
 }
 
 /// Cameras from which an adjustment may reach the best fit.

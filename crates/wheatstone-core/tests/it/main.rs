@@ -6,6 +6,7 @@ mod geometry;
 mod budget;
 mod coverage;
 mod interpolation;
+mod lenses;
 mod locator;
 mod mismatch;
 mod network;

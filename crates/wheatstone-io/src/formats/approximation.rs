@@ -258,6 +258,7 @@ fn fit(pairs: &[Vec<(Point3, Pixel)>], form: Form, progress: &dyn Progress) -> R
         tangential: count >= 4,
         rational: count >= 8,
         prism: count >= 12,
+        tilt: false,
         choose: false,
     };
     let fitted = match form {

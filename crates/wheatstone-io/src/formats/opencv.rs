@@ -16,7 +16,7 @@ use nalgebra::Matrix3;
 use std::fmt::Write;
 use wheatstone_core::{Error, Result, camera::pinhole::Pinhole, geometry::Pose};
 
-/// Pinholes with OpenCV's 4, 5, 8 or 12 coefficients.
+/// Pinholes with OpenCV's 4, 5, 8, 12 or 14 coefficients.
 pub(super) const FORMAT: Format = Format {
     name: "opencv",
     about: "OpenCV's FileStorage (YAML, JSON read): K1 D1 K2 D2 R T",
@@ -24,7 +24,7 @@ pub(super) const FORMAT: Format = Format {
     content: Content::Calibration {
         read: Some(|files, _| read(files, false)),
         write: Some(write),
-        forms: &[Form::Brown(12)],
+        forms: &[Form::Brown(14)],
         unit: None,
     },
 };
@@ -138,8 +138,8 @@ fn read(files: &[InputFile], fisheye: bool) -> Result<Rig> {
         let optics = optics(pinhole, &lens, fisheye, pose).ok_or_else(|| {
             lens_file.error(
                 lens_line,
-                format!("{} coefficients of distortion (or a tilted sensor)", lens.len()),
-                "there are 4, 5, 8 or 12 of them, and 4 of a fisheye",
+                format!("{} coefficients of distortion", lens.len()),
+                "there are 4, 5, 8, 12 or 14 of them, and 4 of a fisheye",
             )
         })?;
         let name = storage.get(&format!("camera_name_{camera}")).and_then(|(node, _)| node.text());

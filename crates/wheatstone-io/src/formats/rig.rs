@@ -33,7 +33,7 @@ pub struct RigCamera {
 /// How a camera observes the world.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Optics {
-    /// A pinhole with OpenCV's up to twelve coefficients.
+    /// A pinhole with OpenCV's up to fourteen coefficients.
     Brown(FittedCamera<BrownConrady>),
     /// OpenCV's fisheye.
     KannalaBrandt(FittedCamera<KannalaBrandt>),
@@ -44,7 +44,7 @@ pub enum Optics {
 /// What a format can hold of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A pinhole with so many of OpenCV's coefficients: 0, 4, 5, 8 or 12.
+    /// A pinhole with so many of OpenCV's coefficients: 0, 4, 5, 8, 12 or 14.
     Brown(usize),
     /// OpenCV's fisheye.
     KannalaBrandt,
@@ -53,7 +53,7 @@ pub enum Form {
 }
 
 /// OpenCV's numbers of coefficients.
-const COUNTS: [usize; 5] = [0, 4, 5, 8, 12];
+const COUNTS: [usize; 6] = [0, 4, 5, 8, 12, 14];
 
 /// A matrix with this much skew, as a share of its focal length, has none: rounding is far below.
 const SKEW: f64 = 1e-12;
@@ -94,11 +94,11 @@ impl Optics {
         }
     }
 
-    /// From OpenCV's coefficients; `None` for another number of them than OpenCV knows, or tilt.
+    /// From OpenCV's coefficients; `None` for another number of them than OpenCV knows.
     #[must_use]
     pub fn brown(pinhole: Pinhole, given: &[f64], camera_from_world: Pose) -> Option<Self> {
         let mut all = [0.0; 14];
-        if !COUNTS.contains(&given.len()) && given.len() != 14 {
+        if !COUNTS.contains(&given.len()) {
             return None;
         }
         all[..given.len()].copy_from_slice(given);
@@ -109,12 +109,9 @@ impl Optics {
             tangential: [p1, p2],
             rational: [k4, k5, k6],
             prism: [s1, s2, s3, s4],
+            tilt: [tilt_x, tilt_y],
         };
-        (tilt_x == 0.0 && tilt_y == 0.0).then_some(Self::Brown(FittedCamera {
-            model,
-            camera_from_world,
-            mirrored: false,
-        }))
+        Some(Self::Brown(FittedCamera { model, camera_from_world, mirrored: false }))
     }
 
     /// A fisheye.
@@ -193,15 +190,16 @@ fn linear(camera: &FittedCamera<BrownConrady>) -> Optics {
     Optics::Linear(ProjectionMatrix(matrix))
 }
 
-/// OpenCV's coefficients k1, k2, p1, p2, k3, k4, k5, k6, s1 to s4: as many of them as say all, and at
+/// OpenCV's coefficients k1, k2, p1, p2, k3, k4, k5, k6, s1 to s4, tauX, tauY: as many of them as say all, and at
 /// least so many.
 #[must_use]
 pub fn coefficients(lens: &BrownConrady, least: usize) -> Vec<f64> {
     let ([k1, k2, k3], [p1, p2]) = (lens.radial, lens.tangential);
     let ([k4, k5, k6], [s1, s2, s3, s4]) = (lens.rational, lens.prism);
-    let all = [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4];
+    let [tilt_x, tilt_y] = lens.tilt;
+    let all = [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tilt_x, tilt_y];
     let used = all.iter().rposition(|value| *value != 0.0).map_or(0, |last| last + 1);
-    let count = COUNTS.into_iter().find(|count| *count >= used.max(least)).unwrap_or(12);
+    let count = COUNTS.into_iter().find(|count| *count >= used.max(least)).unwrap_or(all.len());
     all[..count].to_vec()
 }
 

@@ -75,6 +75,12 @@ fn three_planes_are_enough_for_what_lies_between_them() {
 }
 
 #[test]
+fn tilted_sensors_are_told_from_three_planes() {
+    let (inside, beyond) = ratios("auto", "scheimpflug", Noise::Normal(0.1), 45.0);
+    assert!(inside <= 1.10, "{inside} in range, {beyond} beyond");
+}
+
+#[test]
 fn camera_models_hold_where_they_are_true_and_show_where_they_are_not() {
     assert!(ratios("brown", "paper", Noise::Normal(0.1), 15.0).0 <= 1.01);
     assert!(ratios("kannala-brandt", "fisheye", Noise::Normal(0.1), 15.0).0 <= 1.01);

@@ -157,7 +157,7 @@ pub(super) fn starts<L: Lens>(shots: &[Shot], camera: usize) -> Vec<State<L>> {
     let mut found: Vec<(f64, State<L>)> = Vec::new();
     for focal in focal_lengths(size) {
         let pinhole = Pinhole { focal: [focal; 2], principal: [centre.x, centre.y] };
-        let lens = L::ideal(pinhole, 0.0);
+        let lens = L::start(pinhole, 0.0);
         let mut errors = Vec::new();
         let mut charts = vec![Pose::default(); views.len()];
         for (chart, seen) in charts.iter_mut().zip(&views).filter(|(_, seen)| seen.len() >= LEAST) {

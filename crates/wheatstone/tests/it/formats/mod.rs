@@ -39,7 +39,8 @@ fn given(cameras: usize) -> Given {
 /// So many cameras around a volume, each with OpenCV's coefficients in this number; a fisheye for none.
 fn rig(cameras: usize, coefficients: Option<usize>) -> Rig {
     let mut random = Random::new(11);
-    let all = [0.31, -0.12, 1.1e-3, -4e-4, 0.02, 0.52, -0.11, 0.01, 2e-3, -1e-3, 3e-3, 5e-4];
+    let all =
+        [0.31, -0.12, 1.1e-3, -4e-4, 0.02, 0.52, -0.11, 0.01, 2e-3, -1e-3, 3e-3, 5e-4, 0.06, -0.1];
     let camera = |index: usize| {
         let mut near = |value: f64| value * random.uniform(0.97, 1.03);
         let pinhole =

@@ -14,7 +14,7 @@ fn rigs(name: &str, forms: &[Form]) -> Vec<Rig> {
     for form in forms {
         match form {
             Form::Brown(most) => {
-                kinds.extend([0, 4, 5, 8, 12].iter().filter(|c| *c <= most).map(|c| Some(*c)));
+                kinds.extend([0, 4, 5, 8, 12, 14].iter().filter(|c| *c <= most).map(|c| Some(*c)));
             }
             Form::KannalaBrandt => kinds.push(None),
             Form::Linear => kinds.push(Some(0)),
@@ -95,7 +95,7 @@ fn imported(cameras: usize) -> Imported {
 
 #[test]
 fn an_imported_model_locates_survives_its_file_and_leaves_as_it_came() {
-    for kind in [Some(0), Some(5), Some(12), None] {
+    for kind in [Some(0), Some(5), Some(12), Some(14), None] {
         let rig = rig(3, kind);
         let model = calibration(&rig, imported(3)).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -114,7 +114,7 @@ fn an_imported_model_locates_survives_its_file_and_leaves_as_it_came() {
             assert_eq!(model.volume.trust(&pixels), wheatstone::dataset::volume::Trust::Outside);
         }
         assert_eq!(exact(&model).unwrap().cameras[1].optics, rig.cameras[1].optics);
-        let forms = [Form::Brown(12), Form::KannalaBrandt];
+        let forms = [Form::Brown(14), Form::KannalaBrandt];
         let found = approximate(&model, &forms, &Silent).unwrap();
         assert_eq!((found.loss, found.rig.cameras), (None, rig.cameras));
     }

@@ -1,0 +1,155 @@
+//! How the directions before a lens are laid out on a plane: by the tangent of their angle from the
+//! axis, as a pinhole does, or by the angle itself, as most fisheye lenses nearly do.
+//!
+//! Source: Kannala & Brandt 2006 (doi:10.1109/TPAMI.2006.153).
+
+use super::sensor::Image;
+use crate::geometry::Vector3;
+use wheatstone_numeric::number::Number;
+
+/// A point on the plane.
+#[derive(Clone, Copy)]
+pub(crate) struct Laid<N> {
+    /// Where it is; the axis is at (0, 0).
+    pub(super) place: [N; 2],
+    /// Squared distance from the axis.
+    pub(super) square: N,
+    /// The place over the x and y of the point before the lens.
+    scale: N,
+    /// 0; not a number where the point cannot be seen.
+    pub(super) seen: N,
+}
+
+/// One way to lay out directions.
+pub(crate) trait Projection {
+    /// The place of a point before the lens.
+    fn lay_out<N: Number>(point: [N; 3]) -> Laid<N>;
+
+    /// Derivatives of the pixel's x, then y, by the point, where the distortion has the derivatives
+    /// `stretch` by the place and the sensor has `image` by what is distorted.
+    fn by_point<N: Number, I: Image<N>>(
+        point: [N; 3],
+        laid: &Laid<N>,
+        stretch: [[N; 2]; 2],
+        image: I,
+    ) -> [[N; 3]; 2];
+
+    /// Where a place on the plane looks; `None` where no direction is laid out.
+    fn direction(place: [f64; 2]) -> Option<Vector3>;
+
+    /// How far from the axis a point is laid out that is `radius` from it at `depth`; `None` where it
+    /// is not.
+    fn distance(radius: f64, depth: f64) -> Option<f64>;
+}
+
+/// By the tangent: straight lines stay straight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Perspective;
+
+impl Projection for Perspective {
+    #[inline(always)]
+    fn lay_out<N: Number>([x, y, z]: [N; 3]) -> Laid<N> {
+        let place = [x / z, y / z];
+        let square = place[0] * place[0] + place[1] * place[1];
+        Laid { place, square, scale: z.all(1.0) / z, seen: z.held(0.0, f64::INFINITY) }
+    }
+
+    #[inline(always)]
+    fn by_point<N: Number, I: Image<N>>(
+        _: [N; 3],
+        laid: &Laid<N>,
+        stretch: [[N; 2]; 2],
+        image: I,
+    ) -> [[N; 3]; 2] {
+        let near = image.scaled(laid.scale);
+        let [by_x, by_y] = [0, 1].map(|k| near.carry([stretch[0][k], stretch[1][k]]));
+        let ([x, y], zero) = (laid.place, laid.scale.all(0.0));
+        [0, 1].map(|k| [by_x[k], by_y[k], zero - (by_x[k] * x + by_y[k] * y)])
+    }
+
+    fn direction([x, y]: [f64; 2]) -> Option<Vector3> {
+        Some(Vector3::new(x, y, 1.0).normalize())
+    }
+
+    fn distance(radius: f64, depth: f64) -> Option<f64> {
+        (depth > 0.0).then(|| radius / depth)
+    }
+}
+
+/// By the angle: it sees behind itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Equidistant;
+
+impl Equidistant {
+    /// On the axis the picture is that of a pinhole: so it is, to rounding, this far from it.
+    const NEAR: f64 = 1e-150;
+
+    #[inline(always)]
+    fn radius<N: Number>([x, y, _]: [N; 3]) -> N {
+        (x * x + y * y).root().max_with(x.all(Self::NEAR))
+    }
+}
+
+impl Projection for Equidistant {
+    #[inline(always)]
+    fn lay_out<N: Number>(point: [N; 3]) -> Laid<N> {
+        let ([x, y, z], radius) = (point, Self::radius(point));
+        let angle = angle(radius, z);
+        let scale = angle / radius;
+        // Behind the camera there is nothing on the axis.
+        let seen = z.max_with(radius - z.all(Self::NEAR)).held(0.0, f64::INFINITY);
+        Laid { place: [x * scale, y * scale], square: angle * angle, scale, seen }
+    }
+
+    #[inline(always)]
+    fn by_point<N: Number, I: Image<N>>(
+        point: [N; 3],
+        laid: &Laid<N>,
+        stretch: [[N; 2]; 2],
+        image: I,
+    ) -> [[N; 3]; 2] {
+        let ([x, y, z], radius) = (point, Self::radius(point));
+        let (east, south) = (x / radius, y / radius);
+        let inverse = z.all(1.0) / (x * x + y * y + z * z);
+        let along = z * inverse - laid.scale;
+        let (mixed, back) = (east * south * along, z.all(0.0) - inverse);
+        let by_x = [laid.scale + east * east * along, mixed];
+        let by_y = [mixed, laid.scale + south * south * along];
+        let by_z = [x * back, y * back];
+        let place = [0, 1].map(|k| image.carry([stretch[0][k], stretch[1][k]]));
+        [0, 1].map(|k| [by_x, by_y, by_z].map(|by| place[0][k] * by[0] + place[1][k] * by[1]))
+    }
+
+    fn direction([x, y]: [f64; 2]) -> Option<Vector3> {
+        let angle = (x * x + y * y).sqrt();
+        let sine = if angle > 0.0 { libm::sin(angle) / angle } else { 1.0 };
+        let direction = Vector3::new(x * sine, y * sine, libm::cos(angle));
+        (angle <= std::f64::consts::PI).then(|| direction.normalize())
+    }
+
+    fn distance(radius: f64, depth: f64) -> Option<f64> {
+        Some(libm::atan2(radius, depth))
+    }
+}
+
+/// The angle from the axis, 0 to pi: `atan2(radius, z)` within some roundings, for a `radius` above 0.
+#[inline(always)]
+fn angle<N: Number>(radius: N, z: N) -> N {
+    let one = z.all(1.0);
+    let (ahead, distance) = (z.magnitude(), (radius * radius + z * z).root());
+    // The tangent of half the angle, halved twice more: an eighth of the angle is at most pi / 16.
+    let halved = |tangent: N| tangent / (one + (one + tangent * tangent).root());
+    let tangent = halved(halved(radius / (distance + ahead)));
+    let square = tangent * tangent;
+    // The series of the arcus tangent: of tan(pi / 16) the term after these is 6e-19.
+    const TERMS: i32 = 12;
+    let mut sum = z.all(0.0);
+    for term in (0..TERMS).rev() {
+        sum = z.all(1.0 / f64::from(2 * term + 1)) - square * sum;
+    }
+    let angle = z.all(8.0) * tangent * sum;
+    // 1 ahead, -1 behind: there it is what is missing to half a turn.
+    let side = z / ahead.max_with(z.all(f64::MIN_POSITIVE));
+    let missing = z.all(std::f64::consts::PI) - angle - angle;
+    angle + (one - side) * z.all(0.5) * missing
+}
