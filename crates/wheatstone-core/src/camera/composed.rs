@@ -59,15 +59,18 @@ struct Pictured<N, I> {
 fn picture<L: Composed, N: Number, S: Stand>(
     (lens, stand): (&L, &S),
     (place, square): ([N; 2], N),
-    slopes: &mut [[N; 2]; MOST_NUMBERS],
+    mut slopes: Option<&mut [[N; 2]; MOST_NUMBERS]>,
 ) -> Pictured<N, S::Image<N>> {
-    let (own, others) = slopes.split_at_mut(PINHOLE);
+    let others = slopes.as_deref_mut().map(|all| &mut all[PINHOLE..]);
     let bent = lens.distortion().bend(place, square, others);
     let met = stand.meet(bent.place, lens.pinhole().focal.map(|value| square.all(value)));
-    own.copy_from_slice(&Pinhole::slopes(met.place));
-    let (of_lens, of_tilt) = others.split_at_mut(L::Distortion::NUMBERS);
-    of_lens.iter_mut().for_each(|slope| *slope = met.image.carry(*slope));
-    of_tilt.iter_mut().zip(met.by_tilt).for_each(|(slope, by)| *slope = by);
+    if let Some(slopes) = slopes {
+        let (own, others) = slopes.split_at_mut(PINHOLE);
+        own.copy_from_slice(&Pinhole::slopes(met.place));
+        let (of_lens, of_tilt) = others.split_at_mut(L::Distortion::NUMBERS);
+        of_lens.iter_mut().for_each(|slope| *slope = met.image.carry(*slope));
+        of_tilt.iter_mut().zip(met.by_tilt).for_each(|(slope, by)| *slope = by);
+    }
     let pixel = lens.pinhole().pixels(met.place);
     Pictured { pixel, stretch: bent.stretch, image: met.image, seen: bent.seen + met.seen }
 }
@@ -77,7 +80,7 @@ fn picture<L: Composed, N: Number, S: Stand>(
 fn chain<L: Composed, N: Number, S: Stand>(
     lens_and_stand: (&L, &S),
     point: [N; 3],
-    slopes: &mut [[N; 2]; MOST_NUMBERS],
+    slopes: Option<&mut [[N; 2]; MOST_NUMBERS]>,
 ) -> (ProjectedBatch<N>, N) {
     let laid = L::Projection::lay_out(point);
     let found = picture(lens_and_stand, (laid.place, laid.square), slopes);
@@ -92,7 +95,7 @@ fn chain<L: Composed, N: Number, S: Stand>(
 fn trace<L: Composed, N: Number>(
     lens: &L,
     point: [N; 3],
-    (slopes, asked): (&mut [[N; 2]; MOST_NUMBERS], usize),
+    (slopes, asked): (Option<&mut [[N; 2]; MOST_NUMBERS]>, usize),
 ) -> (ProjectedBatch<N>, N) {
     let untilted = PINHOLE + L::Distortion::NUMBERS;
     match lens.tilt() {
@@ -106,28 +109,31 @@ fn trace<L: Composed, N: Number>(
 /// One point, where the picture has not folded over before it.
 #[inline(always)]
 fn seen<L: Composed>(lens: &L, point: Point3) -> Option<ProjectedBatch<f64>> {
-    let mut slopes = [[0.0; 2]; MOST_NUMBERS];
-    let (found, square) = trace(lens, point.into(), (&mut slopes, 0));
+    let (found, square) = trace(lens, point.into(), (None, 0));
     (found.seen == 0.0 && lens.distortion().rises(square)).then_some(found)
+}
+
+/// A place on the plane, where the picture has not folded over before it.
+#[inline(always)]
+fn on_plane<L: Composed, S: Stand>(
+    lens_and_stand: (&L, &S),
+    place: Vector2<f64>,
+) -> Option<Pictured<f64, S::Image<f64>>> {
+    let square = place.x * place.x + place.y * place.y;
+    let found = picture(lens_and_stand, (place.into(), square), None);
+    (found.seen == 0.0 && lens_and_stand.0.distortion().rises(square)).then_some(found)
 }
 
 /// Where a pixel looks.
 fn unprojected<L: Composed, S: Stand>(lens: &L, stand: &S, pixel: Pixel) -> Option<Ray> {
     let bent = stand.back(lens.pinhole().place(pixel))?;
-    let distortion = lens.distortion();
-    let on_plane = |place: Vector2<f64>| {
-        let square = place.x * place.x + place.y * place.y;
-        let mut slopes = [[0.0; 2]; MOST_NUMBERS];
-        let found = picture((lens, stand), (place.into(), square), &mut slopes);
-        (found.seen == 0.0 && distortion.rises(square)).then_some(found)
-    };
-    let at = |place: Vector2<f64>| Some(Pixel::from(on_plane(place)?.pixel));
+    let at = |place: Vector2<f64>| Some(Pixel::from(on_plane((lens, stand), place)?.pixel));
     let slopes = |place: Vector2<f64>| {
-        let Pictured { stretch, image, .. } = on_plane(place)?;
+        let Pictured { stretch, image, .. } = on_plane((lens, stand), place)?;
         let by = |k: usize| Vector2::from(image.carry([stretch[0][k], stretch[1][k]]));
         Some(Matrix2::from_columns(&[by(0), by(1)]))
     };
-    let place = match distortion.back(bent) {
+    let place = match lens.distortion().back(bent) {
         Back::To(place) => Some(place),
         Back::Nowhere => None,
         // The ideal lens's ray is near, but may be beyond a fold: the axis never is.
@@ -166,7 +172,7 @@ impl<L: Composed> AdjustableCamera for L {
         slopes: &mut [[f64; 2]],
     ) -> Option<(Pixel, Matrix2x3<f64>)> {
         let mut all = [[0.0; 2]; MOST_NUMBERS];
-        let (found, _) = trace(self, point.into(), (&mut all, slopes.len()));
+        let (found, _) = trace(self, point.into(), (Some(&mut all), slopes.len()));
         slopes.iter_mut().zip(all).for_each(|(slope, found)| *slope = found);
         found.of_one()
     }
@@ -177,8 +183,8 @@ impl<L: Composed> BatchProjection for L {
     fn trace<S: Simd>(
         &self,
         point: [Doubles<S>; 3],
-        slopes: (&mut [[Doubles<S>; 2]; MOST_NUMBERS], usize),
+        (slopes, asked): (&mut [[Doubles<S>; 2]; MOST_NUMBERS], usize),
     ) -> ProjectedBatch<Doubles<S>> {
-        trace(self, point, slopes).0
+        trace(self, point, (Some(slopes), asked)).0
     }
 }

@@ -33,8 +33,8 @@ pub(crate) trait Distortion {
     const NUMBERS: usize;
 
     /// Where a place at this squared distance from the axis goes, beyond the fold too; the first of
-    /// `slopes` become the derivatives by its numbers.
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: &mut [[N; 2]]) -> Bent<N>;
+    /// `slopes`, where they are asked for, become the derivatives by its numbers.
+    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N>;
 
     /// Whether distances from the axis grow all the way to this square; beyond, the picture folds
     /// over.
@@ -80,12 +80,14 @@ impl Distortion for Polynomial {
     const NUMBERS: usize = 4;
 
     #[inline(always)]
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: &mut [[N; 2]]) -> Bent<N> {
+    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N> {
         let (sum, slope) = polynomial(self.0, square);
-        let mut next = place;
-        for slope in slopes.iter_mut().take(Self::NUMBERS) {
-            next = next.map(|value| value * square);
-            *slope = next;
+        if let Some(slopes) = slopes {
+            let mut next = place;
+            for slope in slopes.iter_mut().take(Self::NUMBERS) {
+                next = next.map(|value| value * square);
+                *slope = next;
+            }
         }
         radial(place, square.all(1.0) + sum, slope, square.all(0.0))
     }
@@ -185,12 +187,14 @@ impl Distortion for Rational {
     const NUMBERS: usize = 12;
 
     #[inline(always)]
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: &mut [[N; 2]]) -> Bent<N> {
+    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N> {
         let (mut bent, [k1, k2, k3, k4, k5, k6]) = self.radial(place, square);
         let [p1, p2] = add_tangential(self.tangential, place, square, &mut bent);
         let [s1, s2, s3, s4] = add_prism(self.prism, place, square, &mut bent);
-        let own = [k1, k2, k3, p1, p2, k4, k5, k6, s1, s2, s3, s4];
-        slopes.iter_mut().zip(own).for_each(|(slope, own)| *slope = own);
+        if let Some(slopes) = slopes {
+            let own = [k1, k2, k3, p1, p2, k4, k5, k6, s1, s2, s3, s4];
+            slopes.iter_mut().zip(own).for_each(|(slope, own)| *slope = own);
+        }
         bent
     }
 

@@ -75,14 +75,18 @@ impl Distortion for InverseCubic {
     const NUMBERS: usize = 1;
 
     #[inline(always)]
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: &mut [[N; 2]]) -> Bent<N> {
+    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N> {
         let ideal = square.root();
         let radius = self.distorted(ideal);
         let (one, kappa, square) = (ideal.all(1.0), ideal.all(self.kappa), radius * radius);
         let rise = one + ideal.all(3.0 * self.kappa) * square;
         let (growth, factor) = (one / rise, one / (one + kappa * square));
         let by_kappa = ideal.all(0.0) - square * growth * factor;
-        slopes.iter_mut().take(1).for_each(|slope| *slope = place.map(|value| value * by_kappa));
+        slopes
+            .into_iter()
+            .flatten()
+            .take(1)
+            .for_each(|slope| *slope = place.map(|value| value * by_kappa));
         // (growth - factor) / (2 ideal^2), without the quotient of two small numbers at the axis.
         let slope = ideal.all(-self.kappa) * growth * factor * factor * factor;
         radial(place, factor, slope, rise.held(0.0, f64::INFINITY) + ideal.held(-1.0, self.fold()))
