@@ -4,6 +4,7 @@ mod hint;
 
 pub use hint::{Hint, Remedy};
 
+use crate::unit;
 use std::path::PathBuf;
 
 /// Shorthand for results of this library.
@@ -174,6 +175,10 @@ impl Error {
             Self::TooFew { what, .. } => Some(Hint::new(
                 format!("give more {what}, or choose a simpler method"),
                 Remedy::Methods,
+            )),
+            Self::Mismatch { what: "unit", .. } => Some(Hint::new(
+                format!("units that convert are {}", unit::names().collect::<Vec<_>>().join(", ")),
+                Remedy::Unit,
             )),
             Self::Mismatch { .. } => {
                 Some("use the model that was fitted to these cameras, in the same order".into())

@@ -4,9 +4,9 @@
 //! The modules stand in the order in which data flows through them; a module may use only those
 //! above it. Pictures, charts, tables and pages are in crates that build on this one.
 
+pub mod unit;
 pub mod error;
 pub mod storage;
-pub mod unit;
 pub mod registry;
 pub mod geometry;
 pub mod camera;

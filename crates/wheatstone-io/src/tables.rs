@@ -21,7 +21,7 @@ mod writer;
 
 pub use collected::Duplicates;
 pub use names::ColumnNames;
-pub use points::{encode, read, read_bytes, read_with, write};
+pub use points::{encode, read, read_bytes, read_with, save, write};
 pub use reader::{TableOptions, TableReader};
 pub use rows::Rows;
 pub use writer::{TableStyle, TableWriter};

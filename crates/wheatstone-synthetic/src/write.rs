@@ -101,7 +101,7 @@ pub fn write_capture(
     }
     write_description(folder, chart, &names, if known { views } else { &[] })?;
     let exact = chart_correspondences(rig, chart, views, (Noise::None, seed), None);
-    storage::write(&folder.join("truth.csv"), tables::write(&exact).as_bytes())?;
+    tables::save(&exact, &folder.join("truth.csv"))?;
     let truth = Truth { unit: "cm".into(), rig: rig.clone(), noise: Noise::None, seed };
     truth.save(&folder.join("truth.json"))
 }
@@ -143,7 +143,7 @@ pub fn write_points(
     rig: &Rig,
     (noise, seed): (Noise, u64),
 ) -> Result<()> {
-    storage::write(path, tables::write(data).as_bytes())?;
+    tables::save(data, path)?;
     let truth = Truth { unit: data.unit.clone(), rig: rig.clone(), noise, seed };
     truth.save(&Truth::path_beside(path))
 }

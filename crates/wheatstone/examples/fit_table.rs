@@ -41,6 +41,6 @@ fn write_table(path: &std::path::Path) -> Result<(), Box<dyn Error>> {
     let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
     let noise = (Noise::Normal(0.1), 0);
     let data = chart_correspondences(&rig, &chart, &Stage::default().views()?, noise, None);
-    std::fs::write(path, tables::write(&data))?;
+    tables::save(&data, path)?;
     Ok(())
 }

@@ -16,7 +16,6 @@ use wheatstone::{
     Error,
     dataset::Dataset,
     preparation::checks::{self, Examination, Finding, Severity},
-    storage,
     synthetic::fault_survey::{Survey, Tally, survey},
     tables,
 };
@@ -77,7 +76,7 @@ impl Check {
         let mut remaining = fatal(&examination);
         if let Some(output) = &self.fix {
             let repaired = checks::repair_all(&data, &examination.findings);
-            storage::write(output, tables::write(&repaired).as_bytes())?;
+            tables::save(&repaired, output)?;
             let after = self.examine(&repaired);
             remaining = fatal(&after);
             say!(

@@ -168,7 +168,7 @@ impl Demo {
         let capture = Capture::open(&folder)?;
         let sub_pixel = detect(&capture, DetectionSettings::default(), bar)?;
         let points = folder.join("points.csv");
-        storage::write(&points, tables::write(&sub_pixel.dataset).as_bytes())?;
+        tables::save(&sub_pixel.dataset, &points)?;
         let mut whole_pixel = sub_pixel.dataset.clone();
         for row in &mut whole_pixel.correspondences {
             for pixel in row.pixels.iter_mut().flatten() {
@@ -176,7 +176,7 @@ impl Demo {
             }
         }
         let points = folder.join("points-whole-pixels.csv");
-        storage::write(&points, tables::write(&whole_pixel).as_bytes())?;
+        tables::save(&whole_pixel, &points)?;
         Ok(Seen { capture, sub_pixel, whole_pixel })
     }
 

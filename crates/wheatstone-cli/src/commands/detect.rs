@@ -44,15 +44,14 @@ impl Detect {
         if let Some(folder) = &self.draw {
             draw(&capture, &found, folder)?;
         }
-        let text = tables::write(&found.dataset);
         if let Some(path) = &self.output {
-            storage::write(path, text.as_bytes())?;
+            tables::save(&found.dataset, path)?;
         }
         say!("{}", summary(&capture, &found).trim_end());
         if self.json {
             print_json(&as_json(&capture, &found))?;
         } else if self.output.is_none() {
-            std::io::stdout().write_all(text.as_bytes())?;
+            std::io::stdout().write_all(tables::write(&found.dataset).as_bytes())?;
         }
         Ok(())
     }

@@ -10,6 +10,7 @@ use std::{path::Path, sync::Arc};
 use wheatstone_core::{
     Result,
     dataset::{Correspondence, Dataset},
+    storage,
 };
 
 /// Reads a whole table: text, Parquet or Arrow. Lengths are in `unit` where it does not say otherwise, and
@@ -81,6 +82,15 @@ pub fn encode(data: &Dataset, name: &Path) -> Result<Vec<u8>> {
     let mut writer = TableWriter::new(name, Vec::new(), names, style)?;
     writer.write_columns(&columns)?;
     writer.finish()
+}
+
+/// Writes a table of these correspondences to a file: text, Parquet or Arrow by its extension.
+///
+/// # Errors
+///
+/// [`wheatstone_core::Error::Io`]; the old file, if there was one, is then untouched.
+pub fn save(data: &Dataset, path: &Path) -> Result<()> {
+    storage::write(path, &encode(data, path)?)
 }
 
 /// Correspondences by column, with the names that a table gives them.
