@@ -31,7 +31,6 @@ pub struct BrownConrady {
     pub tilt: [f64; 2],
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
 fn is_upright(tilt: &[f64; 2]) -> bool {
     *tilt == [0.0; 2]
 }
