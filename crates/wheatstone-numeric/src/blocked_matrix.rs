@@ -159,22 +159,6 @@ mod tests {
         panels
     }
 
-    fn plain(panels: &BlockedMatrix) -> DMatrix<f64> {
-        let (rows, columns) = panels.shape();
-        DMatrix::from_fn(rows, columns, |row, column| panels.get(row, column))
-    }
-
-    #[test]
-    fn products_are_those_of_the_plain_matrices() {
-        for (rows, others, columns) in [(1, 3, 2), (8, 9, 16), (21, 5, 37)] {
-            let (left, right) = (drawn(rows, columns), drawn(others, columns));
-            let gap = left.product(&right) - plain(&left) * plain(&right).transpose();
-            assert!(gap.norm() < 1e-12);
-            let gap = left.square() - plain(&left) * plain(&left).transpose();
-            assert!(gap.norm() < 1e-12);
-        }
-    }
-
     #[test]
     fn every_width_gives_the_same_bits() {
         let (left, right) = (drawn(19, 45), drawn(11, 45));

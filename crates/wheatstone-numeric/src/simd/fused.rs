@@ -75,7 +75,7 @@ fn halves(value: f64) -> (f64, f64) {
 
 /// a b + c, rounded once.
 #[inline(always)]
-pub(super) fn double(a: f64, b: f64, c: f64) -> f64 {
+fn double(a: f64, b: f64, c: f64) -> f64 {
     // Beyond these, halves and errors may not be numbers of full length.
     const LARGEST: f64 = 1e150;
     const SMALLEST: f64 = 1e-280;
@@ -97,7 +97,7 @@ pub(super) fn double(a: f64, b: f64, c: f64) -> f64 {
 
 /// The same of singles.
 #[inline(always)]
-pub(super) fn single(a: f32, b: f32, c: f32) -> f32 {
+fn single(a: f32, b: f32, c: f32) -> f32 {
     let product = f64::from(a) * f64::from(b); // exact
     let plain = product + f64::from(c);
     // Sums of zeros and what is not a number have nothing to round.
@@ -105,71 +105,5 @@ pub(super) fn single(a: f32, b: f32, c: f32) -> f32 {
         plain as f32
     } else {
         odd_sum(product, f64::from(c)) as f32
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::random::Random;
-
-    #[test]
-    fn the_bits_are_those_of_the_exact_sum_rounded_once() {
-        let mut random = Random::new(8);
-        for index in 0..2_000_000 {
-            // Sums that cancel, by a little and wholly, and sizes from one to ones far apart.
-            let spread = [0.0, 0.3, 3.0, 30.0, 250.0][index % 5];
-            let mut any = || random.normal() * libm::exp2(random.uniform(-spread, spread));
-            let (a, b, other) = (any(), any(), any());
-            let c = match index % 3 {
-                0 => other,
-                1 => -a * b,
-                _ => -a * b * (1.0 + other * 1e-15),
-            };
-            let wanted = libm::fma(a, b, c);
-            let found = double(a, b, c);
-            assert!(found.to_bits() == wanted.to_bits(), "{a:e} {b:e} {c:e}: {found:e} {wanted:e}");
-            let (a, b, c) = (a as f32, b as f32, c as f32);
-            let (found, wanted) = (single(a, b, c), libm::fmaf(a, b, c));
-            assert!(
-                found.to_bits() == wanted.to_bits() || found.is_nan() && wanted.is_nan(),
-                "{a:e} {b:e} {c:e}: {found:e} {wanted:e}"
-            );
-        }
-    }
-
-    #[test]
-    fn ends_and_zeros_are_no_exceptions() {
-        let ends = [
-            0.0,
-            -0.0,
-            1.0,
-            -1.0,
-            1e-308,
-            5e-324,
-            -5e-324,
-            1e-160,
-            1e160,
-            -1e160,
-            f64::MAX,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            f64::NAN,
-            0.1,
-            -3.3e-16,
-        ];
-        for a in ends {
-            for b in ends {
-                for c in ends {
-                    let (found, wanted) = (double(a, b, c), libm::fma(a, b, c));
-                    let is_same = found.to_bits() == wanted.to_bits();
-                    assert!(is_same || found.is_nan() && wanted.is_nan(), "{a:e} {b:e} {c:e}");
-                    let [a, b, c] = [a as f32, b as f32, c as f32];
-                    let (found, wanted) = (single(a, b, c), libm::fmaf(a, b, c));
-                    let is_same = found.to_bits() == wanted.to_bits();
-                    assert!(is_same || found.is_nan() && wanted.is_nan(), "{a:e} {b:e} {c:e}");
-                }
-            }
-        }
     }
 }

@@ -1,5 +1,7 @@
 //! Perceptrons, their gradients and their starts.
 
+mod curvature;
+mod forward;
 mod jacobian;
 
 use wheatstone_numeric::{

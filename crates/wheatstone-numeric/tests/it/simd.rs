@@ -1,4 +1,6 @@
-//! The sigmoid at every width of registers.
+//! Vectors at every width of registers.
+
+mod fused;
 
 use wheatstone_numeric::{
     sigmoid::sigmoid,
