@@ -222,16 +222,3 @@ pub fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
         .filter(|(distance, candidate)| *distance <= candidate.len().max(name.len()) / 3 + 1)
         .map(|(_, candidate)| candidate)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_typing_slip_is_recognised_and_a_stranger_is_not() {
-        let known = ["network", "dlt"].map(String::from);
-        assert_eq!(nearest("netwrok", &known), Some("network"));
-        assert_eq!(nearest("dtl", &known), Some("dlt"));
-        assert_eq!(nearest("photogrammetry", &known), None);
-    }
-}

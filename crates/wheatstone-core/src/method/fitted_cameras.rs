@@ -134,6 +134,3 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
             && self.cameras.iter().zip(&self.uncertainty).all(camera_holds)
     }
 }
-
-#[cfg(test)]
-pub(super) mod tests;

@@ -190,20 +190,12 @@ impl Reconstructor for InterpolationReconstructor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        camera::pinhole::Pinhole,
-        method::{
-            AnyReconstructor,
-            fitted_cameras::tests::{rig, staged},
-        },
-    };
+    use crate::method::{AnyReconstructor, staged::staged};
     use wheatstone_numeric::progress::Silent;
 
     #[test]
     fn broken_numbers_are_refused() {
-        let rig = rig(vec![Pinhole { focal: [600.0; 2], principal: [320.0, 240.0] }; 2]);
-        let data = staged(&rig, 0.3, (0.0, 1), |world| world);
-        let fit = Interpolation::default().fit(&data, 0, &Silent).unwrap();
+        let fit = Interpolation::default().fit(&staged(0.0), 0, &Silent).unwrap();
         let AnyReconstructor::Interpolation(fitted) = fit.reconstructor else { panic!("{fit:?}") };
         assert!(fitted.is_consistent());
         let text = serde_json::to_string(&fitted).unwrap();

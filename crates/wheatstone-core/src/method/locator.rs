@@ -372,4 +372,17 @@ impl<'a> Map<'a> {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::method::{AnyMethod, staged::staged};
+    use wheatstone_numeric::progress::Silent;
+
+    #[test]
+    fn formulas_need_no_boxes() {
+        let train = staged(0.1);
+        for name in ["dlt", "soloff"] {
+            let fit = AnyMethod::named(name).unwrap().fit_checked(&train, 0, &Silent).unwrap();
+            assert!(Locator::new(&*fit.reconstructor, None).spreads.is_none(), "{name}");
+        }
+    }
+}

@@ -379,3 +379,6 @@ fn only_default(method: &(impl Into<AnyMethod> + Clone), name: &str) -> Result<A
         Err(unknown("preset", name, &["default"]))
     }
 }
+
+#[cfg(test)]
+mod staged;

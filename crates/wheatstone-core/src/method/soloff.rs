@@ -327,4 +327,27 @@ impl Reconstructor for SoloffReconstructor {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use wheatstone_numeric::random::Random;
+
+    #[test]
+    fn there_are_soloffs_nineteen_terms_and_planes_take_depth_away() {
+        assert_eq!(all_powers().len(), 19);
+        let mut random = Random::new(4);
+        let mut levels = |heights: &[f64]| -> Vec<u8> {
+            let points: Vec<[f64; 3]> = (0..200)
+                .map(|index| {
+                    let height = heights[index % heights.len()];
+                    [random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), height]
+                })
+                .collect();
+            let kept = determined(&points);
+            (0..3).map(|z| kept.iter().filter(|powers| powers[2] == z).count() as u8).collect()
+        };
+        assert_eq!(levels(&[-1.0, 0.0, 0.4, 1.0]), [10, 6, 3]);
+        assert_eq!(levels(&[-1.0, 0.1, 1.0]), [10, 6, 3]);
+        assert_eq!(levels(&[-1.0, 1.0]), [10, 6, 0]);
+        assert_eq!(levels(&[-1.0, -0.999, 1.0]), [10, 6, 0]);
+    }
+}

@@ -2,9 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 mod dataset;
+mod error;
 mod geometry;
+mod brown;
 mod budget;
 mod coverage;
+mod fitted_cameras;
 mod interpolation;
 mod lenses;
 mod locator;
@@ -14,4 +17,5 @@ mod neural_camera;
 mod outliers;
 mod soloff;
 mod volume;
+mod staged;
 mod worlds;

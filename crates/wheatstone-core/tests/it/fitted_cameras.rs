@@ -1,59 +1,21 @@
-use super::*;
-use crate::{
+//! Methods that fit cameras with a lens, in worlds of their own lenses.
+
+use crate::staged::{rig, staged};
+use wheatstone_core::{
     Error,
-    camera::{CameraModel, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt, tsai::Tsai},
+    camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt, tsai::Tsai},
     dataset::{Correspondence, Dataset},
-    method::{AnyMethod, AnyReconstructor},
+    geometry::{Pixel, Point3, Vector3},
+    method::{AnyMethod, AnyReconstructor, Reconstructor},
 };
 use wheatstone_numeric::{progress::Silent, random::Random};
 
-/// Cameras beside each other that look at the middle of what lies 40 to 140 before them.
-pub(in crate::method) fn rig<L: CameraModel>(models: Vec<L>) -> Vec<FittedCamera<L>> {
-    let placed = |(index, model): (usize, L)| {
-        let x = 7.0 * index as f64 - 3.5;
-        let turn = Vector3::new(0.02 * index as f64, libm::atan2(-x, 90.0), 0.05 - 0.03 * x);
-        let rotation = Pose::from_rotation_vector(Vector3::zeros(), turn).inverse().rotation;
-        FittedCamera::new(model, rotation, rotation * Vector3::new(-x, index as f64, 0.0))
-    };
-    models.into_iter().enumerate().map(placed).collect()
-}
-
-/// Seven planes of points as the cameras see them, `spread` wide at unit distance, with normal
-/// errors of `sigma` pixels; world coordinates are those of `world`.
-pub(in crate::method) fn staged<L: CameraModel>(
-    cameras: &[FittedCamera<L>],
-    spread: f64,
-    (sigma, seed): (f64, u64),
-    world: impl Fn(Point3) -> Point3,
-) -> Dataset {
-    let mut random = Random::new(seed);
-    let mut place = |depth: f64| {
-        let mut sideways = || depth * random.uniform(-spread, spread);
-        Point3::new(sideways(), sideways(), depth)
-    };
-    let points: Vec<Point3> =
-        (0..210).map(|index| place(50.0 + 15.0 * f64::from(index / 30))).collect();
-    let mut random = Random::new(seed + 1);
-    let mut noisy = |pixel: Pixel| {
-        Pixel::new(pixel.x + sigma * random.normal(), pixel.y + sigma * random.normal())
-    };
-    let row = |point: Point3| Correspondence {
-        view: 0,
-        id: None,
-        pixels: cameras.iter().map(|camera| camera.project(point).map(&mut noisy)).collect(),
-        world: Some(world(point)),
-        board: None,
-    };
-    let correspondences = points.into_iter().map(row).collect();
-    Dataset { unit: "cm".into(), cameras: cameras.len(), views: Vec::new(), correspondences }
-}
-
-pub(in crate::method) fn fit(method: &str, data: &Dataset) -> AnyReconstructor {
+fn fit(method: &str, data: &Dataset) -> AnyReconstructor {
     AnyMethod::named(method).unwrap().fit_checked(data, 0, &Silent).unwrap().reconstructor
 }
 
 /// The largest distance of a located point from its known place.
-pub(in crate::method) fn worst(fitted: &AnyReconstructor, data: &Dataset) -> f64 {
+fn worst(fitted: &AnyReconstructor, data: &Dataset) -> f64 {
     let error = |(world, row): (Point3, &Correspondence)| {
         (fitted.locate(&row.pixels).unwrap().point - world).norm()
     };
