@@ -237,6 +237,3 @@ fn stripes(at: f64, width: f64, count: usize) -> (f64, f64) {
     let sign = if at.floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
     if inside { (sign, 1.0) } else { (0.0, 0.0) }
 }
-
-#[cfg(test)]
-mod tests;

@@ -8,11 +8,6 @@ mod profile;
 mod refine;
 mod search;
 
-#[cfg(test)]
-mod rendered;
-#[cfg(test)]
-mod tests;
-
 use super::{
     AnyChart, Chart, Shape, Sighting,
     lattice::{Lattice, Origin},

@@ -1,10 +1,10 @@
 //! Pictures of grids whose truth is known.
 
-use crate::{
+use rayon::prelude::*;
+use wheatstone_charts::{
     chart::{Chart, line_grid::LineGrid},
     imaging::{GrayImage, filter::gaussian_blur},
 };
-use rayon::prelude::*;
 use wheatstone_core::geometry::{Pixel, Point3, Pose, Vector3};
 use wheatstone_numeric::random::Random;
 

@@ -1,6 +1,11 @@
-use super::{Chart, Chessboard, Sighting};
-use crate::{
-    chart::lattice::size_in_reason,
+//! Chessboards in pictures whose truth is known.
+
+use wheatstone_charts::{
+    chart::{
+        Chart, Sighting,
+        chessboard::Chessboard,
+        lattice::{Origin, size_in_reason},
+    },
     imaging::{GrayImage, filter},
 };
 use wheatstone_core::geometry::{Homography, Pixel};
@@ -15,8 +20,7 @@ struct Scene {
     k1: f64,
 }
 
-const BOARD: Chessboard =
-    Chessboard { columns: 9, rows: 6, pitch: 30.0, origin: crate::chart::lattice::Origin::Centre };
+const BOARD: Chessboard = Chessboard { columns: 9, rows: 6, pitch: 30.0, origin: Origin::Centre };
 
 impl Scene {
     /// The board's four outermost points at these pixels, clockwise from point 0.

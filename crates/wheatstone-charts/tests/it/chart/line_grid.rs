@@ -1,9 +1,10 @@
-use super::{
-    LineGrid,
-    rendered::{Scene, clutter},
-};
-use crate::{
-    chart::{Chart, Sighting},
+//! Grids of lines in pictures whose truth is known.
+
+mod rendered;
+
+use rendered::{Scene, clutter};
+use wheatstone_charts::{
+    chart::{Chart, Detection, Sighting, line_grid::LineGrid},
     imaging::{GrayImage, filter::gaussian_blur},
 };
 use wheatstone_core::geometry::Pixel;
@@ -59,7 +60,7 @@ fn outcome(scene: &Scene) -> Outcome {
     let best = readings
         .iter()
         .min_by(|a, b| {
-            let sum = |r: &&crate::chart::Detection| r.points.iter().map(error).sum::<f64>();
+            let sum = |r: &&Detection| r.points.iter().map(error).sum::<f64>();
             sum(a).total_cmp(&sum(b))
         })
         .unwrap();

@@ -1,0 +1,82 @@
+//! Captures as users lay them down.
+
+use wheatstone_charts::{
+    capture::{Capture, FILE_NAME},
+    chart::chessboard::Chessboard,
+};
+use wheatstone_core::Result;
+
+const HEAD: &str = "unit = \"cm\"\n[chart]\ntype = \"line-grid\"\ncolumns = 17\nrows = 13\npitch = 5.0\n[cameras]\nleft = \"left/*.png\"\nright = \"right/*.png\"\n";
+
+fn capture(text: &str, pictures: &[&str]) -> (tempfile::TempDir, Result<Capture>) {
+    let dir = tempfile::tempdir().unwrap();
+    for picture in pictures {
+        let path = dir.path().join(picture);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, b"").unwrap();
+    }
+    std::fs::write(dir.path().join(FILE_NAME), text).unwrap();
+    let opened = Capture::open(dir.path());
+    (dir, opened)
+}
+
+#[test]
+fn pictures_pair_up_in_sorted_order_and_cameras_keep_theirs() {
+    let text = HEAD.replace("left = ", "zeta = ");
+    let (_dir, capture) =
+        capture(&text, &["left/b.png", "left/a.png", "right/1.png", "right/2.png"]);
+    let capture = capture.unwrap();
+    assert_eq!(capture.cameras[0].name, "zeta");
+    assert!(capture.cameras[0].pictures[0].ends_with("a.png"));
+    assert_eq!(capture.views[1].name, "b");
+    assert_eq!(capture.views[0].world_from_chart, None);
+}
+
+#[test]
+fn a_target_of_kalibr_declares_the_chart_in_the_unit_of_the_capture() {
+    let dir = tempfile::tempdir().unwrap();
+    let target = dir.path().join("board.yaml");
+    let text = "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.06\n";
+    std::fs::write(&target, text).unwrap();
+    let rest = &HEAD[HEAD.find("[cameras]").unwrap()..];
+    let text = format!("unit = \"cm\"\n[chart]\nfile = {target:?}\n{rest}");
+    let (_dir, capture) = capture(&text, &["left/a.png", "right/a.png"]);
+    let chart = Chessboard { columns: 6, rows: 7, pitch: 6.0, ..Chessboard::default() };
+    assert_eq!(capture.unwrap().chart, chart.into());
+}
+
+#[test]
+fn views_go_by_name_where_pictures_have_their_names() {
+    let views = "[[views]]\nname = \"50\"\ntranslation = [0, 0, 50]\n[[views]]\nname = \"110\"\ntranslation = [0, 0, 110]\nrotation = [0, 0.1, 0]\n";
+    let pictures = ["left/110.png", "left/50.png", "right/110.png", "right/50.png"];
+    let (_dir, capture) = capture(&(HEAD.to_owned() + views), &pictures);
+    let capture = capture.unwrap();
+    assert!(capture.cameras[1].pictures[0].ends_with("50.png"));
+    assert_eq!(capture.views[1].world_from_chart.unwrap().translation.z, 110.0);
+    assert!((capture.views[1].world_from_chart.unwrap().rotation_vector().y - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn faults_are_named() {
+    let both = ["left/a.png", "right/a.png"];
+    let view = "[[views]]\nname = \"a\"\n";
+    for (text, pictures, words) in [
+        (HEAD.replace("columns", "colums"), &both[..], "colums"),
+        (HEAD.replace("line-grid", "line-gird"), &both[..], "line-gird"),
+        (HEAD.replace("columns = 17", "columns = 1"), &both[..], "columns cannot be 1"),
+        (HEAD.replace("5.0", "-5.0"), &both[..], "pitch cannot be -5"),
+        (HEAD.to_owned(), &["left/a.png"], "no file matches `right/*.png`"),
+        (HEAD.to_owned(), &["left/a1.png", "left/a2.png", "right/a1.png"], "`left` has 2"),
+        (format!("{HEAD}{view}{view}"), &both[..], "2 [[views]], but 1"),
+        (HEAD.replace("\"cm\"", "cm"), &both[..], ":1:"),
+        (format!("{HEAD}{view}rotation = [0, 0, 0]\n"), &both[..], "no translation"),
+    ] {
+        let (_dir, outcome) = capture(&text, pictures);
+        let error = outcome.unwrap_err();
+        assert!(error.to_string().contains(words), "{words}: {error}");
+        assert!(error.hint().is_some());
+    }
+    // One camera alone can be calibrated.
+    let (_dir, one) = capture(&HEAD.replace("right = \"right/*.png\"\n", ""), &both[..1]);
+    assert_eq!(one.unwrap().cameras.len(), 1);
+}

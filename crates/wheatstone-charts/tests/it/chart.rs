@@ -1,0 +1,6 @@
+//! Charts.
+
+mod chessboard;
+mod kalibr_target;
+mod lattice;
+mod line_grid;

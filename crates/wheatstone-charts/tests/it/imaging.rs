@@ -1,0 +1,5 @@
+//! Pictures.
+
+mod decode;
+mod filter;
+mod raw;

@@ -1,0 +1,77 @@
+//! Pictures from files, whole and broken.
+
+use image::{DynamicImage, ExtendedColorType as Kind, ImageEncoder};
+use wheatstone_charts::imaging::{Limits, read_image};
+use wheatstone_core::Error;
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+#[test]
+fn eight_and_sixteen_bit_files_of_every_kind_read_alike() {
+    let dir = folder();
+    let bytes: Vec<u8> = (0..48).map(|i| (i * 5) as u8).collect();
+    let words: Vec<u16> = bytes.iter().map(|b| u16::from(*b) * 257).collect();
+    let expected: Vec<f32> = bytes.iter().map(|b| f32::from(*b)).collect();
+    let eight = DynamicImage::ImageLuma8(image::GrayImage::from_raw(8, 6, bytes).unwrap());
+    let sixteen = DynamicImage::ImageLuma16(image::ImageBuffer::from_raw(8, 6, words).unwrap());
+    for (picture, extensions) in
+        [(&eight, &["png", "tif", "pgm", "bmp"][..]), (&sixteen, &["png", "tif"][..])]
+    {
+        for extension in extensions {
+            let path = dir.path().join(format!("{:?}.{extension}", picture.color()));
+            picture.save(&path).unwrap();
+            let read = read_image(&path, Limits::default()).unwrap();
+            assert_eq!((read.width(), read.height()), (8, 6));
+            assert_eq!(read.values(), expected, "{extension}");
+        }
+    }
+    // A file is what its first bytes say, whatever its name says.
+    let misnamed = dir.path().join("misnamed.jpg");
+    eight.save_with_format(&misnamed, image::ImageFormat::Png).unwrap();
+    assert_eq!(read_image(&misnamed, Limits::default()).unwrap().values(), expected);
+}
+
+#[test]
+fn every_truncation_is_an_error_or_the_whole_picture() {
+    let dir = folder();
+    let mut file = Vec::new();
+    let values: Vec<u8> = (0..32 * 32).map(|i| (i * 7 % 251) as u8).collect();
+    image::codecs::png::PngEncoder::new(&mut file).write_image(&values, 32, 32, Kind::L8).unwrap();
+    let whole: Vec<f32> = values.iter().map(|v| f32::from(*v)).collect();
+    for length in (0..file.len()).step_by(7) {
+        let path = dir.path().join("cut.png");
+        std::fs::write(&path, &file[..length]).unwrap();
+        match read_image(&path, Limits::default()) {
+            Ok(picture) => assert_eq!(picture.values(), whole, "half a picture at {length}"),
+            Err(e) => assert!(e.to_string().contains("cut.png") && e.hint().is_some()),
+        }
+    }
+}
+
+#[test]
+fn a_bomb_is_refused_by_its_header() {
+    // The smallest PNG header that claims 60000 x 60000 pixels of 16-bit colour.
+    let mut file = b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR".to_vec();
+    file.extend([0, 0, 0xEA, 0x60, 0, 0, 0xEA, 0x60, 16, 2, 0, 0, 0]);
+    file.extend([0x5C, 0xD6, 0xCD, 0x33]);
+    let dir = folder();
+    let path = dir.path().join("bomb.png");
+    std::fs::write(&path, file).unwrap();
+    assert!(read_image(&path, Limits::default()).is_err());
+    // A PGM needs no checksum, so that its header is believed.
+    std::fs::write(&path, b"P5 60000 60000 255\n").unwrap();
+    let error = read_image(&path, Limits::default()).unwrap_err().to_string();
+    assert!(error.contains("60000 x 60000"), "{error}");
+}
+
+#[test]
+fn folders_and_missing_files_are_named() {
+    let dir = folder();
+    for path in [dir.path().to_path_buf(), dir.path().join("none.png")] {
+        let error = read_image(&path, Limits::default()).unwrap_err();
+        assert!(matches!(error, Error::Io { .. }));
+        assert!(error.to_string().contains(&path.display().to_string()));
+    }
+}
