@@ -249,7 +249,7 @@ fn error_bars(points: &[PointFigures]) -> Vec<ErrorBarPoint> {
 
 /// How much an ellipsoid must promise to just reach the point's true place: the chi-square
 /// distribution of three degrees of freedom at the squared Mahalanobis distance.
-pub(super) fn needed_share(point: &PointFigures) -> Option<f64> {
+fn needed_share(point: &PointFigures) -> Option<f64> {
     let located = point.located.as_ref()?;
     let [xx, xy, xz, yy, yz, zz] = located.covariance?;
     let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
@@ -319,6 +319,34 @@ impl Judgement {
             Self::HeldOut => "held-out points",
             Self::Fitted => "fitted points",
             Self::Nothing => "no points",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LocatedFigures;
+
+    #[test]
+    fn ellipsoids_promise_by_the_chi_square_distribution() {
+        let point = |distance: f64| PointFigures {
+            view: 0,
+            id: None,
+            pixels: Vec::new(),
+            world: Some([1.0, 2.0, 3.0 + distance]),
+            located: Some(LocatedFigures {
+                point: [1.0, 2.0, 3.0],
+                covariance: Some([4.0, 0.0, 0.0, 4.0, 0.0, 4.0]),
+                residual: None,
+                misses: Vec::new(),
+                depth: 3.0,
+            }),
+        };
+        // Quantiles of three degrees of freedom, from any table.
+        for (square, share) in [(2.366, 0.5), (6.251, 0.9), (7.815, 0.95), (11.345, 0.99)] {
+            let needed = needed_share(&point(2.0 * f64::sqrt(square))).unwrap();
+            assert!((needed - share).abs() < 1e-4, "{needed} for {share}");
         }
     }
 }

@@ -189,6 +189,3 @@ impl Report {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,0 +1,5 @@
+//! What reports say of worlds whose truth is known.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+mod html;
+mod report;
