@@ -5,8 +5,6 @@
 
 mod evidence;
 mod grid;
-#[cfg(test)]
-mod tests;
 
 use super::{Estimated, Ground, scene::Scene, world::ROBOT_RADIUS};
 use evidence::{Look, OCCUPIED, SUREST};

@@ -3,8 +3,6 @@
 
 mod following;
 mod recovery;
-#[cfg(test)]
-mod tests;
 
 use super::{
     Estimated, Ground, Velocity,

@@ -4,8 +4,6 @@
 mod distance;
 mod search;
 mod terrain;
-#[cfg(test)]
-mod tests;
 
 pub use terrain::{MARGIN, TIGHT, Terrain};
 

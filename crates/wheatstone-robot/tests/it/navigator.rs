@@ -1,9 +1,17 @@
-use super::*;
-use crate::{
-    PlanarPose,
-    simulation_of_scenes::{Faults, Simulated},
+//! Drives without pictures.
+
+mod simulation_of_scenes;
+
+use simulation_of_scenes::{Faults, Simulated};
+use wheatstone_robot::{
+    PlanarPose, Velocity,
+    navigator::{Activity, Decision, Navigator, Reason},
+    scene::{Scene, Trust},
     world::{Footprint, Obstacle, ROBOT_RADIUS, World},
 };
+
+/// After so many steps a robot gives up by itself.
+const MOST_STEPS: usize = 1000;
 
 const PERIOD: f64 = 0.25;
 

@@ -1,9 +1,11 @@
-use super::*;
-use crate::{
-    PlanarPose,
-    scene::{ScenePoint, Stretch, Trust},
-};
+//! Maps of made-up scenes.
+
 use nalgebra::Matrix2;
+use wheatstone_robot::{
+    Estimated, Ground, PlanarPose,
+    map::{Cell, Map},
+    scene::{Scene, ScenePoint, Stretch, Trust},
+};
 
 /// Stretches at every third of a degree to a distance ahead, from an eye at the origin.
 fn floor(to: f64, blocked: bool) -> Scene {

@@ -1,10 +1,13 @@
-use super::*;
-use crate::{
-    Estimated,
+//! Ways through walls with gaps.
+
+use nalgebra::Matrix2;
+use wheatstone_robot::{
+    Estimated, Ground,
+    map::Map,
+    plan::{MARGIN, Terrain, Way},
     scene::{Scene, ScenePoint, Trust},
     world::{NARROWEST, ROBOT_RADIUS},
 };
-use nalgebra::Matrix2;
 
 /// A wall across the way at 150 cm with gaps, each given by its middle and its width.
 fn walled(gaps: &[[f64; 2]]) -> Map {

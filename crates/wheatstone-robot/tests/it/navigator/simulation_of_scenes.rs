@@ -1,13 +1,13 @@
 //! A robot in a world without pictures: from where it truly stands, what a pair of cameras would show,
 //! with the noise, the gaps and the mistakes of matching; and wheels that slip.
 
-use crate::{
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use wheatstone_numeric::random::Random;
+use wheatstone_robot::{
     Estimated, Ground, PlanarPose, Velocity,
     scene::{Scene, ScenePoint, Stretch, Trust},
     world::{Footprint, Obstacle, World},
 };
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use wheatstone_numeric::random::Random;
 
 /// The eye: so high, so far ahead of the wheels, in centimetres.
 const EYE: [f64; 2] = [30.0, 6.0];
@@ -22,25 +22,25 @@ const FLATTEST: f64 = 0.026;
 
 /// How wrong the pictures are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Faults {
+pub(super) struct Faults {
     /// Share of points that are somewhere along their ray.
-    pub(crate) wrong_points: f64,
+    pub(super) wrong_points: f64,
     /// Share of columns whose stretch ends anywhere.
-    pub(crate) wrong_stretches: f64,
+    pub(super) wrong_stretches: f64,
     /// Share of columns of which nothing is known.
-    pub(crate) missed_columns: f64,
+    pub(super) missed_columns: f64,
     /// How often an obstacle's foot is not seen, so that stretches end before it.
-    pub(crate) missed_feet: f64,
+    pub(super) missed_feet: f64,
     /// How often stretches run on to its upper edge.
-    pub(crate) overrun_feet: f64,
+    pub(super) overrun_feet: f64,
     /// Share of columns in which a foot or an upper edge shows a point.
-    pub(crate) edge_points: f64,
+    pub(super) edge_points: f64,
     /// Floor nearer than this ahead of the eye is not seen, nor farther than that, in centimetres.
-    pub(crate) floor: [f64; 2],
+    pub(super) floor: [f64; 2],
     /// Share of looks whose motion is not found.
-    pub(crate) lost: f64,
+    pub(super) lost: f64,
     /// Standard deviations that a step adds to where the robot believes itself: centimetres, radians.
-    pub(crate) drift: [f64; 2],
+    pub(super) drift: [f64; 2],
 }
 
 impl Default for Faults {
@@ -61,13 +61,13 @@ impl Default for Faults {
 
 /// A simulated robot.
 #[derive(Clone, Debug)]
-pub(crate) struct Simulated {
-    pub(crate) world: World,
-    pub(crate) truth: PlanarPose,
-    pub(crate) believed: Estimated,
-    pub(crate) faults: Faults,
+pub(super) struct Simulated {
+    pub(super) world: World,
+    pub(super) truth: PlanarPose,
+    pub(super) believed: Estimated,
+    pub(super) faults: Faults,
     /// The least clearance that it ever had, in centimetres.
-    pub(crate) least: f64,
+    pub(super) least: f64,
     random: Random,
     /// The wheels' lasting error, as shares of forward and turn.
     bias: [f64; 2],
@@ -84,7 +84,7 @@ struct Hit {
 }
 
 impl Simulated {
-    pub(crate) fn new(world: World, faults: Faults) -> Self {
+    pub(super) fn new(world: World, faults: Faults) -> Self {
         let mut random = Random::stream(world.seed, 0x5ce_0e5);
         let bias = [0.05 * random.normal(), 0.05 * random.normal()];
         Self {
@@ -99,7 +99,7 @@ impl Simulated {
     }
 
     /// Drives, and moves the belief along with its drift.
-    pub(crate) fn drive(&mut self, velocity: Velocity, period: f64) {
+    pub(super) fn drive(&mut self, velocity: Velocity, period: f64) {
         for bias in &mut self.bias {
             *bias = (*bias + 0.005 * self.random.normal()).clamp(-0.08, 0.08);
         }
@@ -137,7 +137,7 @@ impl Simulated {
     }
 
     /// What is seen, and where the robot believes itself to be.
-    pub(crate) fn look(&mut self) -> (Scene, Option<Estimated>) {
+    pub(super) fn look(&mut self) -> (Scene, Option<Estimated>) {
         let lost = self.random.uniform(0.0, 1.0) < self.faults.lost;
         let rays: Vec<Vec<Hit>> = (0..COLUMNS).map(|column| self.hits(column)).collect();
         let clear = self.stretches(&rays);
