@@ -4,12 +4,18 @@
 mod grid;
 mod tags;
 
-use super::{Chart, Detection, Shape, Sighting, charuco::share, chessboard::seed, lattice::Origin};
+use super::{
+    Chart, Detection, Shape, Sighting,
+    charuco::{has_words, share},
+    chessboard::seed,
+    lattice::Origin,
+    refused,
+};
 use crate::imaging::GrayImage;
 use calib_targets::aruco::{Dictionary, builtins};
 use serde::{Deserialize, Serialize};
 use wheatstone_core::{
-    Error, Result,
+    Result,
     geometry::{Pixel, Point3},
 };
 
@@ -249,37 +255,22 @@ impl Chart for AprilGrid {
     }
 
     fn validate(&self) -> Result<()> {
-        let setting = |setting: &str, value: String, need: String| {
-            Err(Error::Setting { setting: format!("[chart] {setting}"), value, need })
-        };
         if self.columns < 1 || self.rows < 1 || self.columns * self.rows < 2 {
             let value = format!("{}, {}", self.columns, self.rows);
-            return setting("columns, rows", value, "two tags at least".into());
+            return Err(refused("columns, rows", value, "two tags at least"));
         }
         if !(self.tag.is_finite() && self.tag > 0.0) {
-            return setting("tag", self.tag.to_string(), "a length above 0".into());
+            return Err(refused("tag", self.tag, "a length above 0"));
         }
         // Squares of less than a tag's cell are not told from its word; wider gaps are another chart.
         if !(0.1..=1.0).contains(&self.spacing) {
-            let need = "0.1 to 1, the gap between tags as a share of their side".into();
-            return setting("spacing", self.spacing.to_string(), need);
+            let need = "0.1 to 1, the gap between tags as a share of their side";
+            return Err(refused("spacing", self.spacing, need));
         }
         if !(1..=2).contains(&self.border) {
-            return setting("border", self.border.to_string(), "1 or 2 cells".into());
+            return Err(refused("border", self.border, "1 or 2 cells"));
         }
-        let Some(words) = self.words() else {
-            return Err(Error::UnknownName {
-                kind: "dictionary",
-                name: self.dictionary.clone(),
-                known: builtins::BUILTIN_DICTIONARY_NAMES.iter().map(|n| (*n).into()).collect(),
-            });
-        };
-        let (needed, known) = (self.first + self.columns * self.rows, words.codes().len());
-        if needed > known {
-            let need = format!("a dictionary with {needed} tags; this one has {known}");
-            return setting("dictionary", self.dictionary.clone(), need);
-        }
-        Ok(())
+        has_words(&self.dictionary, self.first + self.columns * self.rows, "tags")
     }
 }
 

@@ -7,6 +7,7 @@ use super::{
     Chart, Detection, Shape, Sighting,
     chessboard::{growth, seed},
     lattice::{Lattice, Origin},
+    refused,
 };
 use crate::imaging::GrayImage;
 use calib_targets::aruco::{Dictionary, builtins};
@@ -225,34 +226,34 @@ impl Chart for Charuco {
     }
 
     fn validate(&self) -> Result<()> {
-        let setting = |setting: &str, value: String, need: String| {
-            Err(Error::Setting { setting: format!("[chart] {setting}"), value, need })
-        };
         for (name, count) in [("columns", self.columns), ("rows", self.rows)] {
             if !(3..=500).contains(&count) {
-                return setting(name, count.to_string(), "3 to 500 squares".into());
+                return Err(refused(name, count, "3 to 500 squares"));
             }
         }
         self.lattice().validate()?;
         // Less than a twelfth of the square on each side, and corners cannot be told from markers.
         if !(self.marker > 0.0 && self.marker <= 0.85 * self.pitch) {
-            let need = "a length above 0, at most 0.85 of the pitch".into();
-            return setting("marker", self.marker.to_string(), need);
+            let need = "a length above 0, at most 0.85 of the pitch";
+            return Err(refused("marker", self.marker, need));
         }
-        let Some(words) = self.words() else {
-            return Err(Error::UnknownName {
-                kind: "dictionary",
-                name: self.dictionary.clone(),
-                known: builtins::BUILTIN_DICTIONARY_NAMES.iter().map(|n| (*n).into()).collect(),
-            });
-        };
-        let (needed, known) = (self.marked(self.legacy).len(), words.codes().len());
-        if needed > known {
-            let need = format!("a dictionary with {needed} markers; this one has {known}");
-            return setting("dictionary", self.dictionary.clone(), need);
-        }
-        Ok(())
+        has_words(&self.dictionary, self.marked(self.legacy).len(), "markers")
     }
+}
+
+/// Refuses a dictionary that is not known, or has words for fewer markers than are needed.
+pub(super) fn has_words(dictionary: &str, needed: usize, markers: &str) -> Result<()> {
+    let words = builtins::builtin_dictionary(dictionary).ok_or_else(|| Error::UnknownName {
+        kind: "dictionary",
+        name: dictionary.into(),
+        known: builtins::BUILTIN_DICTIONARY_NAMES.iter().map(|n| (*n).into()).collect(),
+    })?;
+    let known = words.codes().len();
+    if needed > known {
+        let need = format!("a dictionary with {needed} {markers}; this one has {known}");
+        return Err(refused("dictionary", dictionary, need));
+    }
+    Ok(())
 }
 
 /// Share of a stretch of `size` at `at` that lies between `low` and `high`.

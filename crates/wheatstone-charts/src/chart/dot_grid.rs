@@ -10,13 +10,14 @@ mod layout;
 use super::{
     Chart, Shape, Sighting, Sigmas,
     lattice::{Labelled, Lattice, Origin},
+    refused,
     trimming::trim,
 };
 use crate::imaging::{GrayImage, filter::halve};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wheatstone_core::{
-    Error, Result,
+    Result,
     geometry::{Pixel, Point3},
 };
 
@@ -312,11 +313,7 @@ impl Chart for DotGrid {
         if diameter > 0.0 && diameter < 0.95 * most {
             return Ok(());
         }
-        Err(Error::Setting {
-            setting: "[chart] diameter".into(),
-            value: diameter.to_string(),
-            need: "a length above 0 at which dots stay apart".into(),
-        })
+        Err(refused("diameter", diameter, "a length above 0 at which dots stay apart"))
     }
 }
 

@@ -1,12 +1,12 @@
 //! What charts with points on a square lattice share: where the points are, and which point of the
 //! chart each crossing found in a picture can be.
 
-use super::{Detection, Sighting};
+use super::{Detection, Sighting, refused};
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wheatstone_core::{
-    Error, Result,
+    Result,
     geometry::{Pixel, Point3},
 };
 
@@ -73,23 +73,16 @@ impl Lattice {
     ///
     /// # Errors
     ///
-    /// [`Error::Setting`].
+    /// [`wheatstone_core::Error::Setting`].
     pub fn validate(&self) -> Result<()> {
         for (setting, count) in [("columns", self.columns), ("rows", self.rows)] {
             if !(2..=500).contains(&count) {
-                return Err(Error::Setting {
-                    setting: format!("[chart] {setting}"),
-                    value: count.to_string(),
-                    need: "2 to 500 (inner corners or crossings, not squares)".into(),
-                });
+                let need = "2 to 500 (inner corners or crossings, not squares)";
+                return Err(refused(setting, count, need));
             }
         }
         if !(self.pitch.is_finite() && self.pitch > 0.0) {
-            return Err(Error::Setting {
-                setting: "[chart] pitch".into(),
-                value: self.pitch.to_string(),
-                need: "a length above 0, in the capture's unit".into(),
-            });
+            return Err(refused("pitch", self.pitch, "a length above 0, in the capture's unit"));
         }
         Ok(())
     }

@@ -10,11 +10,13 @@ mod search;
 
 use super::{
     AnyChart, Chart, Shape, Sighting,
+    charuco::share,
     lattice::{Lattice, Origin},
+    refused,
 };
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
-use wheatstone_core::{Error, Result, geometry::Point3};
+use wheatstone_core::{Result, geometry::Point3};
 
 /// Straight lines, evenly spaced both ways, counted by their crossings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,8 +111,8 @@ impl Chart for LineGrid {
             // The nearest line is the only one that a box narrower than half the pitch can touch.
             let line = at.round().clamp(0.0, (count - 1) as f64);
             let over = self.overhang() / self.pitch;
-            let ink = overlap(at, size, line - self.line_width / 2.0, line + self.line_width / 2.0);
-            (ink, overlap(at, size, -over, (count - 1) as f64 + over))
+            let ink = share(at, size, line - self.line_width / 2.0, line + self.line_width / 2.0);
+            (ink, share(at, size, -over, (count - 1) as f64 + over))
         };
         let (down, within_x) = bars(x, first_x, width, self.columns);
         let (across, within_y) = bars(y, first_y, height, self.rows);
@@ -138,21 +140,7 @@ impl Chart for LineGrid {
         if self.line_width > 0.0 && self.line_width < 0.6 {
             return Ok(());
         }
-        Err(Error::Setting {
-            setting: "[chart] line_width".into(),
-            value: self.line_width.to_string(),
-            need: "a share of the pitch above 0 and below 0.6".into(),
-        })
-    }
-}
-
-/// Share of a box of `size` at `at` that lies between `low` and `high`.
-fn overlap(at: f64, size: f64, low: f64, high: f64) -> f64 {
-    if size > 0.0 {
-        ((at + size / 2.0).min(high) - (at - size / 2.0).max(low)).max(0.0) / size
-    } else if at >= low && at < high {
-        1.0
-    } else {
-        0.0
+        let need = "a share of the pitch above 0 and below 0.6";
+        Err(refused("line_width", self.line_width, need))
     }
 }

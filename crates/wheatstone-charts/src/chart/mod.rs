@@ -21,7 +21,7 @@ pub mod two_level;
 use crate::imaging::GrayImage;
 use std::path::Path;
 use wheatstone_core::{
-    Result,
+    Error, Result,
     geometry::{Pixel, Point3},
     registry,
 };
@@ -149,6 +149,12 @@ pub enum Shape {
     Rectangle([f64; 4]),
     /// Centre and radius.
     Disc([f64; 2], f64),
+}
+
+/// Refuses a setting of a chart.
+fn refused(setting: &str, value: impl ToString, need: impl Into<String>) -> Error {
+    let (setting, value) = (format!("[chart] {setting}"), value.to_string());
+    Error::Setting { setting, value, need: need.into() }
 }
 
 registry! {

@@ -3,14 +3,14 @@
 mod file;
 
 use super::{
-    Chart, PictureOf, PointId, Shape, Sighting,
+    Chart, PictureOf, PointId, Shape, Sighting, refused,
     rigid::{self, MarkKind},
 };
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use wheatstone_core::{
-    Error, Result,
+    Result,
     geometry::{Pixel, Point3},
 };
 
@@ -168,25 +168,22 @@ impl Chart for PointList {
     }
 
     fn validate(&self) -> Result<()> {
-        let setting = |setting: &str, value: String, need: &str| {
-            Err(Error::Setting { setting: format!("[chart] {setting}"), value, need: need.into() })
-        };
         if self.file.is_some() && self.points.is_empty() {
             // Not read yet.
             return Ok(());
         }
         if !(4..=MOST_POINTS).contains(&self.points.len()) {
             let need = "4 to 5000 points, in `file` or in `points`";
-            return setting("points", self.points.len().to_string(), need);
+            return Err(refused("points", self.points.len(), need));
         }
         if let Some(point) = self.points.iter().find(|point| !point.iter().all(|it| it.is_finite()))
         {
-            return setting("points", format!("{point:?}"), "three finite numbers a point");
+            return Err(refused("points", format!("{point:?}"), "three finite numbers a point"));
         }
         let mut sorted = self.points.clone();
         sorted.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-            return setting("points", format!("{:?} twice", pair[0]), "every point once");
+            return Err(refused("points", format!("{:?} twice", pair[0]), "every point once"));
         }
         Ok(())
     }

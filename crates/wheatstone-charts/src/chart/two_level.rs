@@ -1,12 +1,12 @@
 //! The plate of two levels that particle image velocimetry calibrates with: a grid of dots, and a second
 //! one beside and behind it.
 
-use super::{Chart, PictureOf, Shape, Sighting, lattice::Origin, point_list::PointList};
+use super::{Chart, PictureOf, Shape, Sighting, lattice::Origin, point_list::PointList, refused};
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use wheatstone_core::{
-    Error, Result,
+    Result,
     geometry::{Pixel, Point3},
 };
 
@@ -139,19 +139,12 @@ impl Chart for TwoLevel {
     fn validate(&self) -> Result<()> {
         for (columns, rows) in self.counts() {
             if columns < 2 || rows < 2 || columns * rows > 2_500 {
-                return Err(Error::Setting {
-                    setting: "[chart] columns, rows".into(),
-                    value: format!("{columns}, {rows}"),
-                    need: "2 or more each, and at most 2500 dots a level".into(),
-                });
+                let need = "2 or more each, and at most 2500 dots a level";
+                return Err(refused("columns, rows", format!("{columns}, {rows}"), need));
             }
         }
         if !(self.pitch.is_finite() && self.pitch > 0.0) {
-            return Err(Error::Setting {
-                setting: "[chart] pitch".into(),
-                value: self.pitch.to_string(),
-                need: "a length above 0, in the capture's unit".into(),
-            });
+            return Err(refused("pitch", self.pitch, "a length above 0, in the capture's unit"));
         }
         self.as_list().validate()
     }

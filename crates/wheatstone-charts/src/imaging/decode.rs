@@ -34,16 +34,8 @@ pub fn read_image(path: &Path, limits: Limits) -> Result<GrayImage> {
         problem,
         hint: hint.into(),
     };
-    let broken = |e: image::ImageError| {
-        refuse(
-            format!("not a whole picture: {e}"),
-            "PNG, JPEG, TIFF, BMP and PGM are read; is the file truncated?",
-        )
-    };
-    let reader = ImageReader::new(BufReader::new(storage::open(path)?))
-        .with_guessed_format()
-        .map_err(|e| Error::reading(path, e))?;
-    let mut decoder = reader.into_decoder().map_err(broken)?;
+    let broken = |e: image::ImageError| not_whole(path, &e);
+    let mut decoder = opened(path)?.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 {
         return Err(refuse("the picture has no pixels".into(), "is the file truncated?"));
@@ -74,15 +66,8 @@ pub fn read_image(path: &Path, limits: Limits) -> Result<GrayImage> {
 /// [`Error::Io`] where the file cannot be read, [`Error::Image`] where it is no picture.
 pub fn read_size(path: &Path) -> Result<[u32; 2]> {
     use image::metadata::Orientation as Turn;
-    let broken = |e: image::ImageError| Error::Image {
-        path: path.into(),
-        problem: format!("not a whole picture: {e}"),
-        hint: "PNG, JPEG, TIFF, BMP and PGM are read; is the file truncated?".into(),
-    };
-    let reader = ImageReader::new(BufReader::new(storage::open(path)?))
-        .with_guessed_format()
-        .map_err(|e| Error::reading(path, e))?;
-    let mut decoder = reader.into_decoder().map_err(broken)?;
+    let broken = |e: image::ImageError| not_whole(path, &e);
+    let mut decoder = opened(path)?.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     Ok(match decoder.orientation().map_err(broken)? {
         Turn::Rotate90 | Turn::Rotate270 | Turn::Rotate90FlipH | Turn::Rotate270FlipH => {
@@ -90,6 +75,20 @@ pub fn read_size(path: &Path) -> Result<[u32; 2]> {
         }
         _ => [width, height],
     })
+}
+
+/// A file, and what kind of picture its first bytes say it is.
+fn opened(path: &Path) -> Result<ImageReader<BufReader<std::fs::File>>> {
+    let reader = ImageReader::new(BufReader::new(storage::open(path)?));
+    reader.with_guessed_format().map_err(|e| Error::reading(path, e))
+}
+
+fn not_whole(path: &Path, error: &image::ImageError) -> Error {
+    Error::Image {
+        path: path.into(),
+        problem: format!("not a whole picture: {error}"),
+        hint: "PNG, JPEG, TIFF, BMP and PGM are read; is the file truncated?".into(),
+    }
 }
 
 fn to_gray(picture: &DynamicImage) -> GrayImage {
