@@ -1,6 +1,10 @@
 //! What every method needs of the points that it is fitted to.
 
-use crate::{Error, Result, dataset::Dataset};
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    geometry::{Pixel, Point3, ProjectionMatrix},
+};
 
 /// Points that lie flatter than this share of their extent are one plane to any method: a tenth of a
 /// millimetre over a metre is what a good chart is flat to.
@@ -40,4 +44,30 @@ pub fn depth_is_observable(train: &Dataset) -> Result<()> {
         });
     }
     Ok(())
+}
+
+/// Refuses fewer points than a method needs, of those that a camera (counted from 0) saw or, where none is
+/// named, of those that all saw.
+pub(super) fn enough(method: &str, camera: Option<usize>, need: usize, got: usize) -> Result<()> {
+    if got >= need {
+        return Ok(());
+    }
+    let what = match camera {
+        Some(camera) => format!("points seen by camera {}", camera + 1),
+        None => "points seen by all cameras".into(),
+    };
+    Err(Error::TooFew { method: method.into(), what, need, got })
+}
+
+/// What one camera saw determines no camera.
+pub(super) fn on_one_plane(camera: usize) -> Error {
+    Error::Degenerate {
+        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+        hint: "show it points at two or more distances".into(),
+    }
+}
+
+/// The camera in closed form, or why there is none.
+pub(super) fn linear_camera(camera: usize, pairs: &[(Point3, Pixel)]) -> Result<ProjectionMatrix> {
+    ProjectionMatrix::fit(pairs).ok_or_else(|| on_one_plane(camera))
 }

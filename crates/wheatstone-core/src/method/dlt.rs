@@ -7,10 +7,13 @@
 
 use super::{
     AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PlacedCamera, Plan, Reconstructor,
-    matrix_uncertainty::MatrixUncertainty, only_default, point_covariance::Sight,
+    checks::{enough, linear_camera, on_one_plane},
+    matrix_uncertainty::MatrixUncertainty,
+    only_default,
+    point_covariance::Sight,
 };
 use crate::{
-    Error, Result,
+    Result,
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix, triangulation},
 };
@@ -52,20 +55,9 @@ impl Dlt {
         for camera in 0..train.cameras {
             progress.check()?;
             let pairs = train.seen_by_camera(camera);
-            let need = ProjectionMatrix::POINTS_NEEDED;
-            if pairs.len() < need {
-                return Err(Error::TooFew {
-                    method: "dlt".into(),
-                    what: format!("points seen by camera {}", camera + 1),
-                    need,
-                    got: pairs.len(),
-                });
-            }
-            let flat = || Error::Degenerate {
-                problem: format!("the points that camera {} saw lie on one plane", camera + 1),
-                hint: "show it points at two or more distances".into(),
-            };
-            let fitted = ProjectionMatrix::fit(&pairs).ok_or_else(flat)?;
+            enough("dlt", Some(camera), ProjectionMatrix::POINTS_NEEDED, pairs.len())?;
+            let flat = || on_one_plane(camera);
+            let fitted = linear_camera(camera, &pairs)?;
             let errors =
                 pairs.iter().filter_map(|(world, pixel)| Some(fitted.project(*world)? - pixel));
             squares += errors.map(|error| error.norm_squared()).sum::<f64>();

@@ -6,7 +6,7 @@
 //! Salkauskas 1981, doi:10.1090/S0025-5718-1981-0616367-1). The 2001 paper names interpolation as the
 //! rival that its network does without.
 
-use super::{AnyMethod, Fit, Located, Method, Reconstructor, only_default};
+use super::{AnyMethod, Fit, Located, Method, Reconstructor, checks::enough, only_default};
 use crate::{
     Error, Result,
     dataset::Dataset,
@@ -64,14 +64,7 @@ impl Method for Interpolation {
         let (pixels, world): (Vec<_>, Vec<_>) = usable.unzip();
         // A plane over so many coordinates, and one point more.
         let need = 2 * train.cameras + 2;
-        if pixels.len() < need {
-            return Err(Error::TooFew {
-                method: "interpolation".into(),
-                what: "points seen by all cameras".into(),
-                need,
-                got: pixels.len(),
-            });
-        }
+        enough("interpolation", None, need, pixels.len())?;
         let (cameras, neighbours) = (train.cameras, self.neighbours.max(need));
         let fitted = InterpolationReconstructor { cameras, neighbours, pixels, world };
         Ok(Fit::of(fitted))

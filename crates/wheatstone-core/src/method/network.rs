@@ -21,6 +21,7 @@ mod targets;
 
 use super::{
     AnyMethod, Fit, Located, Method, Plan, Reconstructor, chart_pose_uncertainty,
+    checks::enough,
     dlt::{Dlt, DltReconstructor},
     neural_camera::EpipolarCheck,
     unknown,
@@ -263,14 +264,7 @@ impl Network {
         let (inputs, points): (Vec<_>, Vec<_>) = train.known().filter_map(usable).unzip();
         // Three equations a point must at least be as many as the weights.
         let need = weight_count(&self.sizes(train.cameras)).div_ceil(3);
-        if inputs.len() < need {
-            return Err(Error::TooFew {
-                method: "network".into(),
-                what: "points seen by all cameras".into(),
-                need,
-                got: inputs.len(),
-            });
-        }
+        enough("network", None, need, inputs.len())?;
         Ok(Samples { inputs, points, views })
     }
 }

@@ -7,6 +7,7 @@
 
 use super::{
     AnyReconstructor, CameraUncertainty, Fit, chart_pose_uncertainty,
+    checks::{enough, linear_camera},
     fitted_camera::FittedCamera,
     fitted_cameras::FittedCameras,
     posed_lens::{POSE, Placed},
@@ -288,19 +289,8 @@ pub(super) fn pairs_of(
     train: &Dataset,
 ) -> Result<Vec<(Point3, Pixel)>> {
     let pairs = train.seen_by_camera(camera);
-    if pairs.len() < need {
-        let what = format!("points seen by camera {}", camera + 1);
-        return Err(Error::TooFew { method: method.into(), what, need, got: pairs.len() });
-    }
+    enough(method, Some(camera), need, pairs.len())?;
     Ok(pairs)
-}
-
-/// The camera in closed form, or why there is none.
-pub(super) fn linear_camera(camera: usize, pairs: &[(Point3, Pixel)]) -> Result<ProjectionMatrix> {
-    ProjectionMatrix::fit(pairs).ok_or_else(|| Error::Degenerate {
-        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
-        hint: "show it points at two or more distances".into(),
-    })
 }
 
 /// No start explains what a camera saw.

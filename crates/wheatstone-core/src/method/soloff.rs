@@ -7,10 +7,13 @@
 
 use super::{
     AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PixelNoise, PlacedCamera, Plan,
-    Reconstructor, only_default, point_covariance::Sight,
+    Reconstructor,
+    checks::{enough, linear_camera, on_one_plane},
+    only_default,
+    point_covariance::Sight,
 };
 use crate::{
-    Error, Result,
+    Result,
     dataset::Dataset,
     geometry::{
         Pixel, Point3, ProjectionMatrix,
@@ -121,20 +124,9 @@ impl PolynomialCamera {
         progress: &dyn Progress,
     ) -> Result<Self> {
         progress.check()?;
-        let need = ProjectionMatrix::POINTS_NEEDED;
-        if pairs.len() < need {
-            return Err(Error::TooFew {
-                method: "soloff".into(),
-                what: format!("points seen by camera {}", camera + 1),
-                need,
-                got: pairs.len(),
-            });
-        }
-        let degenerate = || Error::Degenerate {
-            problem: format!("the points that camera {} saw lie on one plane", camera + 1),
-            hint: "show it points at two or more distances".into(),
-        };
-        let start = ProjectionMatrix::fit(pairs).ok_or_else(degenerate)?;
+        enough("soloff", Some(camera), ProjectionMatrix::POINTS_NEEDED, pairs.len())?;
+        let degenerate = || on_one_plane(camera);
+        let start = linear_camera(camera, pairs)?;
         let powers = determined(scaled);
         let rows: Vec<f64> = scaled
             .iter()

@@ -9,12 +9,12 @@
 //! distortion: with pixel noise on both coordinates that is the most likely camera.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, Method, only_default,
+    AnyMethod, Fit, FittedCameras, Method,
+    checks::linear_camera,
+    only_default,
     posed_lens::{POSE, Placed},
     radial_alignment::{Aligned, Scaled},
-    resection::{
-        Adjusted, FINAL, SCOUTING, assemble, linear_camera, pairs_of, possible, unexplained,
-    },
+    resection::{Adjusted, FINAL, SCOUTING, assemble, pairs_of, possible, unexplained},
 };
 use crate::{
     Result,

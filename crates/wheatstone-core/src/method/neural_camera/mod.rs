@@ -26,10 +26,13 @@ pub(crate) mod uncertain_poses;
 pub(super) use {epipolar_check::EpipolarCheck, pose_uncertainty::Motions};
 
 use super::{
-    AnyMethod, Fit, Located, Method, Plan, Reconstructor, only_default, point_covariance::Sight,
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
+    checks::{enough, linear_camera},
+    only_default,
+    point_covariance::Sight,
 };
 use crate::{
-    Error, Result,
+    Result,
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
 };
@@ -93,18 +96,8 @@ fn fit_one(
 ) -> Result<(NeuralCameraModel, Option<Following>)> {
     progress.check()?;
     let pairs = train.seen_by_camera(camera);
-    if pairs.len() < POINTS_NEEDED {
-        return Err(Error::TooFew {
-            method: "neural-camera".into(),
-            what: format!("points seen by camera {}", camera + 1),
-            need: POINTS_NEEDED,
-            got: pairs.len(),
-        });
-    }
-    let start = ProjectionMatrix::fit(&pairs).ok_or_else(|| Error::Degenerate {
-        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
-        hint: "show it points at two or more distances".into(),
-    })?;
+    enough("neural-camera", Some(camera), POINTS_NEEDED, pairs.len())?;
+    let start = linear_camera(camera, &pairs)?;
     let (state, posterior) = fit::fit_state(&pairs, &start, None, progress)?;
     let fitted = NeuralCameraModel::new(state.lens.clone(), &state.field, &posterior);
     let following =
@@ -160,7 +153,7 @@ impl NeuralCameraReconstructor {
     ///
     /// # Errors
     ///
-    /// [`Error::Degenerate`], [`Error::Cancelled`].
+    /// [`crate::Error::Degenerate`], [`crate::Error::Cancelled`].
     pub fn refit(&self, train: &Dataset, progress: &dyn Progress) -> Result<Self> {
         let refit = |(index, camera): (usize, &NeuralCameraModel)| {
             camera.refit(&train.seen_by_camera(index), progress)

@@ -7,6 +7,7 @@
 //! whose charts are loose, so that it takes no chart's error for noise or for a bent lens.
 
 use super::{
+    super::checks::enough,
     chart_poses::{UncertainPose, UncertainPoses},
     evidence::Posterior,
     fit::{POINTS_NEEDED, State, fit_state, undetermined},
@@ -14,7 +15,7 @@ use super::{
     settings::{SETTINGS, Settings},
 };
 use crate::{
-    Error, Result,
+    Result,
     geometry::{Pixel, Point3, ProjectionMatrix},
 };
 use nalgebra::{DMatrix, DVector};
@@ -56,14 +57,7 @@ impl<'a> CameraNormalEquations<'a> {
         camera: usize,
         progress: &dyn Progress,
     ) -> Result<(Self, Information)> {
-        if pairs.len() < POINTS_NEEDED {
-            return Err(Error::TooFew {
-                method: "solving for where charts stood".into(),
-                what: format!("points seen by camera {}", camera + 1),
-                need: POINTS_NEEDED,
-                got: pairs.len(),
-            });
-        }
+        enough("solving for where charts stood", Some(camera), POINTS_NEEDED, pairs.len())?;
         let start = ProjectionMatrix::fit(pairs).ok_or_else(undetermined)?;
         let (state, posterior) = fit_state(pairs, &start, Some(charts), progress)?;
         let camera = Self { state, settings: posterior.settings };
