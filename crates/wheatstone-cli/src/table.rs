@@ -35,19 +35,7 @@ pub(crate) fn figure(value: f64) -> String {
     if !(1e-4..1e6).contains(&magnitude) {
         return format!("{value:.2e}");
     }
-    let places = if magnitude >= 100.0 {
-        0
-    } else if magnitude >= 10.0 {
-        1
-    } else if magnitude >= 1.0 {
-        2
-    } else if magnitude >= 0.1 {
-        3
-    } else if magnitude >= 0.01 {
-        4
-    } else {
-        5
-    };
+    let places = [100.0, 10.0, 1.0, 0.1, 0.01].iter().filter(|step| magnitude < **step).count();
     format!("{value:.places$}")
 }
 

@@ -93,6 +93,15 @@ impl Convert {
         if self.json { print_json(&told) } else { Ok(()) }
     }
 
+    /// The format to write, of cameras or of points; `None` for a model.
+    fn target(&self, output: &Path, cameras: bool) -> Outcome<Option<&'static Format>> {
+        match self.to.as_deref() {
+            Some("model") => Ok(None),
+            Some(name) => Ok(Some(Format::named(name)?)),
+            None => by_extension(output, cameras),
+        }
+    }
+
     fn cameras(
         &self,
         from: Option<&'static Format>,
@@ -101,12 +110,7 @@ impl Convert {
         output: &Path,
     ) -> Outcome<Value> {
         let (cameras, files) = read_cameras(from, paths, given)?;
-        let to = match self.to.as_deref() {
-            Some("model") => None,
-            Some(name) => Some(Format::named(name)?),
-            None => by_extension(output, true)?,
-        };
-        match (to, &cameras, from) {
+        match (self.target(output, true)?, &cameras, from) {
             (Some(to), _, _) => write_cameras(&cameras, to, given, output),
             (None, Cameras::Rig(rig), Some(from)) => {
                 write_model(rig, from, &files, self.pixel_sigma, output)
@@ -122,12 +126,7 @@ impl Convert {
         given: &Given,
         output: &Path,
     ) -> Outcome<Value> {
-        let to = match self.to.as_deref() {
-            Some("model") => None,
-            Some(name) => Some(Format::named(name)?),
-            None => by_extension(output, false)?,
-        };
-        let (Some(from), Some(to)) = (from, to) else {
+        let (Some(from), Some(to)) = (from, self.target(output, false)?) else {
             return Err(Failure::usage(
                 "points do not become a model by conversion",
                 "`wheatstone fit` makes a model of them",
