@@ -72,27 +72,3 @@ fn along_columns(columns: usize, holds: &[bool], reach: usize) -> Vec<f32> {
     (0..rows).rev().for_each(|row| sweep(row, &mut steps, false));
     squares
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use wheatstone_numeric::random::Random;
-
-    #[test]
-    fn distances_are_those_to_the_nearest_of_all() {
-        let (columns, rows) = (40, 30);
-        let mut random = Random::new(3);
-        let holds: Vec<bool> = (0..columns * rows).map(|_| random.below(150) == 0).collect();
-        let reach = 16;
-        let found = distances(columns, &holds, reach);
-        for (at, found) in found.iter().enumerate() {
-            let nearest = (0..holds.len()).filter(|&other| holds[other]).map(|other| {
-                let across = (other % columns).abs_diff(at % columns);
-                let along = (other / columns).abs_diff(at / columns);
-                ((across * across + along * along) as f32).sqrt() * CELL as f32
-            });
-            let nearest = nearest.fold(reach as f32 * CELL as f32, f32::min);
-            assert!((found - nearest).abs() < 1e-4, "{at}: {found} {nearest}");
-        }
-    }
-}

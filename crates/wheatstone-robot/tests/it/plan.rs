@@ -1,9 +1,10 @@
 //! Ways through walls with gaps.
 
 use nalgebra::Matrix2;
+use wheatstone_numeric::random::Random;
 use wheatstone_robot::{
     Estimated, Ground,
-    map::Map,
+    map::{CELL, Cell, Map},
     plan::{MARGIN, Terrain, Way},
     scene::{Scene, ScenePoint, Trust},
     world::{NARROWEST, ROBOT_RADIUS},
@@ -90,4 +91,33 @@ fn a_robot_too_near_to_something_may_leave() {
     let near = Ground::new(0.0, 137.0);
     assert!(terrain.clearance(&map, near) < ROBOT_RADIUS + MARGIN);
     assert!(terrain.way(&map, near, Ground::origin()).is_some_and(|way| way.whole));
+}
+
+#[test]
+fn clearance_is_the_distance_to_the_nearest_cell_of_all_that_something_stands_on() {
+    let mut map = Map::new(Ground::new(0.0, 300.0));
+    let mut random = Random::new(3);
+    let cells = |map: &Map| -> Vec<[usize; 2]> {
+        let columns = map.columns();
+        (0..map.rows()).flat_map(|row| (0..columns).map(move |column| [column, row])).collect()
+    };
+    for [column, row] in cells(&map) {
+        if random.below(150) == 0 {
+            // Twice: once is not believed.
+            (0..2).for_each(|_| map.suspect(map.place(column, row), 0.1 * CELL));
+        }
+    }
+    let stands = |[column, row]: &[usize; 2]| map.cell(*column, *row) == Cell::Occupied;
+    let occupied: Vec<[usize; 2]> = cells(&map).into_iter().filter(stands).collect();
+    assert!(occupied.len() > 50);
+    let terrain = Terrain::new(&map, MARGIN);
+    for [column, row] in cells(&map) {
+        let found = terrain.clearance(&map, map.place(column, row));
+        let away = |other: &[usize; 2]| {
+            let (across, along) = (other[0].abs_diff(column), other[1].abs_diff(row));
+            ((across * across + along * along) as f64).sqrt() * CELL
+        };
+        let nearest = occupied.iter().map(away).fold(32.0, f64::min);
+        assert!((found - nearest).abs() < 1e-4, "{column} {row}: {found} {nearest}");
+    }
 }
