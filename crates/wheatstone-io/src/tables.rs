@@ -21,6 +21,7 @@ mod writer;
 
 pub use collected::Duplicates;
 pub use names::ColumnNames;
+pub(crate) use points::encode_in;
 pub use points::{encode, read, read_bytes, read_with, save, write};
 pub use reader::{TableOptions, TableReader};
 pub use rows::Rows;

@@ -132,8 +132,10 @@ impl Convert {
                 "`wheatstone fit` makes a model of them",
             ));
         };
-        let data = from.read_points(&gather(from, paths)?, given)?;
-        let files = save(&to.write_points(&data, given)?, output)?;
+        let files = gather(from, paths)?;
+        let data = from.read_points(&files, given)?;
+        let unit = from.unit_of_points(&files, given)?;
+        let files = save(&to.write_points(&data, &Given { unit, ..given.clone() })?, output)?;
         say!("Wrote {} points to {}", data.correspondences.len(), listed(&files));
         Ok(json!({
             "format": to.name,

@@ -235,7 +235,7 @@ fn bad_tables_are_refused_with_file_line_and_hint() {
         let message = refused(at, &["compare", name]);
         assert!(message.contains(words), "compare {name}: {message}");
     }
-    std::fs::write(at.join("binary.csv"), b"x1,y1,x2,y2\n\xff\xfe,1,2,3\n").unwrap();
+    std::fs::write(at.join("binary.csv"), b"x1,y1,x2,y2,X,Y,Z\n\xff\xfe,1,2,3,4,5,6\n").unwrap();
     let message = refused(at, &["fit", "binary.csv", "-o", "model.json"]);
     assert!(message.contains("binary.csv:2: not text"), "{message}");
     assert!(!at.join("model.json").exists(), "a failed fit leaves a file");

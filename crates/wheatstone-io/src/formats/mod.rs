@@ -247,7 +247,19 @@ impl Format {
         Ok(data)
     }
 
-    /// Files from a table of points.
+    /// The unit of lengths in files of points: the one that was given, or that a table of ours says.
+    ///
+    /// # Errors
+    ///
+    /// As [`Format::read_points`].
+    pub fn unit_of_points(&self, files: &[InputFile], given: &Given) -> Result<Option<String>> {
+        match (&given.unit, files.first()) {
+            (None, Some(file)) if table::NAMES.contains(&self.name) => table::unit(file, given),
+            (given, _) => Ok(given.clone()),
+        }
+    }
+
+    /// Files from a table of points, in the unit that was given where that is said.
     ///
     /// # Errors
     ///

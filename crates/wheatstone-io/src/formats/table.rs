@@ -1,9 +1,12 @@
 //! The project's own table of points, as text, Parquet and Arrow.
 
 use super::{Content, Format, Given, InputFile, Layout, OutputFile};
-use crate::tables::{self, Duplicates, TableOptions};
+use crate::tables::{self, Duplicates, TableOptions, TableReader};
 use std::path::Path;
 use wheatstone_core::{Result, dataset::Dataset};
+
+/// The names of these formats.
+pub(super) const NAMES: [&str; 3] = [TEXT.name, PARQUET.name, ARROW.name];
 
 pub(super) const TEXT: Format = Format {
     name: "csv",
@@ -11,7 +14,7 @@ pub(super) const TEXT: Format = Format {
     layout: Layout::File("csv"),
     content: Content::Points {
         read: Some(read),
-        write: Some(|data, _| written(data, "points.csv")),
+        write: Some(|data, given| written(data, given, "points.csv")),
     },
 };
 
@@ -21,7 +24,7 @@ pub(super) const PARQUET: Format = Format {
     layout: Layout::File("parquet"),
     content: Content::Points {
         read: Some(read),
-        write: Some(|data, _| written(data, "points.parquet")),
+        write: Some(|data, given| written(data, given, "points.parquet")),
     },
 };
 
@@ -31,20 +34,30 @@ pub(super) const ARROW: Format = Format {
     layout: Layout::File("arrow"),
     content: Content::Points {
         read: Some(read),
-        write: Some(|data, _| written(data, "points.arrow")),
+        write: Some(|data, given| written(data, given, "points.arrow")),
     },
 };
 
-fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
-    let options = TableOptions {
+fn options(given: &Given) -> TableOptions {
+    TableOptions {
         columns: given.columns.clone(),
         unit: given.unit.clone(),
         duplicates: Duplicates::Keep,
         ..TableOptions::default()
-    };
-    tables::read_bytes(&files[0].path, files[0].bytes.clone(), &options)
+    }
 }
 
-fn written(data: &Dataset, name: &str) -> Result<Vec<OutputFile>> {
-    Ok(vec![OutputFile { name: String::new(), bytes: tables::encode(data, Path::new(name))? }])
+fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
+    tables::read_bytes(&files[0].path, files[0].bytes.clone(), &options(given))
+}
+
+/// The unit that a table says itself.
+pub(super) fn unit(file: &InputFile, given: &Given) -> Result<Option<String>> {
+    TableReader::of_bytes(&file.path, file.bytes.clone(), &options(given))?.unit()
+}
+
+/// A unit that nobody said is not written: who reads the table may know it.
+fn written(data: &Dataset, given: &Given, name: &str) -> Result<Vec<OutputFile>> {
+    let bytes = tables::encode_in(data, Path::new(name), given.unit.clone())?;
+    Ok(vec![OutputFile { name: String::new(), bytes }])
 }

@@ -77,8 +77,13 @@ pub fn write(data: &Dataset) -> String {
 ///
 /// [`wheatstone_core::Error::Io`].
 pub fn encode(data: &Dataset, name: &Path) -> Result<Vec<u8>> {
+    encode_in(data, name, Some(data.unit.clone()))
+}
+
+/// The same, which says no unit where that was only assumed.
+pub(crate) fn encode_in(data: &Dataset, name: &Path, unit: Option<String>) -> Result<Vec<u8>> {
     let (names, columns) = columns(data);
-    let style = TableStyle { unit: Some(data.unit.clone()), ..TableStyle::default() };
+    let style = TableStyle { unit, ..TableStyle::default() };
     let mut writer = TableWriter::new(name, Vec::new(), names, style)?;
     writer.write_columns(&columns)?;
     writer.finish()
