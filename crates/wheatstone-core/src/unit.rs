@@ -16,6 +16,24 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(name, _)| *name)
 }
 
+/// A unit as we write it: `um` for `µm` or `microns`; what is no unit of length that we know as it is.
+#[must_use]
+pub fn canonical(name: &str) -> &str {
+    let name = name.trim();
+    let plain = name.to_lowercase().replace("meter", "metre");
+    let singular = plain.strip_suffix('s').unwrap_or(&plain);
+    match singular {
+        "µm" | "\u{3bc}m" | "micron" | "micrometre" => "um",
+        "millimetre" => "mm",
+        "centimetre" => "cm",
+        "decimetre" => "dm",
+        "metre" => "m",
+        "inch" | "inche" | "\"" => "in",
+        "foot" | "feet" => "ft",
+        _ => name,
+    }
+}
+
 /// What a length in one unit is multiplied by to give it in another; `None` where one is not known.
 #[must_use]
 pub fn factor(from: &str, to: &str) -> Option<f64> {

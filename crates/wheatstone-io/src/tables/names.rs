@@ -111,11 +111,12 @@ pub(super) fn families(names: &[String]) -> BTreeMap<Family, Pixels> {
 
 /// Reads a usual name of pixels: `u1`, `x_1`, `xa`, `x1 [px]`, `left_x`, `cam1_x`.
 fn usual(name: &str) -> Option<(Family, usize, usize)> {
-    let name = without_unit(name, &["px", "pix", "pixel", "pixels"]).0;
-    let mut tokens = tokens(&name);
+    let pixels = |unit: &str| ["px", "pix", "pixel", "pixels"].contains(&unit).then_some("px");
+    let mut tokens = tokens(without_unit(name, pixels).0);
     // `xl`, `ub`: a letter for the axis, a letter for the camera.
     if let [one] = &tokens[..]
         && one.len() == 2
+        && one.is_ascii()
     {
         tokens = vec![one[..1].to_owned(), one[1..].to_owned()];
     }
@@ -149,8 +150,8 @@ pub(super) fn lengths<const N: usize>(
     if exact.iter().all(Option::is_some) {
         return (exact, Vec::new());
     }
-    let units: Vec<&'static str> = unit::names().collect();
-    let read: Vec<_> = names.iter().map(|name| without_unit(name, &units)).collect();
+    let known = |text: &str| unit::names().find(|name| *name == unit::canonical(text));
+    let read: Vec<_> = names.iter().map(|name| without_unit(name, known)).collect();
     let usual = ours.map(|own| {
         let own = tokens(own);
         read.iter().position(|(name, _)| length_name(name) == own)
@@ -175,19 +176,16 @@ fn length_name(name: &str) -> Vec<String> {
     parts
 }
 
-/// A name and the unit behind it: `X [mm]`, `X (mm)`, `X_mm`, `X mm`.
-pub(super) fn without_unit<'u>(name: &str, units: &[&'u str]) -> (String, Option<&'u str>) {
-    let trimmed = name.trim().trim_end_matches([']', ')']);
-    let unit = units.iter().find(|unit| {
-        let before = trimmed.strip_suffix(**unit);
-        before.is_some_and(|before| before.ends_with(['[', '(', '_', ' ', '/']))
-    });
-    match unit {
-        Some(unit) => {
-            let name = &trimmed[..trimmed.len() - unit.len() - 1];
-            (name.trim_end_matches(['_', ' ']).to_owned(), Some(unit))
-        }
-        None => (name.trim().to_owned(), None),
+/// A name and the unit behind it, where that is known: `X [mm]`, `X (mm)`, `X_mm`, `X mm`.
+fn without_unit(
+    name: &str,
+    known: impl Fn(&str) -> Option<&'static str>,
+) -> (&str, Option<&'static str>) {
+    let name = name.trim();
+    let parts = name.trim_end_matches([']', ')']).rsplit_once(['[', '(', '_', ' ', '/']);
+    match parts.and_then(|(name, unit)| Some((name.trim_end(), known(unit)?))) {
+        Some((name, unit)) => (name, Some(unit)),
+        None => (name, None),
     }
 }
 

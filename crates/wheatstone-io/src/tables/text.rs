@@ -11,7 +11,7 @@ use arrow_array::{ArrayRef, RecordBatch, builder::StringBuilder};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use csv::{ByteRecord, StringRecord};
 use std::{io::Read, path::Path, sync::Arc};
-use wheatstone_core::{Error, Result};
+use wheatstone_core::{Error, Result, unit};
 
 /// Reads a table of text, some rows at a time.
 pub(super) struct TextTable {
@@ -223,7 +223,7 @@ impl Head {
         let said = comment_text(line).and_then(|text| {
             let (key, value) = text.split_once([':', '='])?;
             let key = key.trim().to_lowercase();
-            (key == "unit" || key == "units").then(|| value.trim().to_owned())
+            (key == "unit" || key == "units").then(|| unit::canonical(value).to_owned())
         });
         self.unit = said.or(self.unit.take());
     }

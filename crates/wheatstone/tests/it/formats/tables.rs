@@ -58,6 +58,7 @@ fn usual_spellings_are_understood() {
         "X1,Y1,X2,Y2,X,Y,Z",
         "x1_px,y1_px,x2_px,y2_px,X_mm,Y_mm,Z_mm",
         "x1,y1,x2,y2,X [mm],Y [mm],Z [mm]",
+        "x1,y1,x2,y2,X millimetres,Y (mm),z_mm",
     ];
     for header in headers {
         assert_eq!(parse(&format!("{header}\n{rows}")).unwrap(), plain(), "{header}");
@@ -133,7 +134,7 @@ fn faults_are_named_with_line_and_column() {
         (String::new(), Some(1), "empty"),
         ("1,2,3,4,5,6,7\n".into(), Some(1), "no header, only numbers"),
         ("x1,y1,X,Y,Z\n".into(), Some(1), "no column `x2`, `y2`; found: x1, y1, X, Y, Z"),
-        ("a,b\n".into(), Some(1), "no column `x1`, `y1`, `x2`, `y2`; found: a, b"),
+        ("é,µ\n".into(), Some(1), "no column `x1`, `y1`, `x2`, `y2`; found: é, µ"),
         ("x1,y1,x2,y2,x4,y4\n".into(), Some(1), "`x4` stands alone: cameras go on as `x3`"),
         ("x1,y1,x2,y2,X,Y\n".into(), Some(1), "no column `Z`; found: x1, y1, x2, y2, X, Y"),
         ("x1,y1,x2,y2\n1,2,3,4\n".into(), None, "no column `X`, `Y`, `Z`; found: x1, y1, x2, y2"),
@@ -189,7 +190,8 @@ fn a_table_remembers_its_unit_and_is_converted() {
     let metres = [
         file("a.csv", &format!("# unit: m\nx1,y1,x2,y2,X,Y,Z\n{rows}")),
         file("b.csv", &format!("x1,y1,x2,y2,X_m,Y_m,Z_m\n{rows}")),
-        file("c.csv", &format!("x1,y1,x2,y2,X,Y,Z\n# units = m\n{rows}")),
+        file("c.csv", &format!("x1,y1,x2,y2,X,Y,Z\n# units = metres\n{rows}")),
+        file("i.csv", &format!("x1,y1,x2,y2,X (m),Y (m),Z (meters)\n{rows}")),
     ];
     let data = tables::read(&metres[0], "m", Duplicates::Refuse).unwrap();
     let columns = ["d.parquet", "e.arrow", "f.feather"].map(|name| {
