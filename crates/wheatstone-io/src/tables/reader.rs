@@ -195,11 +195,10 @@ enum Sort {
 impl Sort {
     fn of(first: &[u8], path: &Path) -> Self {
         match (first, Kind::of(path)) {
-            (first, _) if first.starts_with(b"PAR1") => Self::Parquet,
-            (first, _) if first.starts_with(b"ARROW1") => Self::Arrow { stream: false },
-            (first, _) if first.starts_with(&[0xFF; 4]) => Self::Arrow { stream: true },
-            (first, _) if first.starts_with(&[0x1F, 0x8B]) => Self::Gzip,
-            (_, Kind::Parquet) => Self::Parquet,
+            ([b'P', b'A', b'R', b'1', ..], _) | (_, Kind::Parquet) => Self::Parquet,
+            ([b'A', b'R', b'R', b'O', b'W', b'1', ..], _) => Self::Arrow { stream: false },
+            ([0xFF, 0xFF, 0xFF, 0xFF, ..], _) => Self::Arrow { stream: true },
+            ([0x1F, 0x8B, ..], _) => Self::Gzip,
             (_, Kind::Arrow) => Self::Arrow { stream: false },
             _ => Self::Text,
         }
