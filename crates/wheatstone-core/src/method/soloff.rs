@@ -321,7 +321,8 @@ impl Reconstructor for SoloffReconstructor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wheatstone_numeric::random::Random;
+    use crate::method::{AnyReconstructor, staged::staged};
+    use wheatstone_numeric::{progress::Silent, random::Random};
 
     #[test]
     fn there_are_soloffs_nineteen_terms_and_planes_take_depth_away() {
@@ -341,5 +342,22 @@ mod tests {
         assert_eq!(levels(&[-1.0, 0.1, 1.0]), [10, 6, 3]);
         assert_eq!(levels(&[-1.0, 1.0]), [10, 6, 0]);
         assert_eq!(levels(&[-1.0, -0.999, 1.0]), [10, 6, 0]);
+    }
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        let fit = Soloff {}.fit(&staged(0.0), 0, &Silent).unwrap();
+        let AnyReconstructor::Soloff(fitted) = fit.reconstructor else { panic!("not fitted") };
+        let (at, step) = (fitted.scaled(Point3::new(6.0, -7.0, 90.0)), 1e-6);
+        for camera in &fitted.cameras {
+            let (_, slopes) = camera.project(at);
+            for axis in 0..3 {
+                let (mut ahead, mut behind) = (at, at);
+                ahead[axis] += step;
+                behind[axis] -= step;
+                let change = camera.project(ahead).0 - camera.project(behind).0;
+                assert!((change / (2.0 * step) - slopes.column(axis)).norm() < 1e-5);
+            }
+        }
     }
 }
