@@ -13,6 +13,7 @@ mod posterior;
 
 use super::{
     cholesky::Cholesky,
+    levenberg_marquardt::Damping,
     perceptron::{Batch, Perceptron},
 };
 use crate::progress::Progress;
@@ -89,9 +90,8 @@ pub struct TrainingCurve {
     decay: Decay,
     noise: Vec<f64>,
     errors: Vec<f64>,
-    /// How many times its decay each weight is held back by in a step, and how fast that grows.
-    damping: f64,
-    growth: f64,
+    /// How many times its decay each weight is held back by in a step.
+    damping: Damping,
     /// Noise and decay are no longer the first guesses.
     warm: bool,
     /// Sum of squared errors, each over its noise, and log evidence, step by step.
@@ -114,8 +114,7 @@ impl TrainingCurve {
             network,
             expansion,
             samples,
-            damping: FIRST_DAMPING,
-            growth: 2.0,
+            damping: first_damping(),
             warm: false,
             history: Vec::new(),
             settled: false,
@@ -171,7 +170,7 @@ impl TrainingCurve {
                 if self.step() {
                     continue;
                 }
-                (self.damping, self.growth, self.warm) = (FIRST_DAMPING, 2.0, true);
+                (self.damping, self.warm) = (first_damping(), true);
             }
             self.warm |= self.history.len() > WARM_UP;
             if self.judge(least_gain)? {
@@ -247,23 +246,19 @@ impl TrainingCurve {
         let before = misfit(&self.errors, &self.noise) + self.decay.penalty(&start);
         for _ in 0..MOST_TRIES {
             if let Some((moved, promised)) =
-                self.expansion.step((&start, &self.noise), &self.decay, self.damping)
+                self.expansion.step((&start, &self.noise), &self.decay, self.damping.value)
             {
                 let errors = self.expansion.squared_errors(&moved, &self.noise);
                 let gain = before - misfit(errors, &self.noise) - self.decay.penalty(&moved);
                 if gain > 0.0 {
-                    let off = 2.0 * gain / promised.max(f64::MIN_POSITIVE) - 1.0;
-                    self.damping *= (1.0 - off * off * off).clamp(0.2, 2.0);
-                    self.damping = self.damping.max(1e-12);
-                    self.growth = 2.0;
+                    self.damping.accept(gain / promised.max(f64::MIN_POSITIVE));
                     self.errors.copy_from_slice(errors);
                     self.network.set_weights(&moved);
                     self.expansion.take(&self.noise);
                     return true;
                 }
             }
-            self.damping *= self.growth;
-            self.growth *= 2.0;
+            self.damping.reject();
         }
         false
     }
@@ -284,7 +279,9 @@ const WARM_UP: usize = 15;
 const STANDSTILL: usize = 6;
 
 /// What holds weights back in the first step, in multiples of their decay.
-const FIRST_DAMPING: f64 = 1000.0;
+fn first_damping() -> Damping {
+    Damping::new(1000.0, 0.2)
+}
 
 /// Tries of a step: the damping grows by 2 to the power of 120.
 const MOST_TRIES: usize = 15;

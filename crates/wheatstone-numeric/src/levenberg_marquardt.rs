@@ -1,134 +1,93 @@
-//! Nonlinear least squares: Levenberg's and Marquardt's damped Gauss-Newton steps on dense normal
-//! equations, for up to some hundreds of unknowns.
+//! Nonlinear least squares by Levenberg's and Marquardt's damped Gauss-Newton steps: one search, and a trait
+//! for the problems that it solves.
+//!
+//! A problem says how a step is computed, so that its structure stays its own: dense normal equations
+//! ([`minimise`]), charts eliminated from a bundle by Schur's complement, three unknowns of a point.
 //!
 //! Source: Marquardt 1963 (doi:10.1137/0111030); the damping rule is Nielsen's (Madsen, Nielsen &
 //! Tingleff 2004, "Methods for non-linear least squares problems", section 3.2).
 
+mod dense;
+
+pub use dense::{Minimum, NormalEquations, minimise};
+
+use crate::Result;
 use crate::progress::Progress;
-use crate::{Error, Result};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// J'J and J'r of a least-squares problem with residuals r and Jacobian J = dr/dp, added up row by
-/// row in the caller's order, so that the same input gives the same bits.
-#[derive(Clone, Debug)]
-pub struct NormalEquations {
-    /// J'J; only its lower triangle is kept up while rows are added.
-    matrix: DMatrix<f64>,
-    /// J'r.
-    gradient: DVector<f64>,
-}
-
-impl NormalEquations {
-    /// Of a problem with so many unknowns.
-    #[must_use]
-    pub fn new(unknowns: usize) -> Self {
-        Self { matrix: DMatrix::zeros(unknowns, unknowns), gradient: DVector::zeros(unknowns) }
-    }
-
-    /// Forgets all rows.
-    pub fn clear(&mut self) {
-        self.matrix.fill(0.0);
-        self.gradient.fill(0.0);
-    }
-
-    /// Adds a residual whose derivatives by the unknowns are `row`.
-    pub fn add(&mut self, row: &[f64], residual: f64) {
-        let count = row.len();
-        for (column, (value, gradient)) in row.iter().zip(self.gradient.iter_mut()).enumerate() {
-            if *value != 0.0 {
-                *gradient += value * residual;
-                let below =
-                    &mut self.matrix.as_mut_slice()[column * count + column..][..count - column];
-                for (sum, other) in below.iter_mut().zip(&row[column..]) {
-                    *sum += value * other;
-                }
-            }
-        }
-    }
-
-    /// Adds the two residuals of a pixel, whose derivatives by the unknowns are `rows`.
-    pub fn add_pixel(&mut self, rows: [&[f64]; 2], residuals: [f64; 2]) {
-        let [first, second] = rows;
-        let count = first.len().min(second.len());
-        let mut columns = self.matrix.as_mut_slice().chunks_exact_mut(count.max(1));
-        for (column, gradient) in self.gradient.iter_mut().enumerate().take(count) {
-            let (a, b) = (first[column], second[column]);
-            *gradient += a * residuals[0] + b * residuals[1];
-            let Some(below) = columns.next() else { return };
-            let others = first[column..count].iter().zip(&second[column..count]);
-            for (sum, (p, q)) in below[column..].iter_mut().zip(others) {
-                *sum += a * p + b * q;
-            }
-        }
-    }
-
-    /// Adds many residuals, of whose slopes and errors these are the products with each other; each unknown
-    /// has its place among them, and the errors have one.
-    pub fn add_square<const N: usize>(
-        &mut self,
-        places: &[usize],
-        error: usize,
-        products: &[[f64; N]; N],
-    ) {
-        for (column, place) in places.iter().enumerate() {
-            self.gradient[column] += products[error][*place];
-            for (row, other) in places.iter().enumerate().skip(column) {
-                self.matrix[(row, column)] += products[*other][*place];
-            }
-        }
-    }
-
-    /// Adds a residual that depends on some unknowns only: `(unknown, derivative)`, each once.
-    pub fn add_sparse(&mut self, row: &[(usize, f64)], residual: f64) {
-        for (column, value) in row {
-            self.gradient[*column] += value * residual;
-            for (other, slope) in row {
-                if other >= column {
-                    self.matrix[(*other, *column)] += value * slope;
-                }
-            }
-        }
-    }
-
-    /// J'J, whole.
-    #[must_use]
-    pub fn matrix(&self) -> DMatrix<f64> {
-        let mut whole = self.matrix.clone();
-        whole.fill_upper_triangle_with_lower_triangle();
-        whole
-    }
-
-    /// J'r.
-    #[must_use]
-    pub fn gradient(&self) -> &DVector<f64> {
-        &self.gradient
-    }
-
-    /// The factors of `J'J + damping * diag(J'J)`, if it is positive definite.
-    fn damped(&self, damping: f64) -> Option<Cholesky<f64, Dyn>> {
-        let mut matrix = self.matrix();
-        for index in 0..matrix.nrows() {
-            let diagonal = matrix[(index, index)];
-            // An unknown that nothing depends on stays where it is.
-            matrix[(index, index)] += damping * if diagonal > 0.0 { diagonal } else { 1.0 };
-        }
-        matrix.cholesky()
-    }
-}
-
-/// Where a search ended.
-#[derive(Clone, Debug)]
-pub struct Minimum {
+/// A least-squares problem.
+pub trait Problem {
     /// The unknowns.
-    pub parameters: Vec<f64>,
-    /// Half the sum of squared residuals.
-    pub cost: f64,
-    /// The normal equations there: the inverse of their matrix is the unknowns' covariance for unit
-    /// noise.
-    pub normal: NormalEquations,
-    /// Steps taken.
-    pub steps: usize,
+    type State;
+    /// Residuals and derivatives at a state, as far as steps need them.
+    type Equations;
+    /// A change of the unknowns.
+    type Step;
+
+    /// The problem linearised at a state; `None` where residuals do not exist (a point behind a camera).
+    fn linearise(&self, state: &Self::State) -> Option<Self::Equations>;
+
+    /// The step for this damping, and how much of the cost it takes away if the equations hold for it;
+    /// `None` where they determine none.
+    fn step(&self, equations: &Self::Equations, damping: f64) -> Option<(Self::Step, f64)>;
+
+    /// The state after a step.
+    fn moved(&self, state: &Self::State, step: &Self::Step) -> Self::State;
+
+    /// Half the weighted sum of squared residuals.
+    fn cost(&self, equations: &Self::Equations) -> f64;
+
+    /// How much lower the cost is after a step; a step that lowers nothing is not taken. Problems whose weights
+    /// depend on the state compare both by the weights of the first.
+    fn gain(&self, before: &Self::Equations, after: &Self::Equations) -> f64 {
+        self.cost(before) - self.cost(after)
+    }
+
+    /// Whether a step changes the residuals by no more than rounding does: the last one.
+    fn is_negligible(&self, _: &Self::Equations, _: &Self::Step) -> bool {
+        false
+    }
 }
+
+/// How strongly steps are held back: the multiple of the normal matrix's diagonal that is added to it, by
+/// Nielsen's rule.
+#[derive(Clone, Copy, Debug)]
+pub struct Damping {
+    /// The multiple.
+    pub value: f64,
+    /// What a failed step multiplies it by.
+    growth: f64,
+    /// The least that a good step multiplies it by.
+    fall: f64,
+}
+
+impl Damping {
+    /// That of the first step; a good step lowers it to no less than this share.
+    #[must_use]
+    pub fn new(value: f64, fall: f64) -> Self {
+        Self { value, growth: 2.0, fall }
+    }
+
+    /// After a step that gained this share of what was promised.
+    pub fn accept(&mut self, quality: f64) {
+        let off = 2.0 * quality - 1.0;
+        self.value *= (1.0 - off * off * off).clamp(self.fall, 2.0);
+        self.value = self.value.max(LEAST_DAMPING);
+        self.growth = 2.0;
+    }
+
+    /// After a step that led nowhere.
+    pub fn reject(&mut self) {
+        // Also where the search began undamped.
+        self.value = (self.value * self.growth).max(LEAST_DAMPING);
+        self.growth *= 2.0;
+    }
+}
+
+/// Less has no effect on a matrix of doubles.
+const LEAST_DAMPING: f64 = 1e-16;
+
+/// More leaves steps that move nothing.
+const MOST_DAMPING: f64 = 1e16;
 
 /// When a search ends.
 #[derive(Clone, Copy, Debug)]
@@ -145,67 +104,62 @@ impl Default for Patience {
     }
 }
 
-/// Looks for the least cost from `start`.
-///
-/// `evaluate` returns half the sum of squared residuals, or `None` where they do not exist (a point
-/// behind a camera), and adds every row to the normal equations when it is given some (cleared).
+/// Where a search ended.
+#[derive(Clone, Debug)]
+pub struct Found<P: Problem> {
+    /// The unknowns.
+    pub state: P::State,
+    /// The problem linearised there.
+    pub equations: P::Equations,
+    /// Damping of the next step.
+    pub damping: f64,
+    /// Steps taken.
+    pub steps: usize,
+}
+
+/// Looks for the least cost from `start`, with this damping of the first step. `None` where the residuals do
+/// not exist at the start.
 ///
 /// # Errors
 ///
-/// [`Error::Degenerate`] where the residuals do not exist at the start, [`Error::Cancelled`].
-pub fn minimise(
-    start: &[f64],
-    patience: Patience,
+/// [`crate::Error::Cancelled`].
+pub fn search<P: Problem>(
+    problem: &P,
+    start: P::State,
+    (patience, damping): (Patience, f64),
     progress: &dyn Progress,
-    mut evaluate: impl FnMut(&[f64], Option<&mut NormalEquations>) -> Option<f64>,
-) -> Result<Minimum> {
-    let mut parameters = start.to_vec();
-    let mut normal = NormalEquations::new(parameters.len());
-    let mut cost = evaluate(&parameters, Some(&mut normal))
-        .filter(|cost| cost.is_finite())
-        .ok_or_else(|| Error::Degenerate {
-            problem: "the search for the best fit cannot begin: its start explains no point".into(),
-            hint: "check the points for gross errors, such as exchanged columns".into(),
-        })?;
-    // Most steps are good ones: what the next one needs is worked out with the cost.
-    let mut next = normal.clone();
-    let (mut damping, mut growth) = (1e-3, 2.0);
-    let mut steps = 0;
-    let mut tries = 0;
+) -> Result<Option<Found<P>>> {
+    let mut state = start;
+    let Some(mut equations) = problem.linearise(&state) else { return Ok(None) };
+    let mut damping = Damping::new(damping, 1.0 / 3.0);
+    let (mut steps, mut tries) = (0, 0);
     // As many tries as steps, and as many again to recover the damping.
-    while steps < patience.steps && tries < 2 * patience.steps + 50 {
+    while steps < patience.steps && tries < 2 * patience.steps + 50 && damping.value < MOST_DAMPING
+    {
         tries += 1;
         progress.check()?;
-        let step = normal.damped(damping).map(|factors| -factors.solve(&normal.gradient));
-        let tried = step.and_then(|step| {
-            let moved: Vec<f64> = parameters.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
-            next.clear();
-            let reached = evaluate(&moved, Some(&mut next)).filter(|reached| *reached < cost)?;
-            let diagonal = normal.matrix.diagonal().component_mul(&step);
-            let promised = 0.5 * (damping * step.dot(&diagonal) - step.dot(&normal.gradient));
-            Some((moved, reached, promised))
-        });
-        let Some((moved, reached, promised)) = tried else {
-            damping *= growth;
-            growth *= 2.0;
-            if damping > 1e16 {
-                break;
-            }
+        let Some((step, promised)) = problem.step(&equations, damping.value) else {
+            damping.reject();
             continue;
         };
-        let gain = cost - reached;
-        let quality = gain / promised.max(f64::MIN_POSITIVE);
-        let cube = (2.0 * quality - 1.0) * (2.0 * quality - 1.0) * (2.0 * quality - 1.0);
-        damping *= (1.0 - cube).clamp(1.0 / 3.0, 2.0);
-        damping = damping.max(1e-16);
-        growth = 2.0;
-        parameters = moved;
-        std::mem::swap(&mut normal, &mut next);
-        cost = reached;
-        steps += 1;
-        if gain <= patience.least_gain * cost {
+        let last = problem.is_negligible(&equations, &step);
+        let moved = problem.moved(&state, &step);
+        // Most steps are good ones: what the next one needs is worked out with the cost.
+        let after =
+            problem.linearise(&moved).map(|after| (problem.gain(&equations, &after), after));
+        if let Some((gain, after)) = after.filter(|(gain, _)| *gain > 0.0) {
+            damping.accept(gain / promised.max(f64::MIN_POSITIVE));
+            let done = last || gain <= patience.least_gain * problem.cost(&after);
+            (state, equations) = (moved, after);
+            steps += 1;
+            if done {
+                break;
+            }
+        } else if last {
             break;
+        } else {
+            damping.reject();
         }
     }
-    Ok(Minimum { parameters, cost, normal, steps })
+    Ok(Some(Found { state, equations, damping: damping.value, steps }))
 }

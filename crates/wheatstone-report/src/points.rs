@@ -135,7 +135,7 @@ impl<'a> Scene<'a> {
         Some(LocatedFigures {
             point: found.point.into(),
             covariance: all_finite.then_some(covariance),
-            residual: Some(found.residual).filter(|pixels| pixels.is_finite()),
+            residual: found.residual.map(|residual| residual.rms).filter(|rms| rms.is_finite()),
             misses: self.misses(map, row, found.point),
             depth: self.depth(row.world.unwrap_or(found.point)),
         })

@@ -4,8 +4,9 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyMethod, Calibration, Gauge, HandHeld, LineGrid, Noise, Placing, Preparation, Rig, Silent,
-    synthetic::hand_held_correspondences,
+    AnyMethod, Calibration, LineGrid, Preparation, Silent,
+    fit::bundle::{Gauge, Placing},
+    synthetic::{HandHeld, Noise, Rig, hand_held_correspondences},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

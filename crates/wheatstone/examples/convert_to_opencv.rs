@@ -4,9 +4,10 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyMethod, BrownConrady, Calibration, CameraModel, Format, Given, InputFile, LineGrid, Noise,
-    Pinhole, Point3, Prepared, Rig, Silent, Stage, formats::approximate,
-    synthetic::chart_correspondences,
+    AnyMethod, BrownConrady, Calibration, CameraModel, Format, Given, InputFile, LineGrid, Pinhole,
+    Point3, Prepared, Silent,
+    formats::approximate,
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

@@ -2,9 +2,12 @@
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 use wheatstone::{
-    AnyMethod, AnyReconstructor, Calibration, Dataset, Fit, LineGrid, Located, Locator, Method,
-    Noise, Pixel, Point3, Prepared, Progress, Reconstructor, Result, Rig, Silent, Stage, Vector3,
-    compare, nalgebra::Matrix3, synthetic::chart_correspondences,
+    AnyMethod, Calibration, Dataset, Fit, LineGrid, Located, Locator, Method, Pixel, Point3,
+    Prepared, Progress, Reconstructor, Result, Silent, compare,
+    geometry::Vector3,
+    method::AnyReconstructor,
+    nalgebra::Matrix3,
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
 };
 
 #[derive(Clone)]

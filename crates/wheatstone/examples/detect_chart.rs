@@ -4,8 +4,10 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyChart, Chessboard, GrayImage, Pose, Rig, Sensor, Sighting, Vector3, numeric::random::Random,
-    render,
+    AnyChart, Chessboard, GrayImage, Pose, Sighting,
+    geometry::Vector3,
+    numeric::random::Random,
+    synthetic::{Rig, Sensor, render},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

@@ -7,8 +7,9 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyMethod, Calibration, Duplicates, LineGrid, Noise, Preparation, Rig, Silent, Stage,
-    synthetic::chart_correspondences, tables,
+    AnyMethod, Calibration, LineGrid, Preparation, Silent,
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
+    tables::{self, Duplicates},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

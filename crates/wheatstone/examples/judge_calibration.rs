@@ -5,8 +5,8 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyMethod, LineGrid, Noise, Rig, Silent, Stage, compare, cross_validate, examine,
-    synthetic::chart_correspondences,
+    AnyMethod, LineGrid, Silent, compare, cross_validate, examine,
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

@@ -4,9 +4,9 @@
 
 use std::{error::Error, ops::ControlFlow};
 use wheatstone::{
-    AnyMethod, Calibration, FnProgress, LineGrid, Locator, Noise, Prepared, Rig, Silent, Stage,
+    AnyMethod, Calibration, FnProgress, LineGrid, Locator, Prepared, Silent,
     geometry::columns_of,
-    synthetic::{chart_correspondences, random_correspondences},
+    synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

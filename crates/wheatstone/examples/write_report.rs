@@ -4,8 +4,8 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyMethod, Calibration, LineGrid, Material, Noise, Prepared, Report, Rig, Silent, Stage,
-    Wording, synthetic::chart_correspondences,
+    AnyMethod, Calibration, LineGrid, Material, Prepared, Report, Silent, Wording,
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
 };
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

@@ -5,8 +5,8 @@
 pub use wheatstone_core::{
     Calibration, Error, Result,
     dataset::{Correspondence, Dataset},
-    geometry::{Pixel, Point3, Vector3},
-    method::{AnyMethod, AnyReconstructor, Located, Method, Reconstructor},
+    geometry::{Pixel, Point3},
+    method::{AnyMethod, Located, Method, Reconstructor},
 };
 
 /// Example: `examples/locate_batch.rs`.
@@ -33,26 +33,21 @@ pub use wheatstone_core::{
         AnyCamera, CameraModel, PosedCamera, brown_conrady::BrownConrady, flat_port::FlatPort,
         kannala_brandt::KannalaBrandt, pinhole::Pinhole,
     },
-    geometry::{Pose, Ray},
+    geometry::Pose,
 };
 
 /// Example: `examples/calibrate_handheld_stereo.rs`.
 #[doc(inline)]
 pub use wheatstone_core::{
-    fit::{
-        bundle::{Gauge, Lenses, Placing},
-        stage::StagePrior,
-    },
-    preparation::{Placed, Preparation, Prepared},
+    fit::stage::StagePrior,
+    preparation::{Preparation, Prepared},
 };
 
 /// Example: `examples/judge_calibration.rs`.
 #[doc(inline)]
 pub use wheatstone_core::{
-    dataset::split::{FoldKind, folds},
     evaluate::{
-        Comparison, CrossValidation, Evaluation, FoldScore, MethodScore, compare, cross_validate,
-        evaluate,
+        Comparison, CrossValidation, Evaluation, MethodScore, compare, cross_validate, evaluate,
     },
     preparation::checks::{Examination, Finding, Severity, examine},
 };
@@ -66,8 +61,8 @@ pub use wheatstone_core::rectification::{Rectification, VirtualPair};
 #[doc(inline)]
 pub use wheatstone_charts::{
     chart::{
-        AnyChart, Chart, Detection, PictureOf, Shape, Sighting, april_grid::AprilGrid,
-        charuco::Charuco, chessboard::Chessboard, dot_grid::DotGrid, line_grid::LineGrid,
+        AnyChart, Chart, Detection, Sighting, april_grid::AprilGrid, charuco::Charuco,
+        chessboard::Chessboard, dot_grid::DotGrid, line_grid::LineGrid,
     },
     imaging::{GrayImage, Limits, read_image},
 };
@@ -85,17 +80,7 @@ pub use wheatstone_charts::{
 #[doc(inline)]
 pub use wheatstone_io::formats::{FORMATS, Format, Given, InputFile, OutputFile};
 
-/// Example: `examples/fit_table.rs`.
-#[cfg(feature = "io")]
-#[doc(inline)]
-pub use wheatstone_io::tables::Duplicates;
-
 /// Example: `examples/write_report.rs`.
 #[cfg(feature = "report")]
 #[doc(inline)]
 pub use wheatstone_report::{Material, Report, Wording};
-
-/// Example: `examples/detect_chart.rs`.
-#[cfg(feature = "synthetic")]
-#[doc(inline)]
-pub use wheatstone_synthetic::{HandHeld, Noise, Rig, Sensor, Stage, render};

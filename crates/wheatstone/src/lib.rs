@@ -10,7 +10,8 @@
 //!
 //! ```
 //! # #[cfg(feature = "synthetic")] {
-//! use wheatstone::{AnyMethod, Calibration, LineGrid, Noise, Prepared, Rig, Silent, Stage};
+//! use wheatstone::synthetic::{Noise, Rig, Stage};
+//! use wheatstone::{AnyMethod, Calibration, LineGrid, Prepared, Silent};
 //!
 //! // Seven chart placements before two synthetic cameras; lengths in centimetres.
 //! let rig = Rig::named("paper", 2)?;
@@ -81,8 +82,8 @@
 //!
 //! # Stability
 //!
-//! What stands at the root of this crate follows semantic versioning, and so do `tables::read` and
-//! `tables::write`. The modules below the root hold all the rest: they are public, but their items may
+//! What stands at the root of this crate follows semantic versioning, and so do `tables::read`,
+//! `tables::write` and `tables::Duplicates`. The modules below the root hold all the rest: they are public, but their items may
 //! change with any minor version.
 
 mod face;

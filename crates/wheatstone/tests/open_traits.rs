@@ -6,19 +6,20 @@ use std::{
     path::{Path, PathBuf},
 };
 use wheatstone::{
-    AnyCamera, AnyChart, AnyMethod, AnyReconstructor, Calibration, CameraModel, Capture, Chart,
-    Correspondence, Dataset, Detection, DetectionSettings, Error, Fit, FnProgress, Format, Given,
-    GrayImage, InputFile, LineGrid, Located, Locator, Method, Noise, OutputFile, Pixel, Point3,
-    Pose, PosedCamera, Prepared, Progress, Reconstructor, Result, Rig, Sensor, Shape, Sighting,
-    Silent, Stage, Vector3,
+    AnyCamera, AnyChart, AnyMethod, Calibration, CameraModel, Capture, Chart, Correspondence,
+    Dataset, Detection, DetectionSettings, Error, Fit, FnProgress, Format, Given, GrayImage,
+    InputFile, LineGrid, Located, Locator, Method, OutputFile, Pixel, Point3, Pose, PosedCamera,
+    Prepared, Progress, Reconstructor, Result, Sighting, Silent,
     capture::{CameraPictures, CapturedView},
+    chart::Shape,
     compare, cross_validate,
     detection::detect_in,
     formats::{Content, Layout},
+    geometry::Vector3,
+    method::AnyReconstructor,
     nalgebra::Matrix3,
     numeric::random::Random,
-    render,
-    synthetic::chart_correspondences,
+    synthetic::{Noise, Rig, Sensor, Stage, chart_correspondences, render},
 };
 
 /// The paper's rig before a grid at seven distances.

@@ -5,11 +5,11 @@
 use super::{
     AdjustableCamera, CameraModel,
     batch_projection::{BatchProjection, MOST_NUMBERS, ProjectedBatch},
-    distortion::{Back, Distortion},
+    distortion::{Distortion, Undistorted},
     newton,
     pinhole::Pinhole,
     projection::Projection,
-    sensor::{Image, Stand, Tilted, Upright},
+    sensor::{Image, Orientation, Tilted, Upright},
 };
 use crate::geometry::{Pixel, Point3, Ray};
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
@@ -23,10 +23,10 @@ const PINHOLE: usize = 4;
 
 /// Which parts a lens has. Its numbers are its pinhole's, its distortion's, and its tilt where it has one.
 pub(crate) trait Composed: Clone + Send + Sync {
-    /// How directions are laid out.
+    /// How directions are mapped.
     type Projection: Projection;
 
-    /// How the picture is bent.
+    /// How the picture is distorted.
     type Distortion: Distortion;
 
     /// What bends the picture.
@@ -56,37 +56,43 @@ struct Pictured<N, I> {
 
 /// From the plane to the pixel, with the derivatives by all numbers.
 #[inline(always)]
-fn picture<L: Composed, N: Number, S: Stand>(
-    (lens, stand): (&L, &S),
+fn picture<L: Composed, N: Number, S: Orientation>(
+    (lens, orientation): (&L, &S),
     (place, square): ([N; 2], N),
     mut slopes: Option<&mut [[N; 2]; MOST_NUMBERS]>,
 ) -> Pictured<N, S::Image<N>> {
     let others = slopes.as_deref_mut().map(|all| &mut all[PINHOLE..]);
-    let bent = lens.distortion().bend(place, square, others);
-    let met = stand.meet(bent.place, lens.pinhole().focal.map(|value| square.all(value)));
+    let distorted = lens.distortion().distort(place, square, others);
+    let on_sensor =
+        orientation.project(distorted.place, lens.pinhole().focal.map(|value| square.all(value)));
     if let Some(slopes) = slopes {
         let (own, others) = slopes.split_at_mut(PINHOLE);
-        own.copy_from_slice(&Pinhole::slopes(met.place));
+        own.copy_from_slice(&Pinhole::slopes(on_sensor.place));
         let (of_lens, of_tilt) = others.split_at_mut(L::Distortion::NUMBERS);
-        of_lens.iter_mut().for_each(|slope| *slope = met.image.carry(*slope));
-        of_tilt.iter_mut().zip(met.by_tilt).for_each(|(slope, by)| *slope = by);
+        of_lens.iter_mut().for_each(|slope| *slope = on_sensor.image.carry(*slope));
+        of_tilt.iter_mut().zip(on_sensor.by_tilt).for_each(|(slope, by)| *slope = by);
     }
-    let pixel = lens.pinhole().pixels(met.place);
-    Pictured { pixel, stretch: bent.stretch, image: met.image, seen: bent.seen + met.seen }
+    let pixel = lens.pinhole().pixels(on_sensor.place);
+    Pictured {
+        pixel,
+        stretch: distorted.stretch,
+        image: on_sensor.image,
+        seen: distorted.seen + on_sensor.seen,
+    }
 }
 
 /// From the point to the pixel; last the squared distance from the axis on the plane.
 #[inline(always)]
-fn chain<L: Composed, N: Number, S: Stand>(
-    lens_and_stand: (&L, &S),
+fn chain<L: Composed, N: Number, S: Orientation>(
+    lens_and_orientation: (&L, &S),
     point: [N; 3],
     slopes: Option<&mut [[N; 2]; MOST_NUMBERS]>,
 ) -> (ProjectedBatch<N>, N) {
-    let laid = L::Projection::lay_out(point);
-    let found = picture(lens_and_stand, (laid.place, laid.square), slopes);
-    let by_point = L::Projection::by_point(point, &laid, found.stretch, found.image);
-    let (pixel, seen) = (found.pixel, laid.seen + found.seen);
-    (ProjectedBatch { pixel, by_point, seen }, laid.square)
+    let normalised = L::Projection::normalise(point);
+    let found = picture(lens_and_orientation, (normalised.place, normalised.square), slopes);
+    let by_point = L::Projection::by_point(point, &normalised, found.stretch, found.image);
+    let (pixel, seen) = (found.pixel, normalised.seen + found.seen);
+    (ProjectedBatch { pixel, by_point, seen }, normalised.square)
 }
 
 /// The same with the sensor of the lens, which is tilted where it is so or where slopes by its angles are
@@ -115,29 +121,33 @@ fn seen<L: Composed>(lens: &L, point: Point3) -> Option<ProjectedBatch<f64>> {
 
 /// A place on the plane, where the picture has not folded over before it.
 #[inline(always)]
-fn on_plane<L: Composed, S: Stand>(
-    lens_and_stand: (&L, &S),
+fn on_plane<L: Composed, S: Orientation>(
+    lens_and_orientation: (&L, &S),
     place: Vector2<f64>,
 ) -> Option<Pictured<f64, S::Image<f64>>> {
     let square = place.x * place.x + place.y * place.y;
-    let found = picture(lens_and_stand, (place.into(), square), None);
-    (found.seen == 0.0 && lens_and_stand.0.distortion().rises(square)).then_some(found)
+    let found = picture(lens_and_orientation, (place.into(), square), None);
+    (found.seen == 0.0 && lens_and_orientation.0.distortion().rises(square)).then_some(found)
 }
 
 /// Where a pixel looks.
-fn unprojected<L: Composed, S: Stand>(lens: &L, stand: &S, pixel: Pixel) -> Option<Ray> {
-    let bent = stand.back(lens.pinhole().place(pixel))?;
-    let at = |place: Vector2<f64>| Some(Pixel::from(on_plane((lens, stand), place)?.pixel));
+fn unprojected<L: Composed, S: Orientation>(
+    lens: &L,
+    orientation: &S,
+    pixel: Pixel,
+) -> Option<Ray> {
+    let distorted = orientation.untilted(lens.pinhole().place(pixel))?;
+    let at = |place: Vector2<f64>| Some(Pixel::from(on_plane((lens, orientation), place)?.pixel));
     let slopes = |place: Vector2<f64>| {
-        let Pictured { stretch, image, .. } = on_plane((lens, stand), place)?;
+        let Pictured { stretch, image, .. } = on_plane((lens, orientation), place)?;
         let by = |k: usize| Vector2::from(image.carry([stretch[0][k], stretch[1][k]]));
         Some(Matrix2::from_columns(&[by(0), by(1)]))
     };
-    let place = match lens.distortion().back(bent) {
-        Back::To(place) => Some(place),
-        Back::Nowhere => None,
+    let place = match lens.distortion().undistorted(distorted) {
+        Undistorted::To(place) => Some(place),
+        Undistorted::Nowhere => None,
         // The ideal lens's ray is near, but may be beyond a fold: the axis never is.
-        Back::ToBeSearched => newton(at, slopes, (bent.into(), pixel))
+        Undistorted::ToBeSearched => newton(at, slopes, (distorted.into(), pixel))
             .or_else(|| newton(at, slopes, (Vector2::zeros(), pixel)))
             .map(Into::into),
     };

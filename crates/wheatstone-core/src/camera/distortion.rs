@@ -1,4 +1,4 @@
-//! What bends the picture on the plane on which directions are laid out: radial, tangential and
+//! What bends the picture on the plane on which directions are mapped: radial, tangential and
 //! thin-prism terms, each with its derivatives.
 //!
 //! Sources: D. C. Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8),
@@ -9,7 +9,7 @@ use super::monotonic::stays_positive;
 use wheatstone_numeric::number::Number;
 
 /// Where a place goes.
-pub(crate) struct Bent<N> {
+pub(crate) struct Distorted<N> {
     pub(super) place: [N; 2],
     /// Derivatives by the place before, row by row.
     pub(super) stretch: [[N; 2]; 2],
@@ -18,7 +18,7 @@ pub(crate) struct Bent<N> {
 }
 
 /// The way back to the place before, in closed form.
-pub(crate) enum Back {
+pub(crate) enum Undistorted {
     /// It is known.
     To([f64; 2]),
     /// No place goes there.
@@ -34,14 +34,19 @@ pub(crate) trait Distortion {
 
     /// Where a place at this squared distance from the axis goes, beyond the fold too; the first of
     /// `slopes`, where they are asked for, become the derivatives by its numbers.
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N>;
+    fn distort<N: Number>(
+        &self,
+        place: [N; 2],
+        square: N,
+        slopes: Option<&mut [[N; 2]]>,
+    ) -> Distorted<N>;
 
     /// Whether distances from the axis grow all the way to this square; beyond, the picture folds
     /// over.
     fn rises(&self, square: f64) -> bool;
 
-    /// The place that goes to `bent`.
-    fn back(&self, bent: [f64; 2]) -> Back;
+    /// The place that goes to `distorted`.
+    fn undistorted(&self, distorted: [f64; 2]) -> Undistorted;
 }
 
 /// k1 s + k2 s^2 and so on, with the derivative by s.
@@ -59,11 +64,11 @@ fn polynomial<N: Number, const K: usize>(k: [f64; K], s: N) -> (N, N) {
 
 /// What moves places along the radius: a factor, with its derivative by the squared radius.
 #[inline(always)]
-pub(super) fn radial<N: Number>([x, y]: [N; 2], factor: N, slope: N, seen: N) -> Bent<N> {
+pub(super) fn radial<N: Number>([x, y]: [N; 2], factor: N, slope: N, seen: N) -> Distorted<N> {
     let two = x.all(2.0);
     let mixed = two * x * y * slope;
     let stretch = [[factor + two * x * x * slope, mixed], [mixed, factor + two * y * y * slope]];
-    Bent { place: [x * factor, y * factor], stretch, seen }
+    Distorted { place: [x * factor, y * factor], stretch, seen }
 }
 
 /// The factor 1 + k1 s + k2 s^2 + k3 s^3 + k4 s^4 at the squared distance s.
@@ -80,7 +85,12 @@ impl Distortion for Polynomial {
     const NUMBERS: usize = 4;
 
     #[inline(always)]
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N> {
+    fn distort<N: Number>(
+        &self,
+        place: [N; 2],
+        square: N,
+        slopes: Option<&mut [[N; 2]]>,
+    ) -> Distorted<N> {
         let (sum, slope) = polynomial(self.0, square);
         if let Some(slopes) = slopes {
             let mut next = place;
@@ -97,28 +107,28 @@ impl Distortion for Polynomial {
         stays_positive([1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4], square)
     }
 
-    fn back(&self, [x, y]: [f64; 2]) -> Back {
+    fn undistorted(&self, [x, y]: [f64; 2]) -> Undistorted {
         let wanted = (x * x + y * y).sqrt();
-        let bent = |radius: f64| {
+        let distorted = |radius: f64| {
             let square = radius * radius;
             let (sum, slope) = polynomial(self.0, square);
             (radius * (1.0 + sum), 1.0 + sum + 2.0 * square * slope)
         };
         let mut radius = wanted;
         for _ in 0..Self::MOST_STEPS {
-            let (reached, slope) = bent(radius);
+            let (reached, slope) = distorted(radius);
             let step = (wanted - reached) / slope;
             radius += step.clamp(-Self::LONGEST, Self::LONGEST);
             if step.abs() < 1e-15 {
                 break;
             }
         }
-        let (reached, slope) = bent(radius);
+        let (reached, slope) = distorted(radius);
         if slope.is_nan() || slope <= 0.0 || (reached - wanted).abs() > 1e-11 {
-            return Back::Nowhere;
+            return Undistorted::Nowhere;
         }
         let scale = if wanted > 0.0 { radius / wanted } else { 1.0 };
-        Back::To([x * scale, y * scale])
+        Undistorted::To([x * scale, y * scale])
     }
 }
 
@@ -138,7 +148,7 @@ pub(crate) struct Rational {
 impl Rational {
     /// The part along the radius; derivatives by k1, k2, k3, then by k4, k5, k6.
     #[inline(always)]
-    fn radial<N: Number>(&self, [x, y]: [N; 2], s: N) -> (Bent<N>, [[N; 2]; 6]) {
+    fn radial<N: Number>(&self, [x, y]: [N; 2], s: N) -> (Distorted<N>, [[N; 2]; 6]) {
         let (one, zero) = (s.all(1.0), s.all(0.0));
         let ((above, rise), (below, fall)) = (polynomial(self.above, s), polynomial(self.below, s));
         let denominator = one + below;
@@ -156,9 +166,14 @@ impl Rational {
 
 /// Adds p1 and p2; derivatives by them.
 #[inline(always)]
-fn add_tangential<N: Number>(p: [f64; 2], [x, y]: [N; 2], s: N, bent: &mut Bent<N>) -> [[N; 2]; 2] {
+fn add_tangential<N: Number>(
+    p: [f64; 2],
+    [x, y]: [N; 2],
+    s: N,
+    distorted: &mut Distorted<N>,
+) -> [[N; 2]; 2] {
     let ([p1, p2], [two, six]) = (p.map(|p| s.all(p)), [2.0, 6.0].map(|value| s.all(value)));
-    let Bent { place, stretch, .. } = bent;
+    let Distorted { place, stretch, .. } = distorted;
     place[0] = place[0] + two * p1 * x * y + p2 * (s + two * x * x);
     place[1] = place[1] + p1 * (s + two * y * y) + two * p2 * x * y;
     stretch[0][0] = stretch[0][0] + two * p1 * y + six * p2 * x;
@@ -170,10 +185,15 @@ fn add_tangential<N: Number>(p: [f64; 2], [x, y]: [N; 2], s: N, bent: &mut Bent<
 
 /// Adds s1 to s4; derivatives by them.
 #[inline(always)]
-fn add_prism<N: Number>(terms: [f64; 4], [x, y]: [N; 2], s: N, bent: &mut Bent<N>) -> [[N; 2]; 4] {
+fn add_prism<N: Number>(
+    terms: [f64; 4],
+    [x, y]: [N; 2],
+    s: N,
+    distorted: &mut Distorted<N>,
+) -> [[N; 2]; 4] {
     let ([s1, s2, s3, s4], two) = (terms.map(|term| s.all(term)), s.all(2.0));
     let (along_x, along_y) = (two * (s1 + two * s2 * s), two * (s3 + two * s4 * s));
-    let Bent { place, stretch, .. } = bent;
+    let Distorted { place, stretch, .. } = distorted;
     place[0] = place[0] + s * (s1 + s * s2);
     place[1] = place[1] + s * (s3 + s * s4);
     for (row, along) in stretch.iter_mut().zip([along_x, along_y]) {
@@ -187,15 +207,20 @@ impl Distortion for Rational {
     const NUMBERS: usize = 12;
 
     #[inline(always)]
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N> {
-        let (mut bent, [k1, k2, k3, k4, k5, k6]) = self.radial(place, square);
-        let [p1, p2] = add_tangential(self.tangential, place, square, &mut bent);
-        let [s1, s2, s3, s4] = add_prism(self.prism, place, square, &mut bent);
+    fn distort<N: Number>(
+        &self,
+        place: [N; 2],
+        square: N,
+        slopes: Option<&mut [[N; 2]]>,
+    ) -> Distorted<N> {
+        let (mut distorted, [k1, k2, k3, k4, k5, k6]) = self.radial(place, square);
+        let [p1, p2] = add_tangential(self.tangential, place, square, &mut distorted);
+        let [s1, s2, s3, s4] = add_prism(self.prism, place, square, &mut distorted);
         if let Some(slopes) = slopes {
             let own = [k1, k2, k3, p1, p2, k4, k5, k6, s1, s2, s3, s4];
             slopes.iter_mut().zip(own).for_each(|(slope, own)| *slope = own);
         }
-        bent
+        distorted
     }
 
     fn rises(&self, square: f64) -> bool {
@@ -213,9 +238,13 @@ impl Distortion for Rational {
         stays_positive([1.0, k4, k5, k6], square) && stays_positive(growth, square)
     }
 
-    fn back(&self, bent: [f64; 2]) -> Back {
+    fn undistorted(&self, distorted: [f64; 2]) -> Undistorted {
         let Self { above, tangential, below, prism } = self;
         let mut terms = above.iter().chain(tangential).chain(below).chain(prism);
-        if terms.all(|value| *value == 0.0) { Back::To(bent) } else { Back::ToBeSearched }
+        if terms.all(|value| *value == 0.0) {
+            Undistorted::To(distorted)
+        } else {
+            Undistorted::ToBeSearched
+        }
     }
 }

@@ -104,7 +104,7 @@ impl Sums {
     /// Takes the sums of other points.
     pub(crate) fn take<L: BatchProjection>(
         &mut self,
-        stand: &PosedLens<'_, L>,
+        posed: &PosedLens<'_, L>,
         (seen, terms): (&PosedObservations, &[usize]),
         loss: Loss,
     ) {
@@ -115,7 +115,7 @@ impl Sums {
         self.room.sums.resize(groups(rows).count(), [[0.0; LANES]; ROWS * OTHERS]);
         let asked = terms.iter().max().map_or(0, |last| last + 1);
         let terms = (terms, asked);
-        let lost = on_widest(Taken { stand, seen, terms, loss, sums: self });
+        let lost = on_widest(Taken { posed, seen, terms, loss, sums: self });
         self.unseen = lost - (seen.blocks.len() * LANES - seen.count);
         for (sums, (group, other)) in self.room.sums.iter().zip(groups(rows)) {
             for (index, lanes) in sums.iter().enumerate() {
@@ -159,7 +159,7 @@ fn across(lanes: &[f64; LANES], join: impl Fn(f64, f64) -> f64) -> f64 {
 
 /// Fills the sums; its output is how many points, also of those that there are not, were not seen.
 struct Taken<'a, L> {
-    stand: &'a PosedLens<'a, L>,
+    posed: &'a PosedLens<'a, L>,
     seen: &'a PosedObservations,
     /// The numbers of the lens whose slopes are wanted; they are among the first so many.
     terms: (&'a [usize], usize),
@@ -172,7 +172,7 @@ impl<L: BatchProjection> WithSimd for Taken<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> usize {
-        let Self { stand, seen, terms, loss, sums } = self;
+        let Self { posed, seen, terms, loss, sums } = self;
         let strips = LANES / (size_of::<S::f64s>() / size_of::<f64>());
         let Sums { cost, unknowns, room, .. } = sums;
         let mut lost = [0.0; LANES];
@@ -185,7 +185,7 @@ impl<L: BatchProjection> WithSimd for Taken<'_, L> {
                     let lost = &mut registers_mut::<S>(&mut lost)[strip];
                     fill(
                         simd,
-                        (stand, terms),
+                        (posed, terms),
                         (block, loss),
                         (&mut room.rows, row),
                         (growth, lost),
@@ -218,7 +218,7 @@ struct Place {
 #[inline(always)]
 fn fill<S: Simd, L: BatchProjection>(
     simd: S,
-    (stand, (terms, asked)): (&PosedLens<'_, L>, (&[usize], usize)),
+    (posed, (terms, asked)): (&PosedLens<'_, L>, (&[usize], usize)),
     (block, loss): (&[[f64; LANES]; 5], Loss),
     (rows, place): (&mut [Row], Place),
     (growth, lost): (&mut S::f64s, &mut S::f64s),
@@ -228,12 +228,12 @@ fn fill<S: Simd, L: BatchProjection>(
     let [x, y, z, right, down] =
         block.each_ref().map(|values| Doubles(simd, registers::<S>(values)[place.strip]));
     let turned: [Doubles<S>; 3] = std::array::from_fn(|row| {
-        let [a, b, c] = [0, 1, 2].map(|column| number(stand.rotation[(row, column)]));
+        let [a, b, c] = [0, 1, 2].map(|column| number(posed.rotation[(row, column)]));
         a * x + b * y + c * z
     });
-    let point = std::array::from_fn(|axis| turned[axis] + number(stand.translation[axis]));
+    let point = std::array::from_fn(|axis| turned[axis] + number(posed.translation[axis]));
     let mut slopes = [[zero; 2]; MOST_NUMBERS];
-    let trace = stand.lens.trace(point, (&mut slopes, asked));
+    let trace = posed.lens.trace(point, (&mut slopes, asked));
     let error = [trace.pixel[0] - right, trace.pixel[1] - down];
     let square = error[0] * error[0] + error[1] * error[1] + trace.seen;
     let seen = simd.greater_than_or_equal_f64s(square.1, zero.1);
@@ -359,11 +359,11 @@ mod tests {
             let (cost, wanted) = plain(&pose, &pairs, loss);
             let lens = BrownConrady::default();
             let Pose { rotation, translation } = pose;
-            let stand = PosedLens { lens: &lens, rotation, translation };
+            let posed = PosedLens { lens: &lens, rotation, translation };
             let (seen, mut sums) = (PosedObservations::new(pairs.iter().copied()), Sums::default());
             // Twice: nothing of the first may be left.
-            sums.take(&stand, (&seen, &TERMS), Loss::Squares);
-            sums.take(&stand, (&seen, &TERMS), loss);
+            sums.take(&posed, (&seen, &TERMS), Loss::Squares);
+            sums.take(&posed, (&seen, &TERMS), loss);
             assert_eq!((sums.unseen, sums.unknowns), (1, POSE + TERMS.len()));
             assert!((sums.cost / cost - 1.0).abs() < 1e-12, "{} {cost}", sums.cost);
             let found = |sums: &Sums| {
@@ -383,7 +383,7 @@ mod tests {
     fn every_width_gives_the_same_bits() {
         let (Pose { rotation, translation }, pairs) = seen(203);
         let (lens, loss) = (BrownConrady::default(), Loss::Cauchy(0.7));
-        let stand = PosedLens { lens: &lens, rotation, translation };
+        let posed = PosedLens { lens: &lens, rotation, translation };
         let seen = PosedObservations::new(pairs.iter().copied());
         let mut ready = Sums { unknowns: POSE + TERMS.len(), ..Sums::default() };
         let count = groups(ready.unknowns + 1).count();
@@ -392,7 +392,7 @@ mod tests {
         let mut next = all.iter_mut();
         let widths = on_each(|| {
             let sums = next.next().unwrap();
-            Taken { stand: &stand, seen: &seen, terms: (&TERMS, MOST_NUMBERS), loss, sums }
+            Taken { posed: &posed, seen: &seen, terms: (&TERMS, MOST_NUMBERS), loss, sums }
         });
         let of = |sums: &Sums| (sums.cost, sums.room.sums.clone());
         assert!(all[..widths.len()].iter().all(|other| of(other) == of(&all[0])));

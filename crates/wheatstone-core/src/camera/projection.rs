@@ -1,4 +1,4 @@
-//! How the directions before a lens are laid out on a plane: by the tangent of their angle from the
+//! How the directions before a lens are mapped to a plane: by the tangent of their angle from the
 //! axis, as a pinhole does, or by the angle itself, as most fisheye lenses nearly do.
 //!
 //! Source: Kannala & Brandt 2006 (doi:10.1109/TPAMI.2006.153).
@@ -7,9 +7,9 @@ use super::sensor::Image;
 use crate::geometry::Vector3;
 use wheatstone_numeric::number::Number;
 
-/// A point on the plane.
+/// Normalised image coordinates of a point.
 #[derive(Clone, Copy)]
-pub(crate) struct Laid<N> {
+pub(crate) struct Normalised<N> {
     /// Where it is; the axis is at (0, 0).
     pub(super) place: [N; 2],
     /// Squared distance from the axis.
@@ -20,24 +20,24 @@ pub(crate) struct Laid<N> {
     pub(super) seen: N,
 }
 
-/// One way to lay out directions.
+/// One way to map directions to normalised coordinates.
 pub(crate) trait Projection {
     /// The place of a point before the lens.
-    fn lay_out<N: Number>(point: [N; 3]) -> Laid<N>;
+    fn normalise<N: Number>(point: [N; 3]) -> Normalised<N>;
 
     /// Derivatives of the pixel's x, then y, by the point, where the distortion has the derivatives
     /// `stretch` by the place and the sensor has `image` by what is distorted.
     fn by_point<N: Number, I: Image<N>>(
         point: [N; 3],
-        laid: &Laid<N>,
+        normalised: &Normalised<N>,
         stretch: [[N; 2]; 2],
         image: I,
     ) -> [[N; 3]; 2];
 
-    /// Where a place on the plane looks; `None` where no direction is laid out.
+    /// Where a place on the plane looks; `None` where no direction is mapped.
     fn direction(place: [f64; 2]) -> Option<Vector3>;
 
-    /// How far from the axis a point is laid out that is `radius` from it at `depth`; `None` where it
+    /// How far from the axis a point is mapped that is `radius` from it at `depth`; `None` where it
     /// is not.
     fn distance(radius: f64, depth: f64) -> Option<f64>;
 }
@@ -48,22 +48,22 @@ pub(crate) struct Perspective;
 
 impl Projection for Perspective {
     #[inline(always)]
-    fn lay_out<N: Number>([x, y, z]: [N; 3]) -> Laid<N> {
+    fn normalise<N: Number>([x, y, z]: [N; 3]) -> Normalised<N> {
         let place = [x / z, y / z];
         let square = place[0] * place[0] + place[1] * place[1];
-        Laid { place, square, scale: z.all(1.0) / z, seen: z.held(0.0, f64::INFINITY) }
+        Normalised { place, square, scale: z.all(1.0) / z, seen: z.held(0.0, f64::INFINITY) }
     }
 
     #[inline(always)]
     fn by_point<N: Number, I: Image<N>>(
         _: [N; 3],
-        laid: &Laid<N>,
+        normalised: &Normalised<N>,
         stretch: [[N; 2]; 2],
         image: I,
     ) -> [[N; 3]; 2] {
-        let near = image.scaled(laid.scale);
+        let near = image.scaled(normalised.scale);
         let [by_x, by_y] = [0, 1].map(|k| near.carry([stretch[0][k], stretch[1][k]]));
-        let ([x, y], zero) = (laid.place, laid.scale.all(0.0));
+        let ([x, y], zero) = (normalised.place, normalised.scale.all(0.0));
         [0, 1].map(|k| [by_x[k], by_y[k], zero - (by_x[k] * x + by_y[k] * y)])
     }
 
@@ -92,29 +92,29 @@ impl Equidistant {
 
 impl Projection for Equidistant {
     #[inline(always)]
-    fn lay_out<N: Number>(point: [N; 3]) -> Laid<N> {
+    fn normalise<N: Number>(point: [N; 3]) -> Normalised<N> {
         let ([x, y, z], radius) = (point, Self::radius(point));
         let angle = angle(radius, z);
         let scale = angle / radius;
         // Behind the camera there is nothing on the axis.
         let seen = z.max_with(radius - z.all(Self::NEAR)).held(0.0, f64::INFINITY);
-        Laid { place: [x * scale, y * scale], square: angle * angle, scale, seen }
+        Normalised { place: [x * scale, y * scale], square: angle * angle, scale, seen }
     }
 
     #[inline(always)]
     fn by_point<N: Number, I: Image<N>>(
         point: [N; 3],
-        laid: &Laid<N>,
+        normalised: &Normalised<N>,
         stretch: [[N; 2]; 2],
         image: I,
     ) -> [[N; 3]; 2] {
         let ([x, y, z], radius) = (point, Self::radius(point));
         let (east, south) = (x / radius, y / radius);
         let inverse = z.all(1.0) / (x * x + y * y + z * z);
-        let along = z * inverse - laid.scale;
+        let along = z * inverse - normalised.scale;
         let (mixed, back) = (east * south * along, z.all(0.0) - inverse);
-        let by_x = [laid.scale + east * east * along, mixed];
-        let by_y = [mixed, laid.scale + south * south * along];
+        let by_x = [normalised.scale + east * east * along, mixed];
+        let by_y = [mixed, normalised.scale + south * south * along];
         let by_z = [x * back, y * back];
         let place = [0, 1].map(|k| image.carry([stretch[0][k], stretch[1][k]]));
         [0, 1].map(|k| [by_x, by_y, by_z].map(|by| place[0][k] * by[0] + place[1][k] * by[1]))

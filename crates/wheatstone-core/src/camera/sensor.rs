@@ -60,31 +60,31 @@ pub(crate) struct OnSensor<N, I> {
 }
 
 /// How a sensor stands behind its lens.
-pub(crate) trait Stand {
+pub(crate) trait Orientation {
     /// The form of its derivatives.
     type Image<N: Number>: Image<N>;
 
     /// Where a place meets it, with focal lengths by which the derivatives are in pixels.
-    fn meet<N: Number>(&self, place: [N; 2], focal: [N; 2]) -> OnSensor<N, Self::Image<N>>;
+    fn project<N: Number>(&self, place: [N; 2], focal: [N; 2]) -> OnSensor<N, Self::Image<N>>;
 
     /// The place before it of one on it; `None` where none goes there.
-    fn back(&self, place: [f64; 2]) -> Option<[f64; 2]>;
+    fn untilted(&self, place: [f64; 2]) -> Option<[f64; 2]>;
 }
 
 /// Square to the axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Upright;
 
-impl Stand for Upright {
+impl Orientation for Upright {
     type Image<N: Number> = Straight<N>;
 
     #[inline(always)]
-    fn meet<N: Number>(&self, place: [N; 2], focal: [N; 2]) -> OnSensor<N, Straight<N>> {
+    fn project<N: Number>(&self, place: [N; 2], focal: [N; 2]) -> OnSensor<N, Straight<N>> {
         let zero = focal[0].all(0.0);
         OnSensor { place, image: Straight(focal), by_tilt: [[zero; 2]; 2], seen: zero }
     }
 
-    fn back(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+    fn untilted(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         Some(place)
     }
 }
@@ -108,11 +108,11 @@ impl Tilted {
     }
 }
 
-impl Stand for Tilted {
+impl Orientation for Tilted {
     type Image<N: Number> = Crossed<N>;
 
     #[inline(always)]
-    fn meet<N: Number>(&self, [x, y]: [N; 2], focal: [N; 2]) -> OnSensor<N, Crossed<N>> {
+    fn project<N: Number>(&self, [x, y]: [N; 2], focal: [N; 2]) -> OnSensor<N, Crossed<N>> {
         let ([sx, sy], [cx, cy]) = (self.sine, self.cosine);
         let all = |value: f64| x.all(value);
         let depth = all(sy) * x - all(sx * cy) * y + all(cx * cy);
@@ -137,7 +137,7 @@ impl Stand for Tilted {
         OnSensor { place, image, by_tilt, seen: faces + depth.held(0.0, f64::INFINITY) }
     }
 
-    fn back(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    fn untilted(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         let ([sx, sy], [cx, cy]) = (self.sine, self.cosine);
         let depth = cx * cy / (1.0 - sy * cx * x + sx * y);
         let back = x * depth / cx;

@@ -6,7 +6,7 @@
 
 use super::{
     composed::Composed,
-    distortion::{Back, Bent, Distortion, radial},
+    distortion::{Distorted, Distortion, Undistorted, radial},
     pinhole::Pinhole,
     projection::Perspective,
 };
@@ -75,7 +75,12 @@ impl Distortion for InverseCubic {
     const NUMBERS: usize = 1;
 
     #[inline(always)]
-    fn bend<N: Number>(&self, place: [N; 2], square: N, slopes: Option<&mut [[N; 2]]>) -> Bent<N> {
+    fn distort<N: Number>(
+        &self,
+        place: [N; 2],
+        square: N,
+        slopes: Option<&mut [[N; 2]]>,
+    ) -> Distorted<N> {
         let ideal = square.root();
         let radius = self.distorted(ideal);
         let (one, kappa, square) = (ideal.all(1.0), ideal.all(self.kappa), radius * radius);
@@ -96,13 +101,13 @@ impl Distortion for InverseCubic {
         square.sqrt() < self.fold()
     }
 
-    fn back(&self, [x, y]: [f64; 2]) -> Back {
+    fn undistorted(&self, [x, y]: [f64; 2]) -> Undistorted {
         let square = x * x + y * y;
         if 1.0 + 3.0 * self.kappa * square <= 0.0 {
-            return Back::Nowhere;
+            return Undistorted::Nowhere;
         }
         let factor = 1.0 + self.kappa * square;
-        Back::To([x * factor, y * factor])
+        Undistorted::To([x * factor, y * factor])
     }
 }
 

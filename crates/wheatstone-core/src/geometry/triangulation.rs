@@ -5,7 +5,11 @@
 
 use super::{Pixel, Point3, ProjectionMatrix, Ray};
 use nalgebra::{Matrix2x3, Matrix3, Vector3};
-use wheatstone_numeric::least_squares::solve;
+use wheatstone_numeric::{
+    least_squares::solve,
+    levenberg_marquardt::{Patience, Problem, search},
+    progress::Silent,
+};
 
 /// A point found from its pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,10 +61,11 @@ pub fn linear<'a>(seen: impl Iterator<Item = (&'a ProjectionMatrix, Pixel)>) -> 
     Some(Point3::new(point[0], point[1], point[2]))
 }
 
-/// Most Gauss-Newton steps; from a linear start three or four are the rule.
-const MOST_STEPS: usize = 50;
+/// From a linear start three or four steps are the rule; the last one changes no pixel.
+const PATIENCE: Patience = Patience { steps: 50, least_gain: 0.0 };
 
-/// The point with the least sum of squared pixel errors, by damped Gauss-Newton from `start`.
+/// The point with the least sum of squared pixel errors, by Gauss-Newton steps from `start`, damped where one
+/// leads astray.
 ///
 /// `project` gives, for the n-th of `seen`, where a point falls and the derivatives. `None` where
 /// the start does not project, or the rays do not determine a point.
@@ -69,40 +74,66 @@ pub fn refine(
     seen: &[Pixel],
     project: impl Fn(usize, Point3) -> Option<(Pixel, Matrix2x3<f64>)>,
 ) -> Option<Triangulated> {
-    let normal_equations = |point: Point3| {
+    let problem = Triangulation { seen, project };
+    let found = search(&problem, start, (PATIENCE, 0.0), &Silent).ok()??;
+    let Equations { matrix, squares, .. } = found.equations;
+    let (point, cofactor) = (found.state, matrix.try_inverse()?);
+    let residual = (squares / (2 * seen.len()) as f64).sqrt();
+    let finite = point.iter().chain(cofactor.iter()).all(|value| value.is_finite());
+    finite.then_some(Triangulated { point, cofactor, residual })
+}
+
+/// Pixels of one point, and how cameras project.
+struct Triangulation<'a, F> {
+    seen: &'a [Pixel],
+    project: F,
+}
+
+/// J'J, J'r for the errors r of the pixels, and the sum of their squares.
+struct Equations {
+    matrix: Matrix3<f64>,
+    vector: Vector3<f64>,
+    squares: f64,
+}
+
+impl<F: Fn(usize, Point3) -> Option<(Pixel, Matrix2x3<f64>)>> Problem for Triangulation<'_, F> {
+    type State = Point3;
+    type Equations = Equations;
+    type Step = Vector3<f64>;
+
+    fn linearise(&self, point: &Point3) -> Option<Equations> {
         let (mut matrix, mut vector, mut squares) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
-        for (index, pixel) in seen.iter().enumerate() {
-            let (predicted, jacobian) = project(index, point)?;
+        for (index, pixel) in self.seen.iter().enumerate() {
+            let (predicted, jacobian) = (self.project)(index, *point)?;
             let error = pixel - predicted;
             matrix += jacobian.transpose() * jacobian;
             vector += jacobian.transpose() * error;
             squares += error.norm_squared();
         }
-        Some((matrix, vector, squares))
-    };
-    let mut point = start;
-    let (mut matrix, mut vector, mut squares) = normal_equations(point)?;
-    let mut damping = 0.0;
-    for _ in 0..MOST_STEPS {
-        let damped = matrix + Matrix3::from_diagonal(&(matrix.diagonal() * damping));
-        let step = damped.cholesky()?.solve(&vector);
-        let moved = point + step;
-        match normal_equations(moved) {
-            // Near the end rounding hides what a step gains; it is no reason to stop short.
-            Some((m, v, s)) if s <= squares * (1.0 + 1e-12) => {
-                (point, matrix, vector, squares) = (moved, m, v, s);
-                damping *= 0.1;
-                // Below this a step changes the pixels by less than rounding does.
-                if (matrix * step).dot(&step) < 1e-22 * (1.0 + squares) {
-                    break;
-                }
-            }
-            _ if (matrix * step).dot(&step) < 1e-18 * (1.0 + squares) => break,
-            _ => damping = (damping * 10.0_f64).max(1e-3),
-        }
+        Some(Equations { matrix, vector, squares })
     }
-    let cofactor = matrix.try_inverse()?;
-    let residual = (squares / (2 * seen.len()) as f64).sqrt();
-    let finite = point.iter().chain(cofactor.iter()).all(|value| value.is_finite());
-    finite.then_some(Triangulated { point, cofactor, residual })
+
+    fn step(&self, equations: &Equations, damping: f64) -> Option<(Vector3<f64>, f64)> {
+        let Equations { matrix, vector, .. } = equations;
+        let damped = matrix + Matrix3::from_diagonal(&(matrix.diagonal() * damping));
+        let step = damped.cholesky()?.solve(vector);
+        Some((step, 0.5 * (step.dot(vector) + step.dot(&((damped - matrix) * step)))))
+    }
+
+    fn moved(&self, point: &Point3, step: &Vector3<f64>) -> Point3 {
+        point + step
+    }
+
+    fn cost(&self, equations: &Equations) -> f64 {
+        0.5 * equations.squares
+    }
+
+    /// Near the end rounding hides what a step gains; it is no reason to stop short.
+    fn gain(&self, before: &Equations, after: &Equations) -> f64 {
+        0.5 * (before.squares * (1.0 + 1e-12) - after.squares)
+    }
+
+    fn is_negligible(&self, equations: &Equations, step: &Vector3<f64>) -> bool {
+        (equations.matrix * step).dot(step) < 1e-22 * (1.0 + equations.squares)
+    }
 }

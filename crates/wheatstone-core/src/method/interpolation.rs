@@ -156,12 +156,7 @@ impl Reconstructor for InterpolationReconstructor {
         }
         let point = Point3::new(plane[(0, 0)], plane[(0, 1)], plane[(0, 2)]);
         let finite = point.iter().chain(scatter.iter()).all(|value| value.is_finite());
-        finite.then_some(Located {
-            point,
-            covariance: scatter * inflation,
-            residual: f64::NAN,
-            residual_sigma: f64::NAN,
-        })
+        finite.then_some(Located { point, covariance: scatter * inflation, residual: None })
     }
 
     fn pixel_sigma(&self, _camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {

@@ -1,6 +1,6 @@
 //! Whether pixels belong together: whether their rays miss each other by more than noise makes them.
 
-use super::{Located, LocatedBatch, Reconstructor, locate_all};
+use super::{Located, LocatedBatch, Reconstructor, Residual, locate_all};
 use crate::geometry::{Pixel, PixelColumns};
 use wheatstone_numeric::statistics::chi_square_upper_quantile;
 
@@ -37,11 +37,12 @@ impl MismatchTest {
         sigma.max(LEAST_SIGMA) * self.largest.get(cameras_seen).copied().unwrap_or(f64::INFINITY)
     }
 
-    /// Whether a located point's residual is larger than chance makes it. A residual that does not exist
-    /// (NaN) says nothing.
+    /// Whether a located point's residual is larger than chance makes it. Without one nothing is known.
     #[must_use]
     pub fn is_mismatch(&self, found: &Located, cameras_seen: usize) -> bool {
-        found.residual > self.largest_residual(found.residual_sigma, cameras_seen)
+        found
+            .residual
+            .is_some_and(|Residual { rms, sigma }| rms > self.largest_residual(sigma, cameras_seen))
     }
 
     /// Whether each of many points' residuals is larger than chance makes it, as

@@ -142,19 +142,25 @@ pub struct Located {
     pub point: Point3,
     /// Its covariance, in squared world units.
     pub covariance: Matrix3<f64>,
-    /// How badly the rays miss each other: root mean square over pixel coordinates. NaN for methods
-    /// that have no rays.
-    pub residual: f64,
+    /// Its reprojection error; `None` for methods that have no rays.
+    pub residual: Option<Residual>,
+}
+
+/// The reprojection error of a located point, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// Root mean square over the coordinates of all pixels.
+    pub rms: f64,
     /// What noise and uncertainty of the fit let expect of it, as the standard deviation of one
-    /// pixel coordinate: NaN where the residual is.
-    pub residual_sigma: f64,
+    /// coordinate.
+    pub sigma: f64,
 }
 
 impl Located {
     /// Of a method that has no rays, and so no residual.
     #[must_use]
     pub fn without_rays(point: Point3, covariance: Matrix3<f64>) -> Self {
-        Self { point, covariance, residual: f64::NAN, residual_sigma: f64::NAN }
+        Self { point, covariance, residual: None }
     }
 
     /// The residual as a chi-square, with its degrees of freedom: two coordinates for each of the
@@ -163,7 +169,8 @@ impl Located {
     #[must_use]
     pub fn misfit(&self, cameras: usize) -> Option<(f64, usize)> {
         let coordinates = 2 * cameras;
-        let chi_square = coordinates as f64 * (self.residual / self.residual_sigma).powi(2);
+        let Residual { rms, sigma } = self.residual?;
+        let chi_square = coordinates as f64 * (rms / sigma).powi(2);
         (chi_square.is_finite() && coordinates > 3).then_some((chi_square, coordinates - 3))
     }
 }

@@ -335,12 +335,8 @@ impl Reconstructor for NetworkReconstructor {
         let targets = self.predict(&query);
         let (point, jacobian) = self.targets.point(targets)?;
         let covariance = jacobian * self.target_covariance(&query, targets)? * jacobian.transpose();
-        let told = self
-            .epipolar_check
-            .as_ref()
-            .and_then(|epipolar_check| epipolar_check.residual(point, pixels));
-        let (residual, residual_sigma) = told.unwrap_or((f64::NAN, f64::NAN));
-        Some(Located { point, covariance, residual, residual_sigma })
+        let residual = self.epipolar_check.as_ref().and_then(|check| check.residual(point, pixels));
+        Some(Located { point, covariance, residual })
     }
 
     fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {

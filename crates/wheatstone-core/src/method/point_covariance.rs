@@ -1,7 +1,7 @@
 //! From what each camera says of a located point to the point's covariance, and to how badly the
 //! rays may miss each other.
 
-use super::Located;
+use super::{Located, Residual};
 use crate::geometry::{Pixel, Point3};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
@@ -58,8 +58,10 @@ impl Located {
         finite.then_some(Self {
             point,
             covariance,
-            residual: (squares / (2 * sights.len()) as f64).sqrt(),
-            residual_sigma: (expected.max(0.0) / freedom as f64).sqrt(),
+            residual: Some(Residual {
+                rms: (squares / (2 * sights.len()) as f64).sqrt(),
+                sigma: (expected.max(0.0) / freedom as f64).sqrt(),
+            }),
         })
     }
 
@@ -128,11 +130,11 @@ mod tests {
                 .collect();
             let found = located(&errors);
             scatter += found.point.coords * found.point.coords.transpose() / DRAWS as f64;
-            squares += found.residual.powi(2) * 6.0 / 3.0 / DRAWS as f64;
+            squares += found.residual.unwrap().rms.powi(2) * 6.0 / 3.0 / DRAWS as f64;
             told = Some(found);
         }
         let told = told.unwrap();
         assert!((told.covariance - scatter).norm() < 0.03 * scatter.norm());
-        assert!((told.residual_sigma.powi(2) / squares - 1.0).abs() < 0.03);
+        assert!((told.residual.unwrap().sigma.powi(2) / squares - 1.0).abs() < 0.03);
     }
 }

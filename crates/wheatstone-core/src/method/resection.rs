@@ -120,16 +120,14 @@ impl<L: BatchProjection> Placed<L> {
         let mut own = POSE..;
         let place = |index: &usize| if *index < POSE { Some(*index) } else { own.next() };
         let places: Vec<usize> = free.iter().filter_map(place).collect();
-        let mut sums = Sums::default();
-        let evaluate = |unknowns: &[f64], normal: Option<&mut NormalEquations>| {
+        let evaluate = |unknowns: &[f64], normal: &mut NormalEquations| {
+            let mut sums = Sums::default();
             let (camera, left) = start.moved(free, unknowns);
             let Placed { model, rotation, translation } = camera;
-            let stand = PosedLens { lens: &model, rotation, translation };
-            sums.take(&stand, (&seen, &terms), Loss::Squares);
-            if let Some(normal) = normal {
-                sums.turn(&left);
-                normal.add_square(&places, sums.unknowns, &sums.products);
-            }
+            let posed = PosedLens { lens: &model, rotation, translation };
+            sums.take(&posed, (&seen, &terms), Loss::Squares);
+            sums.turn(&left);
+            normal.add_square(&places, sums.unknowns, &sums.products);
             (sums.unseen == 0).then_some(sums.cost)
         };
         let found = minimise(&start.unknowns(free), patience, progress, evaluate)?;

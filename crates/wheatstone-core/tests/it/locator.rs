@@ -59,10 +59,10 @@ fn gaps(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], places: &LocatedBa
             gaps[1] = gaps[1].max((own / sigma - 1.0).abs());
         }
         let told = (places.residual[index], places.residual_sigma[index]);
-        assert_eq!(told.0.is_nan(), exact.residual.is_nan());
-        if !exact.residual.is_nan() {
-            gaps[1] = gaps[1].max((told.1 / exact.residual_sigma - 1.0).abs());
-            gaps[2] = gaps[2].max((told.0 - exact.residual).abs());
+        assert_eq!(told.0.is_nan(), exact.residual.is_none());
+        if let Some(exact) = exact.residual {
+            gaps[1] = gaps[1].max((told.1 / exact.sigma - 1.0).abs());
+            gaps[2] = gaps[2].max((told.0 - exact.rms).abs());
         }
     }
     gaps
@@ -169,7 +169,7 @@ fn gaps_of_error_bars(
 ) -> Vec<f64> {
     let gap = |(index, row): (usize, &Vec<Option<Pixel>>)| {
         let exact = map.locate(row).unwrap();
-        let mut most = (places.residual_sigma[index] / exact.residual_sigma - 1.0).abs();
+        let mut most = (places.residual_sigma[index] / exact.residual.unwrap().sigma - 1.0).abs();
         for (axis, place) in [0, 3, 5].into_iter().enumerate() {
             let sigma = exact.covariance[(axis, axis)].sqrt();
             most = most.max((places.covariance[place][index].sqrt() / sigma - 1.0).abs());

@@ -2,7 +2,7 @@
 
 use wheatstone_charts::chart::line_grid::LineGrid;
 use wheatstone_core::method::{
-    AnyMethod, Located,
+    AnyMethod, Located, Residual,
     mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
 };
 use wheatstone_numeric::progress::Silent;
@@ -52,9 +52,9 @@ fn false_matches_are_told() {
     // Some points of a chart lie on each other's epipolar lines.
     assert!(false_pairs.count() > (rows.len() - 40) * 95 / 100);
     let found = fit.reconstructor.locate(&rows[0].pixels).unwrap();
-    let none = Located { residual: f64::NAN, residual_sigma: f64::NAN, ..found };
+    let none = Located { residual: None, ..found };
     assert!(!test.is_mismatch(&none, 2));
-    let exact = Located { residual: 1e-9, residual_sigma: 0.0, ..found };
+    let exact = Located { residual: Some(Residual { rms: 1e-9, sigma: 0.0 }), ..found };
     assert!(!test.is_mismatch(&exact, 2), "exact data is not a mismatch by rounding");
     assert_eq!(test.largest_residual(0.1, 1), f64::INFINITY);
 }

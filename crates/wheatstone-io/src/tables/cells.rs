@@ -1,6 +1,5 @@
 //! Cells of tables as numbers, and what is wrong with those that are none.
 
-use super::layout::LARGEST;
 use std::path::Path;
 use wheatstone_core::Error;
 
@@ -10,6 +9,9 @@ pub(super) struct Fault {
     what: String,
     hint: &'static str,
 }
+
+/// Beyond this no pixel and no chart lies, but overflow does.
+const LARGEST: f64 = 1e9;
 
 /// Words for a number that there is not, in small letters.
 const NOTHING: [&str; 8] = ["nan", "na", "n/a", "#n/a", "none", "null", "<na>", "-nan"];

@@ -7,9 +7,6 @@ use wheatstone_core::{
     error::{Hint, Remedy},
 };
 
-/// Beyond this no pixel and no chart lies, but overflow does.
-pub(super) const LARGEST: f64 = 1e9;
-
 /// Where each quantity stands in a row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {

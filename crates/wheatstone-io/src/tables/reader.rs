@@ -116,16 +116,23 @@ impl TableReader {
     ///
     /// # Errors
     ///
-    /// [`Error::Mismatch`] where the names of the columns and what is said elsewhere differ.
+    /// [`Error::Malformed`] where the names of the columns and what is said elsewhere differ.
     pub fn unit(&self) -> Result<Option<String>> {
         let said = match &self.kind {
             Table::Text(text) => &text.unit,
             Table::Columns(columns) => &columns.unit,
         };
         match (self.table().layout.unit, said) {
-            (Some(named), Some(said)) if named != said => Err(self.refuse(format!(
-                "the columns' names say that lengths are in `{named}`, and the table that they are in `{said}`"
-            ))),
+            (Some(named), Some(said)) if named != said => Err(Error::Malformed {
+                path: self.path().into(),
+                line: None,
+                problem: format!(
+                    "the columns' names say that lengths are in `{named}`, and the table that they are in `{said}`"
+                ),
+                hint:
+                    "name one unit: in the columns' names, or in a comment or the file's metadata"
+                        .into(),
+            }),
             (named, said) => Ok(named.map(str::to_owned).or_else(|| said.clone())),
         }
     }
@@ -155,13 +162,7 @@ impl TableReader {
         if table.layout.world.is_some() || table.layout.board.is_some() {
             return Ok(());
         }
-        let found: Vec<&str> = self.names().collect();
-        Err(self.refuse(format!("no column `X`, `Y`, `Z`; found: {}", found.join(", "))))
-    }
-
-    fn refuse(&self, problem: String) -> Error {
-        let table = self.table();
-        Header { path: &table.path, line: None, names: &table.names }.refuse(problem)
+        Err(Header { path: &table.path, line: None, names: &table.names }.missing(&["X", "Y", "Z"]))
     }
 
     pub(super) fn path(&self) -> &Path {

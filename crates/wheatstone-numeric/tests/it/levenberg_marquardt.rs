@@ -7,23 +7,21 @@ use wheatstone_numeric::{
 
 /// Fits y = f(x, p) to exact or noisy data with derivatives by differences.
 fn fit(f: impl Fn(f64, &[f64]) -> f64, data: &[(f64, f64)], start: &[f64]) -> Minimum {
-    minimise(start, Patience { steps: 2000, least_gain: 1e-15 }, &Silent, |p, mut normal| {
+    minimise(start, Patience { steps: 2000, least_gain: 1e-15 }, &Silent, |p, normal| {
         let mut cost = 0.0;
         for (x, y) in data {
             let residual = f(*x, p) - y;
             cost += 0.5 * residual * residual;
-            if let Some(normal) = normal.as_deref_mut() {
-                let slope = |index: usize| {
-                    let step = 1e-6 * (1.0 + p[index].abs());
-                    let at = |by: f64| {
-                        let mut moved = p.to_vec();
-                        moved[index] += by;
-                        f(*x, &moved)
-                    };
-                    (at(step) - at(-step)) / (2.0 * step)
+            let slope = |index: usize| {
+                let step = 1e-6 * (1.0 + p[index].abs());
+                let at = |by: f64| {
+                    let mut moved = p.to_vec();
+                    moved[index] += by;
+                    f(*x, &moved)
                 };
-                normal.add(&(0..p.len()).map(slope).collect::<Vec<_>>(), residual);
-            }
+                (at(step) - at(-step)) / (2.0 * step)
+            };
+            normal.add(&(0..p.len()).map(slope).collect::<Vec<_>>(), residual);
         }
         Some(cost)
     })
@@ -53,10 +51,8 @@ fn crosses_rosenbrocks_valley() {
     let rosenbrock = |p: &[f64]| [10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]];
     let found = minimise(&[-1.2, 1.0], Patience::default(), &Silent, |p, normal| {
         let r = rosenbrock(p);
-        if let Some(normal) = normal {
-            normal.add(&[-20.0 * p[0], 10.0], r[0]);
-            normal.add_sparse(&[(0, -1.0)], r[1]);
-        }
+        normal.add(&[-20.0 * p[0], 10.0], r[0]);
+        normal.add_sparse(&[(0, -1.0)], r[1]);
         Some(0.5 * (r[0] * r[0] + r[1] * r[1]))
     })
     .unwrap();

@@ -94,21 +94,19 @@ impl View {
         let patience = Patience { steps: 40, least_gain: 1e-9 };
         let found = minimise(&[0.0; 7], patience, &Silent, |p, normal| {
             let own = residuals(p)?;
-            if let Some(normal) = normal {
-                let mut slopes = Vec::with_capacity(7);
-                for axis in 0..7 {
-                    let mut ahead = [0.0; 7];
-                    ahead.copy_from_slice(p);
-                    ahead[axis] += STEP;
-                    slopes.push(residuals(&ahead)?);
+            let mut slopes = Vec::with_capacity(7);
+            for axis in 0..7 {
+                let mut ahead = [0.0; 7];
+                ahead.copy_from_slice(p);
+                ahead[axis] += STEP;
+                slopes.push(residuals(&ahead)?);
+            }
+            for (index, residual) in own.iter().enumerate() {
+                let mut row = [0.0; 7];
+                for (cell, slope) in row.iter_mut().zip(&slopes) {
+                    *cell = (slope[index] - residual) / STEP;
                 }
-                for (index, residual) in own.iter().enumerate() {
-                    let mut row = [0.0; 7];
-                    for (cell, slope) in row.iter_mut().zip(&slopes) {
-                        *cell = (slope[index] - residual) / STEP;
-                    }
-                    normal.add(&row, *residual);
-                }
+                normal.add(&row, *residual);
             }
             Some(own.iter().map(|r| r * r).sum::<f64>() / 2.0)
         });

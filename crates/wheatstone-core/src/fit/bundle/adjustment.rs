@@ -2,9 +2,8 @@
 //!
 //! Source: bundle adjustment, Triggs, McLauchlan, Hartley & Fitzgibbon 2000
 //! (doi:10.1007/3-540-44480-7_21): every view's six unknowns are eliminated first (Schur's
-//! complement), so that what is solved has the cameras' unknowns only. Damping as Nielsen's (Madsen,
-//! Nielsen & Tingleff 2004, section 3.2); robust cost Cauchy's, Holland & Welsch 1977
-//! (doi:10.1080/03610927708827533).
+//! complement), so that what is solved has the cameras' unknowns only. Robust cost: Cauchy's, Holland &
+//! Welsch 1977 (doi:10.1080/03610927708827533).
 
 use super::{
     elimination::Step,
@@ -21,7 +20,12 @@ use crate::{
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use wheatstone_numeric::{loss::Loss, progress::Progress};
+use std::marker::PhantomData;
+use wheatstone_numeric::{
+    levenberg_marquardt::{Found, Patience, Problem, search},
+    loss::Loss,
+    progress::Progress,
+};
 
 /// An adjustment: what was seen, and what of it may change.
 pub(super) struct Bundle<'a> {
@@ -98,59 +102,49 @@ impl<'a> Bundle<'a> {
     pub(super) fn adjust<L: BatchProjection>(
         &self,
         start: State<L>,
-        (steps, least_gain): (usize, f64),
+        patience: Patience,
         progress: &dyn Progress,
     ) -> Result<Adjusted<L>> {
-        let mut state = start;
-        let seen = self.seen();
-        let mut whole = self.sums(&state, &seen);
-        let (mut damping, mut raise) = (self.damping, 2.0);
-        for _ in 0..steps {
-            progress.check()?;
-            let Some(step) = whole.step(self.loose, damping) else {
-                damping *= raise;
-                raise *= 2.0;
-                if damping > 1e12 {
-                    break;
-                }
-                continue;
-            };
-            let tried = self.moved(&state, &step);
-            // Most steps are good ones: what the next one needs is worked out with the cost.
-            let next = self.sums(&tried, &seen);
-            if next.cost.is_finite() && next.cost < whole.cost {
-                let gain = whole.cost - next.cost;
-                let expected = step.expected(&whole, damping);
-                let quality = if expected > 0.0 { (gain / expected).min(1.0) } else { 0.5 };
-                damping *= (1.0 - (2.0 * quality - 1.0).powi(3)).max(1.0 / 3.0);
-                raise = 2.0;
-                let done = gain < least_gain * whole.cost;
-                state = tried;
-                whole = next;
-                if done {
-                    break;
-                }
-            } else {
-                damping *= raise;
-                raise *= 2.0;
-                if damping > 1e12 {
-                    break;
-                }
-            }
-        }
-        if !whole.cost.is_finite() {
-            return Err(lost());
-        }
-        Ok(Adjusted { state, sums: whole, damping })
+        let adjustment = Adjustment { bundle: self, seen: self.seen(), lens: PhantomData };
+        let found = search(&adjustment, start, (patience, self.damping), progress)?;
+        let Found { state, equations, damping, .. } = found.ok_or_else(lost)?;
+        Ok(Adjusted { state, sums: equations, damping })
+    }
+}
+
+/// A bundle of cameras with this kind of lens, as a least-squares problem.
+struct Adjustment<'a, L> {
+    bundle: &'a Bundle<'a>,
+    seen: Vec<Vec<PosedObservations>>,
+    lens: PhantomData<L>,
+}
+
+impl<L: BatchProjection> Problem for Adjustment<'_, L> {
+    type State = State<L>;
+    type Equations = Whole;
+    type Step = Step;
+
+    fn linearise(&self, state: &State<L>) -> Option<Whole> {
+        Some(self.bundle.sums(state, &self.seen)).filter(|sums| sums.cost.is_finite())
     }
 
-    fn moved<L: BatchProjection>(&self, state: &State<L>, step: &Step) -> State<L> {
+    fn step(&self, sums: &Whole, damping: f64) -> Option<(Step, f64)> {
+        let step = sums.step(self.bundle.loose, damping)?;
+        let promised = step.expected(sums, damping);
+        Some((step, promised))
+    }
+
+    fn cost(&self, sums: &Whole) -> f64 {
+        sums.cost
+    }
+
+    fn moved(&self, state: &State<L>, step: &Step) -> State<L> {
         let mut moved = state.clone();
         for (index, camera) in moved.cameras.iter_mut().enumerate() {
-            let first = self.first(index);
+            let first = self.bundle.first(index);
             let (mut turn, mut by) = (Vector3::zeros(), Vector3::zeros());
             let mut numbers = camera.lens.parameters_mut();
-            for (offset, unknown) in self.free[index].iter().enumerate() {
+            for (offset, unknown) in self.bundle.free[index].iter().enumerate() {
                 let value = step.cameras[first + offset];
                 match unknown {
                     0..3 => turn[*unknown] = value,

@@ -13,14 +13,16 @@ use crate::{
     method::{Lens, information},
 };
 use rayon::prelude::*;
-use wheatstone_numeric::{loss::Loss, progress::Progress, statistics::median};
+use wheatstone_numeric::{
+    levenberg_marquardt::Patience, loss::Loss, progress::Progress, statistics::median,
+};
 
 /// Steps, and the least gain (of the cost) that is worth another: while a start is tried, while all
 /// cameras are brought together, while it is asked which terms predict best, and at the end.
-const SCOUTING: (usize, f64) = (25, 1e-3);
-const JOINING: (usize, f64) = (40, 1e-4);
-const JUDGING: (usize, f64) = (100, 1e-6);
-const FINAL: (usize, f64) = (100, 1e-8);
+const SCOUTING: Patience = Patience { steps: 25, least_gain: 1e-3 };
+const JOINING: Patience = Patience { steps: 40, least_gain: 1e-4 };
+const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
+const FINAL: Patience = Patience { steps: 100, least_gain: 1e-8 };
 
 /// Damping where nothing is known of how far the start is off.
 pub(super) const FIRST_DAMPING: f64 = 1e-3;

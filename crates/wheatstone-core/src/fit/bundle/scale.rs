@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{Error, Result, geometry::Vector3};
 use nalgebra::Matrix3;
-use wheatstone_numeric::{loss::Loss, progress::Progress};
+use wheatstone_numeric::{levenberg_marquardt::Patience, loss::Loss, progress::Progress};
 
 /// Focal lengths that must be told apart from the one found, as shares of it.
 const OTHERS: [f64; 2] = [0.8, 1.25];
@@ -127,12 +127,12 @@ fn worse<L: Terms>(
             * ((share - 1.0) * first.transform(chart.translation.into()).z);
     }
     let least = bundle.cost(&choice.state);
-    let rough = bundle.adjust(state, (60, 1e-2), progress)?;
+    let rough = bundle.adjust(state, Patience { steps: 60, least_gain: 1e-2 }, progress)?;
     let excess = 2.0 * (rough.sums.cost - least);
     if excess > FAR * variance(choice) {
         return Ok(excess);
     }
-    let other = bundle.adjust(rough.state, (60, 1e-5), progress)?;
+    let other = bundle.adjust(rough.state, Patience { steps: 60, least_gain: 1e-5 }, progress)?;
     Ok(2.0 * (other.sums.cost - least))
 }
 

@@ -52,7 +52,7 @@ impl ViewSums {
                 view.own.extend(std::iter::repeat_n(0.0, free.len() * (free.len() + 3) / 2));
             } else {
                 let pose = camera.camera_from_world.after(world_from_chart);
-                let stand = PosedLens {
+                let posed = PosedLens {
                     lens: &camera.lens,
                     rotation: pose.rotation,
                     translation: pose.translation,
@@ -60,7 +60,7 @@ impl ViewSums {
                 let mut terms = [0; WIDTH];
                 let own = free.iter().filter(|unknown| **unknown >= POSE);
                 let held = terms.iter_mut().zip(own).map(|(to, from)| *to = from - POSE).count();
-                sums.take(&stand, (seen, &terms[..held]), loss);
+                sums.take(&posed, (seen, &terms[..held]), loss);
                 view.cost += sums.cost + sums.unseen as f64 * loss.of(UNSEEN * UNSEEN).0;
                 let turn = camera.camera_from_world.rotation;
                 let arm = (turn * world_from_chart.translation).cross_matrix();

@@ -183,7 +183,11 @@ impl Spreads {
                 cameras.iter().map(|camera| camera.project(point)).collect();
             let found =
                 pixels.iter().all(Option::is_some).then(|| reconstructor.locate(&pixels))??;
-            Spread::figures(&found.covariance, found.residual_sigma, nearness)
+            Spread::figures(
+                &found.covariance,
+                found.residual.map_or(f64::NAN, |residual| residual.sigma),
+                nearness,
+            )
         };
         let depth = |within: [f64; 3]| 1.0 / self.seen(slot as usize, within).1;
         let made = self.through.as_ref().and_then(|through| fitted(through, &exact));

@@ -1,6 +1,9 @@
 //! Located points in columns, and the parts of those that a task fills.
 
-use super::{super::Located, piece::TASK};
+use super::{
+    super::{Located, Residual},
+    piece::TASK,
+};
 use crate::dataset::volume::Trust;
 use nalgebra::Matrix3;
 use std::ops::Range;
@@ -42,8 +45,7 @@ impl Slots<'_> {
         let none = Located {
             point: [f64::NAN; 3].into(),
             covariance: Matrix3::repeat(f64::NAN),
-            residual: f64::NAN,
-            residual_sigma: f64::NAN,
+            residual: None,
         };
         let found = found.unwrap_or(&none);
         for (axis, column) in self.point.iter_mut().enumerate() {
@@ -55,8 +57,8 @@ impl Slots<'_> {
         for (place, column) in LOWER.into_iter().zip(&mut self.covariance) {
             column[index] = found.covariance[place];
         }
-        self.residual[index] = found.residual;
-        self.residual_sigma[index] = found.residual_sigma;
+        let told = found.residual.map_or([f64::NAN; 2], |Residual { rms, sigma }| [rms, sigma]);
+        [self.residual[index], self.residual_sigma[index]] = told;
     }
 }
 
@@ -96,11 +98,12 @@ impl LocatedBatch {
             let value = *values.get(row)?;
             (covariance[(a, b)], covariance[(b, a)]) = (value, value);
         }
+        let residual =
+            Residual { rms: *self.residual.get(row)?, sigma: *self.residual_sigma.get(row)? };
         Some(Located {
             point: [x, self.point[1][row], self.point[2][row]].into(),
             covariance,
-            residual: *self.residual.get(row)?,
-            residual_sigma: *self.residual_sigma.get(row)?,
+            residual: residual.rms.is_finite().then_some(residual),
         })
     }
 

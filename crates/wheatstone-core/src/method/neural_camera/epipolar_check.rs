@@ -5,7 +5,7 @@ use crate::{
     Result,
     dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::{Located, PlacedCamera, point_covariance::Sight},
+    method::{Located, PlacedCamera, Residual, point_covariance::Sight},
 };
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,7 @@ impl EpipolarCheck {
         &self,
         point: Point3,
         pixels: &[Option<Pixel>],
-    ) -> Option<(f64, f64)> {
+    ) -> Option<Residual> {
         // The map's point is a good one, but not quite that of the least pixel errors: one step.
         let sights = self.sights(point, pixels)?;
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -60,8 +60,7 @@ impl EpipolarCheck {
             right += slopes.transpose() * (pixel - predicted);
         }
         let nearer = point + normal.cholesky()?.solve(&right);
-        let located = Located::by_least_squares(nearer, &self.sights(nearer, pixels)?)?;
-        Some((located.residual, located.residual_sigma))
+        Located::by_least_squares(nearer, &self.sights(nearer, pixels)?)?.residual
     }
 
     /// The cameras, for who asks of many points; none where one cannot be made ready.

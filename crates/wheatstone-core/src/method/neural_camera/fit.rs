@@ -150,8 +150,7 @@ fn least_squares(
         if (FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL).contains(&index) { 1.0 } else { 0.1 }
     };
     let patience = Patience { steps: 60, least_gain: 1e-4 };
-    let mut scratch = vec![0.0; PARAMETERS];
-    let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, mut normal| {
+    let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, normal| {
         let step: [f64; PARAMETERS] = step.try_into().ok()?;
         let lens = start.moved(&step);
         let sloped = Sloped::after(&lens, start, &step);
@@ -160,20 +159,14 @@ fn least_squares(
             let (seen, slopes) = sloped.project(*world)?;
             let error = seen.pixel - pixel;
             cost += 0.5 * error.norm_squared();
-            if let Some(normal) = normal.as_deref_mut() {
-                let [x, y] = [0, 1].map(|axis| slopes.row(axis).transpose());
-                normal.add_pixel([x.as_slice(), y.as_slice()], error.into());
-            }
+            let [x, y] = [0, 1].map(|axis| slopes.row(axis).transpose());
+            normal.add_pixel([x.as_slice(), y.as_slice()], error.into());
         }
         let numbers = lens.numbers();
         for index in FIRST_EXPECTED..PARAMETERS {
             let error = numbers[index] / loose(index);
             cost += 0.5 * error * error;
-            if let Some(normal) = normal.as_deref_mut() {
-                scratch.fill(0.0);
-                scratch[index] = 1.0 / loose(index);
-                normal.add(&scratch, error);
-            }
+            normal.add_sparse(&[(index, 1.0 / loose(index))], error);
         }
         Some(cost)
     });

@@ -5,7 +5,8 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
-    robust_camera::{Pair, RobustCamera},
+    pairs::Pair,
+    robust_camera::RobustCamera,
     unsynchronised,
 };
 use wheatstone_numeric::statistics::mean;

@@ -4,12 +4,17 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    robust_camera::{Pair, RobustCamera},
+    pairs::Pair,
+    robust_camera::RobustCamera,
     unit_ratios::{is_ratio, tidy},
 };
 use crate::geometry::{Point3, Pose, Vector3, principal_axes};
 use nalgebra::{SMatrix, SVector, Vector2};
-use wheatstone_numeric::statistics::median;
+use wheatstone_numeric::{
+    levenberg_marquardt::{Patience, Problem, search},
+    progress::Silent,
+    statistics::median,
+};
 
 pub(super) struct ChartSize;
 
@@ -99,76 +104,96 @@ impl Stretch {
 /// The view's points with each camera.
 type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
 
-fn errors(shots: &Shots, stretch: &Stretch) -> Vec<Vector2<f64>> {
-    let error = |(camera, (place, pixel)): &(&RobustCamera, Pair)| {
-        camera.error(&(stretch.map(*place), *pixel))
-    };
-    shots.iter().map(error).collect()
-}
-
-fn cost(errors: &[Vector2<f64>], scale: f64) -> f64 {
-    errors.iter().map(|error| libm::log1p(error.norm_squared() / (scale * scale))).sum()
-}
-
-/// Adjusts a stretch to the pixels, under Cauchy's weight, by damped steps with slopes by differences.
-/// The scales stay as they are where it is `rigid`.
+/// Adjusts a stretch to the pixels. The scales stay as they are where it is `rigid`.
 fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
-    const STEP: f64 = 1e-5;
-    let mut stretch = start;
-    let mut damping = 1e-3;
-    let mut left = errors(shots, &stretch);
-    for _ in 0..25 {
-        let lengths: Vec<f64> = left.iter().map(|error| error.norm()).collect();
+    const PATIENCE: Patience = Patience { steps: 25, least_gain: 1e-5 };
+    let found = search(&Stretching { shots, rigid }, start.clone(), (PATIENCE, 1e-3), &Silent);
+    found.ok().flatten().map_or(start, |found| found.state)
+}
+
+/// A stretch found from pixels, under Cauchy's weight.
+struct Stretching<'a> {
+    shots: &'a Shots<'a>,
+    rigid: bool,
+}
+
+struct Equations {
+    errors: Vec<Vector2<f64>>,
+    scale: f64,
+    matrix: SMatrix<f64, 8, 8>,
+    gradient: SVector<f64, 8>,
+}
+
+impl Equations {
+    /// What Cauchy's weight makes least, for errors of this scale.
+    fn cost(&self, scale: f64) -> f64 {
+        let of = |error: &Vector2<f64>| libm::log1p(error.norm_squared() / (scale * scale));
+        0.5 * scale * scale * self.errors.iter().map(of).sum::<f64>()
+    }
+}
+
+impl Stretching<'_> {
+    fn errors(&self, stretch: &Stretch) -> Vec<Vector2<f64>> {
+        let of = |(camera, (place, pixel)): &(&RobustCamera, Pair)| {
+            camera.error(&(stretch.map(*place), *pixel))
+        };
+        self.shots.iter().map(of).collect()
+    }
+}
+
+impl Problem for Stretching<'_> {
+    type State = Stretch;
+    type Equations = Equations;
+    type Step = SVector<f64, 8>;
+
+    /// Slopes are differences.
+    fn linearise(&self, stretch: &Stretch) -> Option<Equations> {
+        const STEP: f64 = 1e-5;
+        let errors = self.errors(stretch);
+        let lengths: Vec<f64> = errors.iter().map(|error| error.norm()).collect();
         let scale = (1.2 * median(&lengths)).max(1e-3);
+        let free = if self.rigid { 2..8 } else { 0..8 };
+        let ahead = |index: usize| {
+            let mut step = SVector::<f64, 8>::zeros();
+            step[index] = STEP;
+            self.errors(&stretch.stepped(&step))
+        };
+        let moved: Vec<(usize, Vec<Vector2<f64>>)> = free.map(|k| (k, ahead(k))).collect();
         let mut matrix = SMatrix::<f64, 8, 8>::zeros();
         let mut gradient = SVector::<f64, 8>::zeros();
-        let moved: Vec<Stretch> = (0..8)
-            .map(|index| {
-                let mut step = SVector::<f64, 8>::zeros();
-                step[index] = STEP;
-                stretch.stepped(&step)
-            })
-            .collect();
-        for ((camera, (place, pixel)), error) in shots.iter().zip(&left) {
+        for (row, error) in errors.iter().enumerate() {
             let weight = 1.0 / (1.0 + error.norm_squared() / (scale * scale));
-            let slopes: Vec<_> = moved
-                .iter()
-                .map(|other| (error - camera.error(&(other.map(*place), *pixel))) / STEP)
-                .collect();
             for axis in 0..2 {
-                let row = SVector::<f64, 8>::from_fn(|index, _| slopes[index][axis]);
-                matrix.ger(weight, &row, &row, 1.0);
-                gradient += row * (weight * error[axis]);
+                let mut slopes = SVector::<f64, 8>::zeros();
+                for (index, moved) in &moved {
+                    slopes[*index] = (error[axis] - moved[row][axis]) / STEP;
+                }
+                matrix.ger(weight, &slopes, &slopes, 1.0);
+                gradient += slopes * (weight * error[axis]);
             }
         }
-        let before = cost(&left, scale);
-        for index in 0..8 {
-            matrix[(index, index)] *= 1.0 + damping;
-        }
-        for index in 0..if rigid { 2 } else { 0 } {
-            matrix.row_mut(index).fill(0.0);
-            matrix.column_mut(index).fill(0.0);
-            matrix[(index, index)] = 1.0;
-            gradient[index] = 0.0;
-        }
-        let Some(factors) = matrix.cholesky() else { break };
-        let next = stretch.stepped(&factors.solve(&gradient));
-        let then = errors(shots, &next);
-        let after = cost(&then, scale);
-        if after < before {
-            (stretch, left) = (next, then);
-            damping = (damping * 0.2_f64).max(1e-9);
-            if 1.0 - after / before < 1e-5 {
-                break;
-            }
-        } else {
-            damping *= 10.0;
-            if damping > 1e6 {
-                break;
-            }
-        }
+        Some(Equations { errors, scale, matrix, gradient })
     }
-    stretch
+
+    fn step(&self, equations: &Equations, damping: f64) -> Option<(SVector<f64, 8>, f64)> {
+        let Equations { matrix, gradient, .. } = equations;
+        let diagonal = matrix.diagonal();
+        let held = diagonal.map(|value| if value > 0.0 { damping * value } else { 1.0 });
+        let step = (matrix + SMatrix::from_diagonal(&held)).cholesky()?.solve(gradient);
+        Some((step, 0.5 * (step.dot(gradient) + step.dot(&held.component_mul(&step)))))
+    }
+
+    fn moved(&self, stretch: &Stretch, step: &SVector<f64, 8>) -> Stretch {
+        stretch.stepped(step)
+    }
+
+    fn cost(&self, equations: &Equations) -> f64 {
+        equations.cost(equations.scale)
+    }
+
+    fn gain(&self, before: &Equations, after: &Equations) -> f64 {
+        before.cost(before.scale) - after.cost(before.scale)
+    }
 }
 
 /// A lens that the formula does not describe makes a view at the end seem a little larger: its error over the

@@ -3,7 +3,10 @@
 //! Source: the consensus of small samples, Fischler & Bolles 1981 (doi:10.1145/358669.358692); the
 //! samples are whole views here, because faults are of whole views.
 
-use super::robust_camera::{Pair, RobustCamera, extent};
+use super::{
+    pairs::{Pair, extent},
+    robust_camera::RobustCamera,
+};
 use wheatstone_numeric::{random::Random, statistics::median};
 
 /// The camera on which most views agree, and which they are.

@@ -5,7 +5,8 @@
 use super::{
     consensus::consensus,
     frame::Frame,
-    robust_camera::{Pair, RobustCamera, sides},
+    pairs::{Pair, sides},
+    robust_camera::RobustCamera,
     views::{LEAST, View, views},
     whole_board::complete,
 };

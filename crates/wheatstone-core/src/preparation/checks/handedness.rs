@@ -7,7 +7,7 @@ use super::{
     board_order::{naming, relabelled},
     evidence::{Cell, Evidence, Seen, pixel_box},
     finding::{Proposal, Severity},
-    robust_camera::Pair,
+    pairs::Pair,
     spread::{THIN, thickness},
     unsynchronised::overall_figures,
 };

@@ -21,6 +21,7 @@ mod field;
 mod finding;
 mod frame;
 mod handedness;
+mod pairs;
 mod pixel_offset;
 mod pixel_units;
 mod points_permuted;

@@ -7,8 +7,8 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::Proposal,
+    pairs::Pair,
     pixel_units::{Measure, proposal},
-    robust_camera::Pair,
     sums::Sums,
 };
 use nalgebra::{Matrix2, SMatrix, Vector2};

@@ -5,7 +5,7 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    robust_camera::Pair,
+    pairs::Pair,
     views::LEAST,
 };
 use crate::geometry::Pixel;

@@ -4,7 +4,10 @@
 //! Source: iteratively reweighted least squares with Cauchy's weight, Holland & Welsch 1977
 //! (doi:10.1080/03610927708827533).
 
-use super::field::Field;
+use super::{
+    field::Field,
+    pairs::{Pair, extent},
+};
 use crate::{
     camera::{AdjustableCamera, kannala_brandt::KannalaBrandt},
     geometry::{Pixel, Point3, Pose, Vector3},
@@ -12,15 +15,14 @@ use crate::{
 };
 use nalgebra::{Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
+    levenberg_marquardt::{Patience, Problem, search},
+    progress::Silent,
     simd::{Simd, WithSimd, on_widest},
     statistics::median,
 };
 
 /// Unknowns of a camera: rotation, translation, focal lengths, principal point, four coefficients.
 pub(super) const UNKNOWNS: usize = 14;
-
-/// A world point and where the camera saw it.
-pub(super) type Pair = (Point3, Pixel);
 
 /// A camera as the clinic observes it.
 #[derive(Clone, Debug)]
@@ -142,7 +144,7 @@ impl RobustCamera {
         other.median_error(pairs) > 1.3 * own.median_error(pairs)
     }
 
-    /// The same camera after steps of Gauss and Newton (damped) under Cauchy's weight.
+    /// The same camera after at most so many steps under Cauchy's weight.
     pub(super) fn refined(&self, pairs: &[Pair], steps: usize) -> Self {
         self.adjusted(pairs, steps, UNKNOWNS)
     }
@@ -153,26 +155,10 @@ impl RobustCamera {
     }
 
     fn adjusted(&self, pairs: &[Pair], steps: usize, unknowns: usize) -> Self {
-        let mut camera = self.clone();
-        let mut damping = 1e-4;
-        let mut seen = Linearised::by(&camera, pairs);
-        let mut current = Normal::of(&seen, (&camera, unknowns), seen.scale(), cauchy);
-        for _ in 0..steps {
-            let Some(step) = current.step(damping) else { break };
-            let tried = camera.stepped(&step);
-            let then = Linearised::by(&tried, pairs);
-            let cost = then.cost((&tried, unknowns), current.scale);
-            if cost.is_finite() && cost < current.cost {
-                (camera, seen) = (tried, then);
-                damping = (damping * 0.2_f64).max(1e-9);
-                if 1.0 - cost / current.cost < 1e-6 {
-                    break;
-                }
-                current = Normal::of(&seen, (&camera, unknowns), seen.scale(), cauchy);
-            } else {
-                damping *= 10.0;
-            }
-        }
+        let patience = Patience { steps, least_gain: 1e-6 };
+        let resection = Resection { pairs, unknowns };
+        let found = search(&resection, self.clone(), (patience, FIRST_DAMPING), &Silent);
+        let camera = found.ok().flatten().map_or_else(|| self.clone(), |found| found.state);
         camera.upright()
     }
 
@@ -205,23 +191,46 @@ impl RobustCamera {
     }
 }
 
-/// The sides of the box round the pixels.
-pub(super) fn sides(pairs: &[Pair]) -> [f64; 2] {
-    [0, 1].map(|axis: usize| {
-        let values = || pairs.iter().map(|(_, pixel)| pixel[axis]);
-        let low = values().fold(f64::INFINITY, f64::min);
-        values().fold(0.0, |side, value| f64::max(side, value - low))
-    })
-}
-
-/// The larger of them.
-pub(super) fn extent(pairs: &[Pair]) -> f64 {
-    sides(pairs).into_iter().fold(0.0, f64::max)
-}
-
 /// Cauchy's weight.
 fn cauchy(error: f64, scale: f64) -> f64 {
     1.0 / (1.0 + (error / scale).powi(2)) / (scale * scale)
+}
+
+/// Steps are nearly Gauss's and Newton's.
+const FIRST_DAMPING: f64 = 1e-4;
+
+/// A camera's pose, and its lens unless the unknowns are but six, from pairs of which some may be wrong.
+struct Resection<'a> {
+    pairs: &'a [Pair],
+    unknowns: usize,
+}
+
+impl Problem for Resection<'_> {
+    type State = RobustCamera;
+    type Equations = (Linearised, Normal);
+    type Step = SVector<f64, UNKNOWNS>;
+
+    fn linearise(&self, camera: &RobustCamera) -> Option<(Linearised, Normal)> {
+        let seen = Linearised::by(camera, self.pairs);
+        let normal = Normal::of(&seen, (camera, self.unknowns), seen.scale(), cauchy);
+        normal.cost.is_finite().then_some((seen, normal))
+    }
+
+    fn step(&self, (_, normal): &Self::Equations, damping: f64) -> Option<(Self::Step, f64)> {
+        normal.step(damping)
+    }
+
+    fn moved(&self, camera: &RobustCamera, step: &Self::Step) -> RobustCamera {
+        camera.stepped(step)
+    }
+
+    fn cost(&self, (_, normal): &Self::Equations) -> f64 {
+        normal.cost
+    }
+
+    fn gain(&self, (_, before): &Self::Equations, (seen, after): &Self::Equations) -> f64 {
+        before.cost - seen.cost(before.scale) - after.held
+    }
 }
 
 /// A camera's errors at the pairs that it observes, and how they change with its numbers.
@@ -261,10 +270,9 @@ impl Linearised {
     }
 
     /// What Cauchy's weight makes least.
-    fn cost(&self, (camera, unknowns): (&RobustCamera, usize), scale: f64) -> f64 {
-        let of = |row: &Row| libm::log1p(row.error.norm_squared() / (scale * scale));
-        let lens = if unknowns == UNKNOWNS { Normal::default().hold_lens(camera) } else { 0.0 };
-        self.unseen as f64 * 1e3 + self.rows.iter().map(of).sum::<f64>() + lens
+    fn cost(&self, scale: f64) -> f64 {
+        let of = |row: &Row| 0.5 * libm::log1p(row.error.norm_squared() / (scale * scale));
+        self.unseen as f64 * 1e3 + self.rows.iter().map(of).sum::<f64>()
     }
 }
 
@@ -273,7 +281,9 @@ impl Linearised {
 pub(super) struct Normal {
     pub(super) matrix: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     pub(super) gradient: SVector<f64, UNKNOWNS>,
+    /// Half of what Cauchy's weight makes least, and what an unlikely lens costs.
     cost: f64,
+    held: f64,
     pub(super) scale: f64,
 }
 
@@ -294,12 +304,12 @@ impl Normal {
         scale: f64,
         weigh: fn(f64, f64) -> f64,
     ) -> Self {
-        let mut normal =
-            Self { cost: seen.cost((camera, unknowns), scale), scale, ..Self::default() };
+        let mut normal = Self { scale, ..Self::default() };
         on_widest(Added { normal: &mut normal, rows: &seen.rows, unknowns, weigh });
         if unknowns == UNKNOWNS {
-            normal.hold_lens(camera);
+            normal.held = normal.hold_lens(camera);
         }
+        normal.cost = seen.cost(scale) + normal.held;
         normal
     }
 
@@ -324,13 +334,16 @@ impl Normal {
         cost + gap * gap / 2.0
     }
 
-    fn step(&self, damping: f64) -> Option<SVector<f64, UNKNOWNS>> {
+    /// A damped step, and by how much it lowers the cost if these equations hold for it.
+    fn step(&self, damping: f64) -> Option<(SVector<f64, UNKNOWNS>, f64)> {
         let mut matrix = self.matrix;
         for index in 0..UNKNOWNS {
             let value = matrix[(index, index)];
             matrix[(index, index)] = if value > 0.0 { value * (1.0 + damping) } else { 1.0 };
         }
-        Some(matrix.cholesky()?.solve(&self.gradient))
+        let step = matrix.cholesky()?.solve(&self.gradient);
+        let held = self.matrix.diagonal().component_mul(&step);
+        Some((step, 0.5 * (step.dot(&self.gradient) + damping * step.dot(&held))))
     }
 }
 

@@ -1,6 +1,9 @@
 //! What small changes of single views would do to a camera's fit, to first order.
 
-use super::robust_camera::{Normal, Pair, RobustCamera, UNKNOWNS};
+use super::{
+    pairs::Pair,
+    robust_camera::{Normal, RobustCamera, UNKNOWNS},
+};
 use crate::{camera::AdjustableCamera, geometry::Point3};
 use nalgebra::{SMatrix, SVector, Vector2};
 

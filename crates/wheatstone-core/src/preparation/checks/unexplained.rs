@@ -5,7 +5,7 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
-    robust_camera::{Pair, extent},
+    pairs::{Pair, extent},
 };
 
 pub(super) struct Unexplained;

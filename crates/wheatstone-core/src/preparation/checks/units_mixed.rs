@@ -6,7 +6,7 @@ use super::{
     chart_size::{explained, places},
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
-    robust_camera::Pair,
+    pairs::Pair,
     spread::{THIN, thickness},
     unit_ratios::{tidy, unit_ratios},
     views::LEAST,
