@@ -280,7 +280,7 @@ const STANDSTILL: usize = 6;
 
 /// What holds weights back in the first step, in multiples of their decay.
 fn first_damping() -> Damping {
-    Damping::new(1000.0, 0.2)
+    Damping::nielsen(1000.0, 0.2)
 }
 
 /// Tries of a step: the damping grows by 2 to the power of 120.

@@ -48,38 +48,50 @@ pub trait Problem {
     }
 }
 
-/// How strongly steps are held back: the multiple of the normal matrix's diagonal that is added to it, by
-/// Nielsen's rule.
+/// How strongly steps are held back: the multiple of the normal matrix's diagonal that is added to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Damping {
     /// The multiple.
     pub value: f64,
     /// What a failed step multiplies it by.
-    growth: f64,
+    rise: f64,
     /// The least that a good step multiplies it by.
     fall: f64,
+    /// Whether both depend on how the steps went.
+    follows_gain: bool,
 }
 
 impl Damping {
-    /// That of the first step; a good step lowers it to no less than this share.
+    /// By Nielsen's rule: the better a step kept its promise the more it falls, to no less than this share, and it
+    /// rises the faster the more steps fail in a row.
     #[must_use]
-    pub fn new(value: f64, fall: f64) -> Self {
-        Self { value, growth: 2.0, fall }
+    pub fn nielsen(value: f64, fall: f64) -> Self {
+        Self { value, rise: 2.0, fall, follows_gain: true }
+    }
+
+    /// By fixed factors, as Marquardt's: for robust costs, which promise too little.
+    #[must_use]
+    pub fn marquardt(value: f64) -> Self {
+        Self { value, rise: 10.0, fall: 0.2, follows_gain: false }
     }
 
     /// After a step that gained this share of what was promised.
     pub fn accept(&mut self, quality: f64) {
         let off = 2.0 * quality - 1.0;
-        self.value *= (1.0 - off * off * off).clamp(self.fall, 2.0);
-        self.value = self.value.max(LEAST_DAMPING);
-        self.growth = 2.0;
+        let share = if self.follows_gain { 1.0 - off * off * off } else { self.fall };
+        self.value = (self.value * share.clamp(self.fall, 2.0)).max(LEAST_DAMPING);
+        if self.follows_gain {
+            self.rise = 2.0;
+        }
     }
 
     /// After a step that led nowhere.
     pub fn reject(&mut self) {
         // Also where the search began undamped.
-        self.value = (self.value * self.growth).max(LEAST_DAMPING);
-        self.growth *= 2.0;
+        self.value = (self.value * self.rise).max(LEAST_DAMPING);
+        if self.follows_gain {
+            self.rise *= 2.0;
+        }
     }
 }
 
@@ -92,7 +104,7 @@ const MOST_DAMPING: f64 = 1e16;
 /// When a search ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
-    /// Most steps.
+    /// Most steps, those that are not taken among them.
     pub steps: usize,
     /// A step that lowers the cost by less than this share of it is the last.
     pub least_gain: f64,
@@ -112,9 +124,7 @@ pub struct Found<P: Problem> {
     /// The problem linearised there.
     pub equations: P::Equations,
     /// Damping of the next step.
-    pub damping: f64,
-    /// Steps taken.
-    pub steps: usize,
+    pub damping: Damping,
 }
 
 /// Looks for the least cost from `start`, with this damping of the first step. `None` where the residuals do
@@ -126,17 +136,15 @@ pub struct Found<P: Problem> {
 pub fn search<P: Problem>(
     problem: &P,
     start: P::State,
-    (patience, damping): (Patience, f64),
+    (patience, mut damping): (Patience, Damping),
     progress: &dyn Progress,
 ) -> Result<Option<Found<P>>> {
     let mut state = start;
     let Some(mut equations) = problem.linearise(&state) else { return Ok(None) };
-    let mut damping = Damping::new(damping, 1.0 / 3.0);
-    let (mut steps, mut tries) = (0, 0);
-    // As many tries as steps, and as many again to recover the damping.
-    while steps < patience.steps && tries < 2 * patience.steps + 50 && damping.value < MOST_DAMPING
-    {
-        tries += 1;
+    for _ in 0..patience.steps {
+        if damping.value > MOST_DAMPING {
+            break;
+        }
         progress.check()?;
         let Some((step, promised)) = problem.step(&equations, damping.value) else {
             damping.reject();
@@ -151,7 +159,6 @@ pub fn search<P: Problem>(
             damping.accept(gain / promised.max(f64::MIN_POSITIVE));
             let done = last || gain <= patience.least_gain * problem.cost(&after);
             (state, equations) = (moved, after);
-            steps += 1;
             if done {
                 break;
             }
@@ -161,5 +168,5 @@ pub fn search<P: Problem>(
             damping.reject();
         }
     }
-    Ok(Some(Found { state, equations, damping: damping.value, steps }))
+    Ok(Some(Found { state, equations, damping }))
 }

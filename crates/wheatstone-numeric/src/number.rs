@@ -1,6 +1,6 @@
 //! Formulas that are written once, for one number and for a register full of them.
 
-use super::simd::{Simd, has_second_of_lost, multiply_add_doubles};
+use super::simd::{Simd, has_second_of_lost};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// What a formula computes with. Both kinds give the same bits: what is rounded once is so in both, and every
@@ -140,12 +140,12 @@ impl<S: Simd> Number for Doubles<S> {
 
     #[inline(always)]
     fn add_product(self, a: Self, b: Self) -> Self {
-        Self(self.0, multiply_add_doubles(self.0, a.1, b.1, self.1))
+        Self(self.0, self.0.mul_add_f64s(a.1, b.1, self.1))
     }
 
     #[inline(always)]
     fn subtract_product(self, a: Self, b: Self) -> Self {
-        Self(self.0, multiply_add_doubles(self.0, self.0.neg_f64s(a.1), b.1, self.1))
+        Self(self.0, self.0.mul_add_f64s(self.0.neg_f64s(a.1), b.1, self.1))
     }
 
     #[inline(always)]

@@ -6,12 +6,10 @@
 //! that depends on its width.
 
 mod exponentials;
-mod fused;
 
 pub use exponentials::exponentials;
 use exponentials::exponentials_of_negative;
 pub(crate) use exponentials::has_second_of_lost;
-pub use fused::{multiply_add_doubles, multiply_add_singles};
 use pulp::Arch;
 pub use pulp::{Simd, WithSimd};
 
@@ -87,13 +85,6 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
     }
 }
 
-/// Whether there are thirty-two registers and not sixteen: x86 has them where they are this wide.
-#[inline(always)]
-#[must_use]
-pub fn has_many_registers<T: Real, S: Simd>() -> bool {
-    size_of::<T::Vector<S>>() >= 64
-}
-
 /// `first[r]` and the sum over k of `factors[k][r] * vectors[k]`, in the order of k.
 #[inline(always)]
 pub fn add_products<'a, T: Real, S: Simd, const R: usize>(
@@ -160,12 +151,12 @@ impl Real for f64 {
 
     #[inline(always)]
     fn add_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
-        multiply_add_doubles(simd, a, b, sum)
+        simd.mul_add_f64s(a, b, sum)
     }
 
     #[inline(always)]
     fn subtract_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
-        multiply_add_doubles(simd, simd.neg_f64s(a), b, sum)
+        simd.mul_add_f64s(simd.neg_f64s(a), b, sum)
     }
 
     #[inline(always)]
@@ -231,12 +222,12 @@ impl Real for f32 {
 
     #[inline(always)]
     fn add_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
-        multiply_add_singles(simd, a, b, sum)
+        simd.mul_add_f32s(a, b, sum)
     }
 
     #[inline(always)]
     fn subtract_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
-        multiply_add_singles(simd, simd.neg_f32s(a), b, sum)
+        simd.mul_add_f32s(simd.neg_f32s(a), b, sum)
     }
 
     #[inline(always)]
@@ -254,10 +245,7 @@ impl Real for f32 {
 pub fn on_each<K: WithSimd>(mut kernel: impl FnMut() -> K) -> Vec<K::Output> {
     let mut results = vec![Simd::vectorize(pulp::Scalar128b, kernel())];
     #[cfg(target_arch = "x86_64")]
-    {
-        results.extend(pulp::x86::V3::try_new().map(|simd| Simd::vectorize(simd, kernel())));
-        results.extend(pulp::x86::V4::try_new().map(|simd| Simd::vectorize(simd, kernel())));
-    }
+    results.extend(pulp::x86::V3::try_new().map(|simd| Simd::vectorize(simd, kernel())));
     results.push(on_widest(kernel()));
     results
 }

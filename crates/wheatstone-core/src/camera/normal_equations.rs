@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use wheatstone_numeric::{
     loss::Loss,
     number::{Doubles, Number, registers, registers_mut},
-    simd::{Simd, WithSimd, multiply_add_doubles, on_widest},
+    simd::{Simd, WithSimd, on_widest},
 };
 
 /// A turn and a move.
@@ -286,7 +286,7 @@ fn add_products<S: Simd>(
             for row in 0..ROWS {
                 for other in 0..OTHERS {
                     let sum = &mut own[row * OTHERS + other];
-                    *sum = multiply_add_doubles(simd, a[row][at], b[other][at], *sum);
+                    *sum = simd.mul_add_f64s(a[row][at], b[other][at], *sum);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Dense normal equations, for up to some hundreds of unknowns.
 
-use super::{Patience, Problem, search};
+use super::{Damping, Patience, Problem, search};
 use crate::progress::Progress;
 use crate::{Error, Result};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -117,8 +117,6 @@ pub struct Minimum {
     /// The normal equations there: the inverse of their matrix is the unknowns' covariance for unit
     /// noise.
     pub normal: NormalEquations,
-    /// Steps taken.
-    pub steps: usize,
 }
 
 /// Looks for the least cost from `start`.
@@ -135,17 +133,16 @@ pub fn minimise(
     progress: &dyn Progress,
     evaluate: impl Fn(&[f64], &mut NormalEquations) -> Option<f64>,
 ) -> Result<Minimum> {
-    let found = search(&Dense { evaluate }, start.to_vec(), (patience, FIRST_DAMPING), progress)?;
+    // Steps are nearly Gauss's and Newton's.
+    let damping = Damping::nielsen(1e-3, 1.0 / 3.0);
+    let found = search(&Dense { evaluate }, start.to_vec(), (patience, damping), progress)?;
     let found = found.ok_or_else(|| Error::Degenerate {
         problem: "the search for the best fit cannot begin: its start explains no point".into(),
         hint: "check the points for gross errors, such as exchanged columns".into(),
     })?;
     let (cost, normal) = found.equations;
-    Ok(Minimum { parameters: found.state, cost, normal, steps: found.steps })
+    Ok(Minimum { parameters: found.state, cost, normal })
 }
-
-/// Steps that are nearly Gauss's and Newton's.
-const FIRST_DAMPING: f64 = 1e-3;
 
 /// A problem whose residuals a function adds up.
 struct Dense<F> {

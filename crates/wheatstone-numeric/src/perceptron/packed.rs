@@ -2,7 +2,7 @@
 //! group of samples.
 
 use super::{OutputActivation, Perceptron};
-use crate::simd::{Real, Simd, has_many_registers};
+use crate::simd::{Real, Simd};
 
 /// Goes through `0..$count` in tiles of four, and what is left at once.
 macro_rules! in_tiles {
@@ -31,16 +31,10 @@ macro_rules! in_tiles {
     }};
 }
 
-/// Goes through the registers `0..$count` of samples, four at a time where the sums of as many units fit into
-/// registers, and two at a time elsewhere.
+/// Goes through the registers `0..$count` of samples two at a time: the sums of four units fit into registers.
 macro_rules! in_registers {
-    ($many:expr, $count:expr, $first:ident, $wide:ident, $body:block) => {{
+    ($count:expr, $first:ident, $wide:ident, $body:block) => {{
         let mut $first = 0;
-        while $many && $first + 4 <= $count {
-            const $wide: usize = 4;
-            $body;
-            $first += 4;
-        }
         while $first + 2 <= $count {
             const $wide: usize = 2;
             $body;
@@ -238,7 +232,6 @@ impl<T: Real> Packed<T> {
         mut activations: &mut [[T; N]],
         count: usize,
     ) {
-        let many = has_many_registers::<T, S>();
         let count = count.min(N / T::width::<S>());
         let mut weights = self.forward.as_slice();
         for (layer, pair) in self.sizes.windows(2).enumerate() {
@@ -247,7 +240,7 @@ impl<T: Real> Packed<T> {
                 let (tile, rest) = weights.split_at((pair[0] + 1) * TILE);
                 weights = rest;
                 let units = &mut upper[unit..unit + TILE];
-                in_registers!(many, count, first, WIDE, {
+                in_registers!(count, first, WIDE, {
                     lift::<T, S, N, TILE, WIDE>(simd, tile, (lower, units), first);
                 });
             });
@@ -287,7 +280,6 @@ impl<T: Real> Packed<T> {
         deltas: &mut [[T; N]],
         count: usize,
     ) {
-        let many = has_many_registers::<T, S>();
         let count = count.min(N / T::width::<S>());
         let mut weights = self.backward.as_slice();
         let mut end = deltas.len();
@@ -300,7 +292,7 @@ impl<T: Real> Packed<T> {
                 let (tile, rest) = weights.split_at(here * TILE);
                 weights = rest;
                 let (units, own) = (&mut lower[unit..unit + TILE], &activations[unit..unit + TILE]);
-                in_registers!(many, count, first, WIDE, {
+                in_registers!(count, first, WIDE, {
                     self.lower::<S, N, TILE, WIDE>(simd, tile, (upper, own), (units, first));
                 });
             });

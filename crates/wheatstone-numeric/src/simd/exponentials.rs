@@ -1,6 +1,5 @@
 //! Exponentials in vector registers.
 
-use super::fused::{multiply_add_doubles, multiply_add_singles};
 use crate::sigmoid::{BOUND, LN2, ROUND, TAIL};
 use pulp::{Simd, bytemuck::cast};
 
@@ -12,10 +11,10 @@ pub fn exponentials<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S
     let (log2_e, round) = (simd.splat_f64s(std::f64::consts::LOG2_E), simd.splat_f64s(ROUND));
     for (x, whole) in x.iter_mut().zip(&mut whole) {
         *x = clamped_double(simd, *x);
-        *whole = multiply_add_doubles(simd, *x, log2_e, round);
+        *whole = simd.mul_add_f64s(*x, log2_e, round);
         *whole = simd.sub_f64s(*whole, round);
-        *x = multiply_add_doubles(simd, *whole, simd.splat_f64s(-LN2[0]), *x);
-        *x = multiply_add_doubles(simd, *whole, simd.splat_f64s(-LN2[1]), *x);
+        *x = simd.mul_add_f64s(*whole, simd.splat_f64s(-LN2[0]), *x);
+        *x = simd.mul_add_f64s(*whole, simd.splat_f64s(-LN2[1]), *x);
     }
     for (sum, r) in sums.iter_mut().zip(&x) {
         let square = simd.mul_f64s(*r, *r);
@@ -23,12 +22,12 @@ pub fn exponentials<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S
         for (half, [others @ .., last]) in halves.iter_mut().zip(TAIL) {
             *half = simd.splat_f64s(last);
             for factor in others.into_iter().rev() {
-                *half = multiply_add_doubles(simd, *half, square, simd.splat_f64s(factor));
+                *half = simd.mul_add_f64s(*half, square, simd.splat_f64s(factor));
             }
         }
         let [even, odd] = halves;
-        let tail = multiply_add_doubles(simd, *r, odd, even);
-        *sum = multiply_add_doubles(simd, square, tail, *r);
+        let tail = simd.mul_add_f64s(*r, odd, even);
+        *sum = simd.mul_add_f64s(square, tail, *r);
         *sum = simd.add_f64s(simd.splat_f64s(1.0), *sum);
     }
     for (sum, whole) in sums.iter_mut().zip(&whole) {
@@ -40,23 +39,11 @@ pub fn exponentials<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S
 /// `value 2^whole`.
 #[inline(always)]
 fn scaled_double<S: Simd>(simd: S, value: S::f64s, whole: S::f64s) -> S::f64s {
-    // One instruction, where there is one.
-    #[cfg(target_arch = "x86_64")]
-    if let Some(wide) = wide(&simd) {
-        return cast(wide.avx512f._mm512_scalef_pd(cast(value), cast(whole)));
-    }
-    // Elsewhere the exponent's bits are added to. There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole
+    // The exponent's bits are added to. There are no shifts of 64 bits: with 1.5 * 2^20 added, the whole
     // number begins at bit 32, all below is zero, and a shift by 20 in each half brings it to the exponent.
     let whole: S::u32s = cast(simd.add_f64s(whole, simd.splat_f64s(1_572_864.0)));
     let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(20));
     cast(simd.add_u32s(cast(value), exponent))
-}
-
-/// x86's registers of 512 bits, if it is these, for what only they can do.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn wide(simd: &dyn std::any::Any) -> Option<&pulp::x86::V4> {
-    simd.downcast_ref()
 }
 
 /// Whether the minimum and maximum of two numbers of which one is not a number are the second, as in x86's
@@ -100,38 +87,27 @@ pub(super) fn exponentials_of_negative<S: Simd, const N: usize>(
     let mut rounded = x;
     for (x, rounded) in x.iter_mut().zip(&mut rounded) {
         *x = clamped_single(simd, *x);
-        *rounded = multiply_add_singles(simd, *x, log2_e, round);
+        *rounded = simd.mul_add_f32s(*x, log2_e, round);
         let whole = simd.sub_f32s(*rounded, round);
-        *x = multiply_add_singles(simd, *x, log2_e, simd.neg_f32s(whole));
+        *x = simd.mul_add_f32s(*x, log2_e, simd.neg_f32s(whole));
     }
     let [others @ .., last] = POWER_OF_TWO;
     let mut sums = [simd.splat_f32s(last); N];
     for factor in others.into_iter().rev() {
         let factor = simd.splat_f32s(factor);
         for (sum, r) in sums.iter_mut().zip(&x) {
-            *sum = multiply_add_singles(simd, *sum, *r, factor);
+            *sum = simd.mul_add_f32s(*sum, *r, factor);
         }
     }
     for (sum, rounded) in sums.iter_mut().zip(&rounded) {
-        *sum = scaled_single(simd, *sum, (*rounded, round));
+        *sum = scaled_single(simd, *sum, *rounded);
     }
     sums
 }
 
-/// `value 2^whole`, where the whole number stands in the low bits of what it becomes with `round` added.
+/// `value 2^whole`, where the whole number stands in the low bits of `rounded`.
 #[inline(always)]
-fn scaled_single<S: Simd>(
-    simd: S,
-    value: S::f32s,
-    (rounded, round): (S::f32s, S::f32s),
-) -> S::f32s {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(wide) = wide(&simd) {
-        let whole = simd.sub_f32s(rounded, round);
-        return cast(wide.avx512f._mm512_scalef_ps(cast(value), cast(whole)));
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = round;
+fn scaled_single<S: Simd>(simd: S, value: S::f32s, rounded: S::f32s) -> S::f32s {
     let whole = simd.transmute_u32s_f32s(rounded);
     let exponent = simd.wrapping_dyn_shl_u32s(whole, simd.splat_u32s(23));
     simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(value), exponent))

@@ -1,7 +1,5 @@
 //! Vectors at every width of registers.
 
-mod fused;
-
 use wheatstone_numeric::{
     sigmoid::sigmoid,
     simd::{Real, Simd, WithSimd, on_each},

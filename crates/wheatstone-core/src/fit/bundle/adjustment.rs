@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 use wheatstone_numeric::{
-    levenberg_marquardt::{Found, Patience, Problem, search},
+    levenberg_marquardt::{Damping, Found, Patience, Problem, search},
     loss::Loss,
     progress::Progress,
 };
@@ -36,7 +36,7 @@ pub(super) struct Bundle<'a> {
     pub(super) free: Vec<Vec<usize>>,
     pub(super) loss: Loss,
     /// Of the first step.
-    pub(super) damping: f64,
+    pub(super) damping: Damping,
 }
 
 /// How an adjustment ended.
@@ -45,7 +45,7 @@ pub(super) struct Adjusted<L> {
     pub(super) state: State<L>,
     /// What points say at that state, and how strongly the last step was damped.
     pub(super) sums: Whole,
-    pub(super) damping: f64,
+    pub(super) damping: Damping,
 }
 
 impl<'a> Bundle<'a> {

@@ -14,7 +14,10 @@ use crate::{
 };
 use rayon::prelude::*;
 use wheatstone_numeric::{
-    levenberg_marquardt::Patience, loss::Loss, progress::Progress, statistics::median,
+    levenberg_marquardt::{Damping, Patience},
+    loss::Loss,
+    progress::Progress,
+    statistics::median,
 };
 
 /// Steps, and the least gain (of the cost) that is worth another: while a start is tried, while all
@@ -25,7 +28,9 @@ const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
 const FINAL: Patience = Patience { steps: 100, least_gain: 1e-8 };
 
 /// Damping where nothing is known of how far the start is off.
-pub(super) const FIRST_DAMPING: f64 = 1e-3;
+pub(super) fn first_damping() -> Damping {
+    Damping::nielsen(1e-3, 1.0 / 3.0)
+}
 
 /// Views that tell where one camera's search begins, and points of each: more cost time, and the
 /// adjustment of everything follows.
@@ -117,7 +122,7 @@ fn alone<L: Terms>(
                 loose: &loose,
                 free: vec![unknowns(terms, false)],
                 loss: Loss::Cauchy(scale_of(here.0)),
-                damping: FIRST_DAMPING,
+                damping: first_damping(),
             };
             let found = bundle.adjust(state, SCOUTING, progress)?;
             state = found.state;
@@ -276,11 +281,11 @@ pub(super) fn refine<L: Terms>(
     let mut state = state;
     // Few points bring cameras together as well as all do.
     let few = thinned(&usable, SCOUTED);
-    let mut damping = FIRST_DAMPING;
+    let mut damping = first_damping();
     for terms in [L::RUNGS[0], last] {
         let loss = Loss::Cauchy(scale(&errors(&state, &few)));
         let free = free(gathered, terms);
-        let bundle = Bundle { shots: &few, loose: &loose, free, loss, damping: FIRST_DAMPING };
+        let bundle = Bundle { shots: &few, loose: &loose, free, loss, damping: first_damping() };
         let joined = bundle.adjust(state, JOINING, progress)?;
         (state, damping) = (joined.state, joined.damping);
     }
@@ -297,7 +302,7 @@ fn free(gathered: &Gathered, terms: &[usize]) -> Vec<Vec<usize>> {
 /// The best state of all points, with as many terms as predict best.
 fn chosen<L: Terms>(
     gathered: &Gathered,
-    (state, damping): (&State<L>, f64),
+    (state, damping): (&State<L>, Damping),
     (clean, loose): (Vec<Shot>, Vec<bool>),
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
@@ -324,7 +329,7 @@ fn chosen<L: Terms>(
             (state.clone(), damping)
         } else {
             let start = without_others(state, terms);
-            let near = of(&few, terms, FIRST_DAMPING).adjust(start, JOINING, progress)?;
+            let near = of(&few, terms, first_damping()).adjust(start, JOINING, progress)?;
             (near.state, near.damping)
         };
         let bundle = of(&clean, terms, damping);

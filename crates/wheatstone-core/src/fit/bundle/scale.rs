@@ -5,7 +5,7 @@
 use super::{
     adjustment::Bundle,
     gather::Gathered,
-    rig::{FIRST_DAMPING, Terms, unknowns},
+    rig::{Terms, first_damping, unknowns},
     state::{Choice, Shot, thinned},
 };
 use crate::{Error, Result, geometry::Vector3};
@@ -112,7 +112,7 @@ fn worse<L: Terms>(
         .map(|camera| unknowns(&held, camera > 0 || gathered.has_known()))
         .collect();
     let bundle =
-        Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares, damping: FIRST_DAMPING };
+        Bundle { shots, loose: &choice.loose, free, loss: Loss::Squares, damping: first_damping() };
     let mut state = choice.state.clone();
     for camera in &mut state.cameras {
         for value in camera.lens.parameters_mut().into_iter().take(2) {

@@ -11,7 +11,7 @@ use super::{
 };
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
-use wheatstone_numeric::simd::{Real, Simd, has_many_registers, multiply_add_singles};
+use wheatstone_numeric::simd::{Real, Simd};
 
 /// Places along each side of the picture from which a sheet is made.
 const NODES: usize = 24;
@@ -120,11 +120,7 @@ impl ChebyshevUndistortion {
         let mut small = [0.0; B];
         for (index, told) in told.iter_mut().enumerate().take(count) {
             let polynomial = &self.polynomials[index];
-            if has_many_registers::<f64, S>() {
-                polynomial.at::<S, 8>(simd, [across, down], &mut small);
-            } else {
-                polynomial.at::<S, 4>(simd, [across, down], &mut small);
-            }
+            polynomial.at(simd, [across, down], &mut small);
             for (told, small) in told.iter_mut().zip(&small) {
                 *told = f64::from(*small);
             }
@@ -208,9 +204,10 @@ impl Polynomial {
         self.rows.iter().fold(0.0, |sum, factors| sum * y + row(factors))
     }
 
-    /// Its values at places, `R` registers at a time: no sum waits for another.
+    /// Its values at places, four registers at a time: no sum waits for another.
     #[inline(always)]
-    fn at<S: Simd, const R: usize>(&self, simd: S, [x, y]: [&[f32]; 2], out: &mut [f32]) {
+    fn at<S: Simd>(&self, simd: S, [x, y]: [&[f32]; 2], out: &mut [f32]) {
+        const R: usize = 4;
         let (across, _) = f32::vectors::<S>(x).as_chunks::<R>();
         let (down, _) = f32::vectors::<S>(y).as_chunks::<R>();
         let (out, _) = f32::vectors_mut::<S>(out).as_chunks_mut::<R>();
@@ -221,11 +218,11 @@ impl Polynomial {
                 for factor in factors {
                     let factor = simd.splat_f32s(*factor);
                     for (sum, x) in along.iter_mut().zip(x) {
-                        *sum = multiply_add_singles(simd, *sum, *x, factor);
+                        *sum = simd.mul_add_f32s(*sum, *x, factor);
                     }
                 }
                 for ((sum, along), y) in sums.iter_mut().zip(along).zip(y) {
-                    *sum = multiply_add_singles(simd, *sum, *y, along);
+                    *sum = simd.mul_add_f32s(*sum, *y, along);
                 }
             }
             *out = sums;

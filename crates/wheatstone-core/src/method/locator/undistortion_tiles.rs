@@ -11,7 +11,7 @@ use super::{
 use crate::geometry::Pixel;
 use nalgebra::Matrix4;
 use std::f64::consts::FRAC_PI_8;
-use wheatstone_numeric::simd::{Real, Simd, multiply_add_singles};
+use wheatstone_numeric::simd::{Real, Simd};
 
 /// UndistortionTiles along each side of the picture that can be told apart; the outermost are never made, for they
 /// get what lies beyond.
@@ -265,9 +265,9 @@ fn along<S: Simd>(simd: S, rows: &Rows, x: f32) -> [f32; FACTORS] {
     let x = simd.splat_f32s(x);
     let [zeroth, first, second, third] = rows.each_ref().map(|row| f32::vectors::<S>(row));
     for (k, sum) in f32::vectors_mut::<S>(&mut sums).iter_mut().enumerate() {
-        let high = multiply_add_singles(simd, third[k], x, second[k]);
-        let middle = multiply_add_singles(simd, high, x, first[k]);
-        *sum = multiply_add_singles(simd, middle, x, zeroth[k]);
+        let high = simd.mul_add_f32s(third[k], x, second[k]);
+        let middle = simd.mul_add_f32s(high, x, first[k]);
+        *sum = simd.mul_add_f32s(middle, x, zeroth[k]);
     }
     sums
 }

@@ -162,9 +162,8 @@ fn least_squares(
             let [x, y] = [0, 1].map(|axis| slopes.row(axis).transpose());
             normal.add_pixel([x.as_slice(), y.as_slice()], error.into());
         }
-        let numbers = lens.numbers();
-        for index in FIRST_EXPECTED..PARAMETERS {
-            let error = numbers[index] / loose(index);
+        for (index, value) in lens.numbers().iter().enumerate().skip(FIRST_EXPECTED) {
+            let error = value / loose(index);
             cost += 0.5 * error * error;
             normal.add_sparse(&[(index, 1.0 / loose(index))], error);
         }

@@ -11,7 +11,7 @@ use super::{
 use crate::geometry::{Point3, Pose, Vector3, principal_axes};
 use nalgebra::{SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
-    levenberg_marquardt::{Patience, Problem, search},
+    levenberg_marquardt::{Damping, Patience, Problem, search},
     progress::Silent,
     statistics::median,
 };
@@ -107,7 +107,8 @@ type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
 /// Adjusts a stretch to the pixels. The scales stay as they are where it is `rigid`.
 fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
     const PATIENCE: Patience = Patience { steps: 25, least_gain: 1e-5 };
-    let found = search(&Stretching { shots, rigid }, start.clone(), (PATIENCE, 1e-3), &Silent);
+    let how = (PATIENCE, Damping::marquardt(1e-3));
+    let found = search(&Stretching { shots, rigid }, start.clone(), how, &Silent);
     found.ok().flatten().map_or(start, |found| found.state)
 }
 

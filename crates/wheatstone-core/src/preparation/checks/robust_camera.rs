@@ -15,7 +15,7 @@ use crate::{
 };
 use nalgebra::{Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
-    levenberg_marquardt::{Patience, Problem, search},
+    levenberg_marquardt::{Damping, Patience, Problem, search},
     progress::Silent,
     simd::{Simd, WithSimd, on_widest},
     statistics::median,
@@ -157,7 +157,7 @@ impl RobustCamera {
     fn adjusted(&self, pairs: &[Pair], steps: usize, unknowns: usize) -> Self {
         let patience = Patience { steps, least_gain: 1e-6 };
         let resection = Resection { pairs, unknowns };
-        let found = search(&resection, self.clone(), (patience, FIRST_DAMPING), &Silent);
+        let found = search(&resection, self.clone(), (patience, Damping::marquardt(1e-4)), &Silent);
         let camera = found.ok().flatten().map_or_else(|| self.clone(), |found| found.state);
         camera.upright()
     }
@@ -195,9 +195,6 @@ impl RobustCamera {
 fn cauchy(error: f64, scale: f64) -> f64 {
     1.0 / (1.0 + (error / scale).powi(2)) / (scale * scale)
 }
-
-/// Steps are nearly Gauss's and Newton's.
-const FIRST_DAMPING: f64 = 1e-4;
 
 /// A camera's pose, and its lens unless the unknowns are but six, from pairs of which some may be wrong.
 struct Resection<'a> {

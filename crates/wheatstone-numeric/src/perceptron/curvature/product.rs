@@ -3,7 +3,7 @@
 use super::pairs::{COLUMNS, Pair, ROWS};
 use crate::{
     perceptron::LANES,
-    simd::{Real, Simd, has_many_registers},
+    simd::{Real, Simd},
 };
 use std::ops::Range;
 
@@ -37,33 +37,26 @@ pub(super) fn add_matrix_product<S: Simd>(
     let sums = f64::vectors_mut::<S>(&mut pair.sums);
     let left = left.as_chunks().0;
     let right = Right { registers: f64::vectors::<S>(right), stride: STRIDE / numbers };
-    let height = sums.len() / width;
-    // Twice as many rows where their sums fit into registers: the right factor is read half as often.
-    let many = has_many_registers::<f64, S>();
-    let tall = if many { height - height % (2 * ROWS) } else { 0 };
-    let (upper, lower) = left.split_at(tall);
-    let (upper_sums, lower_sums) = sums.split_at_mut(tall * width);
     let last = width.min(first + STRIP / numbers);
-    add_rows::<S, { 2 * ROWS }>(simd, (upper, &right), (upper_sums, width), first..last);
-    add_rows::<S, ROWS>(simd, (lower, &right), (lower_sums, width), first..last);
+    add_rows(simd, (left, &right), (sums, width), first..last);
 }
 
-/// So many rows at a time.
+/// Row by row of tiles.
 #[inline(always)]
-fn add_rows<S: Simd, const HIGH: usize>(
+fn add_rows<S: Simd>(
     simd: S,
     (left, right): (&[[f64; SAMPLES]], &Right<'_, S::f64s>),
     (sums, width): (&mut [S::f64s], usize),
     columns: Range<usize>,
 ) {
-    let heights = left.as_chunks::<HIGH>().0.iter();
-    for (rows, sums) in heights.zip(sums.chunks_exact_mut(HIGH * width)) {
+    let heights = left.as_chunks::<ROWS>().0.iter();
+    for (rows, sums) in heights.zip(sums.chunks_exact_mut(ROWS * width)) {
         for column in columns.clone().step_by(2) {
             let from = column - columns.start;
             if column + 2 <= columns.end {
-                add_tile::<S, HIGH, 2>(simd, (rows, right, from), (sums, width, column));
+                add_tile::<S, 2>(simd, (rows, right, from), (sums, width, column));
             } else {
-                add_tile::<S, HIGH, 1>(simd, (rows, right, from), (sums, width, column));
+                add_tile::<S, 1>(simd, (rows, right, from), (sums, width, column));
             }
         }
     }
@@ -71,12 +64,12 @@ fn add_rows<S: Simd, const HIGH: usize>(
 
 /// So many rows by a few registers of columns, whose sums stay in registers.
 #[inline(always)]
-fn add_tile<S: Simd, const HIGH: usize, const WIDE: usize>(
+fn add_tile<S: Simd, const WIDE: usize>(
     simd: S,
-    (rows, right, from): (&[[f64; SAMPLES]; HIGH], &Right<'_, S::f64s>, usize),
+    (rows, right, from): (&[[f64; SAMPLES]; ROWS], &Right<'_, S::f64s>, usize),
     (sums, width, first): (&mut [S::f64s], usize, usize),
 ) {
-    let mut tile: [[S::f64s; WIDE]; HIGH] =
+    let mut tile: [[S::f64s; WIDE]; ROWS] =
         std::array::from_fn(|row| std::array::from_fn(|column| sums[row * width + first + column]));
     for (sample, right) in (0..SAMPLES).zip(right.registers.chunks_exact(right.stride)) {
         let right = &right[from..from + WIDE];

@@ -1,6 +1,6 @@
 //! Sums over samples of the products of derivatives and activations: the gradient.
 
-use crate::simd::{Real, Simd, has_many_registers};
+use crate::simd::{Real, Simd};
 
 /// What a group left behind, unit by unit; of each block of samples, one register.
 pub(super) struct Products<'a, T: Real, S: Simd, const N: usize> {
@@ -23,7 +23,6 @@ impl<T: Real, S: Simd, const N: usize> Products<'_, T, S, N> {
         (here_start, below_start): (usize, usize),
         (here, below): (usize, usize),
     ) {
-        let widest = if has_many_registers::<T, S>() { 4 } else { 2 };
         let mut unit = 0;
         while unit < here {
             let tall = match here - unit {
@@ -32,21 +31,14 @@ impl<T: Real, S: Simd, const N: usize> Products<'_, T, S, N> {
             };
             let mut input = 0;
             while input < below {
-                let wide = match below - input {
-                    rest if rest >= widest => widest,
-                    1 => 1,
-                    _ => 2,
-                };
+                let wide = (below - input).min(2);
                 let sums = &mut sums[(unit * below + input) * self.registers..];
                 let from = (here_start + unit, below_start + input);
                 match (tall, wide) {
-                    (4, 4) => self.tile::<4, 4>(sums, below, from),
                     (4, 2) => self.tile::<4, 2>(sums, below, from),
                     (4, _) => self.tile::<4, 1>(sums, below, from),
-                    (3, 4) => self.tile::<3, 4>(sums, below, from),
                     (3, 2) => self.tile::<3, 2>(sums, below, from),
                     (3, _) => self.tile::<3, 1>(sums, below, from),
-                    (_, 4) => self.tile::<1, 4>(sums, below, from),
                     (_, 2) => self.tile::<1, 2>(sums, below, from),
                     _ => self.tile::<1, 1>(sums, below, from),
                 }

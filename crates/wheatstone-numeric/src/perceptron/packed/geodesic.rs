@@ -1,7 +1,7 @@
 //! How the activations bend as the weights move along a line: their first and second derivatives.
 
 use super::{Packed, even, weighted_sums};
-use crate::simd::{Real, Simd, has_many_registers};
+use crate::simd::{Real, Simd};
 
 /// Of a few units, the derivatives of their weighted sums.
 struct Tile<'a, T, const N: usize> {
@@ -54,7 +54,6 @@ impl<T: Real> Packed<T> {
         (mut activations, [mut slopes, mut bends]): (&[[T; N]], [&mut [[T; N]]; 2]),
         count: usize,
     ) {
-        let many = has_many_registers::<T, S>();
         let count = count.min(N / T::width::<S>());
         let (mut weights, mut moves) = (self.forward.as_slice(), along.forward.as_slice());
         for (layer, pair) in self.sizes.windows(2).enumerate() {
@@ -72,7 +71,7 @@ impl<T: Real> Packed<T> {
                     below: [values, first_below, second_below],
                     inputs: layer == 0,
                 };
-                in_registers!(many, count, first, WIDE, {
+                in_registers!(count, first, WIDE, {
                     let units = unit..unit + TILE;
                     let to = [&mut slopes_above[units.clone()], &mut bends_above[units]];
                     tile.fill::<S, TILE, WIDE>(simd, to, first);

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
-use wheatstone_numeric::simd::{Real, Simd, WithSimd, multiply_add_singles};
+use wheatstone_numeric::simd::{Real, Simd, WithSimd};
 
 /// Figures that a box tells: the covariance over the fourth power of the depth, XX, XY, XZ, YY, YZ, ZZ, which
 /// for projective cameras is a polynomial of second degree in the place in the picture and the nearness;
@@ -47,12 +47,12 @@ pub(super) fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64
                 let mut along = simd.splat_f32s(0.0);
                 for factors in layer[end - pairs..end].iter().rev() {
                     let factor = f32::vectors::<S>(factors)[k];
-                    along = multiply_add_singles(simd, along, squared, factor);
+                    along = simd.mul_add_f32s(along, squared, factor);
                 }
-                across = multiply_add_singles(simd, across, down, along);
+                across = simd.mul_add_f32s(across, down, along);
                 end -= pairs;
             }
-            deep = multiply_add_singles(simd, deep, near, across);
+            deep = simd.mul_add_f32s(deep, near, across);
         }
         *half = deep;
     }
