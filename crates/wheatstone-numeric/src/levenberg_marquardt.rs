@@ -57,7 +57,9 @@ pub struct Damping {
     rise: f64,
     /// The least that a good step multiplies it by.
     fall: f64,
-    /// Whether both depend on how the steps went.
+    /// The least after a failed step.
+    least: f64,
+    /// Whether both factors depend on how the steps went.
     follows_gain: bool,
 }
 
@@ -66,13 +68,19 @@ impl Damping {
     /// rises the faster the more steps fail in a row.
     #[must_use]
     pub fn nielsen(value: f64, fall: f64) -> Self {
-        Self { value, rise: 2.0, fall, follows_gain: true }
+        Self { value, rise: 2.0, fall, least: LEAST_DAMPING, follows_gain: true }
     }
 
     /// By fixed factors, as Marquardt's: for robust costs, which promise too little.
     #[must_use]
     pub fn marquardt(value: f64) -> Self {
-        Self { value, rise: 10.0, fall: 0.2, follows_gain: false }
+        Self { value, rise: 10.0, fall: 0.2, least: LEAST_DAMPING, follows_gain: false }
+    }
+
+    /// None until a step fails, as in Gauss's and Newton's method; then by fixed factors.
+    #[must_use]
+    pub fn undamped() -> Self {
+        Self { value: 0.0, rise: 10.0, fall: 0.1, least: 1e-3, follows_gain: false }
     }
 
     /// After a step that gained this share of what was promised.
@@ -87,8 +95,7 @@ impl Damping {
 
     /// After a step that led nowhere.
     pub fn reject(&mut self) {
-        // Also where the search began undamped.
-        self.value = (self.value * self.rise).max(LEAST_DAMPING);
+        self.value = (self.value * self.rise).max(self.least);
         if self.follows_gain {
             self.rise *= 2.0;
         }

@@ -75,7 +75,7 @@ pub fn refine(
     project: impl Fn(usize, Point3) -> Option<(Pixel, Matrix2x3<f64>)>,
 ) -> Option<Triangulated> {
     let problem = Triangulation { seen, project };
-    let found = search(&problem, start, (PATIENCE, Damping::marquardt(0.0)), &Silent).ok()??;
+    let found = search(&problem, start, (PATIENCE, Damping::undamped()), &Silent).ok()??;
     let Equations { matrix, squares, .. } = found.equations;
     let (point, cofactor) = (found.state, matrix.try_inverse()?);
     let residual = (squares / (2 * seen.len()) as f64).sqrt();
