@@ -57,8 +57,8 @@ pub struct Damping {
     rise: f64,
     /// The least that a good step multiplies it by.
     fall: f64,
-    /// The least after a failed step.
-    least: f64,
+    /// The least after a good step, and after a failed one.
+    least: [f64; 2],
     /// Whether both factors depend on how the steps went.
     follows_gain: bool,
 }
@@ -68,26 +68,26 @@ impl Damping {
     /// rises the faster the more steps fail in a row.
     #[must_use]
     pub fn nielsen(value: f64, fall: f64) -> Self {
-        Self { value, rise: 2.0, fall, least: LEAST_DAMPING, follows_gain: true }
+        Self { value, rise: 2.0, fall, least: [LEAST_DAMPING; 2], follows_gain: true }
     }
 
     /// By fixed factors, as Marquardt's: for robust costs, which promise too little.
     #[must_use]
     pub fn marquardt(value: f64) -> Self {
-        Self { value, rise: 10.0, fall: 0.2, least: LEAST_DAMPING, follows_gain: false }
+        Self { value, rise: 10.0, fall: 0.2, least: [LEAST_DAMPING; 2], follows_gain: false }
     }
 
     /// None until a step fails, as in Gauss's and Newton's method; then by fixed factors.
     #[must_use]
     pub fn undamped() -> Self {
-        Self { value: 0.0, rise: 10.0, fall: 0.1, least: 1e-3, follows_gain: false }
+        Self { value: 0.0, rise: 10.0, fall: 0.1, least: [0.0, 1e-3], follows_gain: false }
     }
 
     /// After a step that gained this share of what was promised.
     pub fn accept(&mut self, quality: f64) {
         let off = 2.0 * quality - 1.0;
         let share = if self.follows_gain { 1.0 - off * off * off } else { self.fall };
-        self.value = (self.value * share.clamp(self.fall, 2.0)).max(LEAST_DAMPING);
+        self.value = (self.value * share.clamp(self.fall, 2.0)).max(self.least[0]);
         if self.follows_gain {
             self.rise = 2.0;
         }
@@ -95,15 +95,15 @@ impl Damping {
 
     /// After a step that led nowhere.
     pub fn reject(&mut self) {
-        self.value = (self.value * self.rise).max(self.least);
+        self.value = (self.value * self.rise).max(self.least[1]);
         if self.follows_gain {
             self.rise *= 2.0;
         }
     }
 }
 
-/// Less has no effect on a matrix of doubles.
-const LEAST_DAMPING: f64 = 1e-16;
+/// Less leads to no other step, and takes longer to recover from.
+const LEAST_DAMPING: f64 = 1e-12;
 
 /// More leaves steps that move nothing.
 const MOST_DAMPING: f64 = 1e16;
