@@ -12,6 +12,7 @@ mod distortion;
 pub mod flat_port;
 pub mod kannala_brandt;
 pub mod pinhole;
+pub(crate) mod posed_lens;
 mod monotonic;
 pub(crate) mod normal_equations;
 pub(crate) mod batch_projection;

@@ -1,8 +1,11 @@
 //! What seen points say of a camera and its place: the products of all slopes and errors with each
 //! other, a register of points at a time. Sums run over eight points, in their order, whatever the registers' width.
 
-use super::batch_projection::{BatchProjection, LANES, MOST_NUMBERS};
-use crate::geometry::{Pixel, Point3, Vector3};
+use super::{
+    batch_projection::{BatchProjection, LANES, MOST_NUMBERS},
+    posed_lens::PosedLens,
+};
+use crate::geometry::{Pixel, Point3};
 use nalgebra::Matrix3;
 use wheatstone_numeric::{
     loss::Loss,
@@ -52,13 +55,6 @@ impl PosedObservations {
     }
 }
 
-/// A camera on its place: turned point plus translation is the point before the lens.
-pub(crate) struct PosedLens<'a, L> {
-    pub(crate) lens: &'a L,
-    pub(crate) rotation: Matrix3<f64>,
-    pub(crate) translation: Vector3,
-}
-
 /// Sums over points by the unknowns: a turn about the points' origin in the camera's axes, a move, then
 /// those numbers of the lens that were asked for; last the error.
 #[derive(Clone, Debug)]
@@ -104,7 +100,7 @@ impl Sums {
     /// Takes the sums of other points.
     pub(crate) fn take<L: BatchProjection>(
         &mut self,
-        posed: &PosedLens<'_, L>,
+        posed: &PosedLens<&L>,
         (seen, terms): (&PosedObservations, &[usize]),
         loss: Loss,
     ) {
@@ -159,7 +155,7 @@ fn across(lanes: &[f64; LANES], join: impl Fn(f64, f64) -> f64) -> f64 {
 
 /// Fills the sums; its output is how many points, also of those that there are not, were not seen.
 struct Taken<'a, L> {
-    posed: &'a PosedLens<'a, L>,
+    posed: &'a PosedLens<&'a L>,
     seen: &'a PosedObservations,
     /// The numbers of the lens whose slopes are wanted; they are among the first so many.
     terms: (&'a [usize], usize),
@@ -218,7 +214,7 @@ struct Place {
 #[inline(always)]
 fn fill<S: Simd, L: BatchProjection>(
     simd: S,
-    (posed, (terms, asked)): (&PosedLens<'_, L>, (&[usize], usize)),
+    (posed, (terms, asked)): (&PosedLens<&L>, (&[usize], usize)),
     (block, loss): (&[[f64; LANES]; 5], Loss),
     (rows, place): (&mut [Row], Place),
     (growth, lost): (&mut S::f64s, &mut S::f64s),
@@ -228,10 +224,13 @@ fn fill<S: Simd, L: BatchProjection>(
     let [x, y, z, right, down] =
         block.each_ref().map(|values| Doubles(simd, registers::<S>(values)[place.strip]));
     let turned: [Doubles<S>; 3] = std::array::from_fn(|row| {
-        let [a, b, c] = [0, 1, 2].map(|column| number(posed.rotation[(row, column)]));
+        let [a, b, c] =
+            [0, 1, 2].map(|column| number(posed.camera_from_world.rotation[(row, column)]));
         a * x + b * y + c * z
     });
-    let point = std::array::from_fn(|axis| turned[axis] + number(posed.translation[axis]));
+    let point = std::array::from_fn(|axis| {
+        turned[axis] + number(posed.camera_from_world.translation[axis])
+    });
     let mut slopes = [[zero; 2]; MOST_NUMBERS];
     let trace = posed.lens.trace(point, (&mut slopes, asked));
     let error = [trace.pixel[0] - right, trace.pixel[1] - down];
@@ -301,7 +300,7 @@ mod tests {
     use super::*;
     use crate::{
         camera::{AdjustableCamera, CameraModel, brown_conrady::BrownConrady},
-        geometry::Pose,
+        geometry::{Pose, Vector3},
     };
     use nalgebra::{DMatrix, DVector, Vector2};
     use wheatstone_numeric::{random::Random, simd::on_each};
@@ -358,8 +357,7 @@ mod tests {
             let (pose, pairs) = seen(count);
             let (cost, wanted) = plain(&pose, &pairs, loss);
             let lens = BrownConrady::default();
-            let Pose { rotation, translation } = pose;
-            let posed = PosedLens { lens: &lens, rotation, translation };
+            let posed = PosedLens { lens: &lens, camera_from_world: pose };
             let (seen, mut sums) = (PosedObservations::new(pairs.iter().copied()), Sums::default());
             // Twice: nothing of the first may be left.
             sums.take(&posed, (&seen, &TERMS), Loss::Squares);
@@ -381,9 +379,9 @@ mod tests {
 
     #[test]
     fn every_width_gives_the_same_bits() {
-        let (Pose { rotation, translation }, pairs) = seen(203);
+        let (camera_from_world, pairs) = seen(203);
         let (lens, loss) = (BrownConrady::default(), Loss::Cauchy(0.7));
-        let posed = PosedLens { lens: &lens, rotation, translation };
+        let posed = PosedLens { lens: &lens, camera_from_world };
         let seen = PosedObservations::new(pairs.iter().copied());
         let mut ready = Sums { unknowns: POSE + TERMS.len(), ..Sums::default() };
         let count = groups(ready.unknowns + 1).count();

@@ -1,12 +1,11 @@
 //! What a fit leaves open about a parametric camera, and what that means for its pixels.
 
-use super::{
-    fitted_camera::FittedCamera,
-    pixel_noise::PixelNoise,
-    posed_lens::{MOST_UNKNOWNS, POSE},
-};
+use super::{fitted_camera::FittedCamera, pixel_noise::PixelNoise};
 use crate::{
-    camera::AdjustableCamera,
+    camera::{
+        AdjustableCamera,
+        posed_lens::{MOST_UNKNOWNS, POSE},
+    },
     geometry::{Pixel, Point3, Vector3},
 };
 use nalgebra::{DMatrix, Matrix2, Matrix3};

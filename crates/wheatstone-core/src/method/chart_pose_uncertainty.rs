@@ -8,9 +8,9 @@
 //! constraints: Triggs et al., section 9.2). That says what is not known of shapes and distances, and no
 //! more.
 
-use super::{CameraUncertainty, FittedCamera, posed_lens::MOST_UNKNOWNS};
+use super::{CameraUncertainty, FittedCamera};
 use crate::{
-    camera::AdjustableCamera,
+    camera::{AdjustableCamera, posed_lens::MOST_UNKNOWNS},
     dataset::{Correspondence, Dataset},
     geometry::{Point3, Vector3},
 };

@@ -2,10 +2,10 @@
 
 use super::PlacedCamera;
 use crate::{
-    camera::CameraModel,
+    camera::{CameraModel, posed_lens::PosedLens},
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray},
 };
-use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Vector3};
+use nalgebra::{Matrix2x3, Matrix3x4};
 use serde::{Deserialize, Serialize};
 
 /// A camera somewhere in the world.
@@ -21,18 +21,18 @@ pub struct FittedCamera<L> {
     pub mirrored: bool,
 }
 
-impl<L: CameraModel> FittedCamera<L> {
-    /// From a lens and a placement whose `rotation` has determinant 1, or -1 for a mirrored camera.
-    pub(super) fn new(model: L, rotation: Matrix3<f64>, translation: Vector3<f64>) -> Self {
-        let mirrored = rotation.determinant() < 0.0;
-        let mut camera_from_world = Pose { rotation, translation };
+impl<L> From<PosedLens<L>> for FittedCamera<L> {
+    fn from(PosedLens { lens, mut camera_from_world }: PosedLens<L>) -> Self {
+        let mirrored = camera_from_world.rotation.determinant() < 0.0;
         if mirrored {
             camera_from_world.rotation.row_mut(0).neg_mut();
-            camera_from_world.translation.x = -translation.x;
+            camera_from_world.translation.x *= -1.0;
         }
-        Self { model, camera_from_world, mirrored }
+        Self { model: lens, camera_from_world, mirrored }
     }
+}
 
+impl<L: CameraModel> FittedCamera<L> {
     fn side(&self) -> f64 {
         if self.mirrored { -1.0 } else { 1.0 }
     }

@@ -13,11 +13,10 @@ use super::{
 };
 use crate::{
     Error, Result,
-    camera::{kannala_brandt::KannalaBrandt as Model, pinhole::Pinhole},
+    camera::{kannala_brandt::KannalaBrandt as Model, pinhole::Pinhole, posed_lens::PosedLens},
     dataset::Dataset,
-    geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
+    geometry::{Pixel, Point3, ProjectionMatrix},
 };
-use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::progress::Progress;
 
@@ -51,12 +50,9 @@ impl KannalaBrandt {
     }
 }
 
-/// Cameras from which an adjustment to these pairs may start, for lenses from telephoto to fisheye:
-/// lens, rotation (determinant -1 for a mirrored camera) and translation.
-pub(crate) fn starting_cameras(pairs: &[(Point3, Pixel)]) -> Vec<(Model, Matrix3<f64>, Vector3)> {
-    let Some(linear) = ProjectionMatrix::fit(pairs) else { return Vec::new() };
-    let found = starts::<Model>(pairs, &linear).into_iter();
-    found.map(|camera| (camera.model, camera.rotation, camera.translation)).collect()
+/// Cameras from which an adjustment to these pairs may start, for lenses from telephoto to fisheye.
+pub(crate) fn starting_cameras(pairs: &[(Point3, Pixel)]) -> Vec<PosedLens<Model>> {
+    ProjectionMatrix::fit(pairs).map_or_else(Vec::new, |linear| starts(pairs, &linear))
 }
 
 impl Lens for Model {

@@ -23,7 +23,6 @@ pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
 mod pixel_noise;
-mod posed_lens;
 mod projection;
 mod radial_alignment;
 mod point_covariance;

@@ -10,7 +10,6 @@ use super::{
     checks::{enough, linear_camera},
     fitted_camera::FittedCamera,
     fitted_cameras::FittedCameras,
-    posed_lens::{POSE, Placed},
     resection_start::{Lens, starts},
 };
 use crate::{
@@ -18,7 +17,8 @@ use crate::{
     camera::{
         AdjustableCamera,
         batch_projection::BatchProjection,
-        normal_equations::{PosedLens, PosedObservations, Sums},
+        normal_equations::{PosedObservations, Sums},
+        posed_lens::{POSE, PosedLens},
     },
     dataset::Dataset,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
@@ -39,10 +39,10 @@ const FIRST_COEFFICIENT: usize = 4;
 /// An adjusted camera.
 #[derive(Clone, Debug)]
 pub(super) struct Adjusted<L> {
-    pub(super) camera: Placed<L>,
+    pub(super) camera: PosedLens<L>,
     /// Sum of squared pixel errors.
     pub(super) squares: f64,
-    /// Unknowns that were adjusted, as [`Placed::adjust`] numbers them: 0 to 5 the pose, then the model's own.
+    /// Unknowns that were adjusted, as [`PosedLens::adjust`] numbers them: 0 to 5 the pose, then the model's own.
     pub(super) adjusted: Vec<usize>,
 }
 
@@ -62,28 +62,28 @@ pub(super) fn turn(by: Vector3) -> (Matrix3<f64>, Matrix3<f64>) {
     (Pose::from_rotation_vector(Vector3::zeros(), by).rotation, left)
 }
 
-impl<L: BatchProjection> Placed<L> {
+impl<L: BatchProjection> PosedLens<L> {
     fn moved(&self, free: &[usize], unknowns: &[f64]) -> (Self, Matrix3<f64>) {
         let (mut by, mut camera) = (Vector3::zeros(), self.clone());
-        let mut own = camera.model.parameters_mut();
+        let mut own = camera.lens.parameters_mut();
         for (index, value) in free.iter().zip(unknowns) {
             match index {
                 0..3 => by[*index] = *value,
-                3..POSE => camera.translation[index - 3] = *value,
+                3..POSE => camera.camera_from_world.translation[index - 3] = *value,
                 _ => *own[index - POSE] = *value,
             }
         }
         let (rotation, left) = turn(by);
-        camera.rotation = rotation * self.rotation;
+        camera.camera_from_world.rotation = rotation * self.camera_from_world.rotation;
         (camera, left)
     }
 
     fn unknowns(&self, free: &[usize]) -> Vec<f64> {
-        let mut model = self.model.clone();
+        let mut model = self.lens.clone();
         let own = model.parameters_mut();
         let value = |index: &usize| match index {
             0..3 => 0.0,
-            3..POSE => self.translation[index - 3],
+            3..POSE => self.camera_from_world.translation[index - 3],
             _ => *own[index - POSE],
         };
         free.iter().map(value).collect()
@@ -92,7 +92,7 @@ impl<L: BatchProjection> Placed<L> {
     /// The same camera with every coefficient of its lens at 0 but the `free` ones.
     fn without_others(&self, free: &[usize]) -> Self {
         let mut camera = self.clone();
-        for (index, value) in camera.model.parameters_mut().into_iter().enumerate() {
+        for (index, value) in camera.lens.parameters_mut().into_iter().enumerate() {
             if index >= FIRST_COEFFICIENT && !free.contains(&index) {
                 *value = 0.0;
             }
@@ -112,7 +112,7 @@ impl<L: BatchProjection> Placed<L> {
         // About the points' centre, rotation and translation hardly depend on each other.
         let centre = pairs.iter().map(|p| p.0.coords).sum::<Vector3>() / pairs.len() as f64;
         let mut start = self.clone();
-        start.translation += start.rotation * centre;
+        start.camera_from_world.translation += start.camera_from_world.rotation * centre;
         let seen =
             PosedObservations::new(pairs.iter().map(|(world, pixel)| (world - centre, *pixel)));
         let terms: Vec<usize> =
@@ -123,8 +123,8 @@ impl<L: BatchProjection> Placed<L> {
         let evaluate = |unknowns: &[f64], normal: &mut NormalEquations| {
             let mut sums = Sums::default();
             let (camera, left) = start.moved(free, unknowns);
-            let Placed { model, rotation, translation } = camera;
-            let posed = PosedLens { lens: &model, rotation, translation };
+            let posed =
+                PosedLens { lens: &camera.lens, camera_from_world: camera.camera_from_world };
             sums.take(&posed, (&seen, &terms), Loss::Squares);
             sums.turn(&left);
             normal.add_square(&places, sums.unknowns, &sums.products);
@@ -132,7 +132,7 @@ impl<L: BatchProjection> Placed<L> {
         };
         let found = minimise(&start.unknowns(free), patience, progress, evaluate)?;
         let (mut camera, _) = start.moved(free, &found.parameters);
-        camera.translation -= camera.rotation * centre;
+        camera.camera_from_world.translation -= camera.camera_from_world.rotation * centre;
         Ok(Adjusted { camera, squares: 2.0 * found.cost, adjusted: free.to_vec() })
     }
 }
@@ -190,7 +190,7 @@ impl NestedModels {
         let mut found: Vec<Adjusted<L>> = Vec::with_capacity(self.rungs.len());
         for rung in (0..self.rungs.len()).filter(|rung| carried(*rung)) {
             let unknowns = self.unknowns(rung);
-            let scout = |start: &Placed<L>| {
+            let scout = |start: &PosedLens<L>| {
                 let start = start.without_others(&self.rungs[rung]);
                 possible(start.adjust(&unknowns, &few, SCOUTING, progress))
             };
@@ -247,12 +247,12 @@ impl NestedModels {
 }
 
 /// Of starts that led to the same place the one that came furthest.
-fn distinct<L>(starts: Vec<Placed<L>>, scouted: &[Option<Adjusted<L>>]) -> Vec<Placed<L>> {
+fn distinct<L>(starts: Vec<PosedLens<L>>, scouted: &[Option<Adjusted<L>>]) -> Vec<PosedLens<L>> {
     /// What scouting leaves open, and as much again several times.
     const SAME: f64 = 1.0 + 10.0 * SCOUTING.least_gain;
     // A start that led nowhere may yet do so with more terms.
     let reached = |found: &Option<Adjusted<L>>| found.as_ref().map_or(f64::NAN, |f| f.squares);
-    let mut all: Vec<(f64, Placed<L>)> = scouted.iter().map(reached).zip(starts).collect();
+    let mut all: Vec<(f64, PosedLens<L>)> = scouted.iter().map(reached).zip(starts).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     all.dedup_by(|other, kept| other.0 <= SAME * kept.0);
     all.into_iter().map(|(_, start)| start).collect()
@@ -326,7 +326,7 @@ where
         let pairs = train.seen_by_camera(index);
         squares += own;
         freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside;
-        let camera = FittedCamera::new(camera.model, camera.rotation, camera.translation);
+        let camera = FittedCamera::from(camera);
         let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
         uncertainty.push(open.ok_or_else(|| Error::Degenerate {
             problem: format!("what camera {} saw leaves it undetermined", index + 1),

@@ -3,16 +3,13 @@
 //! The linear camera is a good start for weak distortion. For strong distortion radial alignment
 //! gives all but depth, focal length and distortion, whatever the lens; those follow from a scan.
 
-use super::{
-    posed_lens::Placed,
-    radial_alignment::{Aligned, Scaled},
-};
+use super::radial_alignment::{Aligned, Scaled};
 use crate::{
     camera::{
         batch_projection::BatchProjection, composed::Composed, pinhole::Pinhole,
-        projection::Projection,
+        posed_lens::PosedLens, projection::Projection,
     },
-    geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
+    geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
 };
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
@@ -25,16 +22,17 @@ pub(crate) trait Lens: Composed + BatchProjection {
     fn start(pinhole: Pinhole, first: f64) -> Self;
 }
 
-impl<L: Lens> Placed<L> {
+impl<L: Lens> PosedLens<L> {
     /// The same camera with an ideal lens.
     pub(super) fn undistorted(&self) -> Self {
-        Self { model: L::start(*self.model.pinhole(), 0.0), ..self.clone() }
+        Self { lens: L::start(*self.lens.pinhole(), 0.0), ..self.clone() }
     }
 
     pub(super) fn sees_all(&self, pairs: &[(Point3, Pixel)]) -> bool {
         pairs.iter().all(|(world, _)| {
-            let point = self.rotation * world.coords + self.translation;
-            self.model.project(Point3::from(point)).is_some()
+            let point =
+                self.camera_from_world.rotation * world.coords + self.camera_from_world.translation;
+            self.lens.project(Point3::from(point)).is_some()
         })
     }
 }
@@ -102,9 +100,9 @@ impl<'a> Scan<'a> {
 
 /// The best depth, focal length and first coefficient for a centre of distortion: both handednesses,
 /// and for each depth the radial profile by least squares.
-fn aligned_start<L: Lens>(scaled: &Scaled, centre: Pixel) -> Option<Placed<L>> {
+fn aligned_start<L: Lens>(scaled: &Scaled, centre: Pixel) -> Option<PosedLens<L>> {
     let aligned = scaled.align(centre)?;
-    let mut best: Option<(f64, Placed<L>)> = None;
+    let mut best: Option<(f64, PosedLens<L>)> = None;
     for mirrored in [false, true] {
         let scan = Scan::new(scaled, &aligned, mirrored);
         for gap in depths() {
@@ -116,7 +114,10 @@ fn aligned_start<L: Lens>(scaled: &Scaled, centre: Pixel) -> Option<Placed<L>> {
                 let depth = gap - scan.nearest;
                 let translation = scaled.unscaled(rotation, aligned.translation(depth));
                 let model = L::start(pinhole, cubic / focal);
-                best = Some((squares, Placed { model, rotation, translation }));
+                best = Some((
+                    squares,
+                    PosedLens { lens: model, camera_from_world: Pose { rotation, translation } },
+                ));
             }
         }
     }
@@ -124,24 +125,27 @@ fn aligned_start<L: Lens>(scaled: &Scaled, centre: Pixel) -> Option<Placed<L>> {
 }
 
 /// The linear camera without distortion.
-fn linear_start<L: Lens>(linear: &ProjectionMatrix) -> Option<Placed<L>> {
+fn linear_start<L: Lens>(linear: &ProjectionMatrix) -> Option<PosedLens<L>> {
     let (k, rotation, translation) = linear.decompose()?;
     let pinhole = Pinhole { focal: [k[(0, 0)], k[(1, 1)]], principal: [k[(0, 2)], k[(1, 2)]] };
-    Some(Placed { model: L::start(pinhole, 0.0), rotation, translation })
+    Some(PosedLens {
+        lens: L::start(pinhole, 0.0),
+        camera_from_world: Pose { rotation, translation },
+    })
 }
 
 /// Cameras from which an adjustment may reach the best fit.
 pub(super) fn starts<L: Lens>(
     pairs: &[(Point3, Pixel)],
     linear: &ProjectionMatrix,
-) -> Vec<Placed<L>> {
-    let mut found: Vec<Placed<L>> = linear_start(linear).into_iter().collect();
+) -> Vec<PosedLens<L>> {
+    let mut found: Vec<PosedLens<L>> = linear_start(linear).into_iter().collect();
     if let Some(scaled) = Scaled::new(pairs) {
         let centres = scaled.centres(linear);
         let aligned = centres.into_iter().filter_map(|centre| aligned_start(&scaled, centre));
         // Where the cube folds the picture over within the points, none is safer.
         found.extend(
-            aligned.map(|c: Placed<L>| if c.sees_all(pairs) { c } else { c.undistorted() }),
+            aligned.map(|c: PosedLens<L>| if c.sees_all(pairs) { c } else { c.undistorted() }),
         );
     }
     found

@@ -2,7 +2,7 @@
 
 use super::FittedCamera;
 use crate::{
-    camera::{kannala_brandt::KannalaBrandt, pinhole::Pinhole},
+    camera::{kannala_brandt::KannalaBrandt, pinhole::Pinhole, posed_lens::PosedLens},
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3, Pose, Vector3},
 };
@@ -16,7 +16,9 @@ pub(super) fn staged(sigma: f64) -> Dataset {
         let x = 7.0 * index - 3.5;
         let turn = Vector3::new(0.02 * index, libm::atan2(-x, 90.0), 0.05 - 0.03 * x);
         let rotation = Pose::from_rotation_vector(Vector3::zeros(), turn).inverse().rotation;
-        FittedCamera::new(model, rotation, rotation * Vector3::new(-x, index, 0.0))
+        let translation = rotation * Vector3::new(-x, index, 0.0);
+        let camera_from_world = Pose { rotation, translation };
+        FittedCamera::from(PosedLens { lens: model, camera_from_world })
     });
     let (mut places, mut errors) = (Random::new(1), Random::new(2));
     let row = |index: usize| {

@@ -12,15 +12,18 @@ use super::{
     AnyMethod, Fit, FittedCameras, Method,
     checks::linear_camera,
     only_default,
-    posed_lens::{POSE, Placed},
     radial_alignment::{Aligned, Scaled},
     resection::{Adjusted, FINAL, SCOUTING, assemble, pairs_of, possible, unexplained},
 };
 use crate::{
     Result,
-    camera::{pinhole::Pinhole, tsai::Tsai as Model},
+    camera::{
+        pinhole::Pinhole,
+        posed_lens::{POSE, PosedLens},
+        tsai::Tsai as Model,
+    },
     dataset::Dataset,
-    geometry::{Pixel, Point3, Vector3},
+    geometry::{Pixel, Point3, Pose, Vector3},
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -37,7 +40,7 @@ pub type TsaiReconstructor = FittedCameras<Model>;
 /// Radial alignment has seven unknowns and one equation a point.
 const POINTS_NEEDED: usize = 7;
 
-/// T_z, the focal lengths and kappa_1, as [`Placed::adjust`] numbers them: what the paper's second
+/// T_z, the focal lengths and kappa_1, as [`PosedLens::adjust`] numbers them: what the paper's second
 /// stage adjusts.
 const SECOND_STAGE: [usize; 4] = [5, POSE, POSE + 1, POSE + 4];
 
@@ -47,7 +50,7 @@ const ALL: [usize; 11] = [0, 1, 2, 3, 4, 5, POSE, POSE + 1, POSE + 2, POSE + 3, 
 /// Focal length and depth from the alignment, without distortion: the linear equations of the paper's
 /// second stage, for both coordinates at once: f radius - T_z seen = along seen. A negative solution
 /// is that of the mirrored frame.
-fn second_step(scaled: &Scaled, aligned: &Aligned, centre: Pixel) -> Option<Placed<Model>> {
+fn second_step(scaled: &Scaled, aligned: &Aligned, centre: Pixel) -> Option<PosedLens<Model>> {
     let rotation = aligned.rotation(false);
     let axis: Vector3 = rotation.row(2).transpose();
     let (mut left, mut right) = (Vec::new(), Vec::new());
@@ -63,7 +66,10 @@ fn second_step(scaled: &Scaled, aligned: &Aligned, centre: Pixel) -> Option<Plac
     let pinhole =
         Pinhole { focal: [focal * aligned.aspect, focal], principal: [centre.x, centre.y] };
     let translation = scaled.unscaled(rotation, aligned.translation(depth));
-    Some(Placed { model: Model { pinhole, kappa: 0.0 }, rotation, translation })
+    Some(PosedLens {
+        lens: Model { pinhole, kappa: 0.0 },
+        camera_from_world: Pose { rotation, translation },
+    })
 }
 
 /// One camera by both steps, from the best of several principal points.

@@ -7,7 +7,7 @@
 
 use super::{
     elimination::Step,
-    state::{POSE, Shot, State},
+    state::{Shot, State},
     sums::{ViewSums, Whole},
 };
 use crate::{
@@ -15,6 +15,7 @@ use crate::{
     camera::{
         batch_projection::BatchProjection,
         normal_equations::{PosedObservations, Sums},
+        posed_lens::POSE,
     },
     geometry::{Pixel, Point3, Pose, Vector3},
 };

@@ -1,9 +1,7 @@
 //! Charts taken out of the normal equations (Schur's complement), and a step of everything.
 
-use super::{
-    state::POSE,
-    sums::{ViewSums, Whole},
-};
+use super::sums::{ViewSums, Whole};
+use crate::camera::posed_lens::POSE;
 use nalgebra::{DMatrix, DVector, Matrix6, MatrixXx6, Vector6};
 use wheatstone_numeric::{blocked_matrix::BlockedMatrix, cholesky::Cholesky};
 

@@ -3,10 +3,11 @@
 use super::{
     placing::Placing,
     solved::ViewPose,
-    state::{Choice, Posed, Shot, State},
+    state::{Choice, Shot, State},
 };
 use crate::{
     Error, Result,
+    camera::posed_lens::PosedLens,
     dataset::Dataset,
     geometry::{Point3, Pose, Vector3, principal_axes},
     method::Lens,
@@ -110,7 +111,7 @@ impl Gathered {
         moved.cameras = state
             .cameras
             .iter()
-            .map(|camera| Posed {
+            .map(|camera| PosedLens {
                 lens: camera.lens.clone(),
                 camera_from_world: camera.camera_from_world.after(&back),
             })

@@ -4,9 +4,9 @@
 //! Source: Zhang 2000 (doi:10.1109/34.888718) for places from maps between planes. The focal length is
 //! scanned instead of solved for: a wide lens bends the maps, and the scan does not mind.
 
-use super::state::{Posed, Shot, State};
+use super::state::{Shot, State};
 use crate::{
-    camera::pinhole::Pinhole,
+    camera::{pinhole::Pinhole, posed_lens::PosedLens},
     geometry::{Pixel, Point3, Pose, Vector3},
     method::Lens,
 };
@@ -170,7 +170,7 @@ pub(super) fn starts<L: Lens>(shots: &[Shot], camera: usize) -> Vec<State<L>> {
             }
         }
         if !errors.is_empty() {
-            let posed = Posed { lens, camera_from_world: Pose::default() };
+            let posed = PosedLens { lens, camera_from_world: Pose::default() };
             found.push((mean(&errors), State { cameras: vec![posed], charts }));
         }
     }

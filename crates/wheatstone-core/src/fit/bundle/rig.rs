@@ -4,11 +4,16 @@ use super::{
     adjustment::{Adjusted, Bundle, lost},
     gather::Gathered,
     planar::{self, LEAST, view_error},
-    state::{Choice, POSE, Posed, Shot, State, thinned},
+    state::{Choice, Shot, State, thinned},
 };
 use crate::{
     Error, Result,
-    camera::{AnyCamera, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
+    camera::{
+        AnyCamera,
+        brown_conrady::BrownConrady,
+        kannala_brandt::KannalaBrandt,
+        posed_lens::{POSE, PosedLens},
+    },
     geometry::{Pixel, Point3, Pose},
     method::{Lens, information},
 };
@@ -205,9 +210,9 @@ fn joined<L: Terms>(shots: &[Shot], single: Vec<State<L>>) -> Result<State<L>> {
     }
     let posed = single.into_iter().zip(cameras).map(|(state, pose)| {
         let lens = state.cameras.into_iter().next().map(|camera| camera.lens);
-        Some(Posed { lens: lens?, camera_from_world: pose? })
+        Some(PosedLens { lens: lens?, camera_from_world: pose? })
     });
-    let cameras: Option<Vec<Posed<L>>> = posed.collect();
+    let cameras: Option<Vec<PosedLens<L>>> = posed.collect();
     Ok(State {
         cameras: cameras.ok_or_else(lost)?,
         charts: charts.into_iter().map(Option::unwrap_or_default).collect(),
@@ -244,7 +249,7 @@ pub(super) fn solve_near<L: Terms>(
 ) -> Result<Choice<L>> {
     let shots = &gathered.shots;
     let alone = |(camera, lens): (usize, &L)| {
-        let posed = Posed { lens: lens.clone(), camera_from_world: Pose::default() };
+        let posed = PosedLens { lens: lens.clone(), camera_from_world: Pose::default() };
         let state = State { cameras: vec![posed], charts: Vec::new() };
         with_all_views(state, shots, camera, &[])
     };

@@ -1,10 +1,10 @@
 //! What was seen, and where cameras and charts stand.
 
-use crate::geometry::{Pixel, Point3, Pose};
+use crate::{
+    camera::posed_lens::PosedLens,
+    geometry::{Pixel, Point3, Pose},
+};
 use nalgebra::Matrix6;
-
-/// Unknowns of a place and attitude.
-pub(super) const POSE: usize = 6;
 
 /// What every camera saw of one view: the chart's points in its own frame, with pixels, a camera.
 pub(super) type Shot = Vec<Vec<(Point3, Pixel)>>;
@@ -20,17 +20,10 @@ pub(super) fn thinned(shots: &[Shot], most: usize) -> Vec<Shot> {
     shots.iter().map(|shot| shot.iter().map(few).collect()).collect()
 }
 
-/// A camera at its place.
-#[derive(Clone, Debug)]
-pub(super) struct Posed<L> {
-    pub(super) lens: L,
-    pub(super) camera_from_world: Pose,
-}
-
 /// All that is adjusted.
 #[derive(Clone, Debug)]
 pub(super) struct State<L> {
-    pub(super) cameras: Vec<Posed<L>>,
+    pub(super) cameras: Vec<PosedLens<L>>,
     /// World from chart, a view.
     pub(super) charts: Vec<Pose>,
 }

@@ -3,11 +3,11 @@
 //! A pixel depends on the chart's place in the camera and on the lens only. So sums are taken by those
 //! six unknowns and the lens's, and brought to the unknowns of camera and chart once a view.
 
-use super::state::{POSE, Posed};
 use crate::{
     camera::{
         batch_projection::BatchProjection,
-        normal_equations::{PosedLens, PosedObservations, Sums, WIDTH},
+        normal_equations::{PosedObservations, Sums, WIDTH},
+        posed_lens::{POSE, PosedLens},
     },
     geometry::Pose,
 };
@@ -33,7 +33,7 @@ pub(super) struct ViewSums {
 impl ViewSums {
     /// Of a view and the cameras that saw it; the chart's own unknowns count where it is loose.
     pub(super) fn of<L: BatchProjection>(
-        (seen, cameras): (&[PosedObservations], &[Posed<L>]),
+        (seen, cameras): (&[PosedObservations], &[PosedLens<L>]),
         (world_from_chart, loose): (&Pose, bool),
         (free, loss): (&[Vec<usize>], Loss),
         sums: &mut Sums,
@@ -51,12 +51,8 @@ impl ViewSums {
             if seen.len() == 0 {
                 view.own.extend(std::iter::repeat_n(0.0, free.len() * (free.len() + 3) / 2));
             } else {
-                let pose = camera.camera_from_world.after(world_from_chart);
-                let posed = PosedLens {
-                    lens: &camera.lens,
-                    rotation: pose.rotation,
-                    translation: pose.translation,
-                };
+                let camera_from_world = camera.camera_from_world.after(world_from_chart);
+                let posed = PosedLens { lens: &camera.lens, camera_from_world };
                 let mut terms = [0; WIDTH];
                 let own = free.iter().filter(|unknown| **unknown >= POSE);
                 let held = terms.iter_mut().zip(own).map(|(to, from)| *to = from - POSE).count();

@@ -139,7 +139,7 @@ fn proposal(
     (whole, found): (f64, &Halves),
 ) -> Proposal {
     let distance = (found.after.centre() - found.before.centre()).norm() * evidence.frame.size;
-    let turn = found.after.rotation * found.before.rotation.transpose();
+    let turn = found.after.rotation() * found.before.rotation().transpose();
     let angle = libm::acos(((turn.trace() - 1.0) / 2.0).clamp(-1.0, 1.0)).to_degrees();
     let name = &evidence.views[views[at]].name;
     let mut figures = unsynchronised::overall_figures(whole, found.error);

@@ -186,8 +186,8 @@ fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
 }
 
 fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<Proposal> {
-    let own = evidence.seen[camera].as_ref()?.camera.rotation;
-    let other = evidence.seen[reference].as_ref()?.camera.rotation;
+    let own = evidence.seen[camera].as_ref()?.camera.rotation();
+    let other = evidence.seen[reference].as_ref()?.camera.rotation();
     let between = own * other.transpose();
     let (right, down) = (between[(0, 0)], between[(1, 1)]);
     let (code, what) = if right.abs() + down.abs() < 1.0 {
@@ -223,7 +223,7 @@ fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
         let seen = evidence.seen[camera].as_ref()?;
         let board = evidence.views.iter().find_map(|view| view.board.as_ref())?;
         // How far its x runs along the chart's columns.
-        Some(seen.camera.rotation.row(0).transpose().dot(&board.along[0]))
+        Some(seen.camera.rotation().row(0).transpose().dot(&board.along[0]))
     };
     let known: Vec<(usize, f64)> =
         (0..told.len()).filter_map(|camera| Some((camera, upright(camera)?))).collect();
@@ -238,7 +238,7 @@ fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
         if told[camera] || own.camera.is_mirrored() != other.camera.is_mirrored() {
             continue;
         }
-        let between = own.camera.rotation * other.camera.rotation.transpose();
+        let between = own.camera.rotation() * other.camera.rotation().transpose();
         let angle =
             libm::atan2(between[(1, 0)] - between[(0, 1)], between[(0, 0)] + between[(1, 1)]);
         if angle.abs() < 1.0 {

@@ -9,7 +9,7 @@ use super::{
     pairs::{Pair, extent},
 };
 use crate::{
-    camera::{AdjustableCamera, kannala_brandt::KannalaBrandt},
+    camera::{AdjustableCamera, kannala_brandt::KannalaBrandt, posed_lens::PosedLens},
     geometry::{Pixel, Point3, Pose, Vector3},
     method::kannala_brandt::starting_cameras,
 };
@@ -27,10 +27,7 @@ pub(super) const UNKNOWNS: usize = 14;
 /// A camera as the clinic observes it.
 #[derive(Clone, Debug)]
 pub(super) struct RobustCamera {
-    pub(super) lens: KannalaBrandt,
-    /// Determinant -1 for a mirrored camera or a left-handed world.
-    pub(super) rotation: Matrix3<f64>,
-    pub(super) translation: Vector3,
+    pub(super) posed: PosedLens<KannalaBrandt>,
     /// What the formula leaves over.
     field: Field,
 }
@@ -43,8 +40,8 @@ impl RobustCamera {
         let few: Vec<Pair> =
             pairs.iter().step_by(pairs.len().div_ceil(STARTING).max(1)).copied().collect();
         let mut best: Option<(f64, Self)> = None;
-        for (lens, rotation, translation) in starting_cameras(&few) {
-            let start = Self { lens, rotation, translation, field: Field::nothing() };
+        for posed in starting_cameras(&few) {
+            let start = Self { posed, field: Field::nothing() };
             let camera = start.refined(&few, steps);
             let error = camera.median_error(&few);
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
@@ -56,8 +53,9 @@ impl RobustCamera {
 
     /// Where a world point falls, by the formula alone.
     fn formula(&self, world: Point3) -> Option<Pixel> {
-        let point = Point3::from(self.rotation * world.coords + self.translation);
-        let (pixel, _) = self.lens.project_with_slopes(point, &mut [[0.0; 2]; 8])?;
+        let point =
+            Point3::from(self.rotation() * world.coords + self.posed.camera_from_world.translation);
+        let (pixel, _) = self.posed.lens.project_with_slopes(point, &mut [[0.0; 2]; 8])?;
         (pixel.x.is_finite() && pixel.y.is_finite()).then_some(pixel)
     }
 
@@ -98,29 +96,34 @@ impl RobustCamera {
         if errors.is_empty() { f64::INFINITY } else { median(&errors) }
     }
 
+    /// World to camera axes; determinant -1 for a mirrored camera or a left-handed world.
+    pub(super) fn rotation(&self) -> Matrix3<f64> {
+        self.posed.camera_from_world.rotation
+    }
+
     /// The camera's centre in the world.
     pub(super) fn centre(&self) -> Point3 {
-        Point3::from(-(self.rotation.transpose() * self.translation))
+        Point3::from(-(self.rotation().transpose() * self.posed.camera_from_world.translation))
     }
 
     /// Distance along the axis.
     pub(super) fn depth(&self, world: Point3) -> f64 {
-        (self.rotation * world.coords + self.translation).z
+        (self.rotation() * world.coords + self.posed.camera_from_world.translation).z
     }
 
     /// Whether its picture is a mirror's, or the world is left-handed.
     pub(super) fn is_mirrored(&self) -> bool {
-        self.rotation.determinant() < 0.0
+        self.rotation().determinant() < 0.0
     }
 
     /// Where its axis meets the picture.
     pub(super) fn principal(&self) -> Pixel {
-        self.lens.pinhole.principal.into()
+        self.posed.lens.pinhole.principal.into()
     }
 
     /// Its focal lengths in pixels.
     pub(super) fn focal(&self) -> [f64; 2] {
-        self.lens.pinhole.focal
+        self.posed.lens.pinhole.focal
     }
 
     /// Standard deviation of where its axis meets the picture, in pixels: the larger of x's and y's.
@@ -138,8 +141,9 @@ impl RobustCamera {
         let own = self.without_field();
         let depths: Vec<f64> = pairs.iter().map(|pair| own.depth(pair.0)).collect();
         let mut other = own.clone();
-        other.rotation.row_mut(2).neg_mut();
-        other.translation.z = 2.0 * median(&depths) - own.translation.z;
+        other.posed.camera_from_world.rotation.row_mut(2).neg_mut();
+        other.posed.camera_from_world.translation.z =
+            2.0 * median(&depths) - own.posed.camera_from_world.translation.z;
         let other = other.refined(pairs, 15);
         other.median_error(pairs) > 1.3 * own.median_error(pairs)
     }
@@ -165,10 +169,10 @@ impl RobustCamera {
     /// The same camera with positive focal lengths: a negative one is an axis that runs the other way.
     fn upright(mut self) -> Self {
         for axis in 0..2 {
-            if self.lens.pinhole.focal[axis] < 0.0 {
-                self.lens.pinhole.focal[axis] *= -1.0;
-                self.rotation.row_mut(axis).neg_mut();
-                self.translation[axis] *= -1.0;
+            if self.posed.lens.pinhole.focal[axis] < 0.0 {
+                self.posed.lens.pinhole.focal[axis] *= -1.0;
+                self.posed.camera_from_world.rotation.row_mut(axis).neg_mut();
+                self.posed.camera_from_world.translation[axis] *= -1.0;
             }
         }
         self
@@ -178,13 +182,14 @@ impl RobustCamera {
         let mut camera = self.clone();
         let turn =
             Pose::from_rotation_vector(Vector3::zeros(), Vector3::new(step[0], step[1], step[2]));
-        camera.rotation = turn.rotation * self.rotation;
-        camera.translation += Vector3::new(step[3], step[4], step[5]);
+        camera.posed.camera_from_world.rotation =
+            turn.rotation * self.posed.camera_from_world.rotation;
+        camera.posed.camera_from_world.translation += Vector3::new(step[3], step[4], step[5]);
         for axis in 0..2 {
-            camera.lens.pinhole.focal[axis] += step[6 + axis];
-            camera.lens.pinhole.principal[axis] += step[8 + axis];
+            camera.posed.lens.pinhole.focal[axis] += step[6 + axis];
+            camera.posed.lens.pinhole.principal[axis] += step[8 + axis];
         }
-        for (value, by) in camera.lens.coefficients.iter_mut().zip(step.iter().skip(10)) {
+        for (value, by) in camera.posed.lens.coefficients.iter_mut().zip(step.iter().skip(10)) {
             *value += by;
         }
         camera
@@ -248,10 +253,10 @@ struct Row {
 impl Linearised {
     fn by(camera: &RobustCamera, pairs: &[Pair]) -> Self {
         let row = |(world, pixel): &Pair| {
-            let turned = camera.rotation * world.coords;
+            let turned = camera.rotation() * world.coords;
             let mut by_lens = [[0.0; 2]; 8];
-            let point = Point3::from(turned + camera.translation);
-            let (seen, by_point) = camera.lens.project_with_slopes(point, &mut by_lens)?;
+            let point = Point3::from(turned + camera.posed.camera_from_world.translation);
+            let (seen, by_point) = camera.posed.lens.project_with_slopes(point, &mut by_lens)?;
             // The field counts in a pose's refit, not while the lens itself is fitted (it is nothing then).
             let error = pixel - (seen + camera.field.at(seen));
             Some(Row { by_turn: by_point * -turned.cross_matrix(), by_point, by_lens, error })
@@ -313,13 +318,13 @@ impl Normal {
     /// Coefficients beyond what lenses have are unlikely: standard deviation 1 about nothing. What it costs.
     fn hold_lens(&mut self, camera: &RobustCamera) -> f64 {
         let mut cost = 0.0;
-        for (index, value) in camera.lens.coefficients.iter().enumerate() {
+        for (index, value) in camera.posed.lens.coefficients.iter().enumerate() {
             self.matrix[(10 + index, 10 + index)] += 1.0;
             self.gradient[10 + index] -= value;
             cost += value * value / 2.0;
         }
         // Pixels are nearly square: the logarithm of their aspect is known to 0.1 beforehand.
-        let [fx, fy] = camera.lens.pinhole.focal;
+        let [fx, fy] = camera.posed.lens.pinhole.focal;
         let gap = libm::log((fx / fy).abs().max(1e-9)) / 0.1;
         let (by_x, by_y) = (10.0 / fx, -10.0 / fy);
         self.matrix[(6, 6)] += by_x * by_x;

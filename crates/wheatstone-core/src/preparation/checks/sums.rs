@@ -46,10 +46,10 @@ impl Sums {
             let mut slopes = SMatrix::zeros();
             let (mut errors, mut weights) = (Vector2::zeros(), 0.0);
             for (world, pixel) in pairs {
-                let turned = camera.rotation * world.coords;
+                let turned = camera.rotation() * world.coords;
                 let mut own = [[0.0; 2]; 8];
-                let point = Point3::from(turned + camera.translation);
-                let Some((seen, by_point)) = camera.lens.project_with_slopes(point, &mut own)
+                let point = Point3::from(turned + camera.posed.camera_from_world.translation);
+                let Some((seen, by_point)) = camera.posed.lens.project_with_slopes(point, &mut own)
                 else {
                     continue;
                 };

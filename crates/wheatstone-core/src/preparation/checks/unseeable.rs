@@ -17,7 +17,7 @@ pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
     for (camera, seen) in evidence.seen.iter().enumerate().skip(1) {
         let Some(seen) = seen else { continue };
         let between = (seen.camera.centre() - first.camera.centre()) * evidence.frame.size;
-        let own = first.camera.rotation * between;
+        let own = first.camera.rotation() * between;
         let baseline = between.norm();
         let at_infinity: Vec<String> = [(0, &first.camera), (camera, &seen.camera)]
             .iter()
