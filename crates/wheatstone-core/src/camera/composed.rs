@@ -63,8 +63,9 @@ fn picture<L: Composed, N: Number, S: Orientation>(
 ) -> Pictured<N, S::Image<N>> {
     let others = slopes.as_deref_mut().map(|all| &mut all[PINHOLE..]);
     let distorted = lens.distortion().distort(place, square, others);
-    let on_sensor =
-        orientation.project(distorted.place, lens.pinhole().focal.map(|value| square.all(value)));
+    // Arrays element by element here and in the parts: a closure would not be compiled for wide registers.
+    let [fx, fy] = lens.pinhole().focal;
+    let on_sensor = orientation.project(distorted.place, [square.all(fx), square.all(fy)]);
     if let Some(slopes) = slopes {
         let (own, others) = slopes.split_at_mut(PINHOLE);
         own.copy_from_slice(&Pinhole::slopes(on_sensor.place));

@@ -172,7 +172,7 @@ fn add_tangential<N: Number>(
     s: N,
     distorted: &mut Distorted<N>,
 ) -> [[N; 2]; 2] {
-    let ([p1, p2], [two, six]) = (p.map(|p| s.all(p)), [2.0, 6.0].map(|value| s.all(value)));
+    let ([p1, p2], [two, six]) = ([s.all(p[0]), s.all(p[1])], [s.all(2.0), s.all(6.0)]);
     let Distorted { place, stretch, .. } = distorted;
     place[0] = place[0] + two * p1 * x * y + p2 * (s + two * x * x);
     place[1] = place[1] + p1 * (s + two * y * y) + two * p2 * x * y;
@@ -191,7 +191,8 @@ fn add_prism<N: Number>(
     s: N,
     distorted: &mut Distorted<N>,
 ) -> [[N; 2]; 4] {
-    let ([s1, s2, s3, s4], two) = (terms.map(|term| s.all(term)), s.all(2.0));
+    let [s1, s2, s3, s4] = terms;
+    let ([s1, s2, s3, s4], two) = ([s.all(s1), s.all(s2), s.all(s3), s.all(s4)], s.all(2.0));
     let (along_x, along_y) = (two * (s1 + two * s2 * s), two * (s3 + two * s4 * s));
     let Distorted { place, stretch, .. } = distorted;
     place[0] = place[0] + s * (s1 + s * s2);

@@ -5,7 +5,7 @@ use super::{
     batch_projection::{BatchProjection, LANES, MOST_NUMBERS},
     posed_lens::PosedLens,
 };
-use crate::geometry::{Pixel, Point3};
+use crate::geometry::{Pixel, Point3, Pose};
 use nalgebra::Matrix3;
 use wheatstone_numeric::{
     loss::Loss,
@@ -221,16 +221,20 @@ fn fill<S: Simd, L: BatchProjection>(
 ) {
     let number = |value: f64| Doubles(simd, simd.splat_f64s(value));
     let (zero, one) = (number(0.0), number(1.0));
-    let [x, y, z, right, down] =
-        block.each_ref().map(|values| Doubles(simd, registers::<S>(values)[place.strip]));
-    let turned: [Doubles<S>; 3] = std::array::from_fn(|row| {
-        let [a, b, c] =
-            [0, 1, 2].map(|column| number(posed.camera_from_world.rotation[(row, column)]));
-        a * x + b * y + c * z
-    });
-    let point = std::array::from_fn(|axis| {
-        turned[axis] + number(posed.camera_from_world.translation[axis])
-    });
+    let mut seen = [zero; 5];
+    for (value, numbers) in seen.iter_mut().zip(block) {
+        value.1 = registers::<S>(numbers)[place.strip];
+    }
+    let [x, y, z, right, down] = seen;
+    // In loops: a closure would be compiled for the narrowest registers, and called.
+    let Pose { rotation, translation } = &posed.camera_from_world;
+    let (mut turned, mut point) = ([zero; 3], [zero; 3]);
+    for axis in 0..3 {
+        turned[axis] = number(rotation[(axis, 0)]) * x
+            + number(rotation[(axis, 1)]) * y
+            + number(rotation[(axis, 2)]) * z;
+        point[axis] = turned[axis] + number(translation[axis]);
+    }
     let mut slopes = [[zero; 2]; MOST_NUMBERS];
     let trace = posed.lens.trace(point, (&mut slopes, asked));
     let error = [trace.pixel[0] - right, trace.pixel[1] - down];
@@ -300,7 +304,7 @@ mod tests {
     use super::*;
     use crate::{
         camera::{AdjustableCamera, CameraModel, brown_conrady::BrownConrady},
-        geometry::{Pose, Vector3},
+        geometry::Vector3,
     };
     use nalgebra::{DMatrix, DVector, Vector2};
     use wheatstone_numeric::{random::Random, simd::on_each};

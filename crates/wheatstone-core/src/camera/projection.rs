@@ -62,9 +62,13 @@ impl Projection for Perspective {
         image: I,
     ) -> [[N; 3]; 2] {
         let near = image.scaled(normalised.scale);
-        let [by_x, by_y] = [0, 1].map(|k| near.carry([stretch[0][k], stretch[1][k]]));
+        let by_x = near.carry([stretch[0][0], stretch[1][0]]);
+        let by_y = near.carry([stretch[0][1], stretch[1][1]]);
         let ([x, y], zero) = (normalised.place, normalised.scale.all(0.0));
-        [0, 1].map(|k| [by_x[k], by_y[k], zero - (by_x[k] * x + by_y[k] * y)])
+        [
+            [by_x[0], by_y[0], zero - (by_x[0] * x + by_y[0] * y)],
+            [by_x[1], by_y[1], zero - (by_x[1] * x + by_y[1] * y)],
+        ]
     }
 
     fn direction([x, y]: [f64; 2]) -> Option<Vector3> {
@@ -116,8 +120,17 @@ impl Projection for Equidistant {
         let by_x = [normalised.scale + east * east * along, mixed];
         let by_y = [mixed, normalised.scale + south * south * along];
         let by_z = [x * back, y * back];
-        let place = [0, 1].map(|k| image.carry([stretch[0][k], stretch[1][k]]));
-        [0, 1].map(|k| [by_x, by_y, by_z].map(|by| place[0][k] * by[0] + place[1][k] * by[1]))
+        let [first, second] = [
+            image.carry([stretch[0][0], stretch[1][0]]),
+            image.carry([stretch[0][1], stretch[1][1]]),
+        ];
+        let mut slopes = [[z.all(0.0); 3]; 2];
+        for (k, row) in slopes.iter_mut().enumerate() {
+            for (slope, by) in row.iter_mut().zip([by_x, by_y, by_z]) {
+                *slope = first[k] * by[0] + second[k] * by[1];
+            }
+        }
+        slopes
     }
 
     fn direction([x, y]: [f64; 2]) -> Option<Vector3> {

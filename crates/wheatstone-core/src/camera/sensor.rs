@@ -27,7 +27,7 @@ impl<N: Number> Image<N> for Straight<N> {
 
     #[inline(always)]
     fn scaled(self, by: N) -> Self {
-        Self(self.0.map(|value| value * by))
+        Self([self.0[0] * by, self.0[1] * by])
     }
 }
 
@@ -38,12 +38,13 @@ pub(crate) struct Crossed<N>([[N; 2]; 2]);
 impl<N: Number> Image<N> for Crossed<N> {
     #[inline(always)]
     fn carry(self, [x, y]: [N; 2]) -> [N; 2] {
-        self.0.map(|row| row[0] * x + row[1] * y)
+        [self.0[0][0] * x + self.0[0][1] * y, self.0[1][0] * x + self.0[1][1] * y]
     }
 
     #[inline(always)]
     fn scaled(self, by: N) -> Self {
-        Self(self.0.map(|row| row.map(|value| value * by)))
+        let [[a, b], [c, d]] = self.0;
+        Self([[a * by, b * by], [c * by, d * by]])
     }
 }
 

@@ -25,6 +25,7 @@ use crate::{
 };
 use nalgebra::Matrix3;
 use rayon::prelude::*;
+use std::cell::RefCell;
 use wheatstone_numeric::{
     levenberg_marquardt::{NormalEquations, Patience, minimise},
     loss::Loss,
@@ -120,8 +121,9 @@ impl<L: BatchProjection> PosedLens<L> {
         let mut own = POSE..;
         let place = |index: &usize| if *index < POSE { Some(*index) } else { own.next() };
         let places: Vec<usize> = free.iter().filter_map(place).collect();
+        let room = RefCell::new(Sums::default());
         let evaluate = |unknowns: &[f64], normal: &mut NormalEquations| {
-            let mut sums = Sums::default();
+            let mut sums = room.borrow_mut();
             let (camera, left) = start.moved(free, unknowns);
             let posed =
                 PosedLens { lens: &camera.lens, camera_from_world: camera.camera_from_world };
