@@ -1,10 +1,8 @@
 //! What seen points say of a camera and its place: the products of all slopes and errors with each
 //! other, a register of points at a time. Sums run over eight points, in their order, whatever the registers' width.
 
-use super::{
-    batch_projection::{BatchProjection, LANES, MOST_NUMBERS},
-    posed_lens::PosedLens,
-};
+use super::batch_projection::{BatchProjection, LANES, MOST_NUMBERS};
+use super::posed_lens::PosedLens;
 use crate::geometry::{Pixel, Point3, Pose};
 use nalgebra::Matrix3;
 use wheatstone_numeric::{
@@ -230,9 +228,8 @@ fn fill<S: Simd, L: BatchProjection>(
     let Pose { rotation, translation } = &posed.camera_from_world;
     let (mut turned, mut point) = ([zero; 3], [zero; 3]);
     for axis in 0..3 {
-        turned[axis] = number(rotation[(axis, 0)]) * x
-            + number(rotation[(axis, 1)]) * y
-            + number(rotation[(axis, 2)]) * z;
+        let [a, b, c] = [rotation[(axis, 0)], rotation[(axis, 1)], rotation[(axis, 2)]];
+        turned[axis] = number(a) * x + number(b) * y + number(c) * z;
         point[axis] = turned[axis] + number(translation[axis]);
     }
     let mut slopes = [[zero; 2]; MOST_NUMBERS];
