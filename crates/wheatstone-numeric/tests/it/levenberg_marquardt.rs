@@ -1,7 +1,7 @@
 //! Minima of functions whose minimum is known.
 
 use wheatstone_numeric::{
-    levenberg_marquardt::{Minimum, NormalEquations, Patience, minimise},
+    levenberg_marquardt::{Damping, Minimum, NormalEquations, Patience, minimise},
     progress::Silent,
 };
 
@@ -74,4 +74,32 @@ fn rows_add_up_to_the_normal_equations() {
     let mut whole = NormalEquations::new(3);
     whole.add_square(&[1, 3, 0], 4, &products);
     assert_eq!((whole.matrix(), whole.gradient()), (dense.matrix(), dense.gradient()));
+}
+
+#[test]
+fn a_search_without_damping_is_damped_at_once_where_a_step_fails() {
+    let mut damping = Damping::undamped();
+    damping.accept(1.0);
+    assert_eq!(damping.value, 0.0);
+    // From next to nothing it would take a dozen failed steps to hold anything back.
+    damping.reject();
+    assert_eq!(damping.value, 1e-3);
+    damping.reject();
+    assert!((damping.value / 1e-2 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn nielsens_damping_falls_by_kept_promises_and_rises_ever_faster() {
+    let mut damping = Damping::nielsen(1.0, 1.0 / 3.0);
+    // 1 - (2 q - 1)^3 at q = 1, 1/2 and 0.
+    for (quality, share) in [(1.0, 1.0 / 3.0), (0.5, 1.0), (0.0, 2.0)] {
+        let before = damping.value;
+        damping.accept(quality);
+        assert!((damping.value / before - share).abs() < 1e-12, "{quality}");
+    }
+    for factor in [2.0, 4.0, 8.0] {
+        let before = damping.value;
+        damping.reject();
+        assert_eq!(damping.value, factor * before);
+    }
 }
