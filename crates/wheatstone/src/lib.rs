@@ -109,7 +109,9 @@ pub use wheatstone_robot as robot;
 #[cfg(feature = "synthetic")]
 pub use wheatstone_synthetic as synthetic;
 
-/// The README's example is compiled as a test.
+/// The programs of the README and of the documentation's pages are compiled and run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/how-to/rust.md")]
+#[doc = include_str!("../../../docs/robot.md")]
+struct Pages;

@@ -4,6 +4,7 @@
 mod check;
 mod cli;
 mod command_line;
+mod docs;
 mod drive;
 mod formats;
 mod behaviour;

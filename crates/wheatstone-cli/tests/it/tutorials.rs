@@ -1,7 +1,15 @@
-//! Every command of the tutorials is typed as it stands there, and prints what stands there.
+//! Every command of the documentation is typed as it stands there, and prints what stands there.
 
-use crate::program::wheatstone;
-use std::path::{Path, PathBuf};
+use crate::{
+    docs::{docs, pages},
+    program::wheatstone,
+};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::Path,
+    sync::{Arc, Mutex, OnceLock},
+};
+use tempfile::TempDir;
 
 /// What is left out of what a command prints: a line or the rest of one.
 const LEFT_OUT: &str = "…";
@@ -16,17 +24,12 @@ struct Step {
     printed: Vec<String>,
 }
 
-fn docs() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
-}
-
 /// The `console` blocks of a page, command by command.
 fn steps(page: &str) -> Vec<Step> {
     let (mut steps, mut inside): (Vec<Step>, bool) = (Vec::new(), false);
     for (number, line) in page.lines().enumerate() {
         if line.starts_with("```") {
             inside = line == "```console";
-            assert!(line != "```sh", "line {}: `sh` blocks are not run", number + 1);
         } else if let Some(command) = line.strip_prefix("$ ").filter(|_| inside) {
             let words: Vec<String> = command.split_whitespace().map(String::from).collect();
             assert_eq!(words[0], "wheatstone", "line {}", number + 1);
@@ -66,38 +69,96 @@ fn is_rule(word: &str) -> bool {
     word.chars().all(|letter| letter == '-')
 }
 
-fn run(name: &str) {
-    let page = std::fs::read_to_string(docs().join("tutorial").join(name)).unwrap();
-    let steps = steps(&page);
-    assert!(steps.len() >= 5, "{name} has {} commands", steps.len());
+/// Captures that commands rendered, by the command: pages share them, for rendering takes the longest.
+#[derive(Default)]
+struct Rendered(Mutex<BTreeMap<String, Arc<OnceLock<TempDir>>>>);
+
+impl Rendered {
+    /// Does what a command that renders would do in `folder`; whether it is one.
+    fn provide(&self, words: &[&str], folder: &Path) -> bool {
+        let renders = words.first() == Some(&"synth")
+            && !words.iter().any(|word| ["--points", "--random"].contains(word));
+        if !renders {
+            return false;
+        }
+        let cell = Arc::clone(self.0.lock().unwrap().entry(words.join(" ")).or_default());
+        let made = cell.get_or_init(|| {
+            let made = tempfile::tempdir().unwrap();
+            let output = wheatstone(made.path(), words);
+            assert!(output.status.success(), "{words:?}");
+            made
+        });
+        copy(made.path(), folder);
+        true
+    }
+}
+
+/// Copies what is in a folder into another.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// Types the commands of a page; what is wrong, if anything.
+fn run(name: &str, steps: &[Step], rendered: &Rendered) -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
     for step in steps {
         let place = format!("{name}:{}: {}", step.line, step.words.join(" "));
         let words: Vec<&str> = step.words[1..].iter().map(String::as_str).collect();
+        if step.printed.is_empty() && rendered.provide(&words, folder.path()) {
+            continue;
+        }
         let output = wheatstone(folder.path(), &words);
         let all = [output.stderr, output.stdout].concat();
         let all = String::from_utf8(all).unwrap();
-        assert!(output.status.success(), "{place}\n{all}");
+        if !output.status.success() {
+            return Err(format!("{place}\n{all}"));
+        }
         let mut lines = all.lines();
         for expected in step.printed.iter().filter(|line| *line != LEFT_OUT && !line.is_empty()) {
-            let found = lines.any(|line| agrees(expected, line));
-            assert!(found, "{place}\nprints no line like\n{expected}\nbut\n{all}");
+            if !lines.any(|line| agrees(expected, line)) {
+                return Err(format!("{place}\nprints no line like\n{expected}\nbut\n{all}"));
+            }
         }
     }
-    for picture in page.split("](../pictures/").skip(1) {
-        let file = picture.split(')').next().unwrap();
-        assert!(docs().join("pictures").join(file).is_file(), "{name}: no picture {file}");
-    }
+    Ok(())
 }
 
+/// All pages at once, as many at a time as there are processors.
 #[test]
-fn a_grid_on_a_stage() {
-    run("stage.md");
-}
-
-#[test]
-fn cameras_looking_into_a_tank() {
-    run("tank.md");
+fn commands_of_all_pages_run() {
+    let mut work: Vec<(String, Vec<Step>)> = pages()
+        .into_iter()
+        .map(|page| (page.clone(), steps(&std::fs::read_to_string(docs().join(&page)).unwrap())))
+        .filter(|(_, steps)| !steps.is_empty())
+        .collect();
+    assert!(work.len() >= 15, "{} pages have commands", work.len());
+    // Tutorials take the longest.
+    work.sort_by_key(|(page, steps)| (!page.starts_with("tutorial"), usize::MAX - steps.len()));
+    let (work, rendered) = (Mutex::new(VecDeque::from(work)), Rendered::default());
+    let failed = Mutex::new(Vec::new());
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..processors {
+            scope.spawn(|| {
+                while let Some((page, steps)) = { work.lock().unwrap().pop_front() } {
+                    if let Err(wrong) = run(&page, &steps, &rendered) {
+                        failed.lock().unwrap().push(wrong);
+                    }
+                }
+            });
+        }
+    });
+    let failed = failed.into_inner().unwrap();
+    assert!(failed.is_empty(), "{}", failed.join("\n\n"));
 }
 
 #[test]
@@ -106,9 +167,4 @@ fn lines_agree_up_to_the_last_digits_of_numbers() {
     assert!(!agrees("dlt 0.535", "dlt 0.735"));
     assert!(!agrees("dlt 0.535", "tsai 0.535"));
     assert!(!agrees("dlt", "dlt 5"));
-}
-
-#[test]
-fn a_board_in_the_hand() {
-    run("hand-held.md");
 }
