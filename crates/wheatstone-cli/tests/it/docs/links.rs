@@ -99,22 +99,16 @@ const LANGUAGES: [&str; 7] =
 #[test]
 fn every_block_says_what_it_is() {
     for page in pages() {
-        let mut inside = None;
-        for (number, line) in text(&format!("docs/{page}")).lines().enumerate() {
+        let page_text = text(&format!("docs/{page}"));
+        let mut inside: Option<&str> = None;
+        for (number, line) in page_text.lines().map(str::trim_start).enumerate() {
             let place = format!("docs/{page}:{}: {line}", number + 1);
-            let line = line.trim_start();
-            match (line.starts_with("```"), inside) {
-                (true, None) => {
-                    assert!(LANGUAGES.contains(&line), "{place}: a language of {LANGUAGES:?}");
-                    inside = Some(line.to_owned());
-                }
-                (true, Some(_)) => inside = None,
-                (false, Some(ref kind)) => {
-                    let unsaid = kind == "```bash" && line.starts_with("wheatstone ");
-                    assert!(!unsaid, "{place}: a command that is not run stands in `text`");
-                    inside = Some(kind.clone());
-                }
-                (false, None) => {}
+            if !line.starts_with("```") {
+                let unsaid = inside == Some("```bash") && line.starts_with("wheatstone ");
+                assert!(!unsaid, "{place}: a command that is not run stands in `text`");
+            } else if inside.take().is_none() {
+                assert!(LANGUAGES.contains(&line), "{place}: a language of {LANGUAGES:?}");
+                inside = Some(line);
             }
         }
     }
