@@ -1,5 +1,6 @@
 //! What is not known about numbers that least squares found: their covariance, kept as a triangle.
 
+use crate::matrix_product::{self, scaled};
 use nalgebra::{DMatrix, Matrix2};
 use serde::{Deserialize, Serialize};
 
@@ -126,13 +127,13 @@ impl LeastSquaresSpread {
         self.normal.fill_upper_triangle_with_lower_triangle();
         self.errors.fill_upper_triangle_with_lower_triangle();
         let scales = self.normal.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
-        let scale = DMatrix::from_diagonal(&scales);
-        let unit = &scale * &self.normal * &scale;
+        let unit = scaled(scales.as_slice(), self.normal);
         let factors = unit.clone().cholesky().or_else(|| {
             (unit + DMatrix::from_diagonal_element(scales.len(), scales.len(), UNKNOWN)).cholesky()
         })?;
-        let inverse = &scale * factors.inverse() * &scale;
-        let covariance = &inverse * &self.errors * &inverse;
+        let inverse = scaled(scales.as_slice(), factors.inverse());
+        let carried = matrix_product::product(&inverse, &self.errors);
+        let covariance = matrix_product::product(&carried, &inverse);
         covariance.iter().all(|value| value.is_finite()).then(|| Covariance::of(&covariance))
     }
 }

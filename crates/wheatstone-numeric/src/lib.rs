@@ -14,6 +14,7 @@ pub mod least_squares;
 pub mod levenberg_marquardt;
 pub mod aligned;
 pub mod loss;
+pub mod matrix_product;
 pub mod number;
 pub mod blocked_matrix;
 pub mod perceptron;

@@ -12,13 +12,26 @@ use exponentials::exponentials_of_negative;
 pub(crate) use exponentials::has_second_of_lost;
 use pulp::Arch;
 pub use pulp::{Simd, WithSimd};
+use std::sync::OnceLock;
 
-/// Runs a kernel in the widest registers there are.
+/// The environment variable that keeps a whole process to the narrowest registers, where it is `128` (bits), for
+/// tests that results do not depend on their width. It is read once.
+pub const REGISTERS: &str = "WHEATSTONE_REGISTERS";
+
+/// Whether [`REGISTERS`] asks for the narrowest registers.
+fn kept_narrow() -> bool {
+    static NARROW: OnceLock<bool> = OnceLock::new();
+    *NARROW.get_or_init(|| std::env::var_os(REGISTERS).is_some_and(|bits| bits == "128"))
+}
+
+/// Runs a kernel in the widest registers there are, unless [`REGISTERS`] forbids it.
 #[inline]
 pub fn on_widest<K: WithSimd>(kernel: K) -> K::Output {
     match Arch::new() {
         // Where nothing wider is known to be there: pairs of doubles, which every 64-bit machine has.
         Arch::Scalar => Simd::vectorize(pulp::Scalar128b, kernel),
+        #[allow(unreachable_patterns, reason = "some processors have one kind of registers only")]
+        _ if kept_narrow() => Simd::vectorize(pulp::Scalar128b, kernel),
         #[allow(unreachable_patterns, reason = "some processors have one kind of registers only")]
         wide => wide.dispatch(kernel),
     }

@@ -15,7 +15,10 @@ use crate::{
     geometry::{Point3, Vector3},
 };
 use nalgebra::{DMatrix, Matrix3, Matrix6, MatrixXx6, Vector2, Vector6};
-use wheatstone_numeric::levenberg_marquardt::NormalEquations;
+use wheatstone_numeric::{
+    levenberg_marquardt::NormalEquations,
+    matrix_product::{product, scaled},
+};
 
 /// Unknowns of a chart: a turn about its middle, a move.
 const MOTION: usize = 6;
@@ -158,9 +161,10 @@ pub(super) fn covariance<L: AdjustableCamera>(
         if let Some(view) = cell.chart {
             through.columns_mut(own, MOTION).copy_from(&(-&carried[view]));
         }
+        let turned = through.transpose();
         let mut block = normal.view_mut((0, 0), (count, count));
-        block += &through * cell.plain.matrix() * through.transpose();
-        errors += &through * cell.weighed.matrix() * through.transpose();
+        block += product(&product(&through, &cell.plain.matrix()), &turned);
+        errors += product(&product(&through, &cell.weighed.matrix()), &turned);
     }
     if held > 0 {
         let conditions = frame(cameras, open, (train, &first, count))?;
@@ -168,7 +172,7 @@ pub(super) fn covariance<L: AdjustableCamera>(
         normal.view_mut((0, count), (count, held)).copy_from(&conditions.transpose());
     }
     let inverse = inverse(normal)?.view((0, 0), (count, count)).into_owned();
-    let covariance = &inverse * errors * inverse.transpose();
+    let covariance = product(&product(&inverse, &errors), &inverse.transpose());
     covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 
@@ -246,12 +250,12 @@ fn frame<L: AdjustableCamera>(
 
 /// Of a symmetric matrix of numbers in many units.
 fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scales = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
-    let mut scale = DMatrix::from_diagonal(&scales);
+    let mut scales = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
     // Conditions have nothing on the diagonal: they get the size of the numbers that they hold.
-    let scaled = &scale * &matrix * &scale;
+    let first = scaled(scales.as_slice(), matrix.clone());
     for row in (0..matrix.nrows()).filter(|row| matrix[(*row, *row)] <= 0.0) {
-        scale[(row, row)] = 1.0 / scaled.row(row).norm();
+        scales[row] = 1.0 / first.row(row).norm();
     }
-    Some(&scale * (&scale * matrix * &scale).try_inverse()? * &scale)
+    let inverse = scaled(scales.as_slice(), matrix).try_inverse()?;
+    Some(scaled(scales.as_slice(), inverse))
 }

@@ -7,6 +7,7 @@ use crate::method::neural_camera::{
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
+use wheatstone_numeric::matrix_product::product;
 
 /// Where one chart stood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,7 +96,7 @@ pub(super) fn offsets(
             let scale = charts[a].sigma[axis] * charts[b].sigma[axis];
             scale * motions[(MOTION * a + axis, MOTION * b + axis)]
         });
-        let seen = &beside * &covariance * &beside;
+        let seen = product(&product(&beside, &covariance), &beside);
         let sigma = |matrix: &DMatrix<f64>| matrix.diagonal().map(|value| value.max(0.0).sqrt());
         (sigma(&covariance), &beside * whole, sigma(&seen))
     };

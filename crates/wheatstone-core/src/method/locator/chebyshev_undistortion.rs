@@ -11,7 +11,10 @@ use super::{
 };
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
-use wheatstone_numeric::simd::{Real, Simd};
+use wheatstone_numeric::{
+    matrix_product::product,
+    simd::{Real, Simd},
+};
 
 /// Places along each side of the picture from which a sheet is made.
 const NODES: usize = 24;
@@ -192,7 +195,7 @@ impl Polynomial {
             }
         }
         let powers = powers_of_waves();
-        let factors = powers.transpose() * kept * powers;
+        let factors = product(&product(&powers.transpose(), &kept), &powers);
         let row = |y: usize| (0..lengths[y]).rev().map(|x| factors[(x, y)] as f32).collect();
         let rows = lengths.iter().rposition(|length| *length > 0).map_or(0, |last| last + 1);
         Some(Self { rows: (0..rows).rev().map(row).collect() })
@@ -246,7 +249,7 @@ fn waves_at_nodes() -> DMatrix<f64> {
 fn waves(values: &DMatrix<f64>) -> DMatrix<f64> {
     let waves = waves_at_nodes();
     let share = |degree: usize| if degree == 0 { 1.0 } else { 2.0 } / NODES as f64;
-    let sums = waves.transpose() * values * waves;
+    let sums = product(&product(&waves.transpose(), values), &waves);
     DMatrix::from_fn(NODES, NODES, |i, j| sums[(i, j)] * share(i) * share(j))
 }
 
@@ -273,5 +276,8 @@ fn slopes_of(waves: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         n * libm::sin(n * angle) / libm::sin(angle)
     });
     let at = waves_at_nodes();
-    [&slopes * waves * at.transpose(), &at * waves * slopes.transpose()]
+    [
+        product(&product(&slopes, waves), &at.transpose()),
+        product(&product(&at, waves), &slopes.transpose()),
+    ]
 }

@@ -13,7 +13,7 @@ use crate::{
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x4, Vector3};
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::evidence::Trained;
+use wheatstone_numeric::{evidence::Trained, matrix_product::product};
 
 /// What the map does in one of the charts' independent motions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,7 @@ impl NetworkReconstructor {
                 }
             }
         }
-        let weights = &trained.covariance * pulls;
+        let weights = product(&trained.covariance, &pulls);
         let mode = |(index, base): (usize, Vec<Matrix3x4<f64>>)| Mode {
             weights: weights.column(index).iter().copied().collect(),
             base,

@@ -17,6 +17,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use wheatstone_numeric::{
     blocked_matrix::BlockedMatrix,
     cholesky::{Cholesky, Lower},
+    matrix_product::product,
 };
 
 /// Of each coordinate: its slopes by the lens's numbers, and its error.
@@ -293,7 +294,7 @@ impl Trial<'_> {
             }
         }
         let lens_part =
-            follow.each_ref().map(|f| (f * lens_covariance).component_mul(f).column_sum());
+            follow.each_ref().map(|f| product(f, lens_covariance).component_mul(f).column_sum());
         let own = self.freedom.factors.diagonal_of_inverse();
         for (place, index) in self.active.iter().enumerate() {
             let square = white[0][place].powi(2) + white[1][place].powi(2);

@@ -23,6 +23,7 @@ use crate::{
     method::chart_pose_uncertainty::{self, is_found},
 };
 use nalgebra::{DMatrix, Matrix6xX, SymmetricEigen};
+use wheatstone_numeric::matrix_product::product;
 
 /// How far charts may go from where they were found, as a share of their distance and in radians: what
 /// they were allowed when they were placed together with such cameras (`preparation`).
@@ -116,8 +117,9 @@ impl FoundCharts {
                 }
             }
         }
-        let through = (&conditions * &whole).fixed_view::<6, 6>(0, 0).into_owned();
-        let taken = &whole * (through.try_inverse()? * (&conditions * &root));
+        let through = product(&conditions, &whole).fixed_view::<6, 6>(0, 0).into_owned();
+        let inverse = through.try_inverse()?;
+        let taken = product(&whole, &product(&inverse, &product(&conditions, &root)));
         Some(root - taken)
     }
 }
@@ -145,10 +147,11 @@ impl Following {
         let numbers = sums.numbers.len() - PARAMETERS;
         let covariance = &posterior.lens_covariance;
         let own = covariance.view((PARAMETERS, PARAMETERS), (numbers, numbers)).into_owned();
-        let lens =
-            covariance.view((0, PARAMETERS), (PARAMETERS, numbers)) * own.cholesky()?.inverse();
+        let shared = covariance.view((0, PARAMETERS), (PARAMETERS, numbers)).into_owned();
+        let lens = product(&shared, &own.cholesky()?.inverse());
         let weights = posterior.follow.each_ref().map(|follow| {
-            -(follow.columns(0, PARAMETERS) * &lens + follow.columns(PARAMETERS, numbers))
+            -(product(&follow.columns(0, PARAMETERS).into_owned(), &lens)
+                + follow.columns(PARAMETERS, numbers))
         });
         let precision = fitted.settings.value(NOISE).powi(-2);
         let known = sums.lens.view((PARAMETERS, PARAMETERS), (numbers, numbers)) * precision;
@@ -158,8 +161,8 @@ impl Following {
 
     /// What the camera does with each of these motions.
     pub(super) fn modes(&self, motions: &DMatrix<f64>) -> Vec<Mode> {
-        let (lens, x, y) =
-            (&self.lens * motions, &self.weights[0] * motions, &self.weights[1] * motions);
+        let [lens, x, y] =
+            [&self.lens, &self.weights[0], &self.weights[1]].map(|by| product(by, motions));
         let column = |matrix: &DMatrix<f64>, index: usize| {
             matrix.column(index).iter().copied().collect::<Vec<f64>>()
         };
@@ -193,9 +196,9 @@ impl Motions {
         }
         let root = precision.cholesky()?.l().transpose().try_inverse()?;
         let root = charts.held_in_frame(train, root)?;
-        let product = root.tr_mul(&(noticed * &root));
+        let square = product(&root.transpose(), &product(&noticed, &root));
         let SymmetricEigen { eigenvectors, eigenvalues } =
-            ((&product + product.transpose()) * 0.5).symmetric_eigen();
+            ((&square + square.transpose()) * 0.5).symmetric_eigen();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|a, b| eigenvalues[*b].total_cmp(&eigenvalues[*a]));
         let mut left: f64 = eigenvalues.iter().map(|value| value.max(0.0)).sum();
@@ -205,7 +208,7 @@ impl Motions {
             left -= eigenvalues[*index].max(0.0);
             kept
         });
-        let modes = root * eigenvectors.select_columns(&order);
+        let modes = product(&root, &eigenvectors.select_columns(&order));
         modes.iter().all(|value| value.is_finite()).then_some(Self { charts, modes })
     }
 

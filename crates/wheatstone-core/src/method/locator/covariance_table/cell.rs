@@ -2,7 +2,10 @@
 
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
-use wheatstone_numeric::simd::{Real, Simd, WithSimd};
+use wheatstone_numeric::{
+    matrix_product::product,
+    simd::{Real, Simd, WithSimd},
+};
 
 /// Figures that a box tells: the covariance over the fourth power of the depth, XX, XY, XZ, YY, YZ, ZZ, which
 /// for projective cameras is a polynomial of second degree in the place in the picture and the nearness;
@@ -108,7 +111,8 @@ pub(super) fn through() -> Option<DMatrix<f64>> {
     let rows: Vec<f64> =
         places().flat_map(|place| terms().map(move |(powers, ..)| value(place, powers))).collect();
     let design = DMatrix::from_row_slice(NODES, terms().count(), &rows);
-    Some((design.transpose() * &design).try_inverse()? * design.transpose())
+    let turned = design.transpose();
+    Some(product(&product(&turned, &design).try_inverse()?, &turned))
 }
 
 /// The box through the figures at its nodes.
