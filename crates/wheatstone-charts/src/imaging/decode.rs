@@ -2,7 +2,10 @@
 
 use super::GrayImage;
 use image::{DynamicImage, ImageDecoder, ImageReader};
-use std::{io::BufReader, path::Path};
+use std::{
+    io::{BufRead, BufReader, Cursor, Seek},
+    path::Path,
+};
 use wheatstone_core::{Error, Result, storage};
 
 /// The largest picture that is decoded.
@@ -29,13 +32,30 @@ impl Default for Limits {
 /// [`Error::Io`] where the file cannot be read, [`Error::Image`] where it is not a whole picture
 /// of a known kind or passes `limits`.
 pub fn read_image(path: &Path, limits: Limits) -> Result<GrayImage> {
+    decoded(path, opened(path)?, limits)
+}
+
+/// [`read_image`] of a file that is held in memory; `name` stands for it in messages.
+///
+/// # Errors
+///
+/// As [`read_image`].
+pub fn decode_image(name: &Path, bytes: &[u8], limits: Limits) -> Result<GrayImage> {
+    decoded(name, guessed(name, Cursor::new(bytes))?, limits)
+}
+
+fn decoded<R: BufRead + Seek>(
+    path: &Path,
+    reader: ImageReader<R>,
+    limits: Limits,
+) -> Result<GrayImage> {
     let refuse = |problem: String, hint: &str| Error::Image {
         path: path.into(),
         problem,
         hint: hint.into(),
     };
     let broken = |e: image::ImageError| not_whole(path, &e);
-    let mut decoder = opened(path)?.into_decoder().map_err(broken)?;
+    let mut decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 {
         return Err(refuse("the picture has no pixels".into(), "is the file truncated?"));
@@ -79,8 +99,11 @@ pub fn read_size(path: &Path) -> Result<[u32; 2]> {
 
 /// A file, and what kind of picture its first bytes say it is.
 fn opened(path: &Path) -> Result<ImageReader<BufReader<std::fs::File>>> {
-    let reader = ImageReader::new(BufReader::new(storage::open(path)?));
-    reader.with_guessed_format().map_err(|e| Error::reading(path, e))
+    guessed(path, BufReader::new(storage::open(path)?))
+}
+
+fn guessed<R: BufRead + Seek>(path: &Path, source: R) -> Result<ImageReader<R>> {
+    ImageReader::new(source).with_guessed_format().map_err(|e| Error::reading(path, e))
 }
 
 fn not_whole(path: &Path, error: &image::ImageError) -> Error {

@@ -7,7 +7,7 @@ mod raw;
 mod rounding;
 
 pub use annotate::{Annotated, Colour};
-pub use decode::{Limits, read_image, read_size};
+pub use decode::{Limits, decode_image, read_image, read_size};
 
 use std::path::Path;
 use wheatstone_core::{Result, geometry::Pixel, storage};

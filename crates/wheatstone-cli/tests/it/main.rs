@@ -6,6 +6,7 @@ mod cli;
 mod command_line;
 mod docs;
 mod drive;
+mod figures;
 mod formats;
 mod behaviour;
 mod one_camera;

@@ -1,6 +1,9 @@
 //! Commands that end with a report.
 
-use crate::program::{done, refused};
+use crate::{
+    figures::shown,
+    program::{done, refused},
+};
 use std::path::Path;
 
 /// The page, which must hold all of these.
@@ -20,6 +23,7 @@ fn the_demo_ends_with_a_report() {
     // Nobody sits here: nothing opens, and nothing but the summary is on standard output.
     assert!(said.contains("`--open` opens nothing"), "{said}");
     assert!(said.contains("Report              story"), "{said}");
+    insta::assert_snapshot!("demo-summary", shown(&told));
     let summary: serde_json::Value = serde_json::from_str(&told).unwrap();
     let best = summary["methods"].as_array().unwrap().iter();
     let best = best.map(|method| method["exam"]["rms"].as_f64().unwrap()).fold(1e9, f64::min);

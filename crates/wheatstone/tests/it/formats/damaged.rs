@@ -9,7 +9,7 @@ use wheatstone::{
 };
 
 /// A small table.
-fn table() -> Dataset {
+pub(super) fn table() -> Dataset {
     let row = |index: usize| Correspondence {
         view: index / 2,
         id: Some(format!("{}", index % 2)),
@@ -22,7 +22,7 @@ fn table() -> Dataset {
 }
 
 /// Good files of a format: written by us, or by its own tool.
-fn good(name: &str) -> Vec<Vec<InputFile>> {
+pub(super) fn good(name: &str) -> Vec<Vec<InputFile>> {
     let own = format(name);
     let mut all = Vec::new();
     if own.is_calibration() && own.writes() {

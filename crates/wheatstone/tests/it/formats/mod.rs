@@ -5,6 +5,7 @@ mod damaged;
 mod losses;
 mod points;
 mod round_trips;
+mod seeds;
 mod tools;
 
 use std::path::PathBuf;
