@@ -196,7 +196,9 @@ fn carried(
     let pairs = mixed.into_iter().zip(own);
     pairs
         .map(|(mixed, own)| match own {
-            Some(own) => Some(mixed * scaled_inverse(&own)?),
+            Some(own) => Some(
+                product(&mixed, &scaled_inverse(&own)?).fixed_columns::<MOTION>(0).into_owned(),
+            ),
             None => Some(mixed),
         })
         .collect()

@@ -158,9 +158,13 @@ pub(crate) fn hand_held(figures: &mut Figures) {
     figures.value("views", &solved.views);
     let preparation = Preparation { placing, ..Preparation::default() };
     let prepared: Prepared = preparation.run(data, 0, &Silent).unwrap();
-    let fit = named("brown").fit_checked(&prepared.data, 0, &Silent).unwrap();
-    figures.value("model", &fit.reconstructor);
-    locate(figures, &*fit.reconstructor, &Volume::of(&prepared.data));
+    for name in ["neural-camera", "network", "brown"] {
+        let fit = named(name).fit_checked(&prepared.data, 0, &Silent).unwrap();
+        figures.value(name, &fit.reconstructor);
+        if name == "brown" {
+            locate(figures, &*fit.reconstructor, &Volume::of(&prepared.data));
+        }
+    }
 }
 
 /// The charts, and a picture of each; rendered once, as that takes longer than all else here.
