@@ -66,7 +66,7 @@ fn named(name: &str) -> AnyMethod {
     let mut method = AnyMethod::named(name).unwrap();
     if let AnyMethod::Network(Network { training: Training::Evidence(training), .. }) = &mut method
     {
-        (training.starts, training.steps) = (1, 25);
+        (training.starts, training.steps) = (2, 60);
     }
     method
 }
@@ -111,6 +111,26 @@ fn locate(figures: &mut Figures, model: &dyn Reconstructor, volume: &Volume) {
     each.iter().enumerate().take(12).for_each(|(index, value)| {
         figures.number(&format!("one by one[{index}]"), *value);
     });
+}
+
+/// So many points that the locator makes its tables: it does from 65536 on.
+pub(crate) fn many(figures: &mut Figures) {
+    const POINTS: usize = 70_000;
+    let exam = random_correspondences(&rig(), &chart(), (45.0, 150.0), (NOISE, 5), POINTS);
+    let pixels: Vec<_> = exam.correspondences.into_iter().map(|row| row.pixels).collect();
+    let columns = columns_of(&pixels, 2);
+    let columns: Vec<&[f64]> = columns.as_flattened().iter().map(|column| &column[..]).collect();
+    for name in ["brown", "kannala-brandt", "neural-camera"] {
+        let fit = named(name).fit_checked(&table(), 7, &Silent).unwrap();
+        let model = &*fit.reconstructor;
+        let batch = Locator::new(model, None).locate_columns(&columns, &Silent).unwrap();
+        for (axis, column) in batch.point.iter().chain(&batch.covariance).enumerate() {
+            let figure = format!("{name} figure {axis}");
+            figures.numbers(&figure, column);
+            figures.number(&format!("{figure}, first"), column[0]);
+            figures.number(&format!("{figure}, last"), column[POINTS - 1]);
+        }
+    }
 }
 
 /// A whole model file, with its judgement on views left out.

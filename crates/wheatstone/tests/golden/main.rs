@@ -38,6 +38,7 @@ files! {
     network = |figures| cases::method(figures, "network");
     neural_camera = |figures| cases::method(figures, "neural-camera");
     auto = |figures| cases::method(figures, "auto");
+    many = cases::many;
     model = cases::model;
     stage = cases::stage_errors;
     hand_held = cases::hand_held;
