@@ -12,6 +12,7 @@ mod columnar;
 mod layout;
 mod lines;
 mod names;
+mod numbers;
 mod points;
 mod reader;
 mod rows;

@@ -29,7 +29,7 @@ pub(super) fn number(text: &str, comma: bool) -> Result<Option<f64>, Fault> {
             .flatten()
             .ok_or_else(|| Fault {
                 what: format!("is `{text}`, which is not a number"),
-                hint: "numbers are written with a decimal point and without units",
+                hint: "write numbers with a decimal point and without units",
             })?,
     };
     place(value)
@@ -44,7 +44,7 @@ pub(super) fn place(value: f64) -> Result<Option<f64>, Fault> {
         return Ok(None);
     }
     Err(Fault {
-        what: format!("is `{value}`, which is no place"),
+        what: format!("is `{value}`, which is out of range"),
         hint: "remove the row, or leave the cells of a camera that did not see the point empty",
     })
 }
@@ -53,7 +53,7 @@ pub(super) fn place(value: f64) -> Result<Option<f64>, Fault> {
 pub(super) fn half() -> Fault {
     Fault {
         what: "is empty, but its partner is not".into(),
-        hint: "give all coordinates, or none where the camera did not see the point",
+        hint: "give both coordinates, or neither if the camera did not see the point",
     }
 }
 
@@ -72,7 +72,7 @@ impl Fault {
 /// A row of another length than the header.
 pub(super) fn unequal(path: &Path, line: u64, cells: usize, header: usize) -> Error {
     let problem = format!("{cells} cells, the header has {header}");
-    let hint = "every line has as many cells as the header; leave unknown ones empty";
+    let hint = "give every line as many cells as the header; leave unknown ones empty";
     malformed(path, Some(line), problem, hint)
 }
 

@@ -71,7 +71,7 @@ impl Collected {
                 return Err(Error::Malformed {
                     path: self.path.clone(),
                     line: Some(line),
-                    problem: format!("the same row stands in line {first}"),
+                    problem: format!("the same row is in line {first}"),
                     hint: Hint::new("remove it, or keep the first of each", Remedy::DropDuplicates),
                 });
             }
@@ -86,8 +86,8 @@ impl Collected {
             return Err(Error::Malformed {
                 path: self.path,
                 line: None,
-                problem: "there are no points, only a header".into(),
-                hint: "one line a point".into(),
+                problem: "the table has a header, but no points".into(),
+                hint: "give one line per point".into(),
             });
         }
         Ok(self.data)

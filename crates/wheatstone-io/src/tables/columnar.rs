@@ -145,17 +145,18 @@ fn guarded<T>(path: &Path, kind: &str, work: impl FnOnce() -> Result<T, Foreign>
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(done)) => Ok(done),
         Ok(Err(error)) => Err(damaged(path, kind, &error.to_string())),
-        Err(_) => Err(damaged(path, kind, "its parts do not fit together")),
+        Err(_) => Err(damaged(path, kind, "its parts are inconsistent")),
     }
 }
 
 fn damaged(path: &Path, kind: &str, what: &str) -> Error {
     // The reader's own words for a compression that it was built without.
     if let Some((_, packed)) = what.split_once("Disabled feature at compile time: ") {
-        let problem = format!("compressed in a way that is not read ({packed})");
-        let hint = "write it with Snappy (pandas' own choice), Zstandard, gzip or uncompressed";
+        let problem = format!("unsupported compression ({packed})");
+        let hint =
+            "write it with Snappy (the default of pandas), Zstandard or gzip, or uncompressed";
         return malformed(path, None, problem, hint);
     }
-    let problem = format!("not a whole {kind} file: {what}");
-    malformed(path, None, problem, "is this the file that you meant? Was it copied to its end?")
+    let problem = format!("not a complete {kind} file: {what}");
+    malformed(path, None, problem, "is this the file that you meant? Was it copied completely?")
 }

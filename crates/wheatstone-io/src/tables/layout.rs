@@ -29,7 +29,7 @@ pub(super) struct Header<'a> {
 
 impl Header<'_> {
     pub(super) fn refuse(&self, problem: String) -> Error {
-        let hint = "the first line names the columns, such as `x1,y1,x2,y2,X,Y,Z`; other names can be told";
+        let hint = "name the columns in the first line, such as `x1,y1,x2,y2,X,Y,Z`; other names can be mapped";
         Error::Malformed {
             path: self.path.into(),
             line: self.line,
@@ -54,7 +54,7 @@ impl Layout {
         }
         for (index, name) in header.names.iter().enumerate() {
             if !name.is_empty() && header.names[..index].contains(name) {
-                return Err(header.refuse(format!("two columns are named `{name}`")));
+                return Err(header.refuse(format!("two columns have the name `{name}`")));
             }
         }
         let names = match told {
@@ -67,7 +67,7 @@ impl Layout {
         units.extend(said);
         units.dedup();
         if let [one, other, ..] = &units[..] {
-            return Err(header.refuse(format!("lengths are in `{one}` and in `{other}`")));
+            return Err(header.refuse(format!("some lengths are in `{one}` and some in `{other}`")));
         }
         if world.iter().any(Option::is_some) {
             let missing: Vec<&str> = (["X", "Y", "Z"].into_iter().zip(&world))
@@ -137,7 +137,7 @@ fn pixels(header: &Header, names: &[String], least: usize) -> Result<Vec<[usize;
         };
         let (one, other) = (name(pixels), name(other));
         return Err(header.refuse(format!(
-            "the pixels may stand in `{one}` and its like, or in `{other}` and its like"
+            "the pixels may be in `{one}` and similar columns, or in `{other}` and similar columns"
         )));
     }
     // Cameras count from 1, or from 0 where the table has a 0.
@@ -151,7 +151,7 @@ fn pixels(header: &Header, names: &[String], least: usize) -> Result<Vec<[usize;
                     pair.iter().flatten().next().map_or("", |column| &header.names[*column]);
                 let next = place + first;
                 return Err(header.refuse(format!(
-                    "column `{stray}` stands alone: cameras go on as `x{next}`, `y{next}`"
+                    "column `{stray}` has no partner: the next camera needs `x{next}`, `y{next}`"
                 )));
             }
         }

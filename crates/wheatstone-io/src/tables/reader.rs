@@ -127,10 +127,10 @@ impl TableReader {
                 path: self.path().into(),
                 line: None,
                 problem: format!(
-                    "the columns' names say that lengths are in `{named}`, and the table that they are in `{said}`"
+                    "the column names give lengths in `{named}`, but the table gives `{said}`"
                 ),
                 hint:
-                    "name one unit: in the columns' names, or in a comment or the file's metadata"
+                    "give one unit: in the column names, in a comment, or in the metadata of the file"
                         .into(),
             }),
             (named, said) => Ok(named.map(str::to_owned).or_else(|| said.clone())),

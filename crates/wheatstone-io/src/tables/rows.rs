@@ -3,11 +3,10 @@
 use super::{
     cells::{self, Fault},
     layout::Layout,
+    numbers::{self, Unfit},
     shown::Shown,
 };
-use arrow_array::{
-    Array, ArrayRef, Float64Array, RecordBatch, StringArray, cast::AsArray, types::Float64Type,
-};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use std::{path::PathBuf, sync::Arc};
 use wheatstone_core::{
@@ -122,34 +121,14 @@ impl Rows {
     /// A column as numbers; NaN where there is none.
     fn numbers(&self, column: usize) -> Result<Float64Array> {
         let array = self.batch.column(column);
-        let found = match array.data_type() {
-            DataType::Utf8 => text_numbers(array.as_string(), self.table.comma),
-            DataType::LargeUtf8 | DataType::Utf8View | DataType::Dictionary(..) => {
-                let text = self.cast(array, &DataType::Utf8, column)?;
-                text_numbers(text.as_string(), self.table.comma)
+        numbers::of(array, self.table.comma).map_err(|unfit| match unfit {
+            Unfit::Row(row, fault) => self.fault(fault, row, column),
+            Unfit::Kind => {
+                let name = &self.table.names[column];
+                let problem = format!("column `{name}` holds {}, not numbers", array.data_type());
+                let hint = "write it as numbers, or remove it";
+                cells::malformed(&self.table.path, None, problem, hint)
             }
-            DataType::Float64 => whole(array.as_primitive::<Float64Type>()),
-            _ => {
-                let numbers = self.cast(array, &DataType::Float64, column)?;
-                whole(numbers.as_primitive::<Float64Type>())
-            }
-        };
-        found.map_err(|(row, fault)| self.fault(fault, row, column))
-    }
-
-    fn cast(&self, array: &ArrayRef, to: &DataType, column: usize) -> Result<ArrayRef> {
-        arrow_cast::cast(array, to).map_err(|_| {
-            let problem = format!(
-                "column `{}` holds {}, not numbers",
-                self.table.names[column],
-                array.data_type()
-            );
-            cells::malformed(
-                &self.table.path,
-                None,
-                problem,
-                "write it as numbers, or leave it out",
-            )
         })
     }
 
@@ -211,27 +190,4 @@ impl Rows {
         }
         Ok(Some(arrays))
     }
-}
-
-/// Text as numbers, or the first cell that is none.
-fn text_numbers(text: &StringArray, comma: bool) -> Result<Float64Array, (usize, Fault)> {
-    let number = |(row, cell): (usize, Option<&str>)| {
-        let value = cells::number(cell.unwrap_or_default().trim(), comma);
-        value.map(|value| value.unwrap_or(f64::NAN)).map_err(|fault| (row, fault))
-    };
-    let values: Vec<f64> = text.iter().enumerate().map(number).collect::<Result<_, _>>()?;
-    Ok(values.into())
-}
-
-/// Numbers with NaN in place of nulls, or the first that is no place.
-fn whole(array: &Float64Array) -> Result<Float64Array, (usize, Fault)> {
-    let whole: Float64Array = if array.null_count() == 0 {
-        array.clone()
-    } else {
-        array.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect::<Vec<f64>>().into()
-    };
-    for (row, value) in whole.values().iter().enumerate() {
-        cells::place(*value).map_err(|fault| (row, fault))?;
-    }
-    Ok(whole)
 }

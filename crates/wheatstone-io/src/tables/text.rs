@@ -89,7 +89,7 @@ impl TextTable {
                 names.iter().enumerate().map(unnamed).collect()
             }
             (_, Some(names)) if headless && names.len() == cells.len() => names,
-            _ if headless => return Err(refuse("there is no header, only numbers".into(), &cells)),
+            _ if headless => return Err(refuse("the header is missing".into(), &cells)),
             _ => cells,
         };
         self.held = first.filter(|_| headless);

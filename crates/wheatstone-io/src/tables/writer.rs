@@ -203,7 +203,7 @@ impl<W: Write + Send> TableWriter<W> {
             To::Gzipped(output) => output.finish().map_err(Into::into),
             To::Parquet(parquet) => parquet.finish().map_err(Into::into),
             To::Arrow(arrow) => arrow.into_inner().map_err(Into::into),
-            To::Waiting(..) | To::Nowhere => Err("writing broke off".into()),
+            To::Waiting(..) | To::Nowhere => Err("writing ended early".into()),
         };
         finished.map_err(|e| self.failed(e))
     }
@@ -298,7 +298,7 @@ fn as_text(columns: &[ArrayRef], delimiter: u8, decimal_comma: bool) -> Vec<Vec<
     const PIECE: usize = 1024;
     let rows = columns.first().map_or(0, |column| column.len());
     let piece = |piece: usize| {
-        let shown: Vec<Shown> = columns.iter().map(Shown::of).collect();
+        let shown: Vec<Shown> = columns.iter().map(|column| Shown::of(column)).collect();
         let mut text = Vec::new();
         let (mut writer, mut cell) = (text_writer(&mut text, delimiter), String::new());
         for row in piece * PIECE..rows.min((piece + 1) * PIECE) {
