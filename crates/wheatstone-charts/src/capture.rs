@@ -99,7 +99,10 @@ impl Capture {
             path: path.clone(),
             line: e.span().map(|span| line_of(&text, span.start)),
             problem: e.message().to_owned(),
-            hint: Hint::new("name a known chart; lengths are numbers in `unit`", Remedy::Charts),
+            hint: Hint::new(
+                "compare the line with the reference of `capture.toml`; lengths are in `unit`",
+                Remedy::Charts,
+            ),
         };
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut table: toml::Table = toml::from_str(&text).map_err(malformed)?;
@@ -109,9 +112,9 @@ impl Capture {
             toml::from_str(&text).map_err(malformed)?
         };
         file.chart.load(folder)?;
-        file.chart
-            .validate()
-            .map_err(|e| refuse(&path, e.to_string(), "correct it in the file"))?;
+        file.chart.validate().map_err(|e| {
+            refuse(&path, e.to_string(), e.hint().as_deref().unwrap_or("correct it"))
+        })?;
         Self::resolve(path, file)
     }
 
@@ -142,8 +145,8 @@ impl Capture {
         if cameras.is_empty() {
             return Err(refuse(
                 &path,
-                "no camera under [cameras]: depth needs two or more".into(),
-                "one line a camera, such as `left = \"left/*.png\"`",
+                "no cameras under [cameras]: triangulation needs two or more".into(),
+                "give one line per camera, such as `left = \"left/*.png\"`",
             ));
         }
         let mut views = pair_up(&path, &mut cameras, &file.views)?;
@@ -165,8 +168,8 @@ fn place_bodies(path: &Path, chart: &AnyChart, views: &mut [CapturedView]) -> Re
     }
     Err(refuse(
         path,
-        format!("{} views of a chart that is not flat, at places that are not known", views.len()),
-        "give every view its `translation` (and `rotation`) under [[views]], or show the chart once: then its frame is the world",
+        format!("{} views of a non-planar chart without known poses", views.len()),
+        "give every view its `translation` (and `rotation`) under [[views]], or record a single view: its chart frame is then the world frame",
     ))
 }
 
@@ -189,8 +192,8 @@ fn matching_files(path: &Path, folder: &Path, camera: &str, pattern: &str) -> Re
     let found = glob::glob(&full).map_err(|e| {
         refuse(
             path,
-            format!("camera `{camera}`: `{pattern}` is no file pattern: {}", e.msg),
-            "`*` stands for any part of a name",
+            format!("camera `{camera}`: `{pattern}` is not a valid file pattern: {}", e.msg),
+            "`*` stands for any part of a name, as in `left/*.png`",
         )
     })?;
     let mut files: Vec<PathBuf> =
@@ -200,7 +203,7 @@ fn matching_files(path: &Path, folder: &Path, camera: &str, pattern: &str) -> Re
         return Err(refuse(
             path,
             format!("camera `{camera}`: no file matches `{pattern}`"),
-            "patterns begin at the folder of this file; check spelling and extension",
+            "patterns are relative to the folder of this file; check spelling and extension",
         ));
     }
     Ok(files)
@@ -219,7 +222,7 @@ fn pair_up(
             cameras.iter().zip(&counts).map(|(c, n)| format!("`{}` has {n}", c.name)).collect();
         return Err(refuse(
             path,
-            format!("cameras have unequal numbers of pictures: {}", list.join(", ")),
+            format!("the cameras have different numbers of pictures: {}", list.join(", ")),
             &odd_ones_out(cameras),
         ));
     }
@@ -234,8 +237,8 @@ fn pair_up(
     if entries.len() != counts[0] {
         return Err(refuse(
             path,
-            format!("{} [[views]], but {} pictures a camera", entries.len(), counts[0]),
-            "one [[views]] entry a picture pair, or none at all",
+            format!("{} [[views]], but {} pictures per camera", entries.len(), counts[0]),
+            "give one [[views]] entry per picture pair, or none at all",
         ));
     }
     let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
@@ -270,8 +273,8 @@ fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
     if numbers.clone().any(|number| !number.is_finite()) {
         return Err(refuse(
             path,
-            format!("view `{}` stands at a place that is no number", entry.name),
-            "lengths are finite numbers in `unit`, angles in radians",
+            format!("the pose of view `{}` has a value that is not finite", entry.name),
+            "give lengths in `unit` and angles in radians, as finite numbers",
         ));
     }
     let world_from_chart = entry.translation.map(|translation| {
@@ -281,8 +284,8 @@ fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
     if entry.sigma.is_some_and(|sigma| !(sigma.is_finite() && sigma >= 0.0)) {
         return Err(refuse(
             path,
-            format!("the sigma of view `{}` is no standard deviation", entry.name),
-            "it is a length in `unit`, not negative",
+            format!("the `sigma` of view `{}` is not a standard deviation", entry.name),
+            "give a length in `unit` that is not negative",
         ));
     }
     Ok(CapturedView { name: entry.name.clone(), world_from_chart, sigma: entry.sigma })
@@ -309,7 +312,7 @@ fn odd_ones_out(cameras: &[CameraPictures]) -> String {
         }
     }
     if lonely.is_empty() || lonely.len() > 5 {
-        return "files pair up in sorted order: remove those without a partner".into();
+        return "pictures are paired in sorted order: remove those without a partner".into();
     }
-    format!("without a partner, by their numbers: {}", lonely.join(", "))
+    format!("by their numbers these have no partner: {}", lonely.join(", "))
 }

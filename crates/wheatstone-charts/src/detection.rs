@@ -9,7 +9,7 @@ mod refusals;
 
 use crate::capture::Capture;
 use crate::{
-    chart::{Detection, PictureOf, Sighting},
+    chart::{ChartSearch, Detection, PictureOf},
     imaging::{GrayImage, Limits, read_image},
 };
 use nalgebra::Vector2;
@@ -57,8 +57,8 @@ pub struct Found {
     pub dataset: Dataset,
 }
 
-/// Sightings of one view, camera by camera, as they are narrowed down.
-type Sightings = Vec<Sighting>;
+/// Searches of one view, camera by camera, as they are narrowed down.
+type Searches = Vec<ChartSearch>;
 
 /// Looks for the chart in every picture.
 ///
@@ -86,12 +86,12 @@ pub fn detect_in(
     read: Read,
     progress: &dyn Progress,
 ) -> Result<Found> {
-    let mut sightings = search(capture, read, progress)?;
-    settle_by_projection(capture, &mut sightings);
-    for view in &mut sightings {
+    let mut searches = search(capture, read, progress)?;
+    settle_by_projection(capture, &mut searches);
+    for view in &mut searches {
         settle_by_partner(view);
     }
-    let pictures: Vec<Vec<Picture>> = sightings
+    let pictures: Vec<Vec<Picture>> = searches
         .into_iter()
         .enumerate()
         .map(|(view, cameras)| {
@@ -118,11 +118,11 @@ pub fn detect_in(
 }
 
 /// Reads and searches all pictures, in parallel.
-fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<Sightings>> {
+fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<Searches>> {
     let cameras = capture.cameras.len();
     let total = capture.views.len() * cameras;
     let done = AtomicU64::new(0);
-    let each: Vec<Result<((usize, usize), Sighting)>> = (0..total)
+    let each: Vec<Result<((usize, usize), ChartSearch)>> = (0..total)
         .into_par_iter()
         .map(|index| {
             progress.check()?;
@@ -136,7 +136,7 @@ fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<
         })
         .collect();
     let mut sizes = vec![None; cameras];
-    let mut views: Vec<Sightings> = vec![Vec::new(); capture.views.len()];
+    let mut views: Vec<Searches> = vec![Vec::new(); capture.views.len()];
     for (index, outcome) in each.into_iter().enumerate() {
         let (size, sighting) = outcome?;
         let (view, camera) = (index / cameras, index % cameras);
@@ -145,11 +145,11 @@ fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<
             return Err(Error::Image {
                 path: capture.cameras[camera].pictures[view].clone(),
                 problem: format!(
-                    "{} x {} pixels, but camera `{}` has {} x {} before",
+                    "{} x {} pixels, but earlier pictures of camera `{}` have {} x {}",
                     size.0, size.1, capture.cameras[camera].name, expected.0, expected.1
                 ),
                 hint:
-                    "one camera's pictures have one size: remove it, or give it to its own camera"
+                    "all pictures of a camera must have one size: remove this one, or list it under another camera"
                         .into(),
             });
         }
@@ -173,14 +173,14 @@ const CLEARLY_WORSE: f64 = 2.0;
 
 /// Settles readings by each camera's projection matrix, fitted to what is already settled: at first
 /// the pictures that show the whole chart, upright. Goes on until nothing new is settled.
-fn settle_by_projection(capture: &Capture, sightings: &mut [Sightings]) {
+fn settle_by_projection(capture: &Capture, searches: &mut [Searches]) {
     let whole = capture.chart.points().len();
     for camera in 0..capture.cameras.len() {
-        let worlds: Vec<_> = (0..sightings.len()).map(|view| world_points(capture, view)).collect();
-        for _ in 0..sightings.len() {
+        let worlds: Vec<_> = (0..searches.len()).map(|view| world_points(capture, view)).collect();
+        for _ in 0..searches.len() {
             let mut pairs: Vec<(Point3, Pixel)> = Vec::new();
-            for (view, world) in sightings.iter().zip(&worlds) {
-                let (Sighting::Seen(readings), Some(world)) = (&view[camera], world) else {
+            for (view, world) in searches.iter().zip(&worlds) {
+                let (ChartSearch::Found(readings), Some(world)) = (&view[camera], world) else {
                     continue;
                 };
                 if readings.len() == 1 || readings[0].points.len() == whole {
@@ -189,9 +189,9 @@ fn settle_by_projection(capture: &Capture, sightings: &mut [Sightings]) {
             }
             let Some(projection) = ProjectionMatrix::fit(&pairs) else { break };
             let mut news = false;
-            for (view, world) in sightings.iter_mut().zip(&worlds) {
+            for (view, world) in searches.iter_mut().zip(&worlds) {
                 let Some(world) = world else { continue };
-                if let Sighting::Seen(readings) = &mut view[camera]
+                if let ChartSearch::Found(readings) = &mut view[camera]
                     && readings.len() > 1
                 {
                     news |= keep_the_reading_that_fits(readings, world, &projection);
@@ -246,14 +246,14 @@ fn relative_miss(reading: &Detection, world: &[Point3], projection: &ProjectionM
 
 /// Where two cameras see the same chart and each leaves open how it is turned, they are taken to be
 /// turned alike, as the first reads it.
-fn settle_by_partner(view: &mut [Sighting]) {
+fn settle_by_partner(view: &mut [ChartSearch]) {
     let reference = view.iter().find_map(|sighting| match sighting {
-        Sighting::Seen(readings) => Some(readings[0].clone()),
-        Sighting::Unseen(_) => None,
+        ChartSearch::Found(readings) => Some(readings[0].clone()),
+        ChartSearch::NotFound(_) => None,
     });
     let Some(reference) = reference else { return };
     for sighting in view {
-        let Sighting::Seen(readings) = sighting else { continue };
+        let ChartSearch::Found(readings) = sighting else { continue };
         if readings.len() == 1 || !readings.iter().all(|reading| covers(reading, &readings[0])) {
             continue;
         }
@@ -300,10 +300,10 @@ fn likeness(reading: &Detection, other: &Detection) -> Option<f64> {
 }
 
 /// The one reading that is left, or why it is none.
-fn settled(sighting: Sighting, whole_pixels: bool) -> Result<Detection, String> {
+fn settled(sighting: ChartSearch, whole_pixels: bool) -> Result<Detection, String> {
     match sighting {
-        Sighting::Unseen(why) => Err(why),
-        Sighting::Seen(readings) => match &readings[..] {
+        ChartSearch::NotFound(why) => Err(why),
+        ChartSearch::Found(readings) => match &readings[..] {
             [only] => {
                 let round = |pixel: Pixel| {
                     if whole_pixels { pixel.map(f64::round) } else { pixel }
@@ -312,7 +312,7 @@ fn settled(sighting: Sighting, whole_pixels: bool) -> Result<Detection, String> 
                 Ok(Detection { points: points.collect(), sigmas: only.sigmas.clone() })
             }
             many => Err(format!(
-                "{} points found, but {} places on the chart fit: show all of it, give [[views]] with known places, two of which show all of it, or name a point in a start file where the chart takes one",
+                "{} points found, but they fit the chart at {} positions: show the whole chart, give [[views]] with known poses of which two show the whole chart, or name a point in a start file if the chart takes one",
                 many[0].points.len(),
                 many.len()
             )),

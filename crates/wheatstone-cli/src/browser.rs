@@ -23,7 +23,7 @@ impl Showing {
             return;
         }
         if !std::io::stderr().is_terminal() {
-            remark!("note", "`--open` opens nothing where there is no terminal");
+            remark!("note", "`--open` does nothing without a terminal");
             return;
         }
         let mut command = opener();

@@ -18,13 +18,13 @@ use wheatstone::{
         self, Approximation, Format, Given, Imported, InputFile, Rig, approximate, approximate_rig,
         calibration, gather, save,
     },
-    rectification::{AtDepth, Judged, Rectification, Spread, Wanted},
+    rectification::{AtDepth, ErrorSummary, PairSettings, Rectification, VerticalErrors},
 };
 
 /// What files do not say of themselves.
 #[derive(Args, Clone)]
 pub(crate) struct PictureSizes {
-    /// Width and height of the pictures; several, separated by commas, where cameras differ
+    /// Width and height of the pictures; separated by commas if the cameras differ
     #[arg(long, value_name = "WxH", value_delimiter = ',', value_parser = size)]
     size: Vec<[u32; 2]>,
 }
@@ -35,7 +35,7 @@ pub(crate) fn board(text: &str) -> Result<(usize, f64), String> {
         Some((Ok(columns), Ok(pitch))) if columns > 0 && pitch > 0.0 && pitch.is_finite() => {
             Ok((columns, pitch))
         }
-        _ => Err("a board of ten columns, 77 apart, is written 10x77".into()),
+        _ => Err("write a board of ten columns, 77 apart, as 10x77".into()),
     }
 }
 
@@ -44,7 +44,7 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
     match parts {
         Some((Ok(width), Ok(height))) if width > 0 && height > 0 => Ok([width, height]),
-        _ => Err("a size is written 1280x1024".into()),
+        _ => Err("write a size as 1280x1024".into()),
     }
 }
 
@@ -116,7 +116,7 @@ pub(crate) fn write_cameras(
     if format.is_pair() {
         let model = cameras.as_model()?;
         let sizes = (0..model.volume.cameras()).map(|camera| given.size(camera)).collect();
-        let wanted = Wanted { sizes, ..Wanted::default() };
+        let wanted = PairSettings { sizes, ..PairSettings::default() };
         let made = Rectification::of(&model, &wanted, &Bar::new())?;
         return write_pair(&made, format, output);
     }
@@ -125,7 +125,7 @@ pub(crate) fn write_cameras(
     if let Some(loss) = &found.loss {
         remark!(
             "warning",
-            "`{}` cannot hold this model as it is: a {} was fitted to its map instead, which differs by {} px rms, {} px at most",
+            "`{}` cannot hold this model: a {} was fitted to it instead, which differs by {} px rms, {} px at most",
             format.name,
             loss.form,
             figure(loss.rms),
@@ -160,7 +160,7 @@ pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -
     if let Some(followed) = &made.leftover.followed {
         remark!(
             "note",
-            "this model does not say where its cameras see a point: that was learned from where it finds points, to {} px rms",
+            "this model has no projection: one was fitted to the points that it locates, to {} px rms",
             figure(followed.rms)
         );
     }
@@ -179,8 +179,8 @@ pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -
 /// Says what is left of vertical differences.
 fn tell_leftover(made: &Rectification) {
     let pair = &made.pair;
-    let told = |judged: &Judged| {
-        let Spread { median, rms, p95, max, .. } = judged.vertical;
+    let told = |judged: &VerticalErrors| {
+        let ErrorSummary { median, rms, p95, max, .. } = judged.vertical;
         if max < 1e-6 {
             return "none".into();
         }
@@ -191,10 +191,10 @@ fn tell_leftover(made: &Rectification) {
         )
     };
     if let Some(judged) = &made.leftover.model {
-        say!("Vertical differences as the model observes the space: {}", told(judged));
+        say!("Vertical error over the calibrated volume: {}", told(judged));
         if let Some(place) = judged.place.filter(|place| place.rms > 1e-6 * pair.depth) {
             say!(
-                "These optics have no one centre: places told by the pair differ from the model's by {} {} rms",
+                "This model has no single projection centre: points triangulated from the rectified pair differ from the model's by {} {} rms",
                 figure(place.rms),
                 pair.unit
             );
@@ -208,7 +208,11 @@ fn tell_leftover(made: &Rectification) {
         );
     }
     if let Some(judged) = &made.leftover.measured {
-        say!("Of the {} measured points, with their noise: {}", judged.vertical.n, told(judged));
+        say!(
+            "Vertical error of the {} measured points, noise included: {}",
+            judged.vertical.n,
+            told(judged)
+        );
         let [low, high] = judged.disparity.map(figure);
         say!("Disparities from {low} to {high} px");
     }
@@ -237,7 +241,7 @@ pub(crate) fn write_model(
     say!("Wrote {} cameras to {}", rig.cameras.len(), output.display());
     remark!(
         "note",
-        "nothing is known of how well these cameras were calibrated: `locate` takes pixels for good to {pixel_sigma} px (--pixel-sigma), lengths for {}, and calls every place `outside`; `evaluate` judges them on points that you know",
+        "the accuracy of this calibration is unknown: `locate` assumes a pixel noise of {pixel_sigma} px (--pixel-sigma) and lengths in {}, and reports every point as `outside`; `evaluate` measures the error on known points",
         model.unit
     );
     Ok(json!({

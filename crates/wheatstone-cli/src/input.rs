@@ -19,14 +19,14 @@ pub(crate) struct Reading {
     /// Round detected points to whole pixels, as the 2001 paper measured them (captures only)
     #[arg(long)]
     pub(crate) whole_pixels: bool,
-    /// Unit of lengths; those of a points file that says another are converted [default: what it says, else
-    /// that of the truth file beside it, else mm]
+    /// Unit of lengths; a points file in another unit is converted [default: that of the file, else
+    /// of the truth file beside it, else mm]
     #[arg(long)]
     pub(crate) unit: Option<String>,
-    /// Keep the first of rows that stand in a points file twice, instead of refusing it
+    /// Keep the first of duplicate rows in a points file, instead of refusing it
     #[arg(long)]
     pub(crate) drop_duplicates: bool,
-    /// What a points file calls its columns: NAME=COLUMN,… or all names in order (`_`: none)
+    /// Names of the columns in a points file: NAME=COLUMN,… or all names in order (`_`: none)
     #[arg(long, value_name = "NAMES", value_parser = columns)]
     pub(crate) columns: Option<ColumnNames>,
 }

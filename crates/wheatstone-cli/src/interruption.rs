@@ -17,7 +17,7 @@ pub(crate) fn listen() {
         crate::verbosity::say!("\nstopping at the next step … (Ctrl-C again to stop now)");
     });
     if let Err(problem) = caught {
-        crate::verbosity::detail!("Ctrl-C cannot be listened to: {problem}");
+        crate::verbosity::detail!("cannot handle Ctrl-C: {problem}");
     }
 }
 

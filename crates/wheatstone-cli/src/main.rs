@@ -21,18 +21,18 @@ use clap::{
 };
 use std::process::ExitCode;
 
-/// Metric 3-D from matched pixels of any two or more cameras.
+/// Metric 3-D points from matched pixels of any two or more calibrated cameras.
 ///
-/// Show the cameras a chart at known places, fit, and locate: no camera model to choose, no first
-/// guess, and every point comes with its error bar.
+/// Calibration and triangulation from pictures of a chart at known poses or in the hand: no camera
+/// model to choose, no initial guess, and every point comes with its covariance.
 #[derive(Parser)]
 #[command(name = "wheatstone", version, max_term_width = 100)]
 #[command(after_help = "Examples:\n  \
-    wheatstone demo                                   the whole story on a rendered rig\n  \
-    wheatstone new capture/                           begin one of your own\n  \
+    wheatstone demo                                   the complete workflow on rendered pictures\n  \
+    wheatstone new capture/                           start a capture of your own\n  \
     wheatstone fit capture/ -o model.json             from pictures of a chart to a model\n  \
     wheatstone locate model.json pixels.csv -o points.csv\n  \
-    wheatstone compare points.csv                     which method to trust, on held-out views")]
+    wheatstone compare points.csv                     which method is best, by cross-validation")]
 struct Arguments {
     #[command(subcommand)]
     verb: commands::Verb,
@@ -45,7 +45,7 @@ fn definition() -> clap::Command {
     Arguments::command()
 }
 
-/// A mistyped verb with the one that was probably meant, where the parser itself observes none.
+/// A mistyped verb with the one that was probably meant, where the parser itself suggests none.
 fn suggesting(mut error: clap::Error) -> clap::Error {
     let typed = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(typed)) => typed.clone(),

@@ -10,36 +10,36 @@ use crate::{
 use clap::{Args, builder::PossibleValuesParser};
 use wheatstone::{
     fit::{
-        bundle::{Gauge, Lenses, Placing},
+        bundle::{BundleSettings, Gauge, Lenses},
         stage::{StagePrior, ViewOffset},
     },
     method::AnyMethod,
-    preparation::{Placed, Preparation, Prepared, checks::Severity, outliers::Outlier},
+    preparation::{EstimatedPoses, Preparation, Prepared, checks::Severity, outliers::Outlier},
 };
 
 /// How data are prepared.
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Preparation")]
 pub(crate) struct Preparing {
-    /// Put faults of the data right where that is safe
+    /// Correct faults of the data where that is safe
     #[arg(long)]
     fix: bool,
-    /// Go on in spite of faults that make a fit worthless
+    /// Continue in spite of faults that make a fit worthless
     #[arg(long)]
     pub(crate) force: bool,
-    /// Fit gross outliers too, instead of setting them aside
+    /// Fit gross outliers too, instead of excluding them
     #[arg(long)]
     keep_outliers: bool,
-    /// The distance of cameras 1 and 2 as measured on the rig, in the data's unit, and how far the
-    /// data may be from it, such as `200` or `200:1%`: no data show an error of scale by themselves
+    /// The baseline of cameras 1 and 2 as measured on the rig, in the data's unit, and the
+    /// tolerance, such as `200` or `200:1%`: without it a wrong scale goes unnoticed
     #[arg(long, value_name = "LENGTH[:PERCENT]", value_parser = baseline)]
     expect_baseline: Option<(f64, f64)>,
-    /// How well the charts' places are known: a standard deviation in the data's unit. Solves for
-    /// where they really stood
+    /// Standard deviation of the given chart positions, in the data's unit: the true positions are
+    /// then estimated with the cameras
     #[arg(long, value_name = "LENGTH")]
     stage_sigma: Option<f64>,
-    /// The frame of the world where no chart's place is known (a board held by hand): the chart of
-    /// the first view, or the first camera
+    /// The world frame if no chart pose is given (hand-held board): the chart of the first view, or
+    /// the first camera
     #[arg(long, value_name = "FRAME", default_value = "first-view", value_parser = PossibleValuesParser::new(Gauge::NAMES))]
     gauge: String,
 }
@@ -85,7 +85,7 @@ impl Preparing {
         let prepared = preparation.run(loaded.data.clone(), seed, bar)?;
         for finding in &prepared.examination.findings {
             let mended = self.fix && finding.is_fixable();
-            let word = if mended { "put right: " } else { "" };
+            let word = if mended { "corrected: " } else { "" };
             let text = format!("{word}{} ({})", finding.explanation, finding.code);
             match finding.severity {
                 Severity::Information if !mended => detail!("note: {text}"),
@@ -103,9 +103,9 @@ impl Preparing {
                 prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
             remark!(
                 "note",
-                "{}; compare with your rig: no data show a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
+                "{}; compare this with your rig: the data cannot reveal a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
                 if words.is_empty() {
-                    "the cameras' places are unknown".into()
+                    "the camera positions are unknown".into()
                 } else {
                     words.join("; ")
                 }
@@ -141,14 +141,14 @@ impl Preparing {
     }
 
     /// With the lens of the method that will be fitted, where it has one.
-    fn placing(&self, method: Option<&AnyMethod>) -> Outcome<Placing> {
+    fn placing(&self, method: Option<&AnyMethod>) -> Outcome<BundleSettings> {
         let (lenses, all_terms) = match method {
             Some(AnyMethod::Brown(brown)) => (Lenses::Brown, !brown.choose),
             Some(AnyMethod::KannalaBrandt(_)) => (Lenses::KannalaBrandt, false),
             _ => (Lenses::Either, false),
         };
         let gauge = Gauge::named(&self.gauge)?;
-        Ok(Placing { gauge, lenses, all_terms, keep_gross: self.keep_outliers })
+        Ok(BundleSettings { gauge, lenses, all_terms, keep_gross: self.keep_outliers })
     }
 
     /// The prior of the charts' places: that of the option, and each view's own.
@@ -160,7 +160,7 @@ impl Preparing {
 }
 
 /// Where charts of unknown place were found.
-fn tell_placed(placed: &Placed, unit: &str) {
+fn tell_placed(placed: &EstimatedPoses, unit: &str) {
     let distances: Vec<String> = placed
         .baselines
         .iter()
@@ -170,17 +170,21 @@ fn tell_placed(placed: &Placed, unit: &str) {
         })
         .collect();
     let apart = distances.join(", ");
-    let apart = if apart.is_empty() { apart } else { format!("; apart: {apart}") };
-    let freed = if placed.freed { "; then charts and model-free cameras together" } else { "" };
+    let apart = if apart.is_empty() { apart } else { format!("; baseline of {apart}") };
+    let freed = if placed.freed { "; then refined together with the neural cameras" } else { "" };
     remark!(
         "note",
-        "found where the chart stood in {} views with `{}` lenses, {} px rms{freed}{apart}",
+        "estimated the chart poses of {} views by bundle adjustment with `{}` lenses, reprojection error {} px rms{freed}{apart}",
         placed.views.len(),
         placed.lens,
         figure(placed.rms)
     );
     if !placed.unplaced.is_empty() {
-        remark!("warning", "too few points to place the chart in: {}", placed.unplaced.join(", "));
+        remark!(
+            "warning",
+            "too few points to estimate the chart pose in: {}",
+            placed.unplaced.join(", ")
+        );
     }
 }
 
@@ -200,14 +204,14 @@ fn tell_outliers(outliers: &[Outlier], points: usize) {
         if more > 0 { format!(" and {more} more, listed in the model") } else { String::new() };
     let share = 100.0 * outliers.len() as f64 / points as f64;
     let text = format!(
-        "set aside {} of {points} points as gross outliers: {}{more}",
+        "excluded {} of {points} points as gross outliers: {}{more}",
         outliers.len(),
         listed.join(", ")
     );
     if share > MANY {
         remark!(
             "warning",
-            "{text}; {share:.0} % are many: look whether labels or pictures are mixed up"
+            "{text}; {share:.0} % is a lot: check whether labels or pictures are mixed up"
         );
     } else {
         remark!("note", "{text}");
@@ -231,11 +235,11 @@ fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
         cells
     };
     let rows: Vec<Vec<String>> = stage.iter().map(row).collect();
-    let heading = ["view", "X", "Y", "Z", "seen X", "seen Y", "seen Z"];
+    let heading = ["view", "X", "Y", "Z", "observable X", "observable Y", "observable Z"];
     format!(
-        "Where the charts stood, {unit} from their nominal places:\n\n{}\n\
-         seen: the part that pixels can show. What is common to all views, or grows in proportion\n\
-         along the stage, cannot be told from a change of the cameras\n",
+        "Estimated chart positions minus nominal ones, in {unit}:\n\n{}\n\
+         observable: the part that the pixels determine. A shift common to all views, or one that grows in\n\
+         proportion along the stage, cannot be distinguished from a change of the cameras\n",
         table(&heading, &rows)
     )
 }

@@ -121,7 +121,7 @@ impl<F> Writing<F> {
     pub(crate) fn finish(mut self) -> Outcome {
         match self.end() {
             Some(sink) => sink?.finish(),
-            None => Err(Failure::Output(std::io::Error::other("the thread that writes broke off"))),
+            None => Err(Failure::Output(std::io::Error::other("the writing thread ended early"))),
         }
     }
 

@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicI8, Ordering};
 #[derive(Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct Verbosity {
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say more: settings, versions, times
+    /// Print more: settings, versions, times
     #[arg(short, long, global = true)]
     verbose: bool,
-    /// Colours; `auto` has them on terminals unless NO_COLOR is set
+    /// Colours; `auto` uses them on terminals unless NO_COLOR is set
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     color: ColorChoice,
 }

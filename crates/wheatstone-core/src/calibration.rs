@@ -14,7 +14,7 @@ use crate::{
     fit::stage::ViewOffset,
     geometry::Point3,
     method::{AnyMethod, AnyReconstructor, Choice, Reconstructor},
-    preparation::{Placed, Prepared, SavedFinding, SetAside},
+    preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
     storage,
 };
 use serde::{Deserialize, Serialize};
@@ -68,7 +68,7 @@ pub struct Calibration {
     pub stage: Vec<ViewOffset>,
     /// Where charts of unknown place were found to have stood, where there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub placed: Option<Placed>,
+    pub placed: Option<EstimatedPoses>,
     /// What was wrong with the data, in sentences.
     pub findings: Vec<SavedFinding>,
     /// Width and height of each camera's pictures in pixels, where they were known; empty where nothing
@@ -161,7 +161,7 @@ impl Calibration {
         })
     }
 
-    /// Why this model is worthless, if it is: where its error on views left out (on its own points,
+    /// Why this model is worthless, if it is: where its error on held-out views (on the fitted points,
     /// where there are none) is a good part of the whole volume that they span, whatever it was fitted
     /// to was not what it takes them for.
     #[must_use]
@@ -169,14 +169,14 @@ impl Calibration {
         // The recipe of 2001, the worst that is of use, errs by a twelfth on its own kind of data.
         const MOST: f64 = 0.25;
         let (judged, on) = match &self.validation {
-            Some(validation) => (&validation.all, "on views left out"),
-            None => (&self.training, "on its own points"),
+            Some(validation) => (&validation.all, "on held-out views"),
+            None => (&self.training, "on the fitted points"),
         };
         // One camera errs in pixels.
         let spread = if self.reconstructor.cameras() == 1 { f64::MAX } else { self.data.spread() };
         if judged.rms.is_nan() || judged.rms > MOST * spread {
             return Some(format!(
-                "the error {on} is {:.3e} {} rms, where the points themselves spread over {spread:.3e} {}",
+                "the error {on} is {:.3e} {} rms, while the points themselves extend over {spread:.3e} {}",
                 judged.rms, self.unit, self.unit
             ));
         }
@@ -255,7 +255,7 @@ impl Calibration {
             ));
         }
         let mut bytes = serde_json::to_vec(self)
-            .map_err(|e| refuse(format!("this model: {e}"), "report it as a defect"))?;
+            .map_err(|e| refuse(format!("this model: {e}"), "please report this as a bug"))?;
         bytes.push(b'\n');
         Ok(bytes)
     }
@@ -296,7 +296,7 @@ impl Calibration {
 
 /// Where models come from.
 fn written() -> Hint {
-    Hint::new("models are written by a fit", Remedy::Fit)
+    Hint::new("model files are written by a fit", Remedy::Fit)
 }
 
 /// Reads a model; messages name `path`.
@@ -312,7 +312,7 @@ fn parse(path: &Path, text: &str) -> Result<Calibration> {
     if heading.format.as_deref() != Some(FORMAT) {
         return Err(refuse(
             None,
-            "not a model file: it does not say that it is one".into(),
+            "not a model file: the key that marks one is missing".into(),
             written(),
         ));
     }
@@ -323,7 +323,7 @@ fn parse(path: &Path, text: &str) -> Result<Calibration> {
             format!(
                 "model version {found}; this program reads versions {OLDEST_VERSION} to {VERSION}"
             ),
-            "use the program that wrote it, or fit again".into(),
+            "use the version that wrote it, or fit again".into(),
         ));
     }
     let mut model: Calibration = serde_json::from_str(text).map_err(|e| {
@@ -332,7 +332,7 @@ fn parse(path: &Path, text: &str) -> Result<Calibration> {
     if !model.is_whole() {
         return Err(refuse(
             None,
-            "damaged model file: its numbers do not fit together".into(),
+            "damaged model file: its numbers are inconsistent".into(),
             "fit again".into(),
         ));
     }

@@ -117,7 +117,7 @@ pub enum Error {
         hint: Hint,
     },
     /// The caller asked to stop.
-    #[error("stopped before the end, as asked; nothing was written")]
+    #[error("cancelled; nothing was written")]
     Cancelled,
 }
 
@@ -205,9 +205,9 @@ fn io_hint(kind: std::io::ErrorKind, path: &std::path::Path) -> String {
                 None => "check the spelling of the path".into(),
             }
         }
-        Kind::PermissionDenied => "the account that runs this may not touch it".into(),
+        Kind::PermissionDenied => "check the permissions of the file and its folder".into(),
         Kind::IsADirectory => "name a file, not a folder".into(),
-        Kind::StorageFull => "make room on the disk; the old file is untouched".into(),
+        Kind::StorageFull => "free some disk space; the old file is untouched".into(),
         _ => String::new(),
     }
 }

@@ -5,7 +5,7 @@
 //! back-propagation method" (doi:10.1007/BF00332914), whose constants are the defaults.
 
 use super::{
-    perceptron::{Batch, Perceptron, Sweep},
+    perceptron::{Batch, GradientPass, Perceptron},
     simd::Real,
 };
 use crate::progress::Progress;
@@ -83,7 +83,7 @@ const EPOCHS_BETWEEN_REPORTS: u64 = 256;
 
 /// The mean over samples and outputs of the squared error, and its gradient.
 struct MeanSquareError<T> {
-    sweep: Sweep<T>,
+    pass: GradientPass<T>,
     factors: Vec<f64>,
     count: f64,
 }
@@ -92,11 +92,11 @@ impl<T: Real> MeanSquareError<T> {
     fn new(network: &Perceptron, batch: &Batch) -> Self {
         let outputs = network.sizes().last().map_or(0, |outputs| *outputs);
         let count = (batch.samples() * outputs) as f64;
-        Self { sweep: Sweep::new(network, batch), factors: vec![2.0 / count; outputs], count }
+        Self { pass: GradientPass::new(network, batch), factors: vec![2.0 / count; outputs], count }
     }
 
     fn at(&mut self, weights: &[f64], gradient: &mut [f64]) -> f64 {
-        self.sweep.pass(weights, &self.factors, gradient).iter().sum::<f64>() / self.count
+        self.pass.pass(weights, &self.factors, gradient).iter().sum::<f64>() / self.count
     }
 }
 

@@ -92,7 +92,7 @@ fn product(one: &[f64], other: &[f64]) -> f64 {
 /// The sums from which follows the covariance of unknowns that least squares found, where each
 /// equation's error has a variance of its own.
 #[derive(Clone, Debug)]
-pub struct LeastSquaresSpread {
+pub struct LeastSquaresCovariance {
     normal: DMatrix<f64>,
     errors: DMatrix<f64>,
 }
@@ -101,7 +101,7 @@ pub struct LeastSquaresSpread {
 /// less of than this is taken for unknown.
 const UNKNOWN: f64 = 1e-12;
 
-impl LeastSquaresSpread {
+impl LeastSquaresCovariance {
     /// Of so many unknowns.
     #[must_use]
     pub fn new(unknowns: usize) -> Self {

@@ -291,7 +291,7 @@ const JUMP: f64 = 2.0;
 
 fn singular() -> Error {
     Error::Degenerate {
-        problem: "the network's training met a singular matrix".into(),
+        problem: "the training of the network reached a singular matrix".into(),
         hint: "check the points for gross errors".into(),
     }
 }

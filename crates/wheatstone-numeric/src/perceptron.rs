@@ -14,7 +14,7 @@ pub use batch::{Batch, LANES, Lane, Workspace};
 pub use curvature::Curvature;
 pub use forward::Forward;
 pub use forward::{Samples, TOGETHER};
-pub use gradient::Sweep;
+pub use gradient::GradientPass;
 
 use super::{random::Random, sigmoid::sigmoid};
 use serde::{Deserialize, Serialize};

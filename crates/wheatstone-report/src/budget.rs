@@ -1,7 +1,7 @@
 //! What the error is made of, as the report shows it.
 
 use super::{
-    Judgement,
+    Validation,
     points::refitted,
     sections::{BudgetShare, PointFigures},
 };
@@ -30,10 +30,10 @@ const MOST_POINTS: usize = 4000;
 pub(super) fn of_model(
     model: &Calibration,
     (data, points): (&Dataset, &[PointFigures]),
-    judgement: Judgement,
+    judgement: Validation,
     progress: &dyn Progress,
 ) -> Result<Vec<BudgetShare>> {
-    if judgement != Judgement::HeldOut {
+    if judgement != Validation::HeldOut {
         return Ok(Vec::new());
     }
     let every = data.correspondences.len().div_ceil(MOST_POINTS).max(1);
@@ -60,7 +60,7 @@ pub(super) fn of_model(
 /// A share a cause.
 pub(super) fn shares(budget: &Budget) -> Vec<BudgetShare> {
     let noise = format!(
-        "pixels are off by {} px, as the most flexible fit observes them, and that is what cameras so placed make of it",
+        "pixel noise of {} px, as estimated by the most flexible fit, propagated through this camera geometry",
         super::text::figure(budget.pixel_noise)
     );
     [
@@ -68,17 +68,17 @@ pub(super) fn shares(budget: &Budget) -> Vec<BudgetShare> {
         (
             "lens model",
             budget.lens_model,
-            "what the method takes the cameras for: neither noise nor common to a whole view",
+            "error of the lens model: neither noise nor common to a whole view",
         ),
         (
-            "the charts' places",
+            "chart poses",
             budget.stage,
-            "what whole views are off by, for this method and the most flexible one alike",
+            "errors common to a whole view, for this method and for the most flexible one",
         ),
         (
             "extrapolation",
             budget.extrapolation,
-            "what the outermost views err more than the others, their greater noise allowed for",
+            "additional error of the outermost views, beyond their greater noise",
         ),
     ]
     .map(|(source, part, explanation)| BudgetShare {

@@ -1,12 +1,12 @@
 //! From a model and what lies beside it to a report.
 
 use super::{
-    Judgement, Report, budget,
+    Report, Validation, budget,
     cameras::{Stand, stand},
     grid::Grid,
     material::{Material, Wording},
     pictures,
-    points::{Judged, Scene, dataset, judge, remembered},
+    points::{EvaluatedPoints, Scene, dataset, judge, remembered},
     preparation::{finding, outlier, stage},
     sections::{
         Accuracy, CameraFigures, Curve, CurveFigure, DepthBand, ErrorBarPoint, MethodFigures,
@@ -45,7 +45,7 @@ impl Report {
         let forward: Vector3 = stands.iter().flatten().map(Stand::forward).sum();
         let forward = (forward.norm() > 0.0).then(|| forward.normalize());
         let scene = Scene::new(&data, model.viewpoint, forward);
-        let Judged { judgement, points, views } =
+        let EvaluatedPoints { judgement, points, views } =
             judge(model, &scene, material.held_out, progress)?;
         let mut report = Self {
             command: material.command.clone(),
@@ -94,7 +94,7 @@ impl Report {
             methods: compared(comparison),
             views: views_of_chosen(comparison),
             budget: comparison.budget.as_ref().map(budget::shares).unwrap_or_default(),
-            judgement: Judgement::HeldOut,
+            judgement: Validation::HeldOut,
             ..Self::empty(title, &comparison.unit)
         };
         report.verdict = verdict::of_comparison(&report, comparison, wording);
@@ -308,11 +308,11 @@ fn learning(model: &Calibration) -> Option<CurveFigure> {
     (points.len() > 1).then(|| CurveFigure {
         across: "epochs".into(),
         up: "rms error of the outputs, scaled".into(),
-        curves: vec![Curve { name: "points that are learned".into(), points }],
+        curves: vec![Curve { name: "points that are fitted".into(), points }],
     })
 }
 
-impl Judgement {
+impl Validation {
     /// What the points are called in the page.
     pub(super) fn words(self) -> &'static str {
         match self {

@@ -23,8 +23,8 @@ mod text;
 mod verdict;
 
 pub use grid::Grid;
-pub use material::{Material, Seen, Wording};
-pub use points::Judgement;
+pub use material::{Material, PictureSource, Wording};
+pub use points::Validation;
 pub use sections::{
     Accuracy, BudgetShare, CameraFigures, ClaimFigures, Crops, Curve, CurveFigure, DepthBand,
     ErrorBarPoint, FindingFigures, LocatedFigures, MethodFigures, OutlierFigures, PictureFigures,
@@ -33,7 +33,7 @@ pub use sections::{
 
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use wheatstone_core::{Error, Result, preparation::Placed, storage};
+use wheatstone_core::{Error, Result, preparation::EstimatedPoses, storage};
 
 /// What the first field of every summary says.
 pub const FORMAT: &str = "wheatstone-report";
@@ -66,7 +66,7 @@ pub struct Report {
     /// What it comes to, in words.
     pub verdict: Verdict,
     /// Which points the errors below are of.
-    pub judgement: Judgement,
+    pub judgement: Validation,
     /// The errors in figures.
     pub accuracy: Option<Accuracy>,
     /// The cameras.
@@ -91,7 +91,7 @@ pub struct Report {
     pub stage: Vec<StageFigures>,
     /// Where charts of unknown place were found to have stood, where there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub placed: Option<Placed>,
+    pub placed: Option<EstimatedPoses>,
     /// Faults of the data.
     pub findings: Vec<FindingFigures>,
     /// Claims that were tested.
@@ -166,7 +166,7 @@ impl Report {
             settings: serde_json::Value::Null,
             seed: None,
             verdict: Verdict::default(),
-            judgement: Judgement::Nothing,
+            judgement: Validation::Nothing,
             accuracy: None,
             cameras: Vec::new(),
             views: Vec::new(),

@@ -5,7 +5,7 @@ use wheatstone_core::{Calibration, camera::PosedCamera, error::Hint, evaluate::C
 
 /// The pictures that a model was fitted to, with what was found in them.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+pub struct PictureSource<'a> {
     /// The capture.
     pub capture: &'a Capture,
     /// What was found.
@@ -44,7 +44,7 @@ pub struct Material<'a> {
     /// How advice is worded, for the caller to name its own means; [`Wording::default`] names none.
     pub wording: Wording,
     /// The pictures, where there are any.
-    pub seen: Option<Seen<'a>>,
+    pub seen: Option<PictureSource<'a>>,
     /// Whether the method is fitted once more without each view, so that errors are those on points
     /// that it has not seen.
     pub held_out: bool,

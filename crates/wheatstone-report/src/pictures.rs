@@ -1,7 +1,7 @@
 //! Pictures made small enough to travel with the report.
 
 use super::{
-    material::Seen,
+    material::PictureSource,
     sections::{Crops, FindingFigures, OutlierFigures, PictureFigures, PointFigures},
 };
 use crate::html::jpeg;
@@ -77,7 +77,7 @@ fn about_points(points: &[PointFigures]) -> Vec<Cut> {
 }
 
 /// Pieces about observations that were set aside, where they were found before that.
-fn about_outliers(seen: &Seen, outliers: &[OutlierFigures]) -> Vec<Cut> {
+fn about_outliers(seen: &PictureSource, outliers: &[OutlierFigures]) -> Vec<Cut> {
     let found = &seen.found.dataset;
     let pieces = outliers.iter().enumerate().flat_map(|(index, outlier)| {
         let row = found.correspondences.iter().find(|row| {
@@ -115,7 +115,7 @@ pub(super) struct Gallery {
 ///
 /// [`wheatstone_core::Error::Image`], [`wheatstone_core::Error::Io`], [`wheatstone_core::Error::Cancelled`].
 pub(super) fn gallery(
-    seen: &Seen,
+    seen: &PictureSource,
     points: &[PointFigures],
     (outliers, findings): (&[OutlierFigures], &[FindingFigures]),
     progress: &dyn Progress,
@@ -156,7 +156,11 @@ pub(super) fn gallery(
     Ok(Gallery { pictures, crops: sheet(&cuts, &pieces), outlier_crops: sheet(&cuts, &outliers) })
 }
 
-fn small(seen: &Seen, (view, camera): (usize, usize), image: &GrayImage) -> Option<PictureFigures> {
+fn small(
+    seen: &PictureSource,
+    (view, camera): (usize, usize),
+    image: &GrayImage,
+) -> Option<PictureFigures> {
     let found = &seen.found.pictures[view][camera];
     let name = found.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
     let (points, problem) = match &found.outcome {

@@ -25,7 +25,7 @@ use wheatstone_numeric::{
 /// Which points errors are of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Judgement {
+pub enum Validation {
     /// Each point was located by a fit that had not seen its view.
     HeldOut,
     /// The fit has seen the points: its errors on new ones are larger.
@@ -143,8 +143,8 @@ impl<'a> Scene<'a> {
 }
 
 /// Every point with where it was located, and what the views come to.
-pub(super) struct Judged {
-    pub(super) judgement: Judgement,
+pub(super) struct EvaluatedPoints {
+    pub(super) judgement: Validation,
     pub(super) points: Vec<PointFigures>,
     pub(super) views: Vec<ViewFigures>,
 }
@@ -167,7 +167,7 @@ pub(super) fn judge(
     scene: &Scene,
     held_out: bool,
     progress: &dyn Progress,
-) -> Result<Judged> {
+) -> Result<EvaluatedPoints> {
     let data = scene.data;
     let mut points: Vec<PointFigures> = data.correspondences.iter().map(unlocated).collect();
     let method = refitted(model)?;
@@ -181,7 +181,7 @@ pub(super) fn judge(
         }
     }
     let any = points.iter().any(|point| point.error().is_some());
-    let judgement = if any { Judgement::HeldOut } else { Judgement::Fitted };
+    let judgement = if any { Validation::HeldOut } else { Validation::Fitted };
     if !any {
         views.clear();
     }
@@ -201,7 +201,7 @@ pub(super) fn judge(
             .as_ref()
             .map_or_else(|| by_view(data, &points), |validation| remembered(&validation.folds));
     }
-    Ok(Judged { judgement, points, views })
+    Ok(EvaluatedPoints { judgement, points, views })
 }
 
 fn unlocated(row: &Correspondence) -> PointFigures {

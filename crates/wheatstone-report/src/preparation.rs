@@ -15,7 +15,7 @@ pub(super) fn outlier(point: &SetAside) -> OutlierFigures {
         view: point.view.clone(),
         id: point.id.clone(),
         camera,
-        reason: format!("{:.1} px from where it should be seen", point.residual),
+        reason: format!("{:.1} px reprojection error", point.residual),
     }
 }
 
@@ -36,7 +36,7 @@ pub(super) fn finding(found: &SavedFinding) -> FindingFigures {
         "warning" => "warning",
         _ => "note",
     };
-    let repaired = if found.repaired { "put right before the fit: " } else { "" };
+    let repaired = if found.repaired { "corrected before the fit: " } else { "" };
     FindingFigures {
         code: found.code.clone(),
         severity: severity.into(),

@@ -44,7 +44,7 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// `rms` over what the pixels allow: by the true cameras where they are known, else by the
+    /// `rms` over the floor: by the true cameras where they are known, else by the
     /// fit's own error bars.
     #[must_use]
     pub fn ratio(&self) -> Option<f64> {

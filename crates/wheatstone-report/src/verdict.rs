@@ -1,7 +1,7 @@
 //! What the figures come to, in words.
 
 use super::{
-    Judgement, Report,
+    Report, Validation,
     material::Wording,
     sections::{Accuracy, BudgetShare, Verdict, ViewFigures},
     text::{figure, percent, round},
@@ -14,7 +14,7 @@ use wheatstone_core::{
 };
 use wheatstone_numeric::statistics::root_mean_square;
 
-/// Up to so many times what the pixels allow, a fit is sound: `auto` asks for a second opinion above
+/// Up to so many times the floor, a fit is sound: `auto` asks for a second opinion above
 /// the same figure.
 pub(super) const SOUND: f64 = 1.25;
 
@@ -26,15 +26,14 @@ pub(super) fn of(report: &Report, choice: Option<&Choice>, wording: Wording) -> 
     let Some(accuracy) = &report.accuracy else {
         return Verdict {
             grade: "unproven".into(),
-            sentence:
-                "No point with a known place was located, so nothing can be said of the errors."
-                    .into(),
+            sentence: "No point with known coordinates was located, so the error is unknown."
+                .into(),
             reasons: choice.map(reason).into_iter().collect(),
-            advice: vec!["Give points whose place in the world is known.".into()],
+            advice: vec!["Give points with known world coordinates.".into()],
         };
     };
     let ratio = match (report.judgement, held_out(report)) {
-        (Judgement::HeldOut, _) => accuracy.ratio(),
+        (Validation::HeldOut, _) => accuracy.ratio(),
         (_, Some(rms)) if accuracy.rms > 0.0 => {
             accuracy.ratio().map(|ratio| ratio * rms / accuracy.rms)
         }
@@ -48,7 +47,7 @@ pub(super) fn of(report: &Report, choice: Option<&Choice>, wording: Wording) -> 
     }
 }
 
-/// The word for an error that is so many times what the pixels allow.
+/// The word for an error that is so many times the floor.
 fn grade(ratio: Option<f64>) -> &'static str {
     match ratio {
         Some(ratio) if ratio <= SOUND => "sound",
@@ -66,14 +65,14 @@ fn sentence(report: &Report, accuracy: &Accuracy) -> String {
         round(accuracy.working_distance)
     );
     if let Some(floor) = accuracy.floor_rms.filter(|floor| *floor > 0.0) {
-        text += &format!("; {} × what the pixels allow", figure(accuracy.rms / floor));
+        text += &format!("; {} × the floor set by pixel noise", figure(accuracy.rms / floor));
     } else if let Some(predicted) = accuracy.predicted_rms.filter(|rms| *rms > 0.0) {
-        text += &format!("; {} × what their error bars promise", figure(accuracy.rms / predicted));
+        text += &format!("; {} × what their error bars predict", figure(accuracy.rms / predicted));
     }
-    if report.judgement == Judgement::Fitted {
-        text += ", on the very points that were fitted";
+    if report.judgement == Validation::Fitted {
+        text += ", on the fitted points themselves";
         if let Some(held_out) = held_out(report) {
-            text += &format!("; to {} {unit} rms on views held out", figure(held_out));
+            text += &format!("; the held-out error is {} {unit} rms", figure(held_out));
         }
     }
     text + "."
@@ -92,7 +91,7 @@ fn pooled<'a>(views: impl Iterator<Item = &'a ViewFigures>) -> Option<f64> {
 /// What views that were held out come to, where the errors of the points are those of the fit.
 fn held_out(report: &Report) -> Option<f64> {
     let views = report.views.iter().filter(|view| view.kind.is_some());
-    pooled(views).filter(|_| report.judgement == Judgement::Fitted)
+    pooled(views).filter(|_| report.judgement == Validation::Fitted)
 }
 
 fn of_kind(report: &Report, kind: FoldKind) -> Option<f64> {
@@ -102,13 +101,13 @@ fn of_kind(report: &Report, kind: FoldKind) -> Option<f64> {
 fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec<String> {
     let unit = &report.unit;
     let mut reasons = vec![match report.judgement {
-        Judgement::HeldOut => format!(
-            "Every error is that of a fit that had not seen the point: {} points in {} views or slabs, each left out once.",
+        Validation::HeldOut => format!(
+            "All errors are held-out errors (leave-one-out cross-validation): {} points in {} views or slabs, each left out once.",
             accuracy.located,
             report.views.len()
         ),
         _ => format!(
-            "The {} points are those that were fitted: errors on new points are larger, by how much {}.",
+            "The {} points are those that were fitted, and errors on new points are larger: by how much, {}.",
             accuracy.located,
             if held_out(report).is_some() {
                 "the views held out when the model was fitted tell"
@@ -119,7 +118,7 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
     }];
     let [x, y, z] = accuracy.rms_xyz.map(figure);
     reasons.push(format!(
-        "Half of the points err by less than {} {unit}, 95 % by less than {} {unit}; along X, Y, Z the rms is {x}, {y}, {z} {unit}. On average that is {} % of the distance.",
+        "Half of the points have an error below {} {unit}, 95 % below {} {unit}; along X, Y, Z the rms is {x}, {y}, {z} {unit}. On average that is {} % of the distance.",
         figure(accuracy.median), figure(accuracy.p95), figure(accuracy.mean_percent)
     ));
     if let (Some(inside), Some(outside)) =
@@ -133,7 +132,7 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
     }
     if let Some(bar) = report.error_bars.iter().find(|bar| (bar.nominal - 0.7).abs() < 0.01) {
         reasons.push(format!(
-            "Error ellipsoids that promise to hold {} of the true places hold {}.",
+            "The {} error ellipsoids contain {} of the true points.",
             percent(bar.nominal),
             percent(bar.actual)
         ));
@@ -156,7 +155,8 @@ fn causes(budget: &[BudgetShare]) -> Option<String> {
     shares.sort_by(|a, b| b.share.total_cmp(&a.share));
     let parts: Vec<String> =
         shares.iter().map(|part| format!("{} {}", part.source, percent(part.share))).collect();
-    (!parts.is_empty()).then(|| format!("What the squared error is made of: {}.", parts.join(", ")))
+    (!parts.is_empty())
+        .then(|| format!("Contributions to the squared error: {}.", parts.join(", ")))
 }
 
 /// What helps against the largest part, where it is not the pixels'.
@@ -164,11 +164,11 @@ fn remedy(budget: &[BudgetShare]) -> Option<Hint> {
     let largest = budget.iter().max_by(|a, b| a.share.total_cmp(&b.share))?;
     match largest.source.as_str() {
         "lens model" => Some(Hint::new(
-            "Most of the error is the method's: `neural-camera` and `network` follow any lens; compare methods",
+            "Most of the error is the lens model's: `neural-camera` and `network` fit any lens; compare methods",
             Remedy::Compare,
         )),
-        "the charts' places" => Some(Hint::new(
-            "Most of the error is where the charts stood: measure their places better, or let the fit solve for them",
+        "chart poses" => Some(Hint::new(
+            "Most of the error comes from the chart poses: measure them better, or let the fit estimate them",
             Remedy::ChartPlaces,
         )),
         _ => None,
@@ -177,10 +177,12 @@ fn remedy(budget: &[BudgetShare]) -> Option<Hint> {
 
 fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String> {
     let mut advice = Vec::new();
-    if report.judgement == Judgement::Fitted && held_out(report).is_none() {
+    if report.judgement == Validation::Fitted && held_out(report).is_none() {
         advice.push(
-            wording
-                .sentence(Hint::new("Judge it on points that it has not seen", Remedy::Evaluate)),
+            wording.sentence(Hint::new(
+                "Evaluate it on points that were not fitted",
+                Remedy::Evaluate,
+            )),
         );
     }
     let worst = report.views.iter().filter(|view| view.kind == Some(FoldKind::Interpolation));
@@ -189,7 +191,7 @@ fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String>
         && rms > FAIR * all
     {
         advice.push(format!(
-            "View {} errs {} times as much as all together: look at its pictures, and whether the chart stood where its entry says.",
+            "View {} has {} times the error of all views together: check its pictures and its chart pose.",
             view.name, figure(rms / all)
         ));
     }
@@ -198,7 +200,7 @@ fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String>
         && outside > FAIR * inside
     {
         advice.push(
-            "Beyond the fitted views the error grows quickly: let the nearest and farthest views enclose the space that you work in."
+            "Beyond the fitted views the error grows quickly: let the nearest and farthest views enclose the volume in which you measure."
                 .into(),
         );
     }
@@ -206,7 +208,7 @@ fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String>
         // Half of the picture unseen leaves a lens model free to bend there.
         if camera.coverage.covered() < 0.5 {
             advice.push(format!(
-                "The chart was seen in {} of the picture of {} only: show it in the corners too.",
+                "The chart covers only {} of the picture of {}: show it in the corners too.",
                 percent(camera.coverage.covered()),
                 camera.name
             ));
@@ -215,7 +217,7 @@ fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String>
     if let Some(remedy) = remedy(&report.budget) {
         advice.push(wording.sentence(remedy));
     } else if accuracy.ratio().is_some_and(|ratio| ratio > FAIR) {
-        advice.push(wording.sentence(Hint::new("Most of the error is not the pixels': look at the misses in the pictures for a pattern, and compare methods", Remedy::Compare)));
+        advice.push(wording.sentence(Hint::new("Most of the error is not pixel noise: look for a pattern in the reprojection errors, and compare methods", Remedy::Compare)));
     }
     advice
 }
@@ -232,16 +234,17 @@ pub(super) fn of_comparison(report: &Report, found: &Comparison, wording: Wordin
         };
     };
     let ratio = chosen.ratio_to_floor.or(found.budget.as_ref().map(|all| all.ratio_to_floor));
-    let times = ratio
-        .map_or_else(String::new, |ratio| format!("; {} × what the pixels allow", figure(ratio)));
+    let times = ratio.map_or_else(String::new, |ratio| {
+        format!("; {} × the floor set by pixel noise", figure(ratio))
+    });
     let sentence = format!(
-        "{} is to be trusted here: points of views left out are located to {} {} rms{times}.",
+        "{} is recommended here: its held-out error is {} {} rms{times}.",
         chosen.method,
         figure(rms),
         found.unit
     );
     let mut reasons = vec![format!(
-        "It is the simplest of the methods whose error on views left out is nearly the least, among {}.",
+        "It is the simplest of the methods with nearly the smallest held-out error, among {}.",
         found.methods.len()
     )];
     reasons.extend(causes(&report.budget));

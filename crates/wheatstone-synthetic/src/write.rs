@@ -46,7 +46,8 @@ impl Stage {
             return Err(Error::Setting {
                 setting: "distances".into(),
                 value: format!("{} to {} every {}", self.near, self.far, self.step),
-                need: "0 < near <= far, and a step above 0 that makes at most 1000 places".into(),
+                need: "0 < near <= far, and a step above 0 that makes at most 1000 distances"
+                    .into(),
             });
         }
         let place = |index: usize| {

@@ -13,7 +13,7 @@
 
 use std::{hint::black_box, path::Path, time::Instant};
 use wheatstone::{
-    chart::{Chart, Sighting, chessboard::Chessboard},
+    chart::{Chart, ChartSearch, chessboard::Chessboard},
     geometry::{Homography, Pixel},
     imaging::{GrayImage, Limits, filter::gaussian_blur, read_image},
 };
@@ -30,7 +30,7 @@ fn seconds(start: Instant) -> f64 {
 }
 
 /// Median milliseconds of `times` looks, and what is seen.
-fn look(board: &Chessboard, image: &GrayImage, times: usize) -> (f64, Sighting) {
+fn look(board: &Chessboard, image: &GrayImage, times: usize) -> (f64, ChartSearch) {
     let start = Instant::now();
     // Each run is several looks, so that it is longer than the system's clock is coarse.
     let mut seen = board.detect(image);
@@ -70,8 +70,8 @@ fn rendered(board: &Chessboard, width: usize, height: usize) -> GrayImage {
     gaussian_blur(&GrayImage::from_fn(width, height, light), 0.7)
 }
 
-fn points(seen: &Sighting) -> String {
-    let Sighting::Seen(readings) = seen else { return "[]".into() };
+fn points(seen: &ChartSearch) -> String {
+    let ChartSearch::Found(readings) = seen else { return "[]".into() };
     let points = readings.iter().take(1).flat_map(|reading| &reading.points);
     let points: Vec<String> =
         points.map(|(id, at)| format!("[{id}, {:.5}, {:.5}]", at.x, at.y)).collect();
@@ -94,7 +94,7 @@ fn main() {
     let board = Chessboard { columns: 11, rows: 8, ..Chessboard::default() };
     let figures = [(640, 480), (1280, 960), (4000, 3000)].map(|(width, height)| {
         let (milliseconds, seen) = look(&board, &rendered(&board, width, height), 5);
-        assert!(matches!(seen, Sighting::Seen(_)));
+        assert!(matches!(seen, ChartSearch::Found(_)));
         format!("\"{width}x{height}\": {milliseconds:.2}")
     });
     println!("{{{}}}", figures.join(", "));

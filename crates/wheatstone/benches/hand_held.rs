@@ -14,7 +14,7 @@ use std::{path::Path, time::Instant};
 use wheatstone::{
     camera::{AnyCamera, brown_conrady::BrownConrady},
     dataset::Dataset,
-    fit::bundle::{self, Lenses, Placing, SolvedPoses},
+    fit::bundle::{self, BundleSettings, Lenses, SolvedPoses},
     numeric::progress::Silent,
     tables::{self, Duplicates},
 };
@@ -47,8 +47,12 @@ fn main() {
     let times: usize = given.get(1).map_or(9, |times| times.parse().unwrap());
     let data = tables::read(Path::new(path), "mm", Duplicates::Refuse).unwrap();
     // All terms and all points, as OpenCV has them: the same minimum.
-    let placing =
-        Placing { lenses: Lenses::Brown, all_terms: true, keep_gross: true, ..Placing::default() };
+    let placing = BundleSettings {
+        lenses: Lenses::Brown,
+        all_terms: true,
+        keep_gross: true,
+        ..BundleSettings::default()
+    };
     let lens = |camera: usize| -> BrownConrady {
         let own = bundle::solve(&of_one(&data, camera), placing, &Silent).unwrap();
         match &own.cameras[0] {

@@ -16,7 +16,9 @@ use wheatstone::numeric::{
     backpropagation::{Backpropagation, Precision},
     cholesky::{Cholesky, Lower},
     evidence::TrainingCurve,
-    perceptron::{Batch, Curvature, Forward, OutputActivation, Perceptron, Sweep, Workspace},
+    perceptron::{
+        Batch, Curvature, Forward, GradientPass, OutputActivation, Perceptron, Workspace,
+    },
     progress::Silent,
     random::Random,
     simd::Real,
@@ -67,8 +69,8 @@ fn forward<T: Real>(network: &Perceptron, random: &mut Random) -> f64 {
 fn kernels(network: &Perceptron, batch: &Batch, random: &mut Random) {
     let weights = network.weights();
     let mut gradient = vec![0.0; weights.len()];
-    let mut single = Sweep::<f32>::new(network, batch);
-    let mut double = Sweep::<f64>::new(network, batch);
+    let mut single = GradientPass::<f32>::new(network, batch);
+    let mut double = GradientPass::<f64>::new(network, batch);
     let mut curvature = Curvature::new(network, batch);
     let mut hessian = Lower::zeros(weights.len());
     let mut work = Workspace::new(&SIZES);

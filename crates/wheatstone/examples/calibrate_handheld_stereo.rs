@@ -5,7 +5,7 @@
 use std::error::Error;
 use wheatstone::{
     AnyMethod, Calibration, LineGrid, Preparation, Silent,
-    fit::bundle::{Gauge, Placing},
+    fit::bundle::{BundleSettings, Gauge},
     synthetic::{HandHeld, Noise, Rig, hand_held_correspondences},
 };
 
@@ -18,7 +18,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let (data, _) = hand_held_correspondences(&rig, &chart, &places, (Noise::Normal(0.1), 0));
 
     // Bundle adjustment places the charts. The world is the frame of the first camera.
-    let placing = Placing { gauge: Gauge::FirstCamera, ..Placing::default() };
+    let placing = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
     let prepared = Preparation { placing, ..Preparation::default() }.run(data, 0, &Silent)?;
     let placed = prepared.placed.as_ref().ok_or("no chart was placed")?;
     println!("{} views placed with the lens `{}`", placed.views.len(), placed.lens);

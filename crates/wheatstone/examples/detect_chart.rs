@@ -4,7 +4,7 @@
 
 use std::error::Error;
 use wheatstone::{
-    AnyChart, Chessboard, GrayImage, Pose, Sighting,
+    AnyChart, ChartSearch, Chessboard, GrayImage, Pose,
     geometry::Vector3,
     numeric::random::Random,
     synthetic::{Rig, Sensor, render},
@@ -18,8 +18,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     // 8-bit grey values, row by row; `from_raw_stride` takes padded rows, `from_raw16` deeper ones.
     let image = GrayImage::from_raw(width, height, &bytes)?;
     let readings = match chart.detect(&image) {
-        Sighting::Seen(readings) => readings,
-        Sighting::Unseen(reason) => return Err(reason.into()),
+        ChartSearch::Found(readings) => readings,
+        ChartSearch::NotFound(reason) => return Err(reason.into()),
     };
 
     // A board that looks the same upside down has two readings, with the same pixels.

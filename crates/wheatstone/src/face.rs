@@ -61,7 +61,7 @@ pub use wheatstone_core::rectification::{Rectification, VirtualPair};
 #[doc(inline)]
 pub use wheatstone_charts::{
     chart::{
-        AnyChart, Chart, Detection, Sighting, april_grid::AprilGrid, charuco::Charuco,
+        AnyChart, Chart, ChartSearch, Detection, april_grid::AprilGrid, charuco::Charuco,
         chessboard::Chessboard, dot_grid::DotGrid, line_grid::LineGrid,
     },
     imaging::{GrayImage, Limits, read_image},

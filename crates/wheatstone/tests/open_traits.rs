@@ -6,10 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 use wheatstone::{
-    AnyCamera, AnyChart, AnyMethod, Calibration, CameraModel, Capture, Chart, Correspondence,
-    Dataset, Detection, DetectionSettings, Error, Fit, FnProgress, Format, Given, GrayImage,
-    InputFile, LineGrid, Located, Locator, Method, OutputFile, Pixel, Point3, Pose, PosedCamera,
-    Prepared, Progress, Reconstructor, Result, Sighting, Silent,
+    AnyCamera, AnyChart, AnyMethod, Calibration, CameraModel, Capture, Chart, ChartSearch,
+    Correspondence, Dataset, Detection, DetectionSettings, Error, Fit, FnProgress, Format, Given,
+    GrayImage, InputFile, LineGrid, Located, Locator, Method, OutputFile, Pixel, Point3, Pose,
+    PosedCamera, Prepared, Progress, Reconstructor, Result, Silent,
     capture::{CameraPictures, CapturedView},
     chart::Shape,
     compare, cross_validate,
@@ -137,7 +137,7 @@ impl Chart for Disc {
         Some(if x * x + y * y < self.radius * self.radius { 0.0 } else { 1.0 })
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         let (mut sum, mut weight) = (Vector3::zeros(), 0.0);
         for y in 0..image.height() {
             for (x, value) in image.row(y).iter().enumerate().filter(|(_, value)| **value < 60.0) {
@@ -147,10 +147,10 @@ impl Chart for Disc {
             }
         }
         if weight == 0.0 {
-            return Sighting::Unseen("nothing is dark".into());
+            return ChartSearch::NotFound("nothing is dark".into());
         }
         let at = Pixel::new(sum.x / weight, sum.y / weight);
-        Sighting::Seen(vec![Detection { points: vec![(0, at)], sigmas: Vec::new() }])
+        ChartSearch::Found(vec![Detection { points: vec![(0, at)], sigmas: Vec::new() }])
     }
 
     fn validate(&self) -> Result<()> {

@@ -5,7 +5,7 @@ mod grid;
 mod tags;
 
 use super::{
-    Chart, Detection, Shape, Sighting,
+    Chart, ChartSearch, Detection, Shape,
     charuco::{has_words, share},
     chessboard::seed,
     lattice::Origin,
@@ -238,33 +238,33 @@ impl Chart for AprilGrid {
         Some(1.0 - ink)
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         let Some(words) = self.words() else {
-            return Sighting::Unseen(format!("no dictionary {}", self.dictionary));
+            return ChartSearch::NotFound(format!("no dictionary {}", self.dictionary));
         };
         let whole = 4 * self.columns * self.rows;
         let best =
             seed::Scale::most_of_markers(image, whole, |scale| self.look(image, scale, &words));
         if best.points.is_empty() {
-            return Sighting::Unseen(
+            return ChartSearch::NotFound(
                 "no two neighbouring tags of the grid found: are dictionary, counts and first tag as printed?"
                     .into(),
             );
         }
-        Sighting::Seen(vec![best])
+        ChartSearch::Found(vec![best])
     }
 
     fn validate(&self) -> Result<()> {
         if self.columns < 1 || self.rows < 1 || self.columns * self.rows < 2 {
             let value = format!("{}, {}", self.columns, self.rows);
-            return Err(refused("columns, rows", value, "two tags at least"));
+            return Err(refused("columns, rows", value, "at least two tags"));
         }
         if !(self.tag.is_finite() && self.tag > 0.0) {
             return Err(refused("tag", self.tag, "a length above 0"));
         }
         // Squares of less than a tag's cell are not told from its word; wider gaps are another chart.
         if !(0.1..=1.0).contains(&self.spacing) {
-            let need = "0.1 to 1, the gap between tags as a share of their side";
+            let need = "0.1 to 1: the gap between tags as a fraction of their side";
             return Err(refused("spacing", self.spacing, need));
         }
         if !(1..=2).contains(&self.border) {

@@ -4,7 +4,7 @@
 mod markers;
 
 use super::{
-    Chart, Detection, Shape, Sighting,
+    Chart, ChartSearch, Detection, Shape,
     chessboard::{growth, seed},
     lattice::{Lattice, Origin},
     refused,
@@ -145,10 +145,10 @@ impl Charuco {
             })
             .collect();
         points.sort_unstable_by_key(|(id, _)| *id);
-        let seen = Sighting::Seen(vec![Detection { points, ..Detection::default() }]);
+        let seen = ChartSearch::Found(vec![Detection { points, ..Detection::default() }]);
         match grown.sigmas.told(seen) {
-            Sighting::Seen(mut readings) => readings.pop(),
-            Sighting::Unseen(_) => None,
+            ChartSearch::Found(mut readings) => readings.pop(),
+            ChartSearch::NotFound(_) => None,
         }
     }
 }
@@ -209,20 +209,20 @@ impl Chart for Charuco {
         Some(1.0 - ink)
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         let Some(words) = self.words() else {
-            return Sighting::Unseen(format!("no dictionary {}", self.dictionary));
+            return ChartSearch::NotFound(format!("no dictionary {}", self.dictionary));
         };
         let whole = (self.columns - 1) * (self.rows - 1);
         let best = seed::Scale::most_of_markers(image, whole, |scale| {
             self.look(image, scale, &words).unwrap_or_default()
         });
         if best.points.is_empty() {
-            return Sighting::Unseen(
+            return ChartSearch::NotFound(
                 "no chessboard with these columns, rows and markers found".into(),
             );
         }
-        Sighting::Seen(vec![best])
+        ChartSearch::Found(vec![best])
     }
 
     fn validate(&self) -> Result<()> {
@@ -234,7 +234,7 @@ impl Chart for Charuco {
         self.lattice().validate()?;
         // Less than a twelfth of the square on each side, and corners cannot be told from markers.
         if !(self.marker > 0.0 && self.marker <= 0.85 * self.pitch) {
-            let need = "a length above 0, at most 0.85 of the pitch";
+            let need = "a length above 0 and at most 0.85 of the pitch";
             return Err(refused("marker", self.marker, need));
         }
         has_words(&self.dictionary, self.marked(self.legacy).len(), "markers")

@@ -8,7 +8,7 @@ pub(super) mod saddle;
 pub(super) mod seed;
 
 use super::{
-    AnyChart, Chart, Shape, Sighting, Sigmas,
+    AnyChart, Chart, ChartSearch, Shape, Sigmas,
     lattice::{Labelled, Lattice, Origin},
     trimming::trim,
 };
@@ -64,7 +64,7 @@ impl Chessboard {
 
     /// Looks at one size of the picture. With what is found: whether nothing of it is missing, and
     /// how much there is of it, anything that can be placed on the chart before anything that cannot.
-    fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, Sighting)> {
+    fn look(&self, image: &GrayImage, scale: seed::Scale) -> Option<(bool, usize, ChartSearch)> {
         let look = seed::Look::new(image, scale);
         let count = self.columns * self.rows;
         // A board's corners are among the strongest places, and few of these take little time.
@@ -74,7 +74,7 @@ impl Chessboard {
             return first;
         }
         let all = self.look_among(image, &look, MOST_CORNERS.max(4 * count));
-        let rank = |found: &Option<(bool, usize, Sighting)>| found.as_ref().map(|found| found.1);
+        let rank = |found: &Option<(bool, usize, ChartSearch)>| found.as_ref().map(|found| found.1);
         if rank(&first) > rank(&all) { first } else { all }
     }
 
@@ -84,7 +84,7 @@ impl Chessboard {
         image: &GrayImage,
         look: &seed::Look,
         most: usize,
-    ) -> Option<(bool, usize, Sighting)> {
+    ) -> Option<(bool, usize, ChartSearch)> {
         let seed = look.find(self.columns * self.rows, most).into_iter().next()?;
         let most_points = growth::most_points(self.columns * self.rows);
         let growth::Grown { labels, dark_square, mut sigmas } =
@@ -105,7 +105,7 @@ impl Chessboard {
         mut labels: seed::Labels,
         dark_square: (i32, i32),
         sigmas: &Sigmas,
-    ) -> Option<(bool, usize, Sighting)> {
+    ) -> Option<(bool, usize, ChartSearch)> {
         trim(&mut labels, (self.columns, self.rows));
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);
@@ -127,7 +127,7 @@ impl Chessboard {
         let sighting =
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
         let sighting = sigmas.told(sighting);
-        let placed = matches!(sighting, Sighting::Seen(_));
+        let placed = matches!(sighting, ChartSearch::Found(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         // A whole board of other counts is whole at every size of the picture.
         let counts_enough = placed || found.len() > self.columns * self.rows;
@@ -184,8 +184,8 @@ impl Chart for Chessboard {
         Some(1.0 - dark)
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
-        let mut best: Option<(usize, Sighting)> = None;
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
+        let mut best: Option<(usize, ChartSearch)> = None;
         let pixels = image.width() * image.height();
         for scale in seed::Scale::ladder(pixels) {
             // Squares under ten pixels in a large picture show in its half, if not whole; a texture that shows
@@ -204,7 +204,7 @@ impl Chart for Chessboard {
             }
         }
         best.map_or_else(
-            || Sighting::Unseen("no chessboard found".into()),
+            || ChartSearch::NotFound("no chessboard found".into()),
             |(_, sighting)| sighting,
         )
     }

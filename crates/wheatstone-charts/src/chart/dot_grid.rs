@@ -8,7 +8,7 @@ pub(super) mod growth;
 mod layout;
 
 use super::{
-    Chart, Shape, Sighting, Sigmas,
+    Chart, ChartSearch, Shape, Sigmas,
     lattice::{Labelled, Lattice, Origin},
     refused,
     trimming::trim,
@@ -113,7 +113,7 @@ impl DotGrid {
     }
 
     /// Every way in which dots at these labels can be the chart.
-    fn place(&self, image: &GrayImage, centres: &BTreeMap<(i32, i32), Pixel>) -> Sighting {
+    fn place(&self, image: &GrayImage, centres: &BTreeMap<(i32, i32), Pixel>) -> ChartSearch {
         if self.asymmetric {
             return layout::place(self, centres);
         }
@@ -131,7 +131,7 @@ impl DotGrid {
         &self,
         image: &GrayImage,
         labels: &BTreeMap<(i32, i32), blobs::Blob>,
-    ) -> (bool, usize, Sighting) {
+    ) -> (bool, usize, ChartSearch) {
         let lattice = self.lattice();
         let (width, height) = layout::size(labels);
         let (width, height) = (width.max(height) as usize, width.min(height) as usize);
@@ -148,11 +148,11 @@ impl DotGrid {
             .collect();
         let whole = self.columns * self.rows;
         if dots.len() < LEAST_FOUND.min(whole) {
-            return (false, 0, Sighting::Unseen("no grid of dots found".into()));
+            return (false, 0, ChartSearch::NotFound("no grid of dots found".into()));
         }
         let places = width * height / if self.asymmetric { 2 } else { 1 };
         if dots.len() < (LEAST_FILLED * places as f64) as usize {
-            return (false, 0, Sighting::Unseen("no grid of dots found".into()));
+            return (false, 0, ChartSearch::NotFound("no grid of dots found".into()));
         }
         let placed = centre::placed(&dots);
         let centres: BTreeMap<_, _> =
@@ -166,7 +166,7 @@ impl DotGrid {
             sigmas.add(dot.centre, dots[label].sigma);
         }
         sighting = sigmas.told(sighting);
-        let seen = matches!(sighting, Sighting::Seen(_));
+        let seen = matches!(sighting, ChartSearch::Found(_));
         (seen && dots.len() == whole, dots.len() + if seen { whole } else { 0 }, sighting)
     }
 }
@@ -210,15 +210,15 @@ fn larger(dots: &BTreeMap<(i32, i32), centre::Placed>) -> Option<Pixel> {
 }
 
 /// The readings whose point 0 is at this dot; all where no dot is larger than the others.
-fn turned_by(first: Option<Pixel>, sighting: Sighting) -> Sighting {
-    let (Some(first), Sighting::Seen(mut readings)) = (first, sighting.clone()) else {
+fn turned_by(first: Option<Pixel>, sighting: ChartSearch) -> ChartSearch {
+    let (Some(first), ChartSearch::Found(mut readings)) = (first, sighting.clone()) else {
         return sighting;
     };
     readings.retain(|reading| reading.points.contains(&(0, first)));
     if readings.is_empty() {
-        return Sighting::Unseen("the larger dot is not where the chart has its first".into());
+        return ChartSearch::NotFound("the larger dot is not where the chart has its first".into());
     }
-    Sighting::Seen(readings)
+    ChartSearch::Found(readings)
 }
 
 impl Chart for DotGrid {
@@ -279,7 +279,7 @@ impl Chart for DotGrid {
         Some(1.0 - ink)
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         let mut sizes = vec![image.clone()];
         while let Some(last) = sizes.last() {
             if last.width().min(last.height()) < 2 * LEAST_SIDE {
@@ -287,7 +287,7 @@ impl Chart for DotGrid {
             }
             sizes.push(halve(last));
         }
-        let mut best: Option<(usize, Sighting)> = None;
+        let mut best: Option<(usize, ChartSearch)> = None;
         for halvings in order(&sizes) {
             let mut blobs = blobs::find(&sizes[halvings], blobs::Outline::Ellipse);
             for side in [&mut blobs.dark, &mut blobs.bright] {
@@ -301,7 +301,7 @@ impl Chart for DotGrid {
                 }
             }
         }
-        best.map_or_else(|| Sighting::Unseen("no grid of dots found".into()), |(_, it)| it)
+        best.map_or_else(|| ChartSearch::NotFound("no grid of dots found".into()), |(_, it)| it)
     }
 
     fn validate(&self) -> Result<()> {
@@ -313,7 +313,7 @@ impl Chart for DotGrid {
         if diameter > 0.0 && diameter < 0.95 * most {
             return Ok(());
         }
-        Err(refused("diameter", diameter, "a length above 0 at which dots stay apart"))
+        Err(refused("diameter", diameter, "a length above 0, small enough to keep the dots apart"))
     }
 }
 

@@ -88,12 +88,12 @@ impl<'a> Target<'a> {
                 continue;
             }
             let Some((key, value)) = content.split_once(':') else {
-                return Err(own.malformed(line, format!("`{content}` is no `key: value`")));
+                return Err(own.malformed(line, format!("`{content}` is not `key: value`")));
             };
             let bare = |text: &str| text.trim().trim_matches(['\'', '"']).to_owned();
             let key = bare(key);
             if own.entries.insert(key.clone(), (line, bare(value))).is_some() {
-                return Err(own.malformed(line, format!("`{key}` stands here twice")));
+                return Err(own.malformed(line, format!("`{key}` is given twice")));
             }
         }
         Ok(own)
@@ -104,7 +104,7 @@ impl<'a> Target<'a> {
             path: self.path.into(),
             line: Some(line),
             problem,
-            hint: "a target of Kalibr has `target_type: 'aprilgrid'`, `'checkerboard'` or `'circlegrid'` and its sizes, one a line"
+            hint: "a target of Kalibr has `target_type: 'aprilgrid'`, `'checkerboard'` or `'circlegrid'` and its sizes, one per line"
                 .into(),
         }
     }
@@ -114,19 +114,20 @@ impl<'a> Target<'a> {
     }
 
     fn text(&self, key: &str) -> Result<&str> {
-        let missing = || self.malformed(1, format!("there is no `{key}` in it"));
+        let missing = || self.malformed(1, format!("the key `{key}` is missing"));
         self.entries.get(key).map(|entry| entry.1.as_str()).ok_or_else(missing)
     }
 
     fn count(&self, key: &str) -> Result<usize> {
         let text = self.text(key)?;
-        text.parse().map_err(|_| self.error(key, format!("`{key}` is `{text}`, which is no count")))
+        text.parse()
+            .map_err(|_| self.error(key, format!("`{key}` is `{text}`, which is not a count")))
     }
 
     fn number(&self, key: &str) -> Result<f64> {
         let text = self.text(key)?;
         let number = text.parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
-        number.ok_or_else(|| self.error(key, format!("`{key}` is `{text}`, which is no length")))
+        number.ok_or_else(|| self.error(key, format!("`{key}` is `{text}`, which is not a length")))
     }
 
     fn april_grid(&self, per_metre: f64) -> Result<AprilGrid> {
@@ -147,7 +148,7 @@ impl<'a> Target<'a> {
     fn chessboard(&self, per_metre: f64) -> Result<Chessboard> {
         let pitch = self.number("colSpacingMeters")?;
         if (self.number("rowSpacingMeters")? / pitch - 1.0).abs() > 1e-6 {
-            let problem = "squares that are not as high as wide are not read".into();
+            let problem = "squares must be as high as wide".into();
             return Err(self.error("rowSpacingMeters", problem));
         }
         Ok(Chessboard {

@@ -1,7 +1,7 @@
 //! What charts with points on a square lattice share: where the points are, and which point of the
 //! chart each crossing found in a picture can be.
 
-use super::{Detection, Sighting, refused};
+use super::{ChartSearch, Detection, refused};
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -98,7 +98,7 @@ impl Lattice {
         found: &[Labelled],
         image: &GrayImage,
         first_square: Option<(i32, i32)>,
-    ) -> Sighting {
+    ) -> ChartSearch {
         let mut turned = Found::new(found, first_square);
         let mut readings: Vec<(f64, Detection)> = Vec::new();
         for _ in 0..4 {
@@ -109,10 +109,10 @@ impl Lattice {
                 .extend(offsets.into_iter().map(|offset| (upright, self.read(&turned, offset))));
         }
         if readings.is_empty() {
-            return Sighting::Unseen(self.why_not(&turned));
+            return ChartSearch::NotFound(self.why_not(&turned));
         }
         readings.sort_by(|a, b| b.0.total_cmp(&a.0));
-        Sighting::Seen(readings.into_iter().map(|(_, reading)| reading).collect())
+        ChartSearch::Found(readings.into_iter().map(|(_, reading)| reading).collect())
     }
 
     /// Where the found points' first row and column can be on the chart.
@@ -153,11 +153,11 @@ impl Lattice {
         let declared = (self.columns.max(self.rows), self.columns.min(self.rows));
         if (width as usize, height as usize) == declared {
             return format!(
-                "found {width} x {height} points, but their colours are those of another chart"
+                "found {width} x {height} points, but their black and white pattern is that of another chart"
             );
         }
         format!(
-            "found {width} x {height} points, the chart has {} x {}, and the rest is not outside the picture",
+            "found {width} x {height} of the {} x {} points of the chart, and the others should be inside the picture",
             declared.0, declared.1
         )
     }

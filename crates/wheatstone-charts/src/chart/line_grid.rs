@@ -9,7 +9,7 @@ mod refine;
 mod search;
 
 use super::{
-    AnyChart, Chart, Shape, Sighting,
+    AnyChart, Chart, ChartSearch, Shape,
     charuco::share,
     lattice::{Lattice, Origin},
     refused,
@@ -120,12 +120,12 @@ impl Chart for LineGrid {
         Some((1.0 - down) * (1.0 - across))
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         let whole = self.columns * self.rows;
         let (found, sigmas) = search::crossings(image, whole);
         // Fewer than a grid's worth of cells is any window frame.
         if found.len() < whole.min(LEAST_FOUND) {
-            return Sighting::Unseen("no crossing lines found".into());
+            return ChartSearch::NotFound("no crossing lines found".into());
         }
         sigmas.told(self.lattice().place(&found, image, None))
     }
@@ -140,7 +140,7 @@ impl Chart for LineGrid {
         if self.line_width > 0.0 && self.line_width < 0.6 {
             return Ok(());
         }
-        let need = "a share of the pitch above 0 and below 0.6";
+        let need = "a fraction of the pitch above 0 and below 0.6";
         Err(refused("line_width", self.line_width, need))
     }
 }

@@ -42,14 +42,14 @@ pub struct Detection {
 
 /// What a search for a chart in one picture came to.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Sighting {
+pub enum ChartSearch {
     /// The chart was found. More than one reading means that the picture alone cannot tell which
     /// point is which (a grid that leaves the picture, a board that looks the same upside down);
     /// all readings hold the same pixels, and the first has the chart's x axis nearest to the
     /// picture's.
-    Seen(Vec<Detection>),
+    Found(Vec<Detection>),
     /// It was not, for this reason.
-    Unseen(String),
+    NotFound(String),
 }
 
 /// Sigmas of places in a picture, by the places' bits.
@@ -66,8 +66,8 @@ impl Sigmas {
     }
 
     /// The same readings with the sigmas of their points, if all have one.
-    fn told(&self, mut sighting: Sighting) -> Sighting {
-        if let Sighting::Seen(readings) = &mut sighting {
+    fn told(&self, mut sighting: ChartSearch) -> ChartSearch {
+        if let ChartSearch::Found(readings) = &mut sighting {
             for reading in readings {
                 let all: Option<Vec<f64>> =
                     reading.points.iter().map(|(_, at)| self.of(*at)).collect();
@@ -106,11 +106,11 @@ pub trait Chart: Sync {
     fn reflectance(&self, place: [f64; 2], size: [f64; 2]) -> Option<f64>;
 
     /// Looks for the chart.
-    fn detect(&self, image: &GrayImage) -> Sighting;
+    fn detect(&self, image: &GrayImage) -> ChartSearch;
 
     /// Looks for the chart in a picture of which more is known: charts that were told where some of their
     /// points are seen make use of it.
-    fn detect_in(&self, image: &GrayImage, _of: PictureOf) -> Sighting {
+    fn detect_in(&self, image: &GrayImage, _of: PictureOf) -> ChartSearch {
         self.detect(image)
     }
 

@@ -3,7 +3,7 @@
 mod file;
 
 use super::{
-    Chart, PictureOf, PointId, Shape, Sighting, refused,
+    Chart, ChartSearch, PictureOf, PointId, Shape, refused,
     rigid::{self, MarkKind},
 };
 use crate::imaging::GrayImage;
@@ -154,11 +154,11 @@ impl Chart for PointList {
         Some(1.0 - ink)
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         rigid::find(&self.points(), self.marks, image, &[])
     }
 
-    fn detect_in(&self, image: &GrayImage, of: PictureOf) -> Sighting {
+    fn detect_in(&self, image: &GrayImage, of: PictureOf) -> ChartSearch {
         let here = |named: &&file::Named| {
             named.camera == of.camera && named.view.as_deref().is_none_or(|view| view == of.view)
         };
@@ -178,12 +178,12 @@ impl Chart for PointList {
         }
         if let Some(point) = self.points.iter().find(|point| !point.iter().all(|it| it.is_finite()))
         {
-            return Err(refused("points", format!("{point:?}"), "three finite numbers a point"));
+            return Err(refused("points", format!("{point:?}"), "three finite numbers per point"));
         }
         let mut sorted = self.points.clone();
         sorted.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(refused("points", format!("{:?} twice", pair[0]), "every point once"));
+            return Err(refused("points", format!("{:?} twice", pair[0]), "each point only once"));
         }
         Ok(())
     }

@@ -1,7 +1,9 @@
 //! The plate of two levels that particle image velocimetry calibrates with: a grid of dots, and a second
 //! one beside and behind it.
 
-use super::{Chart, PictureOf, Shape, Sighting, lattice::Origin, point_list::PointList, refused};
+use super::{
+    Chart, ChartSearch, PictureOf, Shape, lattice::Origin, point_list::PointList, refused,
+};
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -128,11 +130,11 @@ impl Chart for TwoLevel {
         self.as_list().reflectance(place, size)
     }
 
-    fn detect(&self, image: &GrayImage) -> Sighting {
+    fn detect(&self, image: &GrayImage) -> ChartSearch {
         self.as_list().detect(image)
     }
 
-    fn detect_in(&self, image: &GrayImage, of: PictureOf) -> Sighting {
+    fn detect_in(&self, image: &GrayImage, of: PictureOf) -> ChartSearch {
         self.as_list().detect_in(image, of)
     }
 

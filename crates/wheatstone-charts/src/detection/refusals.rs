@@ -1,7 +1,7 @@
 //! What is said where a chart is found in too few pictures, or in none.
 
 use super::{Picture, Read};
-use crate::{capture::Capture, chart::Sighting};
+use crate::{capture::Capture, chart::ChartSearch};
 use rayon::prelude::*;
 use wheatstone_core::{
     Error, Result,
@@ -22,7 +22,8 @@ pub(super) fn refuse_a_miscount(
     let found = few
         .par_iter()
         .filter(|picture| {
-            read(&picture.path).is_ok_and(|image| matches!(meant.detect(&image), Sighting::Seen(_)))
+            read(&picture.path)
+                .is_ok_and(|image| matches!(meant.detect(&image), ChartSearch::Found(_)))
         })
         .count();
     if 2 * found <= few.len() {
@@ -30,9 +31,9 @@ pub(super) fn refuse_a_miscount(
     }
     let described = serde_json::to_value(&meant).unwrap_or_default();
     Err(Error::Degenerate {
-        problem: format!("the chart was found in {seen} of {} pictures only", pictures.len()),
+        problem: format!("the chart was found in only {seen} of {} pictures", pictures.len()),
         hint: format!(
-            "with `columns = {}`, `rows = {}` it is in {found} of the first {}: inner corners or crossings are counted, not squares",
+            "with `columns = {}`, `rows = {}` it is found in {found} of the first {}: count inner corners or crossings, not squares",
             described["columns"],
             described["rows"],
             few.len()
@@ -56,7 +57,7 @@ pub(super) fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Err
         .map_or(("no picture", 0), |(why, count)| (*why, *count));
     let hint = match crate::chart::lattice::size_in_reason(why) {
         Some((width, height)) => format!(
-            "is it `columns = {width}`, `rows = {height}`? Inner corners, crossings or dots are counted, but squares of a charuco board and tags of an april-grid"
+            "did you mean `columns = {width}`, `rows = {height}`? Count inner corners, crossings or dots; for a charuco board count squares, for an april-grid tags"
         )
         .into(),
         None => Hint::new(

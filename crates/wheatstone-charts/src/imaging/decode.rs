@@ -63,10 +63,10 @@ fn decoded<R: BufRead + Seek>(
     if width.max(height) > limits.side || u64::from(width) * u64::from(height) > limits.pixels {
         return Err(refuse(
             format!(
-                "{width} x {height} pixels; at most {} a side and {} in all are read",
+                "{width} x {height} pixels; the limit is {} per side and {} in all",
                 limits.side, limits.pixels
             ),
-            "is the file broken? Otherwise scale the picture down",
+            "is the file damaged? Otherwise scale the picture down",
         ));
     }
     let mut allocation = image::Limits::default();
@@ -109,8 +109,8 @@ fn guessed<R: BufRead + Seek>(path: &Path, source: R) -> Result<ImageReader<R>> 
 fn not_whole(path: &Path, error: &image::ImageError) -> Error {
     Error::Image {
         path: path.into(),
-        problem: format!("not a whole picture: {error}"),
-        hint: "PNG, JPEG, TIFF, BMP and PGM are read; is the file truncated?".into(),
+        problem: format!("not a complete picture: {error}"),
+        hint: "is the file truncated? PNG, JPEG, TIFF, BMP and PGM can be read".into(),
     }
 }
 

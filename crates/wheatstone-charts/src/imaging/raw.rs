@@ -78,11 +78,7 @@ fn exactly(width: usize, height: usize, count: usize) -> Result<()> {
     if width.checked_mul(height) == Some(count) && count > 0 {
         return Ok(());
     }
-    Err(refuse(
-        "the number of grey values",
-        count,
-        format!("{width} x {height} of them, and one at least"),
-    ))
+    Err(refuse("the number of grey values", count, format!("{width} x {height}, and at least one")))
 }
 
 /// Rows of values that begin `stride` apart.
@@ -93,10 +89,10 @@ fn strided<T: Copy>(
     grey: impl Fn(T) -> f32,
 ) -> Result<GrayImage> {
     if width == 0 || height == 0 {
-        return Err(refuse("a side of a picture", 0, "one pixel at least".into()));
+        return Err(refuse("a side of a picture", 0, "at least one pixel".into()));
     }
     if stride < width {
-        return Err(refuse("the stride of a row", stride, format!("{width}, its width, at least")));
+        return Err(refuse("the stride of a row", stride, format!("at least {width}, the width")));
     }
     let need = (height - 1).checked_mul(stride).and_then(|most| most.checked_add(width));
     if need.is_none_or(|need| values.len() < need) {

@@ -26,7 +26,7 @@ pub(crate) struct Chart {
     /// Unit of the pitch
     #[arg(long, default_value = "mm", value_parser = PossibleValuesParser::new(svg::UNITS))]
     unit: String,
-    /// Where the drawing goes
+    /// The file to write, an SVG drawing
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
@@ -42,16 +42,16 @@ pub(crate) struct ChartOptions {
     /// Inner corners, crossings or dots down; squares of a charuco board, tags of an april-grid
     #[arg(long)]
     rows: Option<usize>,
-    /// Distance of neighbouring points
+    /// Distance between neighbouring points
     #[arg(long)]
     pub(crate) pitch: Option<f64>,
-    /// Width of a line as a share of the pitch (line-grid)
+    /// Width of a line as a fraction of the pitch (line-grid)
     #[arg(long)]
     line_width: Option<f64>,
-    /// Of a dot (dot-grid)
+    /// Diameter of a dot (dot-grid)
     #[arg(long)]
     diameter: Option<f64>,
-    /// Every second row is moved by the pitch (dot-grid)
+    /// Every second row is shifted by the pitch (dot-grid)
     #[arg(long)]
     asymmetric: bool,
     /// The first dot is larger (dot-grid)
@@ -60,7 +60,7 @@ pub(crate) struct ChartOptions {
     /// Side of a tag (april-grid)
     #[arg(long)]
     tag: Option<f64>,
-    /// Gap between tags as a share of their side (april-grid)
+    /// Gap between tags as a fraction of their side (april-grid)
     #[arg(long)]
     spacing: Option<f64>,
     /// Side of a marker (charuco)
@@ -72,7 +72,7 @@ pub(crate) struct ChartOptions {
     /// Boards with an even count of rows begin with a light square (charuco)
     #[arg(long)]
     legacy: bool,
-    /// The kind of chart, where the command does not say
+    /// The kind of chart, if the command does not name it
     #[arg(long = "chart", value_name = "KIND", value_parser = PossibleValuesParser::new(AnyChart::NAMES))]
     chart_kind: Option<String>,
 }

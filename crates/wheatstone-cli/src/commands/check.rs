@@ -20,28 +20,28 @@ use wheatstone::{
     tables,
 };
 
-/// Look for faults in calibration data: what is wrong, where, and what to do about it
+/// Check calibration data for faults: what is wrong, where, and how to correct it
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone check points.csv\n  \
     wheatstone check points.csv --fix repaired.csv\n  \
     wheatstone check capture/ --expect-baseline 200:1% --json\n  \
-    wheatstone check --survey 500      how often faults are named rightly, on random captures\n\n\
-    The status is 1 where a fatal fault remains.")]
+    wheatstone check --survey 500      how often faults are identified, on random captures\n\n\
+    The exit status is 1 if a fatal fault remains.")]
 pub(crate) struct Check {
     /// A capture, or a points file with X, Y, Z
     #[arg(required_unless_present = "survey")]
     input: Option<PathBuf>,
-    /// Write a points file with the faults put right that can be put right safely
+    /// Write a points file in which the faults that can be corrected safely are corrected
     #[arg(long, value_name = "OUT")]
     fix: Option<PathBuf>,
-    /// The distance of cameras 1 and 2 as measured on the rig, in the data's unit, and how far the
-    /// data may be from it, such as `200` or `200:1%`
+    /// The baseline of cameras 1 and 2 as measured on the rig, in the data's unit, and the
+    /// tolerance, such as `200` or `200:1%`
     #[arg(long, value_name = "LENGTH[:PERCENT]", value_parser = baseline)]
     expect_baseline: Option<(f64, f64)>,
     /// Print the findings as JSON
     #[arg(long)]
     json: bool,
-    /// Instead of looking at data, try the clinic on so many random captures with known faults
+    /// Instead of checking data, test the checks on this many random captures with known faults
     #[arg(long, value_name = "N", conflicts_with_all = ["input", "fix", "expect_baseline"])]
     survey: Option<usize>,
     /// Seed of the survey
@@ -80,7 +80,7 @@ impl Check {
             let after = self.examine(&repaired);
             remaining = fatal(&after);
             say!(
-                "Wrote {}: {} of {} faults put right, {} of {} points kept",
+                "Wrote {}: {} of {} faults corrected, {} of {} points kept",
                 output.display(),
                 examination.findings.iter().filter(|finding| finding.is_fixable()).count(),
                 alarms(&examination),
@@ -94,9 +94,9 @@ impl Check {
         Err(Error::Degenerate {
             problem: format!("fatal faults in the data: {}", remaining.join(", ")),
             hint: if self.fix.is_some() {
-                "what remains must be recorded again, or taken out by hand".into()
+                "record the remaining views again, or remove them by hand".into()
             } else {
-                "put them right as told above, or try `--fix OUT`".into()
+                "correct them as described above, or try `--fix OUT`".into()
             },
         }
         .into())
@@ -148,14 +148,14 @@ fn as_text(examination: &Examination, data: &Dataset) -> String {
             data.cameras
         );
     }
-    text += "What cannot be seen in the data:\n";
+    text += "What these data cannot show:\n";
     for statement in &examination.cannot_be_seen {
         text += &format!("  {}: {}\n", statement.what, statement.check);
     }
     if let Some(first) = examination.layout.first().filter(|it| it.baseline.is_finite()) {
         let length = figure(first.baseline);
         text +=
-            &format!("  `--expect-baseline {length}:1%` holds a measured distance against it\n");
+            &format!("  `--expect-baseline {length}:1%` compares it with a measured baseline\n");
     }
     for camera in examination.layout.iter().skip(1) {
         text += &format!("  {}\n", camera.words);
@@ -193,7 +193,7 @@ fn as_json(examination: &Examination) -> Value {
 fn as_markdown(found: &Survey) -> String {
     let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
     let mut text =
-        "| fault | captures | named rightly | named otherwise | missed |\n|---|---|---|---|---|\n"
+        "| fault | captures | identified | misidentified | missed |\n|---|---|---|---|---|\n"
             .to_owned();
     for row in &found.faults {
         text += &format!(

@@ -23,11 +23,11 @@ use wheatstone::{
     method::AnyMethod,
     numeric::statistics::root_mean_square,
     preparation::Prepared,
-    report::{Material, Report, Seen, Wording},
+    report::{Material, PictureSource, Report, Wording},
     storage::Output,
 };
 
-/// Judge methods side by side on views (or slabs of space) left out
+/// Compare methods by leave-one-view-out cross-validation
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone compare points.csv\n  \
     wheatstone compare capture/ -o report.html\n  \
@@ -44,7 +44,7 @@ pub(crate) struct Compare {
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
-    /// Where a page goes that shows the methods side by side, and the one to be trusted in depth
+    /// Write a report that compares the methods and shows the recommended one in detail
     #[arg(short = 'o', long, value_name = "FILE", visible_alias = "output")]
     report: Option<PathBuf>,
     #[command(flatten)]
@@ -91,7 +91,7 @@ impl Compare {
             let (size, unit) = (figure(stage.estimated_sigma), &found.unit);
             remark!(
                 "warning",
-                "the held-out errors look as if the charts stood about {size} {unit} from where the data say: `--stage-sigma {size}` solves for that"
+                "the held-out errors suggest that the chart poses are off by about {size} {unit}: `--stage-sigma {size}` estimates them"
             );
         }
         Ok(())
@@ -123,7 +123,8 @@ impl Compare {
             model: &model,
             comparison: Some(found),
             truth: loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice()),
-            seen: seen.map(|source| Seen { capture: &source.capture, found: &source.found }),
+            seen: seen
+                .map(|source| PictureSource { capture: &source.capture, found: &source.found }),
             held_out: true,
         };
         Ok(Report::of(&material, bar)?)
@@ -150,7 +151,7 @@ fn no_method_worked(found: &Comparison) -> Failure {
     Error::Degenerate {
         problem: format!(
             "no method could be fitted; {}",
-            problem.unwrap_or_else(|| "there is nothing to hold out".into())
+            problem.unwrap_or_else(|| "there are too few views for cross-validation".into())
         ),
         hint: "give more views or points, spread over more distances".into(),
     }
@@ -169,11 +170,11 @@ pub(crate) fn as_text(found: &Comparison) -> String {
         found.methods.iter().flat_map(|m| m.folds.iter().map(|f| f.view.as_str())).collect();
     let count = folds.len() / found.methods.len().max(1);
     let mut text = format!(
-        "Errors in {unit} on {count} views left out one after the other ({})\n\n{}\n",
+        "Leave-one-view-out cross-validation over {count} views, errors in {unit} ({})\n\n{}\n",
         folds[..count.min(folds.len())].join("; "),
         table(&heading, &rows)
     );
-    text += "between, beyond: rms on views that lie among the fitted ones, and on the outermost\n";
+    text += "between, beyond: rms of views within the range of the fitted ones, and of the outermost (extrapolated)\n";
     for method in &found.methods {
         if method.located < method.n {
             text += &format!(
@@ -187,10 +188,11 @@ pub(crate) fn as_text(found: &Comparison) -> String {
     }
     text += &wrong_models(found);
     if let Some(floor) = &found.floor {
-        text += &format!("The pixel noise alone allows {} {unit} rms\n", figure(floor.rms));
+        text +=
+            &format!("The pixel noise alone causes {} {unit} rms: the floor\n", figure(floor.rms));
     }
     if let Some(chosen) = &found.chosen {
-        text += &format!("To be trusted here, by held-out error and simplicity: {chosen}\n");
+        text += &format!("Recommended, by held-out error and simplicity: {chosen}\n");
     }
     if let Some(budget) = &found.budget {
         text += &budget_as_text(budget, unit);
@@ -203,7 +205,7 @@ pub(crate) fn budget_as_text(budget: &Budget, unit: &str) -> String {
     let causes = [
         ("pixel noise", budget.detector),
         ("lens model", budget.lens_model),
-        ("where the chart stood", budget.stage),
+        ("chart poses", budget.stage),
         ("extrapolation", budget.extrapolation),
     ];
     let row = |(name, part): (&str, Part)| {
@@ -211,8 +213,8 @@ pub(crate) fn budget_as_text(budget: &Budget, unit: &str) -> String {
     };
     let rows: Vec<Vec<String>> = causes.into_iter().map(row).collect();
     format!(
-        "\nWhat its squared error is made of (rms in {unit})\n\n{}\
-         {} times what the pixel noise of {} px alone allows\n",
+        "\nContributions to its squared error (rms in {unit})\n\n{}\
+         {} times the floor set by a pixel noise of {} px\n",
         table(&["cause", "share", "rms"], &rows),
         figure(budget.ratio_to_floor),
         figure(budget.pixel_noise)
@@ -229,7 +231,7 @@ fn wrong_models(found: &Comparison) -> String {
     for method in found.methods.iter().filter(|m| MODELS.contains(&m.method.as_str())) {
         if let Some(ratio) = method.rms.map(|rms| rms / least).filter(|ratio| *ratio > CLEARLY) {
             text += &format!(
-                "note: {} errs {} times as much as the best: these cameras are not what it takes them for\n",
+                "note: {}'s error is {} times the best: its lens model does not fit these cameras\n",
                 method.method,
                 figure(ratio)
             );

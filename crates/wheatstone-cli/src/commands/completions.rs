@@ -5,7 +5,7 @@ use clap::Args;
 use clap_complete::Shell;
 use std::io::Write;
 
-/// Print completions for a shell
+/// Print a completion script for a shell
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     wheatstone completions bash > ~/.local/share/bash-completion/completions/wheatstone\n  \

@@ -18,7 +18,7 @@ use wheatstone::{
     tables::ColumnNames,
 };
 
-/// Turn files of one program into those of another
+/// Convert calibrations and points between programs
 #[derive(Args)]
 #[command(
     override_usage = "wheatstone convert [OPTIONS] <IN>... <OUT>",
@@ -28,34 +28,34 @@ use wheatstone::{
     wheatstone convert --from dltdv --size 1280x1024 dltCoefs.csv model.json\n  \
     wheatstone convert located.csv cloud.ply\n\n\
     Cameras become a model (model.json) on which `locate` works, or cameras of another format; points\n\
-    become points. docs/formats.md says what each format holds and in which conventions."
+    become points. docs/formats.md lists what each format holds, and its conventions."
 )]
 pub(crate) struct Convert {
-    /// What is read (files, or a folder of them), then what is written
+    /// The input (files, or a folder of them), then the output
     #[arg(required = true, num_args = 1.., value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// What is read [default: what its name and its first words say]
+    /// Input format [default: recognised by name and content]
     #[arg(long, value_name = "FORMAT", value_parser = names(Format::reads))]
     from: Option<String>,
-    /// What is written [default: what its extension says; of cameras, a model]
+    /// Output format [default: by extension; of cameras, a model]
     #[arg(long, value_name = "FORMAT", value_parser = names(Format::writes))]
     to: Option<String>,
-    /// Unit of the lengths in the file [default: what it says, else mm]
+    /// Unit of the lengths in the file [default: that of the file, else mm]
     #[arg(long)]
     unit: Option<String>,
     #[command(flatten)]
     told: PictureSizes,
-    /// Columns of corners of a chart and their distance, for lists of corners that do not say it
+    /// Number of corner columns of a chart and their distance, for lists of corners without it
     #[arg(long, value_name = "COLUMNSxPITCH", value_parser = board)]
     board: Option<(usize, f64)>,
-    /// What a table calls its columns: NAME=COLUMN,… or all names in order (`_`: none)
+    /// Names of the columns in a table: NAME=COLUMN,… or all names in order (`_`: none)
     #[arg(long, value_name = "NAMES", value_parser = columns)]
     columns: Option<ColumnNames>,
-    /// Standard deviation of a pixel coordinate, which files of cameras do not say
+    /// Standard deviation of a pixel coordinate, which calibration files do not contain
     // The better half of the real sets that the project is tested on reprojects to 0.5 px or less.
     #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = positive)]
     pixel_sigma: f64,
-    /// Print what was written and what it lost as JSON
+    /// Print what was written, and the loss of accuracy, as JSON
     #[arg(long)]
     json: bool,
 }
@@ -68,7 +68,7 @@ fn names(which: fn(&Format) -> bool) -> PossibleValuesParser {
 
 fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("it is more than 0".into()) }
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("give a value above 0".into()) }
 }
 
 impl Convert {
@@ -76,8 +76,8 @@ impl Convert {
         let Some((output, paths)) = self.paths.split_last().filter(|(_, paths)| !paths.is_empty())
         else {
             return Err(Failure::usage(
-                "one path alone is nothing to convert",
-                "name what is read, then what is written",
+                "only one path is given",
+                "give the input, then the output",
             ));
         };
         let from = source(self.from.as_deref(), paths)?;
@@ -115,7 +115,7 @@ impl Convert {
             (None, Cameras::Rig(rig), Some(from)) => {
                 write_model(rig, from, &files, self.pixel_sigma, output)
             }
-            _ => Err(Failure::usage("a model is a model already", "choose another `--to`")),
+            _ => Err(Failure::usage("the input is already a model", "choose another `--to`")),
         }
     }
 
@@ -128,8 +128,8 @@ impl Convert {
     ) -> Outcome<Value> {
         let (Some(from), Some(to)) = (from, self.target(output, false)?) else {
             return Err(Failure::usage(
-                "points do not become a model by conversion",
-                "`wheatstone fit` makes a model of them",
+                "points cannot be converted to a model",
+                "`wheatstone fit` fits a model to them",
             ));
         };
         let files = gather(from, paths)?;
@@ -162,7 +162,7 @@ fn by_extension(path: &Path, cameras: bool) -> Outcome<Option<&'static Format>> 
         ("pcd", false) => "pcd",
         _ => {
             return Err(Failure::usage(
-                format!("`{}` does not say which format it is to be", path.display()),
+                format!("the name `{}` does not tell the output format", path.display()),
                 "give `--to NAME`; `wheatstone list formats` has the names",
             ));
         }

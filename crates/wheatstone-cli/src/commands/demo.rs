@@ -1,4 +1,4 @@
-//! `wheatstone demo`: the whole story on a rendered rig.
+//! `wheatstone demo`: the complete workflow on rendered pictures.
 
 use super::{
     detect::draw,
@@ -27,23 +27,24 @@ use wheatstone::{
     method::AnyMethod,
     numeric::statistics::{median, percentile},
     preparation::Preparation,
-    report::{Material, MethodFigures, Report, Seen as Pictures, Wording},
+    report::{Material, MethodFigures, PictureSource as Pictures, Report, Wording},
     storage,
     synthetic::{Rig, Sensor, Stage, write_capture},
     tables,
 };
 
-/// Show the whole story: render the 2001 paper's rig, detect, fit, and judge
+/// Run the complete workflow on rendered pictures: detect, fit, evaluate, report
 ///
 /// Renders two unaligned cameras that look at a grid of lines at 50 to 140 cm, finds the crossings,
-/// fits the paper's network and the direct linear transformation, and judges them on charts that
-/// stand between the fitted ones. Everything it made lies in the output folder; begin with report.html.
+/// fits the 2001 paper's network and the direct linear transformation, and evaluates them on
+/// held-out charts between the fitted ones. All results are in the output folder; begin with
+/// report.html.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone demo --open\n  wheatstone demo --out story/ --json > summary.json"
 )]
 pub(crate) struct Demo {
-    /// Where everything goes
+    /// The folder for all results
     #[arg(long, value_name = "DIR", default_value = "demo-out")]
     out: PathBuf,
     /// Epochs of the paper's training
@@ -89,7 +90,7 @@ struct MethodSummary {
 }
 
 /// A rendered capture with what was found in it, to a fraction of a pixel and to whole pixels.
-struct Seen {
+struct Detections {
     capture: Capture,
     sub_pixel: Found,
     whole_pixel: Dataset,
@@ -156,7 +157,7 @@ impl Demo {
         chart: &AnyChart,
         (name, stage, seed): (&str, Stage, u64),
         bar: &Bar,
-    ) -> Outcome<Seen> {
+    ) -> Outcome<Detections> {
         let folder = self.out.join(name);
         write_capture(
             &folder,
@@ -177,7 +178,7 @@ impl Demo {
         }
         let points = folder.join("points-whole-pixels.csv");
         tables::save(&whole_pixel, &points)?;
-        Ok(Seen { capture, sub_pixel, whole_pixel })
+        Ok(Detections { capture, sub_pixel, whole_pixel })
     }
 
     fn fit(
@@ -207,7 +208,12 @@ impl Demo {
     }
 
     /// The best of the fits, judged view by view, beside the others.
-    fn report(&self, summary: &Summary, (seen, rig): (&Seen, &Rig), bar: &Bar) -> Outcome<Report> {
+    fn report(
+        &self,
+        summary: &Summary,
+        (seen, rig): (&Detections, &Rig),
+        bar: &Bar,
+    ) -> Outcome<Report> {
         let rms = |method: &&MethodSummary| method.exam.rms;
         let best = summary.methods.iter().min_by(|a, b| rms(a).total_cmp(&rms(b)));
         let file = best.map_or_else(String::new, |best| best.model.clone());
@@ -256,12 +262,12 @@ impl Demo {
         };
         let rows: Vec<Vec<String>> = summary.methods.iter().map(row).collect();
         let heading = ["method", "fitted, mean %", "exam, mean %", "rms cm", "95 % cm", "x floor"];
-        say!("\nErrors on charts that stood between the fitted ones:\n");
+        say!("\nErrors on held-out charts between the fitted ones:\n");
         say!("{}", table(&heading, &rows));
         say!(
-            "mean %: of the distance from the cameras; x floor: times what the pixel noise allows"
+            "mean %: of the distance from the cameras; x floor: times the error that pixel noise alone causes"
         );
-        say!("\nThe best of them, each chart left out in turn:");
+        say!("\nThe best of them, by leave-one-view-out cross-validation:");
         write_report(report, &self.out.join("report.html"), &self.showing)?;
         say!("Pictures            {}", show(&self.out, "detections"));
         say!("Models and figures  {}", show(&self.out, "summary.json"));

@@ -15,23 +15,23 @@ use wheatstone::{
     storage, tables,
 };
 
-/// Find chart points in every picture of a capture
+/// Detect chart points in every picture of a capture
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone detect capture/ -o points.csv\n  \
     wheatstone detect capture/ --draw found/ -o points.csv    also draw what was found")]
 pub(crate) struct Detect {
     /// The capture: its folder or its capture.toml
     capture: PathBuf,
-    /// Where the points go [default: standard output]
+    /// The points file to write [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Draw what was found onto copies of the pictures in this folder
+    /// Write copies of the pictures with the detections drawn in to this folder
     #[arg(long, value_name = "DIR")]
     draw: Option<PathBuf>,
     /// Round to whole pixels, as the 2001 paper measured
     #[arg(long)]
     whole_pixels: bool,
-    /// Print what was found in each picture as JSON, instead of the points
+    /// Print the detections in each picture as JSON, instead of the points
     #[arg(long)]
     json: bool,
 }

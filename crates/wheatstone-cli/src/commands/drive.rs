@@ -18,13 +18,13 @@ use wheatstone::{
     method::AnyMethod,
     robot::{
         film::Film,
-        trial::{self, Ended, Fault, Observer, Spread, Summary, Trial, run_all},
+        trial::{self, Distribution, Ended, Fault, Observer, Summary, Trial, run_all},
         world::World,
     },
     storage,
 };
 
-/// Let a robot drive to a goal by its two cameras alone, in made worlds
+/// Drive a simulated robot to a goal by its two cameras alone
 ///
 /// In each world the robot looks at a chart of lines at the 2001 paper's distances, fits a method to
 /// its crossings, and drives 3 m among boxes and cylinders to a goal. Its wheels slip; nothing tells it
@@ -34,9 +34,9 @@ use wheatstone::{
 #[command(after_help = "Examples:\n  \
     wheatstone drive -o drive/                            one world, and its film\n  \
     wheatstone drive --worlds 20 --method brown --json\n  \
-    wheatstone drive --seed 7 --knock 1 -o knocked/       a camera is knocked by a degree half-way\n\n\
-    Lengths are centimetres. Times are those of this computer, with as many worlds at once as it\n\
-    has processors.")]
+    wheatstone drive --seed 7 --knock 1 -o knocked/       a camera is turned by a degree half-way\n\n\
+    Lengths are centimetres. Times are those of this computer, with one world per processor\n\
+         at once.")]
 pub(crate) struct Drive {
     /// How many worlds, of this seed and those after it
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u64).range(1..))]
@@ -50,10 +50,10 @@ pub(crate) struct Drive {
     /// Ready-made settings of the method, such as `paper` for the network
     #[arg(long)]
     preset: Option<String>,
-    /// Break a world off after so many looks; the robot itself gives up after 1000
+    /// End a world after this many frames; the robot itself gives up after 1000
     #[arg(long, value_name = "N", default_value_t = 1001, value_parser = value_parser!(u64).range(1..))]
     steps: u64,
-    /// Turn a camera by so many degrees half-way, about any axis
+    /// Turn a camera by this many degrees half-way, about a random axis
     #[arg(long, value_name = "DEGREES", conflicts_with = "cover")]
     knock: Option<f64>,
     /// Cover a camera half-way
@@ -65,7 +65,7 @@ pub(crate) struct Drive {
     /// A folder for summary.json, worlds.csv and the films
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// How many of the worlds get a film, some megabytes each
+    /// Number of worlds with a film, some megabytes each
     #[arg(long, value_name = "N", default_value_t = 4, requires = "output")]
     films: u64,
 }
@@ -126,15 +126,18 @@ impl Drive {
         let trouble = match self.knock {
             Some(degrees) if !(degrees > 0.0 && degrees <= 180.0) => {
                 return Err(Failure::usage(
-                    format!("a camera cannot be knocked by {degrees} degrees"),
-                    "between 0 and 180; 1 is what a cable may do",
+                    format!("a camera cannot be turned by {degrees} degrees"),
+                    "give a value between 0 and 180; pulling a cable may turn a camera by 1",
                 ));
             }
             Some(degrees) => Some(Fault::Knock(degrees)),
             None => self.cover.then_some(Fault::Cover),
         };
         let Some(end) = self.seed.checked_add(self.worlds) else {
-            return Err(Failure::usage("there are no seeds so large", "choose a smaller `--seed`"));
+            return Err(Failure::usage(
+                "the seeds of these worlds are too large",
+                "choose a smaller `--seed`",
+            ));
         };
         let steps = usize::try_from(self.steps).unwrap_or(usize::MAX);
         let trial = |seed| Trial { seed, method: method.clone(), steps, trouble };
@@ -207,26 +210,34 @@ fn as_csv(trials: &[trial::Outcome]) -> Outcome<Vec<u8>> {
 /// The table of worlds, and what became of all.
 fn as_text(told: &DriveSummary) -> String {
     let rows: Vec<Vec<String>> = told.trials.iter().map(row).collect();
-    let heading =
-        ["world", "obstacles", "looks", "own place cm", "goal cm", "map cm", "clearance cm", "end"];
+    let heading = [
+        "world",
+        "obstacles",
+        "frames",
+        "own position cm",
+        "goal cm",
+        "map cm",
+        "clearance cm",
+        "end",
+    ];
     let all = &told.summary;
     let mut text = table(&heading, &rows);
     text += &format!(
-        "\nReached the goal: {} of {}; ran into something: {}; stopped safely before the goal: {}\n\n",
+        "\nReached the goal: {} of {}; collisions: {}; stopped safely before the goal: {}\n\n",
         all.reached, all.worlds, all.collisions, all.stopped_safely
     );
-    let mut line = |name: &str, spread: &Spread| {
+    let mut line = |name: &str, spread: &Distribution| {
         let (median, p95) = (figure(spread.median), figure(spread.p95));
         text += &format!("  {name:<42}{median:>6} cm (median) {p95:>6} cm (95 %)\n");
     };
-    line("believed place from the true one, at the end", &all.position_error);
+    line("estimated position from the true one, at the end", &all.position_error);
     if let Some(error) = &all.arrival_error {
-        line("goal from where it said it had arrived", error);
+        line("goal from where it reported arrival", error);
     }
     line("occupied cells from true surfaces", &all.map_error);
     if all.mishaps > 0 {
         text += &format!(
-            "  mishaps noticed: {} of {}, after {} looks (median)\n",
+            "  camera faults detected: {} of {}, after {} frames (median)\n",
             all.noticed,
             all.mishaps,
             figure_or_dash(all.noticed_after)
@@ -238,8 +249,8 @@ fn as_text(told: &DriveSummary) -> String {
 
 fn row(trial: &trial::Outcome) -> Vec<String> {
     let end = match (trial.collided, trial.ended) {
-        (true, _) => "ran into something",
-        (false, Ended::Arrived) if !trial.reached => "said it had arrived, but had not",
+        (true, _) => "collision",
+        (false, Ended::Arrived) if !trial.reached => "reported arrival away from the goal",
         (false, ended) => ended.words(),
     };
     let mut cells =

@@ -21,7 +21,7 @@ use wheatstone::{
     fit::bundle,
 };
 
-/// Judge a model on points whose places are known
+/// Measure the error of a model on points with known coordinates
 #[derive(Args)]
 #[command(after_help = "Example:\n  wheatstone evaluate model.json exam.csv --json")]
 pub(crate) struct Evaluate {
@@ -29,8 +29,8 @@ pub(crate) struct Evaluate {
     model: PathBuf,
     /// A capture or a points file with X, Y, Z; not the one that was fitted
     input: PathBuf,
-    /// Bring the points' frame to the model's by the best motion first, as where the board was held by
-    /// hand and the model has a frame of its own
+    /// First align the frame of the points to that of the model by the best rigid motion, for
+    /// models from a hand-held board
     #[arg(long)]
     align: bool,
     /// Print the figures as JSON
@@ -54,7 +54,7 @@ struct Judged<'a> {
     ellipsoids: Ellipsoids,
 }
 
-/// How often a true match may be called a mismatch, as `locate` has it.
+/// Share of correct matches that may be called a mismatch, as `locate` has it.
 const FALSE_ALARM: f64 = 0.001;
 
 impl Evaluate {
@@ -64,9 +64,9 @@ impl Evaluate {
         if self.json {
             return print_json(&found);
         }
-        say!("{} of {} pixels judged", found.located, found.n);
+        say!("{} of {} pixels evaluated", found.located, found.n);
         say!(
-            "Error {} px rms, {} px median, 95 % below {} px",
+            "Reprojection error {} px rms, {} px median, 95 % below {} px",
             figure(found.rms),
             figure(found.median),
             figure(found.p95)
@@ -87,8 +87,8 @@ impl Evaluate {
         if data.known().next().is_none() && bundle::needed(&data) {
             drop(bar);
             return Err(Failure::usage(
-                "this file tells of places on a board held by hand only, none in the world",
-                "judge on points with X, Y, Z (`--align` where they have another frame), or by the held-out error that `fit` and `compare` tell",
+                "this file has the board coordinates of a hand-held chart only, and no world coordinates",
+                "evaluate on points with X, Y, Z (with `--align` if their frame is another), or use the held-out error that `fit` and `compare` report",
             ));
         }
         if self.align {
@@ -99,7 +99,7 @@ impl Evaluate {
             return Err(wheatstone::Error::Faulty {
                 code: "unit".into(),
                 problem: format!(
-                    "these lengths look like {unit}, and were taken for {}, the model's unit",
+                    "these lengths look like {unit}, but were read as {}, the model's unit",
                     model.unit
                 ),
                 hint: Hint::new("say the unit of the points file", Remedy::Unit),
@@ -142,7 +142,7 @@ fn tell(found: &Evaluation, held: Option<Coverage>, budget: Option<&Budget>) {
     say!("Along X {x}, Y {y}, Z {z} {unit} rms");
     if let Some(Coverage { p68, p95 }) = held {
         say!(
-            "Ellipsoids that should hold 68 % and 95 % of the points hold {:.1} % and {:.1} %",
+            "The 68 % and 95 % error ellipsoids contain {:.1} % and {:.1} % of the points",
             100.0 * p68,
             100.0 * p95
         );

@@ -9,14 +9,14 @@ use clap::{Args, builder::PossibleValuesParser};
 use std::path::PathBuf;
 use wheatstone::formats::{FORMATS, Format};
 
-/// Write a model's cameras for another program
+/// Export a model's intrinsics and extrinsics for another program
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone export model.json --format opencv -o stereo.yml\n  \
     wheatstone export model.json --format colmap --size 1280x1024 -o rig/\n\n\
-    Formats of several files go into the folder that `-o` names. A model that the format cannot hold as\n\
-    it is, such as a network, is followed by a fitted camera, and what that loses is told in pixels.\n\
-    docs/formats.md says what each format holds and in which conventions."
+    Formats of several files go into the folder that `-o` names. A model that the format cannot hold,\n\
+         such as a network, is approximated by a parametric camera, and the loss is reported in pixels.\n\
+    docs/formats.md lists what each format holds, and its conventions."
 )]
 pub(crate) struct Export {
     /// The model file
@@ -26,12 +26,12 @@ pub(crate) struct Export {
         FORMATS.iter().filter(|f| f.is_calibration() && f.writes()).map(|f| f.name)
     ))]
     format: String,
-    /// Where the cameras go: a file, or a folder for formats of several files
+    /// The file to write, or the folder for formats of several files
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
     told: PictureSizes,
-    /// Print what was written and what it lost as JSON
+    /// Print what was written, and the loss of accuracy, as JSON
     #[arg(long)]
     json: bool,
 }

@@ -21,7 +21,12 @@ use wheatstone::{
     storage::Output,
 };
 
-/// Fit a method to a capture or a points file, and save the model
+/// Calibrate: fit a method to a capture or a points file, and save the model
+///
+/// Estimates intrinsics (focal length, principal point, distortion) and extrinsics of every camera, or
+/// a mapping without a camera model, by the least error. Without given chart poses these are estimated
+/// too, by bundle adjustment. The error that is reported is held out: leave-one-view-out
+/// cross-validation.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone fit capture/ -o model.json\n  \
     wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json")]
@@ -34,16 +39,16 @@ pub(crate) struct Fit {
     /// Ready-made settings of the method, such as `paper` for the network
     #[arg(long)]
     preset: Option<String>,
-    /// Epochs of training, for methods that learn in steps
+    /// Epochs of training, for methods that train by epochs
     #[arg(long)]
     epochs: Option<u64>,
     /// Seed of every random choice
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Do not judge the method on views left out, which takes as many more fits as there are views
+    /// Skip leave-one-view-out cross-validation, which takes one more fit per view
     #[arg(long)]
     no_validation: bool,
-    /// Where the model goes
+    /// The model file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
@@ -81,12 +86,12 @@ impl Fit {
     /// A model that is worthless is not saved, unless that is insisted on.
     fn refuse_broken(&self, model: &Calibration) -> Outcome {
         match model.broken() {
-            Some(why) if self.preparing.force => remark!("warning", "the model is broken: {why}"),
+            Some(why) if self.preparing.force => remark!("warning", "the model is unusable: {why}"),
             Some(why) => {
                 return Err(wheatstone::Error::Faulty {
                     code: "broken-model".into(),
-                    problem: format!("the model is not saved, because it is broken: {why}"),
-                    hint: "`wheatstone check` looks for what is wrong with the data; `--force` saves the model all the same".into(),
+                    problem: format!("the model was not saved, because it is unusable: {why}"),
+                    hint: "`wheatstone check` looks for faults in the data; `--force` saves the model anyway".into(),
                 }
                 .into());
             }
@@ -99,7 +104,7 @@ impl Fit {
         let training = &model.training;
         let unit = &training.unit;
         say!(
-            "Fitted {} to {} points of {}; on these points {} {unit} rms",
+            "Fitted {} to {} points of {}; error on these points {} {unit} rms",
             self.method,
             training.located,
             match prepared.data.cameras {
@@ -113,18 +118,18 @@ impl Fit {
         }
         match &model.validation {
             Some(validation) if prepared.data.cameras == 1 => say!(
-                "Held-out views: {} {unit} rms, {} {unit} median; half of a view's points tell where its chart stood, the other half is judged",
+                "Held-out error (leave-one-view-out): {} {unit} rms, {} {unit} median; half of a view's points determine its chart pose, the other half is evaluated",
                 figure(validation.all.rms),
                 figure(validation.all.median)
             ),
             Some(validation) => say!(
-                "Held-out views: {} {unit} rms, {} {unit} median, {} % of the distance on average",
+                "Held-out error (leave-one-view-out): {} {unit} rms, {} {unit} median, {} % of the distance on average",
                 figure(validation.all.rms),
                 figure(validation.all.median),
                 figure(validation.all.mean_percent)
             ),
             None => {
-                say!("Not judged on held-out views: the error above says little about new points")
+                say!("Not cross-validated: the error above says little about new points")
             }
         }
         say!("Wrote {}", self.output.display());
@@ -139,7 +144,7 @@ pub(crate) fn set_epochs(method: &mut AnyMethod, epochs: u64) -> Outcome {
         }
         other => {
             return Err(Failure::usage(
-                format!("`{}` does not learn in epochs", other.name()),
+                format!("`--epochs` does not apply to `{}`", other.name()),
                 "leave out `--epochs`, or choose `--method network --preset paper`",
             ));
         }

@@ -9,7 +9,7 @@ use wheatstone::{
     camera::AnyCamera, chart::AnyChart, formats::FORMATS, method::AnyMethod, synthetic::Rig,
 };
 
-/// List what there is: methods, charts, camera models, file formats, synthetic rigs
+/// List methods, charts, camera models, file formats and synthetic rigs
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone list\n  wheatstone list methods --json")]
 pub(crate) struct List {

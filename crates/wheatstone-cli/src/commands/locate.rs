@@ -34,30 +34,33 @@ use wheatstone::{
     },
 };
 
-/// Turn matched pixels into points in the world
+/// Triangulate: turn matched pixels into 3-D points with error bars
+///
+/// Triangulation from two or more cameras, each point with its covariance and its residual (the
+/// reprojection error), in the frame and the unit of the model.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone locate model.json pixels.csv -o points.csv\n  \
     producer | wheatstone locate model.json - | consumer\n\n\
-    Appends to every row: X,Y,Z and sX,sY,sZ (one standard deviation), in world units; residual, in\n\
-    pixels; trust, which is `inside` the space that the model was fitted to, its `edge`, or `outside`;\n\
-    and mismatch, which is `yes` where the pixels do not show one point.\n\
-    Rows that cannot be located keep their place, with empty cells. Columns of the input that have\n\
-    one of these names go on as input_X and so on.")]
+    Appends to every row: X,Y,Z and their standard deviations sX,sY,sZ, in world units; residual, the\n\
+         rms reprojection error in pixels; trust, whether the point is `inside` the calibrated volume, at its\n\
+         `edge`, or `outside`; and mismatch, `yes` where the rays do not intersect, so that the pixels are\n\
+         probably mismatched. Rows that cannot be located keep their place, with empty cells. Input columns\n\
+         with one of these names are renamed to input_X and so on.")]
 pub(crate) struct Locate {
     /// The model file
     model: PathBuf,
     /// A points file with columns x1,y1,x2,y2,… (CSV, Parquet, Arrow), or - for standard input
     points: PathBuf,
-    /// Where the points go (CSV; Parquet or Arrow by extension), or - for standard output
+    /// The file to write (CSV; Parquet or Arrow by extension), or - for standard output
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
-    /// Append the covariance of X, Y, Z as well: cXX,cXY,cXZ,cYY,cYZ,cZZ
+    /// Append the covariance matrix of X, Y, Z as well: cXX,cXY,cXZ,cYY,cYZ,cZZ
     #[arg(long)]
     covariance: bool,
-    /// What the points file calls its columns: NAME=COLUMN,… or all names in order (`_`: none)
+    /// Names of the columns in the points file: NAME=COLUMN,… or all names in order (`_`: none)
     #[arg(long, value_name = "NAMES", value_parser = columns)]
     columns: Option<ColumnNames>,
-    /// How often a true match may be called a mismatch
+    /// Share of correct matches that may be called a mismatch
     #[arg(long, value_name = "RATE", default_value = "0.001", value_parser = rate)]
     false_alarm: f64,
 }
@@ -65,7 +68,7 @@ pub(crate) struct Locate {
 /// A probability that leaves both answers possible.
 fn rate(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if value > 0.0 && value < 1.0 { Ok(value) } else { Err("it lies between 0 and 1".into()) }
+    if value > 0.0 && value < 1.0 { Ok(value) } else { Err("give a value between 0 and 1".into()) }
 }
 
 /// What is appended to each row.
@@ -234,9 +237,9 @@ pub(crate) fn needs_two_cameras(model: &Calibration, what: &str) -> Outcome {
     }
     Err(Error::Degenerate {
         problem: format!(
-            "`{what}` needs two cameras or more, and this model has one: it tells a direction, not a distance"
+            "`{what}` needs two cameras or more, and this model has one: a single camera cannot triangulate"
         ),
-        hint: "calibrate it together with a second camera, from views that both see; `export` hands this one to other programs".into(),
+        hint: "calibrate it together with a second camera, from views that both see; `export` writes this one for other programs".into(),
     }
     .into())
 }
@@ -256,7 +259,7 @@ pub(crate) fn refuse_exchanged(
         return Err(Error::Faulty {
             code: "cameras-swapped".into(),
             problem: format!(
-                "the pixels do not belong together, but would with cameras {} and {} exchanged",
+                "the pixels are mismatched, but would match with cameras {} and {} exchanged",
                 a + 1,
                 b + 1
             ),
@@ -268,7 +271,7 @@ pub(crate) fn refuse_exchanged(
     match mismatched_share(&*model.reconstructor, rows, rate) {
         Some(share) if share > 0.5 => remark!(
             "warning",
-            "{:.0} % of the first {} points have pixels that do not show one point: is this the model of these cameras?",
+            "{:.0} % of the first {} points have rays that do not intersect: does this model belong to these cameras?",
             100.0 * share,
             rows.len()
         ),

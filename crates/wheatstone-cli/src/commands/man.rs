@@ -9,7 +9,7 @@ use wheatstone::storage;
 #[derive(Args)]
 #[command(after_help = "Example:\n  wheatstone man ~/.local/share/man/man1 && man wheatstone-fit")]
 pub(crate) struct Man {
-    /// The folder that the pages go into
+    /// The folder for the pages
     folder: PathBuf,
 }
 

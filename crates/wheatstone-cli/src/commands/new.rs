@@ -13,16 +13,17 @@ use wheatstone::{
     storage,
 };
 
-/// Begin a capture: a commented capture.toml to fill in, a folder a camera, and a chart to print
+/// Create a capture: a commented capture.toml to fill in, one folder per camera, and a chart to
+/// print
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone new capture/\n  \
     wheatstone new tank/ --chart chessboard --columns 9 --rows 6 --pitch 25 --cameras top,side,front\n\n\
-    Then print chart.svg, take pictures, say in capture.toml where the chart stood, and run\n\
+    Then print chart.svg, take pictures, enter the chart poses in capture.toml, and run\n\
     `wheatstone fit capture/ -o model.json`.")]
 pub(crate) struct New {
     /// The capture's folder
     folder: PathBuf,
-    /// The cameras' names, in their order
+    /// Names of the cameras, in order
     #[arg(long, value_delimiter = ',', default_value = "left,right")]
     cameras: Vec<String>,
     /// Unit of every length
@@ -44,7 +45,7 @@ impl New {
         let file = self.folder.join(FILE_NAME);
         if file.exists() {
             return Err(Failure::usage(
-                format!("`{}` is there already", file.display()),
+                format!("`{}` exists already", file.display()),
                 "choose another folder, or delete it first",
             ));
         }
@@ -60,13 +61,13 @@ impl New {
         storage::write(&self.folder.join("chart.svg"), drawing.as_bytes())?;
         storage::write(&file, text.as_bytes())?;
         let folder = self.folder.display();
-        say!("Began a capture in {folder}");
+        say!("Created a capture in {folder}");
         say!("  1. print {folder}/chart.svg at 100 %, tape it to a flat board, measure its pitch");
         say!(
             "  2. take a picture with every camera at each distance, into {}",
             self.cameras.join(", ")
         );
-        say!("  3. say where the chart stood in {}", file.display());
+        say!("  3. enter the chart poses in {}", file.display());
         say!("  4. wheatstone fit {folder} -o model.json");
         Ok(())
     }
@@ -91,11 +92,11 @@ impl New {
         let as_toml = serde_json::to_value(chart).map_err(std::io::Error::from)?;
         let fields = as_toml.as_object().cloned().unwrap_or_default();
         let mut text = format!(
-            "# A capture: what the cameras saw, and where the chart stood.\n\
-             # Every length below is in this unit, and so will be every result.\n\
+            "# A capture: the pictures of every camera, and the chart poses.\n\
+             # Every length below is in this unit, and so is every result.\n\
              unit = \"{}\"\n\n\
              # The chart. `columns` and `rows` count inner corners (chessboard), crossings (line-grid) or dots\n\
-             # (dot-grid), not squares, but for a charuco board they do. `pitch` is from one to the next: measure it on the print.\n[chart]\n",
+             # (dot-grid), but squares of a charuco board. `pitch` is the distance of neighbours: measure it on the print.\n[chart]\n",
             self.unit
         );
         // The settings that every chart has, then its own; where its origin is goes without saying.
@@ -107,15 +108,15 @@ impl New {
                 let _ = writeln!(text, "{name} = {value}");
             }
         }
-        text += "\n# The cameras, in their order: camera 1, camera 2, … Pictures pair up in sorted order, so name\n\
-            # them alike. PNG, JPEG, TIFF, BMP or PNM.\n[cameras]\n";
+        text += "\n# The cameras, in their order: camera 1, camera 2, … Pictures are paired in sorted order, so name\n\
+         # them alike. PNG, JPEG, TIFF, BMP or PNM.\n[cameras]\n";
         for camera in &self.cameras {
             let _ = writeln!(text, "{camera} = \"{camera}/*.*\"");
         }
-        text += "\n# Where the middle of the chart's points stood, one entry for each picture pair, in sorted order.\n\
-            # The world's origin is wherever you like: the end of the ruler will do. Two distances are the least;\n\
-            # six or more spread over the depth that you want to measure are good.\n\
-            # rotation (axis times angle, radians) is zero while the chart is only shifted.\n";
+        text += "\n# The chart poses: where the centre of the chart's points is, one entry per picture pair, in sorted order.\n\
+            # The world origin is wherever you like, such as the end of the ruler. Use at least two distances,\n\
+            # better six or more, spread over the depth that you want to measure.\n\
+            # rotation is a rotation vector (axis times angle, radians): zero while the chart is only shifted.\n";
         for (number, distance) in DISTANCES.iter().enumerate() {
             let distance = distance * pitch;
             let _ = write!(

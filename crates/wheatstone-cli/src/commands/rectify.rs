@@ -15,48 +15,49 @@ use wheatstone::{
     Calibration, Error,
     formats::Format,
     imaging::{GrayImage, Limits, read_image, read_size},
-    rectification::{Rectification, Table, Wanted},
+    rectification::{PairSettings, Rectification, Table},
     rectified_pictures::{remapped, side_by_side},
     storage::create_folder,
     tables::{self, Duplicates},
 };
 
-/// Make a rectified pair of any two cameras: tables for cv2.remap, P1 P2 Q, pictures
+/// Rectify any two cameras along epipolar lines: maps for cv2.remap, P1 P2 Q, pictures
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone rectify model.json -o pair/\n  \
     wheatstone rectify model.json --images left.png right.png -o pair/\n  \
     wheatstone rectify model.json --cameras 1,3 --images left/ right/ --points exam.csv -o pair/\n\n\
     The folder gets left_map_x.npy, left_map_y.npy, right_map_x.npy, right_map_y.npy (float32, what\n\
-    cv2.remap takes; -1 where there is nothing), pair.yml (OpenCV's K D R T, P1 P2 Q; the left virtual\n\
+    cv2.remap takes; -1 outside the picture), pair.yml (OpenCV's K D R T, P1 P2 Q; the left virtual\n\
     camera's frame, in the model's unit), left/ and right/ with the rectified pictures, and lines.png\n\
-    to look at. What is left of vertical differences is told in pixels: as the model observes the space\n\
-    that it was fitted to, and of measured points. docs/rectification.md has the rest.")]
+    to look at. The vertical error that is left is reported in pixels: over the calibrated volume,\n\
+         and of measured points. docs/rectification.md has the rest.")]
 pub(crate) struct Rectify {
     /// The model file, of any method
     model: PathBuf,
-    /// Two of its cameras, counted from 1; the one that stands to the left becomes the left one
+    /// Two of its cameras, counted from 1; the one to the left becomes the left one
     #[arg(long, value_name = "A,B", default_value = "1,2", value_parser = two)]
     cameras: [usize; 2],
     /// Pictures to rectify, of the first and the second of the cameras: two files, or two folders with
     /// as many files each; may be given again
     #[arg(long, num_args = 2, value_names = ["FIRST", "SECOND"], action = clap::ArgAction::Append)]
     images: Vec<PathBuf>,
-    /// Matched pixels to judge the pair on: a points file with the pixels of all of the model's cameras
+    /// Matched pixels to evaluate the pair on: a points file with the pixels of all cameras of the
+    /// model
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
-    /// Width and height of the rectified pictures [default: those of the model's pictures, or larger
-    /// where what both were shown needs it]
+    /// Width and height of the rectified pictures [default: those of the model's pictures, or
+    /// larger where the common volume needs it]
     #[arg(long, value_name = "WxH", value_parser = size)]
     rectified_size: Option<[u32; 2]>,
     /// Focal length of the rectified pictures in pixels [default: the scale of the model's pictures]
     #[arg(long, value_name = "PIXELS")]
     focal: Option<f64>,
-    /// The folder that the pair goes into
+    /// The folder for the pair
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     #[command(flatten)]
     told: PictureSizes,
-    /// Print the pair and what is left of vertical differences as JSON
+    /// Print the pair and the vertical error that is left as JSON
     #[arg(long)]
     json: bool,
 }
@@ -66,7 +67,7 @@ fn two(text: &str) -> Result<[usize; 2], String> {
     let parts = text.split_once(',').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
     match parts {
         Some((Ok(a), Ok(b))) if a > 0 && b > 0 && a != b => Ok([a, b]),
-        _ => Err("two cameras are written 1,2".into()),
+        _ => Err("write two cameras as 1,2".into()),
     }
 }
 
@@ -88,7 +89,7 @@ impl Rectify {
                 }
             }
         }
-        let wanted = Wanted { cameras, sizes, size: self.rectified_size, focal: self.focal };
+        let wanted = PairSettings { cameras, sizes, size: self.rectified_size, focal: self.focal };
         let made = Rectification::of(&model, &wanted, &bar)?;
         drop(bar);
         let mut told = write_pair(&made, Format::named("remap")?, &self.output)?;
@@ -114,7 +115,7 @@ impl Rectify {
                         first.len(),
                         second.len()
                     ),
-                    "pictures pair up in sorted order: give as many of each",
+                    "pictures are paired in sorted order: give the same number of each",
                 ));
             }
             pairs.extend(first.into_iter().zip(second).map(|(a, b)| [a, b]));
@@ -158,7 +159,7 @@ impl Rectify {
         drop(bar);
         let shares = tables.each_ref().map(|table: &Table| table.filled);
         say!(
-            "Rectified {} pairs of pictures into {}; {:.0} % and {:.0} % of the rectified pictures show something",
+            "Rectified {} pairs of pictures into {}; {:.0} % and {:.0} % of their pixels are covered",
             pictures.len(),
             self.output.display(),
             100.0 * shares[0],
@@ -189,11 +190,10 @@ fn refuse_another_cameras(path: &Path, found: [u32; 2], known: Option<[u32; 2]>)
         Some(known) if known != found => Err(Error::Image {
             path: path.into(),
             problem: format!(
-                "{} x {} pixels, where the model is of pictures of {} x {}",
+                "{} x {} pixels, but the model was fitted to pictures of {} x {}",
                 found[0], found[1], known[0], known[1]
             ),
-            hint: "give the pictures as the camera took them, of the cameras in `--cameras`' order"
-                .into(),
+            hint: "give unscaled pictures, of the cameras in the order of `--cameras`".into(),
         }
         .into()),
         _ => Ok(()),
@@ -214,10 +214,10 @@ fn refuse_other_size(
     Err(Error::Image {
         path: path.into(),
         problem: format!(
-            "{} x {} pixels, where the first picture has {width} x {height}",
+            "{} x {} pixels, but the first picture has {width} x {height}",
             size.0, size.1
         ),
-        hint: "a table is of pictures of one size; rectify others by themselves".into(),
+        hint: "one map serves pictures of one size; rectify the others separately".into(),
     }
     .into())
 }
@@ -235,8 +235,8 @@ fn judge(made: &Rectification, model: &Calibration, path: &Path) -> Outcome<Valu
     }
     let Some(judged) = made.judge(&data) else {
         return Err(Failure::usage(
-            format!("in `{}` the two cameras see no point together", path.display()),
-            "give matched pixels of both",
+            format!("in `{}` no point is seen by both cameras", path.display()),
+            "give matched pixels of both cameras",
         ));
     };
     let vertical = judged.vertical;
@@ -250,7 +250,11 @@ fn judge(made: &Rectification, model: &Calibration, path: &Path) -> Outcome<Valu
         figure(vertical.max)
     );
     if let Some(place) = judged.place {
-        say!("Places told by the pair are off by {} {} rms", figure(place.rms), model.unit);
+        say!(
+            "Points triangulated from the rectified pair are off by {} {} rms",
+            figure(place.rms),
+            model.unit
+        );
     }
     Ok(json!(judged))
 }

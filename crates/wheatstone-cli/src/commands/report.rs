@@ -16,16 +16,16 @@ use wheatstone::{
     evaluate::{Comparison, compare},
     method::AnyMethod,
     report,
-    report::{Material, Seen, Wording},
+    report::{Material, PictureSource, Wording},
     storage::Output,
     synthetic::Truth,
 };
 
-/// Write a page that shows how good a model is: figures, pictures, and a view in space
+/// Write a report on a model: accuracy, reprojection errors, coverage, and a 3-D view
 ///
-/// Given a model, judges it on its own data, each view left out once. Given a capture or a points
-/// file, compares the methods, fits, and judges the best. The page is one file, needs no network, and
-/// can be sent to anyone.
+/// Given a model, evaluates it on its own data by leave-one-view-out cross-validation. Given a
+/// capture or a points file, compares the methods, then fits and evaluates the best. The report is
+/// one HTML file and needs no network.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone report model.json -o report.html\n  \
     wheatstone report model.json --pictures capture/ -o report.html\n  \
@@ -33,13 +33,13 @@ use wheatstone::{
 pub(crate) struct Report {
     /// A model file, a capture, or a points file with X, Y, Z
     input: PathBuf,
-    /// Where the page goes
+    /// The HTML file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Where all figures go as numbers
+    /// Write all figures as numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Where every figure goes as an SVG file
+    /// Write every figure as an SVG file to this folder
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
     /// The capture that a model was fitted to, for its pictures
@@ -48,7 +48,7 @@ pub(crate) struct Report {
     /// Methods to compare before the fit to a capture or a points file, separated by commas, or `none`
     #[arg(long, value_delimiter = ',', default_values_t = COMPARED.map(String::from))]
     methods: Vec<String>,
-    /// Do not fit once more without each view: errors are then those on points that the fit has seen
+    /// Skip leave-one-view-out cross-validation: the errors are then those on the fitted points
     #[arg(long)]
     no_validation: bool,
     /// Seed of every random choice
@@ -151,7 +151,8 @@ impl Report {
             model,
             comparison,
             truth: truth.map(|truth| truth.rig.cameras.as_slice()),
-            seen: source.map(|source| Seen { capture: &source.capture, found: &source.found }),
+            seen: source
+                .map(|source| PictureSource { capture: &source.capture, found: &source.found }),
             held_out: !self.no_validation,
         };
         Ok(report::Report::of(&material, bar)?)

@@ -16,13 +16,13 @@ use std::path::PathBuf;
 use wheatstone::report::Report;
 use wheatstone::report::reproduction::{Effort, Reproduction, Verdict, reproduce, write};
 
-/// Do the 2001 paper again: its figures and claims, each beside what is measured
+/// Reproduce the 2001 paper: its figures and claims, each beside what is measured
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone reproduce\n  wheatstone reproduce --seeds 1 --epochs 20000 --out quick/"
 )]
 pub(crate) struct Reproduce {
-    /// Where figures, tables, reproduction.json and report.html go
+    /// The folder for figures, tables, reproduction.json and report.html
     #[arg(long, value_name = "DIR", default_value = "reproduction")]
     out: PathBuf,
     /// Seeds of the paper's network
@@ -47,7 +47,7 @@ impl Reproduce {
         say!("{}", as_text(&all).trim_end());
         say!("");
         let report =
-            Report::of_reproduction(&all, "The 2001 paper, done again", Some(self.command()));
+            Report::of_reproduction(&all, "The 2001 paper, reproduced", Some(self.command()));
         write_report(&report, &self.out.join("report.html"), &self.showing)?;
         say!("Figures and tables  {}", self.out.display());
         if self.json {

@@ -15,7 +15,7 @@ use wheatstone::{
     },
 };
 
-/// Render a capture, or make correspondences, with known truth
+/// Make synthetic data with known truth: rendered pictures or correspondences
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     wheatstone synth -o capture/                                      pictures, as in the 2001 paper\n  \
@@ -23,7 +23,7 @@ use wheatstone::{
     wheatstone synth --rig water --random 2000 --noise 0.1 --seed 1 -o exam.csv\n\n\
     Lengths are centimetres. The true cameras go into truth.json beside the data.")]
 pub(crate) struct Synth {
-    /// The cameras and what lies before them
+    /// The cameras and the optics in front of them
     #[arg(long, default_value = "paper", value_parser = PossibleValuesParser::new(
         Rig::NAMES.iter().copied().chain(["brown"])))]
     rig: String,
@@ -33,16 +33,16 @@ pub(crate) struct Synth {
     /// Chart points without pictures, as a points file
     #[arg(long)]
     points: bool,
-    /// So many points at random places of the swept volume, as a points file
+    /// This many points at random positions in the calibrated volume, as a points file
     #[arg(long, value_name = "N", conflicts_with = "points")]
     random: Option<usize>,
-    /// A chart held by hand in so many views, its places untold, instead of one on a stage
+    /// A hand-held chart in this many views, its poses not given, instead of one on a stage
     #[arg(long, value_name = "N", conflicts_with = "random")]
     hand_held: Option<usize>,
     /// Error of the pixels of a points file: none, quantised, or a standard deviation in pixels
     #[arg(long, default_value = "quantised")]
     noise: String,
-    /// Keep at most so many chart points, left out at random
+    /// Keep at most this many chart points, chosen at random
     #[arg(long, value_name = "N")]
     count: Option<usize>,
     /// Nearest distance of the chart
@@ -51,7 +51,7 @@ pub(crate) struct Synth {
     /// Farthest distance
     #[arg(long, default_value_t = Stage::default().far)]
     far: f64,
-    /// From one distance to the next
+    /// Step from one distance to the next
     #[arg(long, default_value_t = Stage::default().step)]
     step: f64,
     /// Blur of the lens in pictures: standard deviation in pixels
@@ -60,7 +60,7 @@ pub(crate) struct Synth {
     /// Read-out noise in pictures: standard deviation in grey levels
     #[arg(long, default_value_t = Sensor::default().read_noise)]
     sensor_noise: f64,
-    /// Nothing behind the chart
+    /// Nothing in the background
     #[arg(long)]
     no_clutter: bool,
     /// Seed of every random choice

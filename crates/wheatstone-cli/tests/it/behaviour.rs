@@ -21,7 +21,7 @@ fn ctrl_c_stops_and_leaves_nothing_half_written() {
     assert!(killed.success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    assert!(said(&output).contains("error: stopped before the end"), "{}", said(&output));
+    assert!(said(&output).contains("error: cancelled"), "{}", said(&output));
     assert_eq!(std::fs::read_to_string(at.join("model.json")).unwrap(), "the old one");
     assert_eq!(std::fs::read_dir(at).unwrap().count(), 3, "points, their truth, the old model");
 }
@@ -68,7 +68,7 @@ fn a_new_capture_is_ready_to_be_filled_in() {
     assert!(early.contains("no file matches `top/*.*`"), "{early}");
     let again = wheatstone(at, &new);
     assert_eq!(again.status.code(), Some(2));
-    assert!(said(&again).contains("is there already"));
+    assert!(said(&again).contains("exists already"));
     assert_eq!(wheatstone(at, &["new", "x", "--cameras", "left"]).status.code(), Some(2));
     assert_eq!(wheatstone(at, &["new", "x", "--cameras", "a b,c"]).status.code(), Some(2));
 }

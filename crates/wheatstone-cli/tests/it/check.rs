@@ -78,7 +78,7 @@ fn the_survey_prints_its_table() {
     let output = wheatstone(dir.path(), &["check", "--survey", "4", "--seed", "1"]);
     assert!(output.status.success(), "{}", said(&output));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("| fault | captures | named rightly"), "{text}");
+    assert!(text.contains("| fault | captures | identified"), "{text}");
     assert!(
         text.contains("cameras swapped in some views") && text.contains("false alarms"),
         "{text}"

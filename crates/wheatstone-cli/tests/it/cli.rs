@@ -220,7 +220,7 @@ fn bad_tables_are_refused_with_file_line_and_hint() {
         ),
         ("short.csv", format!("{good}1,2,3,4,5,6,7\n1,2\n"), "short.csv:3: 2 cells"),
         ("twice.csv", format!("{good}1,2,3,4,5,6,7\n1,2,3,4,5,6,7\n"), "twice.csv:3: the same row"),
-        ("header.csv", "1,2,3,4,5,6,7\n".into(), "header.csv:1: there is no header"),
+        ("header.csv", "1,2,3,4,5,6,7\n".into(), "header.csv:1: the header is missing"),
         ("few.csv", format!("{good}1,2,3,4,5,6,7\n2,2,3,4,5,6,8\n"), "at least 4"),
         ("plane.csv", format!("{good}{plane}"), "one plane"),
         (

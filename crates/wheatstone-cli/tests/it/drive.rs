@@ -48,7 +48,7 @@ fn a_world_is_driven_and_filmed() {
 fn what_cannot_be_is_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, word) in [
-        (vec!["drive", "--knock", "0"], "knocked by 0 degrees"),
+        (vec!["drive", "--knock", "0"], "turned by 0 degrees"),
         (vec!["drive", "--knock", "1", "--cover"], "--cover"),
         (vec!["drive", "--worlds", "0"], "0 is not in"),
         (vec!["drive", "--films", "2"], "--output"),

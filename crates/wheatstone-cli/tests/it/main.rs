@@ -8,6 +8,7 @@ mod docs;
 mod drive;
 mod figures;
 mod formats;
+mod messages;
 mod behaviour;
 mod one_camera;
 mod program;

@@ -10,7 +10,7 @@ const FOCAL: f64 = 800.0;
 const ERROR: f64 = 0.2;
 
 /// Corners of a board 25 mm apart, tilted another way in every view, before a pinhole at (320, 240).
-fn corners(views: std::ops::Range<u32>) -> String {
+pub(crate) fn corners(views: std::ops::Range<u32>) -> String {
     let mut text = String::from("view,id,board_x,board_y,x1,y1\n");
     // Numerical Recipes' quick generator: any error that knows nothing of the place will do.
     let mut state = 1_u32;
@@ -50,7 +50,10 @@ fn one_camera_is_calibrated_judged_in_pixels_and_exported() {
     let rms = ERROR * (2.0_f64 / 3.0).sqrt();
     for method in ["brown", "kannala-brandt", "neural-camera"] {
         let (_, told) = done(here, &["fit", "corners.csv", "--method", method, "-o", "model.json"]);
-        assert!(told.contains("one camera") && told.contains("Held-out views: "), "{told}");
+        assert!(
+            told.contains("one camera") && told.contains("Held-out error (leave-one-view-out): "),
+            "{told}"
+        );
         let (json, _) = done(here, &["evaluate", "model.json", "exam.csv", "--json"]);
         let judged: serde_json::Value = serde_json::from_str(&json).unwrap();
         let found = judged["rms"].as_f64().unwrap();

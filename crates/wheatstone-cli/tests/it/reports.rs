@@ -21,7 +21,7 @@ fn the_demo_ends_with_a_report() {
     let at = folder.path();
     let (told, said) = done(at, &["demo", "--out", "story", "--epochs", "100", "--json", "--open"]);
     // Nobody sits here: nothing opens, and nothing but the summary is on standard output.
-    assert!(said.contains("`--open` opens nothing"), "{said}");
+    assert!(said.contains("`--open` does nothing"), "{said}");
     assert!(said.contains("Report              story"), "{said}");
     insta::assert_snapshot!("demo-summary", shown(&told));
     let summary: serde_json::Value = serde_json::from_str(&told).unwrap();
@@ -30,11 +30,11 @@ fn the_demo_ends_with_a_report() {
     page(
         &at.join("story/report.html"),
         &[
-            "what the pixels allow",
+            "times the floor",
             "Methods compared",
             "network of 2001, whole pixels",
             "Where the error comes from",
-            "What was found in the pictures",
+            "Detections in the pictures",
             "id=\"picture-13\"",
             "wheatstone demo --out story",
         ],

@@ -137,7 +137,7 @@ fn faults_far_down_are_named_by_their_line_and_row() {
     let bad = [
         ("1,2,3,x,c", "column `y2` is `x`, which is not a number"),
         ("1,2,3,,c", "column `y2` is empty, but its partner is not"),
-        ("1,2,inf,4,c", "column `x2` is `inf`, which is no place"),
+        ("1,2,inf,4,c", "column `x2` is `inf`, which is out of range"),
         ("1,2,3,4", "4 cells, the header has 5"),
         ("1,2,3,4,5,6", "6 cells, the header has 5"),
     ];
@@ -223,7 +223,7 @@ fn tables_of_other_names_and_units_go_through() {
     assert!(near(rms(&["evaluate", "model.json", "said.csv", "--json"])));
     assert!(near(rms(&["evaluate", "model.json", "silent.csv", names, "--unit", "m", "--json"])));
     let message = refused(at, &["evaluate", "model.json", "silent.csv", names]);
-    assert!(message.contains("these lengths look like m, and were taken for cm"), "{message}");
+    assert!(message.contains("these lengths look like m, but were read as cm"), "{message}");
     assert!(message.contains("`--unit cm`"), "{message}");
     let message = refused(at, &["fit", "silent.csv", "-o", "other.json"]);
     assert!(

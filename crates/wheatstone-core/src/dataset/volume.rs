@@ -13,7 +13,7 @@ mod straightened;
 use super::Dataset;
 use crate::geometry::{
     Pixel, Point3, Vector3,
-    batch_triangulation::{self, Cameras, Sighting},
+    batch_triangulation::{self, Cameras, RayPolynomial},
 };
 use hull::Hull;
 use rayon::prelude::*;
@@ -192,14 +192,14 @@ impl Volume {
         if cameras.count() < 2 {
             return None;
         }
-        let sightings: Vec<Sighting<f64>> =
+        let ray_polynomials: Vec<RayPolynomial<f64>> =
             seen().map(|(camera, pixel)| camera.straightened.see(pixel)).collect();
         let beyond_region = seen()
             .map(|(camera, pixel)| camera.straightened.trained().beyond([pixel.x, pixel.y]))
             .fold(f64::NEG_INFINITY, f64::max);
-        let mut met = cameras.meet::<_, KIND>(&sightings[..], 0.0);
+        let mut met = cameras.meet::<_, KIND>(&ray_polynomials[..], 0.0);
         if met.squares.is_nan() {
-            met = cameras.triangulate_all::<KIND>(&sightings);
+            met = cameras.triangulate_all::<KIND>(&ray_polynomials);
         }
         let residual = (met.squares / (2 * cameras.count()) as f64).sqrt();
         let point = Vector3::from(met.point);

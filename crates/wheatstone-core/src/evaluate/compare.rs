@@ -227,10 +227,10 @@ pub fn compare(
     if data.cameras == 1 {
         return Err(Error::Degenerate {
             problem:
-                "methods are compared by how well they locate points, which one camera alone cannot"
+                "methods are compared by triangulation error, and a single camera cannot triangulate"
                     .into(),
             hint: Hint::new(
-                "a fit calibrates one camera and tells its held-out error in pixels",
+                "fitting one camera reports its held-out reprojection error in pixels",
                 Remedy::Fit,
             ),
         });

@@ -132,7 +132,7 @@ impl Ellipsoids {
 fn own_distances(reconstructor: &dyn Reconstructor, data: &Dataset) -> Vec<f64> {
     let own = mahalanobis2(reconstructor, data);
     let count = own.len() as f64;
-    match reconstructor.unknowns() {
+    match reconstructor.effective_parameters() {
         Some(unknowns) if unknowns < count => {
             let lost = count / (count - unknowns);
             own.into_iter().map(|distance2| distance2 * lost).collect()

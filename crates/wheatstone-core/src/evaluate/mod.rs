@@ -111,7 +111,7 @@ pub fn point_errors(
         .enumerate()
         .filter_map(|(index, row)| {
             let world = row.world?;
-            let point = reconstructor.place(&row.pixels)?;
+            let point = reconstructor.locate_point(&row.pixels)?;
             Some(PointError {
                 row: index,
                 difference: point - world,
@@ -154,9 +154,8 @@ pub fn mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Optio
 pub fn summarise(errors: &[PointError], n: usize, unit: &str) -> Result<Evaluation> {
     if errors.is_empty() {
         return Err(Error::Degenerate {
-            problem: format!("none of {n} points with a known place could be located"),
-            hint: "each must have been seen by two cameras or more, all of them for the network"
-                .into(),
+            problem: format!("none of {n} points with known coordinates could be located"),
+            hint: "at least two cameras must see each point; the network needs all of them".into(),
         });
     }
     let distances: Vec<f64> = errors.iter().map(|error| error.difference.norm()).collect();

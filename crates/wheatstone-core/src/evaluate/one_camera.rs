@@ -26,7 +26,7 @@ const UNIT: &str = "px";
 const STEPS: usize = 20;
 
 /// A point with its pixel, and its row in the data.
-type Seen = (usize, Point3, Pixel);
+type Observation = (usize, Point3, Pixel);
 
 /// Judges a camera on points of known place, or on charts: any half of a view predicts the other.
 ///
@@ -42,7 +42,7 @@ pub fn evaluate_one_camera(
         if cameras != 1 {
             return Err(Error::Mismatch {
                 what: "number of cameras",
-                model: format!("1, where pixels are judged (the {what} has {cameras})"),
+                model: format!("1, as only pixels are evaluated (the {what} has {cameras})"),
                 data: data.cameras.to_string(),
             });
         }
@@ -107,7 +107,7 @@ pub(crate) fn hold_out_one_camera(
 }
 
 /// Rows that have a pixel and such a place.
-fn seen_in(data: &Dataset, place: impl Fn(&Correspondence) -> Option<Point3>) -> Vec<Seen> {
+fn seen_in(data: &Dataset, place: impl Fn(&Correspondence) -> Option<Point3>) -> Vec<Observation> {
     let rows = data.correspondences.iter().enumerate();
     rows.filter_map(|(index, row)| Some((index, place(row)?, (*row.pixels.first()?)?))).collect()
 }
@@ -127,7 +127,7 @@ fn errors(camera: &dyn Reconstructor, data: &Dataset) -> Vec<PointError> {
                 let all = seen.iter().enumerate();
                 all.filter(move |(place, _)| place % 2 == wanted).map(|(_, seen)| *seen)
             };
-            let guide: Vec<Seen> = half(1 - judged).collect();
+            let guide: Vec<Observation> = half(1 - judged).collect();
             let Some(pose) = resected(camera, &guide) else { continue };
             let moved = half(judged).map(|(row, place, pixel)| (row, pose.transform(place), pixel));
             errors.extend(moved.filter_map(|seen| error(camera, seen)));
@@ -138,7 +138,7 @@ fn errors(camera: &dyn Reconstructor, data: &Dataset) -> Vec<PointError> {
 
 /// How far a point's pixel lies from where the camera observes it. The distance beside it is counted in pixels
 /// too, so that a share of it is that of an error across the line of sight.
-fn error(camera: &dyn Reconstructor, (row, world, pixel): Seen) -> Option<PointError> {
+fn error(camera: &dyn Reconstructor, (row, world, pixel): Observation) -> Option<PointError> {
     let (at, slopes) = camera.project(0, world)?;
     let centre = camera.unproject(0, at)?.origin;
     let scale = slopes.norm() * std::f64::consts::FRAC_1_SQRT_2;
@@ -147,7 +147,7 @@ fn error(camera: &dyn Reconstructor, (row, world, pixel): Seen) -> Option<PointE
 }
 
 /// World from chart, of a chart whose points the camera saw so.
-fn resected(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
+fn resected(camera: &dyn Reconstructor, seen: &[Observation]) -> Option<Pose> {
     let mut pose = first_place(camera, seen)?;
     for _ in 0..STEPS {
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
@@ -175,7 +175,7 @@ fn resected(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
 }
 
 /// Where the chart about stands, by the map between it and a plane before the camera.
-fn first_place(camera: &dyn Reconstructor, seen: &[Seen]) -> Option<Pose> {
+fn first_place(camera: &dyn Reconstructor, seen: &[Observation]) -> Option<Pose> {
     let rays: Vec<_> = seen
         .iter()
         .filter_map(|(_, place, pixel)| Some((place, camera.unproject(0, *pixel)?)))

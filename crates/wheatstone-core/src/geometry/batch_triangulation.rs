@@ -9,15 +9,15 @@
 
 mod polynomials;
 mod covariance;
-mod sighting;
+mod ray_polynomial;
 mod two_views;
 
-pub(crate) use covariance::{PRODUCTS, UncertainMatrix, spread};
+pub(crate) use covariance::{PRODUCTS, UncertainMatrix, propagate};
 pub(crate) use polynomials::{POWERS, Polynomials, SoloffPolynomial, TERMS};
-pub(crate) use sighting::{
-    ALONG, BENT, PLAIN, SCALED, Sighting, Sightings, StraightCamera, Triangulated,
+pub(crate) use ray_polynomial::{
+    ALONG, BENT, PLAIN, RayPolynomial, RayPolynomials, SCALED, StraightCamera, Triangulated,
 };
-use sighting::{in_pixels, straight};
+use ray_polynomial::{in_pixels, straight};
 use two_views::TwoViews;
 use wheatstone_numeric::number::Number;
 
@@ -90,7 +90,7 @@ struct Equations<N> {
 impl<N: Number> Equations<N> {
     /// With the bend taken as it is at `nearness`.
     #[inline(always)]
-    fn new<const KIND: u8>(camera: &StraightCamera, seen: &Sighting<N>, nearness: N) -> Self {
+    fn new<const KIND: u8>(camera: &StraightCamera, seen: &RayPolynomial<N>, nearness: N) -> Self {
         let zero = nearness.all(0.0);
         let [at, along] = straight::<N, KIND>(seen, nearness);
         let (mut rows, mut right) = ([[zero; 3]; 2], [zero; 2]);
@@ -161,21 +161,21 @@ impl Cameras {
     #[inline(always)]
     pub(crate) fn meet<N: Number, const KIND: u8>(
         &self,
-        sightings: &(impl Sightings<N> + ?Sized),
+        ray_polynomials: &(impl RayPolynomials<N> + ?Sized),
         zero: N,
     ) -> Triangulated<N> {
         match &self.two_views {
-            Some(two_views) => two_views.meet::<N, KIND>(sightings, zero),
-            None => meet::<N, KIND>(&self.each, sightings, zero),
+            Some(two_views) => two_views.meet::<N, KIND>(ray_polynomials, zero),
+            None => meet::<N, KIND>(&self.each, ray_polynomials, zero),
         }
     }
 
     /// The same as any number of cameras would say it.
     pub(crate) fn triangulate_all<const KIND: u8>(
         &self,
-        sightings: &[Sighting<f64>],
+        ray_polynomials: &[RayPolynomial<f64>],
     ) -> Triangulated<f64> {
-        meet::<f64, KIND>(&self.each, sightings, 0.0)
+        meet::<f64, KIND>(&self.each, ray_polynomials, 0.0)
     }
 }
 
@@ -184,12 +184,12 @@ impl Cameras {
 #[inline(always)]
 fn meet<N: Number, const KIND: u8>(
     cameras: &[StraightCamera],
-    sightings: &(impl Sightings<N> + ?Sized),
+    ray_polynomials: &(impl RayPolynomials<N> + ?Sized),
     zero: N,
 ) -> Triangulated<N> {
     let mut first = Normal::new(zero);
     for (index, camera) in cameras.iter().enumerate() {
-        let seen = sightings.of(index);
+        let seen = ray_polynomials.of(index);
         let equations = Equations::new::<KIND>(camera, &seen, zero.all(camera.nearness));
         let rows = rows_in_pixels::<N, KIND>(seen.scale, equations.rows);
         let right = in_pixels::<N, KIND>(seen.scale, equations.right);
@@ -198,7 +198,7 @@ fn meet<N: Number, const KIND: u8>(
     let mut point = first.solve();
     let mut second = Normal::new(zero);
     for (index, camera) in cameras.iter().enumerate() {
-        let seen = sightings.of(index);
+        let seen = ray_polynomials.of(index);
         let near = nearness(camera, point);
         let equations = Equations::new::<KIND>(camera, &seen, near);
         let errors = equations.errors(point, near);
@@ -217,7 +217,7 @@ fn meet<N: Number, const KIND: u8>(
     }
     let (mut squares, mut first_nearness) = (zero, zero);
     for (index, camera) in cameras.iter().enumerate() {
-        let seen = sightings.of(index);
+        let seen = ray_polynomials.of(index);
         let near = nearness(camera, point);
         let equations = Equations::new::<KIND>(camera, &seen, near);
         let [x, y] = in_pixels::<N, KIND>(seen.scale, equations.errors(point, near));

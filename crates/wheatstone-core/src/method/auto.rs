@@ -220,7 +220,7 @@ impl Method for Auto {
     }
 
     fn summary(&self) -> &'static str {
-        "tries the others on views left out and takes the simplest of the best"
+        "cross-validates the other methods and takes the simplest of the best"
     }
 
     fn preset(&self, name: &str) -> Result<AnyMethod> {
@@ -234,9 +234,9 @@ fn reason(chosen: &str, held_out: &[(&str, f64)], unit: &str) -> String {
     let others = held_out.iter().filter(|score| score.0 != chosen);
     match others.min_by(|a, b| a.1.total_cmp(&b.1)) {
         Some((other, rms)) => format!(
-            "{own:.4} {unit} rms on what was left out, the simplest of the best fold by fold; {other} comes to {rms:.4}"
+            "held-out error {own:.4} {unit} rms, the simplest of the best fold by fold; {other} has {rms:.4}"
         ),
-        None => format!("{own:.4} {unit} rms on what was left out; nothing else could be fitted"),
+        None => format!("held-out error {own:.4} {unit} rms; no other method could be fitted"),
     }
 }
 
@@ -250,8 +250,7 @@ fn without_an_exam(train: &Dataset, seed: u64, progress: &dyn Progress) -> Resul
             Ok(mut fit) => {
                 fit.choice = Some(Choice {
                     chosen: name.into(),
-                    reason: "there are too few views to leave one out, so nothing was compared"
-                        .into(),
+                    reason: "too few views for leave-one-out, so nothing was compared".into(),
                     held_out_rms: Vec::new(),
                 });
                 return Ok(fit);

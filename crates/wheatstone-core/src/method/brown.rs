@@ -102,7 +102,7 @@ impl Method for Brown {
     }
 
     fn summary(&self) -> &'static str {
-        "cameras with radial and tangential distortion, bundle adjusted, then triangulation (1971)"
+        "cameras with radial and tangential distortion, least reprojection error, then triangulation (1971)"
     }
 
     fn presets(&self) -> &'static [&'static str] {

@@ -10,7 +10,7 @@ use crate::{
 };
 use nalgebra::{DMatrix, Matrix2, Matrix3};
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::covariance::{Covariance, LeastSquaresSpread};
+use wheatstone_numeric::covariance::{Covariance, LeastSquaresCovariance};
 
 /// How far pixels lie from where a camera expects them, and how sure its adjusted numbers are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ impl CameraUncertainty {
             covariance: Covariance::default(),
             shared: Vec::new(),
         };
-        let mut spread = LeastSquaresSpread::new(adjusted.len());
+        let mut spread = LeastSquaresCovariance::new(adjusted.len());
         for (world, pixel) in pairs {
             let slopes = found.slopes(camera, *world)?;
             let variance = found.noise.variance(*pixel);
@@ -139,7 +139,7 @@ impl CameraUncertainty {
     }
 
     /// Covariance of a pixel of this point about its prediction.
-    pub(super) fn spread<L: AdjustableCamera>(
+    pub(super) fn pixel_covariance<L: AdjustableCamera>(
         &self,
         camera: &FittedCamera<L>,
         world: Point3,

@@ -18,11 +18,11 @@ const FLATTEST: f64 = 1e-4;
 pub fn depth_is_observable(train: &Dataset) -> Result<()> {
     let known = train.known().count();
     if known == 0 {
-        let problem = "no point has a known place in the world".into();
+        let problem = "no point has known world coordinates".into();
         let hint = if train.correspondences.iter().any(|c| c.board.is_some()) {
-            "say where the chart stood: `translation` in each [[views]] of the capture, or columns `X,Y,Z`"
+            "give the chart poses: `translation` in each [[views]] of the capture, or columns `X,Y,Z`"
         } else {
-            "give columns `X,Y,Z` with the places of the points"
+            "give columns `X,Y,Z` with the world coordinates of the points"
         };
         return Err(Error::Degenerate { problem, hint: hint.into() });
     }
@@ -30,7 +30,7 @@ pub fn depth_is_observable(train: &Dataset) -> Result<()> {
     if train.cameras >= 2 && matched < 4 {
         return Err(Error::TooFew {
             method: "any method".into(),
-            what: "points with a known place that two cameras saw".into(),
+            what: "points with known coordinates that two cameras see".into(),
             need: 4,
             got: matched,
         });
@@ -38,7 +38,7 @@ pub fn depth_is_observable(train: &Dataset) -> Result<()> {
     if train.flatness() < FLATTEST {
         return Err(Error::Degenerate {
             problem: format!(
-                "all {known} points with a known place lie on one plane, so depth cannot be learned"
+                "all {known} points with known coordinates lie on one plane, so depth cannot be calibrated"
             ),
             hint: "show the chart at two or more distances, better four to seven".into(),
         });
@@ -62,7 +62,7 @@ pub(super) fn enough(method: &str, camera: Option<usize>, need: usize, got: usiz
 /// What one camera saw determines no camera.
 pub(super) fn on_one_plane(camera: usize) -> Error {
     Error::Degenerate {
-        problem: format!("the points that camera {} saw lie on one plane", camera + 1),
+        problem: format!("the points seen by camera {} lie on one plane", camera + 1),
         hint: "show it points at two or more distances".into(),
     }
 }

@@ -10,7 +10,7 @@ use super::{
     checks::{enough, linear_camera, on_one_plane},
     matrix_uncertainty::MatrixUncertainty,
     only_default,
-    point_covariance::Sight,
+    point_covariance::Observation,
 };
 use crate::{
     Result,
@@ -153,13 +153,14 @@ impl Reconstructor for DltReconstructor {
         let point = self.point(pixels)?;
         let seen = self.cameras.iter().zip(&self.uncertainty).zip(pixels);
         let seen = seen.filter_map(|(camera, pixel)| Some((camera, (*pixel)?)));
-        let sight = |((camera, open), pixel): ((&ProjectionMatrix, &MatrixUncertainty), Pixel)| {
-            let (predicted, slopes) = camera.project_with_jacobian(point)?;
-            let spread = open.spread(camera, point, pixel)?;
-            Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
-        };
-        let sights: Option<Vec<Sight>> = seen.map(sight).collect();
-        Located::by_least_squares(point, &sights?)
+        let observation =
+            |((camera, open), pixel): ((&ProjectionMatrix, &MatrixUncertainty), Pixel)| {
+                let (predicted, slopes) = camera.project_with_jacobian(point)?;
+                let covariance = open.pixel_covariance(camera, point, pixel)?;
+                Some(Observation { pixel, predicted, slopes, covariance, weight: 1.0 })
+            };
+        let observations: Option<Vec<Observation>> = seen.map(observation).collect();
+        Located::by_least_squares(point, &observations?)
     }
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
@@ -180,7 +181,7 @@ impl Reconstructor for DltReconstructor {
         }
     }
 
-    fn unknowns(&self) -> Option<f64> {
+    fn effective_parameters(&self) -> Option<f64> {
         // Eleven a camera, whatever their number.
         Some(11.0 / 2.0)
     }

@@ -4,7 +4,7 @@
 //! doi:10.1006/cviu.1997.0547), from the point nearest to all rays.
 
 use super::{
-    CameraUncertainty, FittedCamera, Located, Plan, Reconstructor, point_covariance::Sight,
+    CameraUncertainty, FittedCamera, Located, Plan, Reconstructor, point_covariance::Observation,
 };
 use crate::{
     camera::AdjustableCamera,
@@ -28,17 +28,22 @@ pub struct FittedCameras<L> {
 impl<L: AdjustableCamera> FittedCameras<L> {
     /// What cameras linked by charts add to the covariance of a point's right side, seen by the cameras
     /// `places`.
-    fn shared(&self, point: Point3, places: &[usize], sights: &[Sight]) -> Option<Matrix3<f64>> {
+    fn shared(
+        &self,
+        point: Point3,
+        places: &[usize],
+        observations: &[Observation],
+    ) -> Option<Matrix3<f64>> {
         if !self.uncertainty.iter().any(CameraUncertainty::is_linked) {
             return Some(Matrix3::zeros());
         }
         let (mut earlier, mut sum) = (Vec::new(), Matrix3::zeros());
         for (index, (camera, open)) in self.cameras.iter().zip(&self.uncertainty).enumerate() {
             let seen = places.iter().position(|place| *place == index);
-            let own: Vec<Vector3<f64>> = match seen.and_then(|place| sights.get(place)) {
-                Some(sight) => {
+            let own: Vec<Vector3<f64>> = match seen.and_then(|place| observations.get(place)) {
+                Some(observation) => {
                     let slopes = open.slopes(camera, point)?;
-                    let turned = sight.slopes.transpose();
+                    let turned = observation.slopes.transpose();
                     let by = |slope: &[f64; 2]| turned * Vector2::from(*slope);
                     slopes[..open.numbers()].iter().map(by).collect()
                 }
@@ -76,15 +81,17 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         let found = triangulation::refine(start, &seen, |index, point| {
             cameras[index].0.project_with_jacobian(point)
         })?;
-        let sight = |((camera, open), pixel): (&(&FittedCamera<L>, &CameraUncertainty), Pixel)| {
-            let (predicted, slopes) = camera.project_with_jacobian(found.point)?;
-            let spread = open.spread(camera, found.point, pixel)?;
-            Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
-        };
-        let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
-        let sights = sights?;
-        let shared = self.shared(found.point, &places, &sights)?;
-        Located::by_linked_cameras(found.point, &sights, shared)
+        let observation =
+            |((camera, open), pixel): (&(&FittedCamera<L>, &CameraUncertainty), Pixel)| {
+                let (predicted, slopes) = camera.project_with_jacobian(found.point)?;
+                let covariance = open.pixel_covariance(camera, found.point, pixel)?;
+                Some(Observation { pixel, predicted, slopes, covariance, weight: 1.0 })
+            };
+        let observations: Option<Vec<Observation>> =
+            cameras.iter().zip(seen).map(observation).collect();
+        let observations = observations?;
+        let shared = self.shared(found.point, &places, &observations)?;
+        Located::by_linked_cameras(found.point, &observations, shared)
     }
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
@@ -106,7 +113,7 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
         cameras.map_or(Plan::PointByPoint, Plan::Cameras)
     }
 
-    fn unknowns(&self) -> Option<f64> {
+    fn effective_parameters(&self) -> Option<f64> {
         let adjusted: usize = self.uncertainty.iter().map(CameraUncertainty::numbers).sum();
         Some(adjusted as f64 / (2 * self.cameras.len()) as f64)
     }

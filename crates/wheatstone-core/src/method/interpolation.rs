@@ -71,7 +71,7 @@ impl Method for Interpolation {
     }
 
     fn summary(&self) -> &'static str {
-        "world coordinates read off between the nearest known points; no camera model"
+        "world coordinates interpolated between the nearest known points; no camera model"
     }
 
     fn preset(&self, name: &str) -> Result<AnyMethod> {

@@ -74,7 +74,7 @@ impl Method for KannalaBrandt {
     }
 
     fn summary(&self) -> &'static str {
-        "fisheye cameras, bundle adjusted, then triangulation (2006)"
+        "fisheye cameras, least reprojection error, then triangulation (2006)"
     }
 
     fn presets(&self) -> &'static [&'static str] {

@@ -22,7 +22,7 @@ use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns},
 };
-use covariance_table::Spreads;
+use covariance_table::CovarianceTable;
 use located_batch::{LOWER, Slots};
 use piece::{PIECES, Piece};
 use rayon::prelude::*;
@@ -38,13 +38,13 @@ pub struct Locator<'a> {
     map: Map<'a>,
     volume: Option<&'a Volume>,
     with_covariance: bool,
-    spreads: Option<Spreads>,
+    covariances: Option<CovarianceTable>,
     /// Points located so far.
     done: usize,
     /// The piece of the table that they end in.
     piece: Piece,
     /// What would have helped them, and how many of them.
-    wanted: BTreeMap<Wanted, u32>,
+    wanted: BTreeMap<Request, u32>,
 }
 
 /// A map as its plan has it.
@@ -61,24 +61,24 @@ struct Map<'a> {
 /// So many points are worth sheets over the whole picture, which take some milliseconds.
 const MANY: usize = 4 * PIECES[0];
 
-/// Rays that miss each other by more pixels than this bend a point in ways that a single step does not
+/// Rays that miss each other by more pixels than this curvature a point in ways that a single step does not
 /// follow to a thousandth of a standard deviation: judged from how far weights change over so many pixels.
 const MOST_RESIDUAL: f64 = 4.0;
 
-/// What may be made on demand: a patch of the base's or the epipolar_check's camera, or a box of spreads; each by
+/// What may be made on demand: a patch of the base's or the epipolar_check's camera, or a box of covariances; each by
 /// its slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Wanted {
+enum Request {
     Base(usize, u32),
     EpipolarCheck(usize, u32),
-    Spread(u32),
+    Covariance(u32),
 }
 
-impl Wanted {
+impl Request {
     /// As many points must ask for it as it takes to make it.
     fn pays(self, points: u32) -> bool {
         points as usize
-            >= if matches!(self, Self::Spread(_)) {
+            >= if matches!(self, Self::Covariance(_)) {
                 covariance_table::NODES
             } else {
                 undistortion_tiles::NODES
@@ -101,13 +101,13 @@ impl<'a> Locator<'a> {
             }
         };
         let map = Map { reconstructor, base, epipolar_check, learned };
-        let rays = map.rays().filter(|rig| !rig.knows_spread());
-        let spreads = rays.and_then(|rig| Some(Spreads::new(rig.cameras.first()?)));
+        let rays = map.rays().filter(|rig| !rig.knows_covariance());
+        let covariances = rays.and_then(|rig| Some(CovarianceTable::new(rig.cameras.first()?)));
         Self {
             map,
             volume,
             with_covariance: true,
-            spreads,
+            covariances,
             done: 0,
             piece: Piece::FIRST,
             wanted: BTreeMap::new(),
@@ -120,7 +120,7 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn with_boxes(mut self) -> Self {
         if let Plan::Formulas(given) = self.map.reconstructor.plan() {
-            self.spreads = given.placed.first().map(Spreads::new);
+            self.covariances = given.placed.first().map(CovarianceTable::new);
             self.map.base = Some(Rig::new(given.placed));
         }
         self
@@ -130,7 +130,7 @@ impl<'a> Locator<'a> {
     #[doc(hidden)]
     #[must_use]
     pub fn made_eighths(&self) -> usize {
-        self.spreads.as_ref().map_or(0, Spreads::made_eighths)
+        self.covariances.as_ref().map_or(0, CovarianceTable::made_eighths)
     }
 
     /// Without covariances and residuals.
@@ -174,13 +174,13 @@ impl<'a> Locator<'a> {
 
     /// Makes what has come to pay.
     fn make(&mut self) {
-        let pay: Vec<Wanted> = self
+        let pay: Vec<Request> = self
             .wanted
             .iter()
             .filter(|(what, points)| what.pays(**points))
             .map(|(w, _)| *w)
             .collect();
-        let made: Vec<Option<Made>> = pay.par_iter().map(|what| self.made(*what)).collect();
+        let made: Vec<Option<Built>> = pay.par_iter().map(|what| self.made(*what)).collect();
         for (what, made) in pay.into_iter().zip(made) {
             self.wanted.remove(&what);
             self.take(what, made);
@@ -195,38 +195,38 @@ impl<'a> Locator<'a> {
         }
     }
 
-    fn made(&self, what: Wanted) -> Option<Made> {
+    fn made(&self, what: Request) -> Option<Built> {
         let patch = |rig: &Option<Rig>, camera: usize, slot: u32| {
             let rig = rig.as_ref()?;
             let patches = rig.patches.get(camera)?.as_ref()?;
-            Some(Made::Tile(patches.make(rig.cameras.get(camera)?, slot)))
+            Some(Built::Tile(patches.make(rig.cameras.get(camera)?, slot)))
         };
         match what {
-            Wanted::Base(camera, slot) => patch(&self.map.base, camera, slot),
-            Wanted::EpipolarCheck(camera, slot) => patch(&self.map.epipolar_check, camera, slot),
-            Wanted::Spread(slot) => {
+            Request::Base(camera, slot) => patch(&self.map.base, camera, slot),
+            Request::EpipolarCheck(camera, slot) => patch(&self.map.epipolar_check, camera, slot),
+            Request::Covariance(slot) => {
                 let of = (self.map.reconstructor, self.map.rays()?.cameras.as_slice());
-                Some(Made::Spread(self.spreads.as_ref()?.make(of, slot)))
+                Some(Built::Covariance(self.covariances.as_ref()?.make(of, slot)))
             }
         }
     }
 
-    fn take(&mut self, what: Wanted, made: Option<Made>) {
+    fn take(&mut self, what: Request, made: Option<Built>) {
         let patches = |rig: &mut Option<Rig>, camera: usize, slot: u32, made| {
             if let Some(Some(patches)) = rig.as_mut().and_then(|rig| rig.patches.get_mut(camera)) {
                 patches.take(slot, made);
             }
         };
         match (what, made) {
-            (Wanted::Base(camera, slot), Some(Made::Tile(made))) => {
+            (Request::Base(camera, slot), Some(Built::Tile(made))) => {
                 patches(&mut self.map.base, camera, slot, made);
             }
-            (Wanted::EpipolarCheck(camera, slot), Some(Made::Tile(made))) => {
+            (Request::EpipolarCheck(camera, slot), Some(Built::Tile(made))) => {
                 patches(&mut self.map.epipolar_check, camera, slot, made);
             }
-            (Wanted::Spread(slot), Some(Made::Spread(made))) => {
-                if let Some(spreads) = &mut self.spreads {
-                    spreads.take(slot, made);
+            (Request::Covariance(slot), Some(Built::Covariance(made))) => {
+                if let Some(covariances) = &mut self.covariances {
+                    covariances.take(slot, made);
                 }
             }
             _ => {}
@@ -234,13 +234,13 @@ impl<'a> Locator<'a> {
     }
 
     /// Some points; what would have helped, and how many of them.
-    fn task(&self, pixels: &PixelColumns, mut slots: Slots) -> BTreeMap<Wanted, u32> {
+    fn task(&self, pixels: &PixelColumns, mut slots: Slots) -> BTreeMap<Request, u32> {
         let (full, map) = (self.with_covariance, &self.map);
         let has_rays = map.base.is_some() || (full && map.epipolar_check.is_some());
         let mut nearness = vec![f64::NAN; if has_rays { pixels.points() } else { 0 }];
         let lost = self.meet(pixels, &mut slots, &mut nearness);
         if full {
-            self.spread(pixels, &nearness, &mut slots);
+            self.covariance(pixels, &nearness, &mut slots);
         }
         // Where nothing is known there are no error bars either.
         let mut unsure = those(slots.covariance[0], |value| !value.is_finite());
@@ -299,48 +299,49 @@ impl<'a> Locator<'a> {
     }
 
     /// How sure points are.
-    fn spread(&self, pixels: &PixelColumns, nearness: &[f64], slots: &mut Slots) {
+    fn covariance(&self, pixels: &PixelColumns, nearness: &[f64], slots: &mut Slots) {
         let constant = self.map.learned.as_ref().and_then(|learned| learned.covariance);
         slots.residual_sigma.fill(f64::NAN);
         for (column, place) in slots.covariance.iter_mut().zip(LOWER) {
             column.fill(constant.map_or(f64::NAN, |covariance| covariance[place]));
         }
-        if let Some(base) = self.map.base.as_ref().filter(|base| base.knows_spread()) {
+        if let Some(base) = self.map.base.as_ref().filter(|base| base.knows_covariance()) {
             let points = slots.point.each_ref().map(|column| &**column);
-            base.spread((pixels, points), &mut slots.covariance, slots.residual_sigma);
+            base.covariance((pixels, points), &mut slots.covariance, slots.residual_sigma);
             return;
         }
         let first = pixels.cameras().first();
-        if let (None, Some(spreads), Some([x, y])) = (constant, &self.spreads, first) {
-            spreads.columns([*x, *y, nearness], &mut slots.covariance, slots.residual_sigma);
+        if let (None, Some(covariances), Some([x, y])) = (constant, &self.covariances, first) {
+            covariances.columns([*x, *y, nearness], &mut slots.covariance, slots.residual_sigma);
         }
     }
 
     /// Notes what would have helped a point; whether its rays met, and how near.
     fn ask(
         &self,
-        wanted: &mut BTreeMap<Wanted, u32>,
+        wanted: &mut BTreeMap<Request, u32>,
         pixels: &[Option<Pixel>],
         (is_met, nearness): (bool, f64),
     ) {
-        let mut note = |what: Wanted| *wanted.entry(what).or_default() += 1;
+        let mut note = |what: Request| *wanted.entry(what).or_default() += 1;
         let missing = |rig: &Option<Rig>| -> Vec<(usize, u32)> {
             rig.iter().flat_map(|rig| rig.missing(pixels.iter().copied())).collect()
         };
         if is_met {
-            let spread = self.spreads.as_ref().zip(pixels.first().copied().flatten());
-            let missing = spread.and_then(|(spreads, pixel)| spreads.missing(pixel, nearness));
-            missing.into_iter().for_each(|slot| note(Wanted::Spread(slot)));
+            let spread = self.covariances.as_ref().zip(pixels.first().copied().flatten());
+            let missing =
+                spread.and_then(|(covariances, pixel)| covariances.missing(pixel, nearness));
+            missing.into_iter().for_each(|slot| note(Request::Covariance(slot)));
             return;
         }
         missing(&self.map.base)
             .into_iter()
-            .for_each(|(camera, slot)| note(Wanted::Base(camera, slot)));
+            .for_each(|(camera, slot)| note(Request::Base(camera, slot)));
         if self.with_covariance {
             let missing = missing(&self.map.epipolar_check);
             missing
                 .into_iter()
-                .for_each(|(camera, slot)| note(Wanted::EpipolarCheck(camera, slot)));
+                .for_each(|(camera, slot)| note(Request::EpipolarCheck(camera, slot)));
         }
     }
 }
@@ -359,9 +360,9 @@ fn those(values: &[f64], test: impl Fn(f64) -> bool) -> Vec<usize> {
 }
 
 /// What was made on demand.
-enum Made {
-    Tile(undistortion_tiles::Made),
-    Spread(covariance_table::Made),
+enum Built {
+    Tile(undistortion_tiles::BuiltTile),
+    Covariance(covariance_table::BuiltCell),
 }
 
 impl<'a> Map<'a> {
@@ -382,7 +383,7 @@ mod tests {
         let train = staged(0.1);
         for name in ["dlt", "soloff"] {
             let fit = AnyMethod::named(name).unwrap().fit_checked(&train, 0, &Silent).unwrap();
-            assert!(Locator::new(&*fit.reconstructor, None).spreads.is_none(), "{name}");
+            assert!(Locator::new(&*fit.reconstructor, None).covariances.is_none(), "{name}");
         }
     }
 }

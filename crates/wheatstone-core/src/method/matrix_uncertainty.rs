@@ -12,7 +12,7 @@ use crate::geometry::{
 };
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Matrix4, Vector4};
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::covariance::{Covariance, LeastSquaresSpread};
+use wheatstone_numeric::covariance::{Covariance, LeastSquaresCovariance};
 
 /// Numbers of a projection matrix.
 const NUMBERS: usize = 12;
@@ -46,7 +46,7 @@ impl MatrixUncertainty {
         });
         let noise = PixelNoise::fit(&seen.collect::<Vec<_>>(), (NUMBERS - 1) as f64);
         let mut found = Self { noise, world, picture, covariance: Covariance::default() };
-        let mut equations = LeastSquaresSpread::new(NUMBERS);
+        let mut equations = LeastSquaresCovariance::new(NUMBERS);
         for (point, pixel) in pairs {
             let (slopes, depth) = found.slopes(matrix, *point)?;
             for axis in 0..2 {
@@ -101,7 +101,7 @@ impl MatrixUncertainty {
     }
 
     /// Covariance of a pixel of this point about its prediction.
-    pub(super) fn spread(
+    pub(super) fn pixel_covariance(
         &self,
         matrix: &ProjectionMatrix,
         point: Point3,
@@ -112,7 +112,7 @@ impl MatrixUncertainty {
         Some(noise + self.covariance.of_two(&slopes))
     }
 
-    /// The matrix with what is known of it, for many points at once: [`MatrixUncertainty::spread`] as forms of the
+    /// The matrix with what is known of it, for many points at once: [`MatrixUncertainty::pixel_covariance`] as forms of the
     /// place.
     pub(super) fn matrix(&self, matrix: &ProjectionMatrix) -> Option<UncertainMatrix> {
         let mut forms = [[0.0; PRODUCTS]; 6];

@@ -205,7 +205,7 @@ pub trait Reconstructor: Sync + Send {
     }
 
     /// The point that [`Reconstructor::locate`] finds, for who asks nothing else of it.
-    fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
+    fn locate_point(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
         Some(self.locate(pixels)?.point)
     }
 
@@ -213,7 +213,7 @@ pub trait Reconstructor: Sync + Send {
     /// gives it (two a camera that observes it, or three of its place): over the number of points, the
     /// share of the noise that the errors at the fit's own points lack. `None` for a map that passes
     /// through its points, or does not know.
-    fn unknowns(&self) -> Option<f64> {
+    fn effective_parameters(&self) -> Option<f64> {
         None
     }
 
@@ -333,7 +333,7 @@ impl AnyMethod {
         }
         Err(Error::Degenerate {
             problem: format!(
-                "these points are of one camera, which locates no point: `{}` has nothing to learn",
+                "these points are from one camera, and a single camera cannot triangulate: `{}` needs two or more",
                 self.name()
             ),
             hint: Hint::new(

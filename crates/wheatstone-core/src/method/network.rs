@@ -198,7 +198,7 @@ impl Network {
             Err(Error::Setting { setting: setting.into(), value, need: need.into() })
         };
         if self.hidden.iter().any(|units| *units == 0 || *units > 10_000) {
-            return refuse("hidden", format!("{:?}", self.hidden), "1 to 10000 units a layer");
+            return refuse("hidden", format!("{:?}", self.hidden), "1 to 10000 units per layer");
         }
         if !(self.gain.is_finite() && self.gain > 0.0) {
             return refuse("gain", self.gain.to_string(), "a number above 0");
@@ -286,7 +286,7 @@ impl Method for Network {
     }
 
     fn summary(&self) -> &'static str {
-        "a small network, pixels in and a point out; no camera model; `paper` is that of 2001"
+        "a small network from pixels to a point; no camera model; the preset `paper` is that of 2001"
     }
 
     fn presets(&self) -> &'static [&'static str] {
@@ -339,7 +339,7 @@ impl Reconstructor for NetworkReconstructor {
         Some(Located { point, covariance, residual })
     }
 
-    fn place(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
+    fn locate_point(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
         Some(self.targets.point(self.predict(&self.query(pixels)?))?.0)
     }
 
@@ -356,7 +356,7 @@ impl Reconstructor for NetworkReconstructor {
         self.learned().map_or(Plan::PointByPoint, Plan::Learned)
     }
 
-    fn unknowns(&self) -> Option<f64> {
+    fn effective_parameters(&self) -> Option<f64> {
         self.effective_parameters.map(|weights| weights / 3.0)
     }
 

@@ -6,7 +6,7 @@ use crate::geometry::{Pixel, Point3};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// What one camera says of a located point.
-pub(super) struct Sight {
+pub(super) struct Observation {
     /// Seen.
     pub(super) pixel: Pixel,
     /// Where the point falls.
@@ -14,7 +14,7 @@ pub(super) struct Sight {
     /// Derivatives of that by the world coordinates.
     pub(super) slopes: Matrix2x3<f64>,
     /// Covariance of a seen pixel about a predicted one, detector's and fit's, in squared pixels.
-    pub(super) spread: Matrix2<f64>,
+    pub(super) covariance: Matrix2<f64>,
     /// What its squared error counts in the search for the point.
     pub(super) weight: f64,
 }
@@ -23,29 +23,29 @@ impl Located {
     /// The point with the least sum of weighted squared pixel errors. First order in the errors;
     /// nothing is assumed of the weights, so that cameras known unequally well may count alike.
     /// `None` where the rays do not determine a point.
-    pub(super) fn by_least_squares(point: Point3, sights: &[Sight]) -> Option<Self> {
-        Self::by_linked_cameras(point, sights, Matrix3::zeros())
+    pub(super) fn by_least_squares(point: Point3, observations: &[Observation]) -> Option<Self> {
+        Self::by_linked_cameras(point, observations, Matrix3::zeros())
     }
 
     /// [`Located::by_least_squares`] where cameras err in common: `shared` is what that adds to the
     /// covariance of the equations' right side.
     pub(super) fn by_linked_cameras(
         point: Point3,
-        sights: &[Sight],
+        observations: &[Observation],
         shared: Matrix3<f64>,
     ) -> Option<Self> {
         let (mut normal, mut errors) = (Matrix3::zeros(), shared);
         let (mut plain, mut crossed) = (Matrix3::zeros(), Matrix3::zeros());
         let (mut squares, mut expected) = (0.0, 0.0);
-        for Sight { pixel, predicted, slopes, spread, weight } in sights {
+        for Observation { pixel, predicted, slopes, covariance: own, weight } in observations {
             let (turned, square) = (slopes.transpose(), slopes.transpose() * slopes);
-            let carried = turned * spread * slopes;
+            let carried = turned * own * slopes;
             normal += square * *weight;
             plain += square;
             crossed += carried * *weight;
             errors += carried * (weight * weight);
             squares += (pixel - predicted).norm_squared();
-            expected += spread.trace();
+            expected += own.trace();
         }
         let inverse = normal.try_inverse()?;
         let covariance = inverse * errors * inverse;
@@ -53,37 +53,40 @@ impl Located {
         // What is left of errors e after the point has followed them is (I - J K) e with
         // K = (J'WJ)^-1 J'W; the mean of its square, from the traces.
         expected += (covariance * plain).trace() - 2.0 * (inverse * crossed).trace();
-        let freedom = 2 * sights.len() - 3;
+        let freedom = 2 * observations.len() - 3;
         let finite = point.iter().chain(covariance.iter()).all(|value| value.is_finite());
         finite.then_some(Self {
             point,
             covariance,
             residual: Some(Residual {
-                rms: (squares / (2 * sights.len()) as f64).sqrt(),
+                rms: (squares / (2 * observations.len()) as f64).sqrt(),
                 sigma: (expected.max(0.0) / freedom as f64).sqrt(),
             }),
         })
     }
 
     /// The same where cameras are besides displaced by independent causes that they have in common:
-    /// `displaced` has, a sight each, by how much each cause displaces the point's pixel. They leave
+    /// `displaced` has, one observation each, by how much each cause displaces the point's pixel. They leave
     /// the residual as it is: cameras that follow the same charts go on to agree with each other.
     pub(super) fn with_displaced_cameras(
         mut self,
-        sights: &[Sight],
+        observations: &[Observation],
         displaced: &[Vec<Vector2<f64>>],
     ) -> Option<Self> {
         let causes = displaced.first().map_or(0, Vec::len);
         if causes == 0 {
             return Some(self);
         }
-        let weighed = |sight: &Sight| sight.slopes.transpose() * sight.weight;
-        let normal: Matrix3<f64> = sights.iter().map(|sight| weighed(sight) * sight.slopes).sum();
+        let weighed =
+            |observation: &Observation| observation.slopes.transpose() * observation.weight;
+        let normal: Matrix3<f64> =
+            observations.iter().map(|observation| weighed(observation) * observation.slopes).sum();
         let inverse = normal.try_inverse()?;
         for cause in 0..causes {
-            let pixels = sights.iter().zip(displaced);
-            let right: Vector3<f64> =
-                pixels.filter_map(|(sight, by)| Some(weighed(sight) * by.get(cause)?)).sum();
+            let pixels = observations.iter().zip(displaced);
+            let right: Vector3<f64> = pixels
+                .filter_map(|(observation, by)| Some(weighed(observation) * by.get(cause)?))
+                .sum();
             let by = inverse * right;
             self.covariance += by * by.transpose();
         }
@@ -111,14 +114,14 @@ mod tests {
                 right += slopes.transpose() * error * weight;
             }
             let point = Point3::from(normal.try_inverse().unwrap() * right);
-            let sight = |index: usize| Sight {
+            let observation = |index: usize| Observation {
                 pixel: Pixel::from(errors[index]),
                 predicted: Pixel::from(slopes[index] * point.coords),
                 slopes: slopes[index],
-                spread: roots[index] * roots[index].transpose(),
+                covariance: roots[index] * roots[index].transpose(),
                 weight: weights[index],
             };
-            Located::by_least_squares(point, &[0, 1, 2].map(sight)).unwrap()
+            Located::by_least_squares(point, &[0, 1, 2].map(observation)).unwrap()
         };
         const DRAWS: usize = 40_000;
         let (mut scatter, mut squares) = (Matrix3::zeros(), 0.0);

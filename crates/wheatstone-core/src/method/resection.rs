@@ -296,10 +296,7 @@ pub(super) fn pairs_of(
 /// No start explains what a camera saw.
 pub(super) fn unexplained(method: &str, camera: usize) -> Error {
     Error::Degenerate {
-        problem: format!(
-            "no camera of `{method}` observes the points that camera {} saw",
-            camera + 1
-        ),
+        problem: format!("no `{method}` camera reproduces the pixels of camera {}", camera + 1),
         hint: "choose a method for wider lenses, or check the points for exchanged columns".into(),
     }
 }
@@ -331,8 +328,8 @@ where
         let camera = FittedCamera::from(camera);
         let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
         uncertainty.push(open.ok_or_else(|| Error::Degenerate {
-            problem: format!("what camera {} saw leaves it undetermined", index + 1),
-            hint: "show it points at two or more distances that fill the picture".into(),
+            problem: format!("the points seen by camera {} do not determine it", index + 1),
+            hint: "show it points at two or more distances, over the whole picture".into(),
         })?);
         cameras.push(camera);
     }

@@ -10,7 +10,7 @@ use super::{
     Reconstructor,
     checks::{enough, linear_camera, on_one_plane},
     only_default,
-    point_covariance::Sight,
+    point_covariance::Observation,
 };
 use crate::{
     Result,
@@ -24,7 +24,7 @@ use crate::{
 use nalgebra::{Matrix2, Matrix2x3};
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{
-    covariance::{Covariance, LeastSquaresSpread},
+    covariance::{Covariance, LeastSquaresCovariance},
     least_squares::solve,
     progress::Progress,
 };
@@ -143,7 +143,7 @@ impl PolynomialCamera {
             .map(|(point, (_, pixel))| (*pixel, (fitted.project(*point).0 - pixel).norm_squared()));
         let width = fitted.powers.len();
         fitted.noise = PixelNoise::fit(&errors.collect::<Vec<_>>(), (2 * width) as f64);
-        let mut spread = LeastSquaresSpread::new(width);
+        let mut spread = LeastSquaresCovariance::new(width);
         for (row, (_, pixel)) in rows.chunks_exact(width).zip(pairs) {
             spread.add(row, fitted.noise.variance(*pixel));
         }
@@ -152,7 +152,7 @@ impl PolynomialCamera {
     }
 
     /// Covariance of a pixel of a point on scaled coordinates about its prediction.
-    fn spread(&self, point: [f64; 3], pixel: Pixel) -> Matrix2<f64> {
+    fn pixel_covariance(&self, point: [f64; 3], pixel: Pixel) -> Matrix2<f64> {
         let values: Vec<f64> = self.powers.iter().map(|powers| monomial(point, *powers)).collect();
         let variance = self.noise.variance(pixel) + self.covariance.of_one(&values);
         Matrix2::from_diagonal_element(variance)
@@ -287,13 +287,13 @@ impl Reconstructor for SoloffReconstructor {
         let found = triangulation::refine(start, &seen, |index, point| {
             Some(self.seen_by(cameras[index], point))
         })?;
-        let sight = |(camera, pixel): (&&PolynomialCamera, Pixel)| {
+        let observation = |(camera, pixel): (&&PolynomialCamera, Pixel)| {
             let (predicted, slopes) = self.seen_by(camera, found.point);
-            let spread = camera.spread(self.scaled(found.point), pixel);
-            Sight { pixel, predicted, slopes, spread, weight: 1.0 }
+            let covariance = camera.pixel_covariance(self.scaled(found.point), pixel);
+            Observation { pixel, predicted, slopes, covariance, weight: 1.0 }
         };
-        let sights: Vec<Sight> = cameras.iter().zip(seen).map(sight).collect();
-        Located::by_least_squares(found.point, &sights)
+        let observations: Vec<Observation> = cameras.iter().zip(seen).map(observation).collect();
+        Located::by_least_squares(found.point, &observations)
     }
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, _world: Point3) -> Option<f64> {
@@ -304,7 +304,7 @@ impl Reconstructor for SoloffReconstructor {
         self.formulas().map_or(Plan::PointByPoint, Plan::Formulas)
     }
 
-    fn unknowns(&self) -> Option<f64> {
+    fn effective_parameters(&self) -> Option<f64> {
         let terms: usize = self.cameras.iter().map(|camera| camera.terms.len()).sum();
         Some(terms as f64 / self.cameras.len() as f64)
     }

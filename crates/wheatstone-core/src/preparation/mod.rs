@@ -9,7 +9,7 @@ use crate::{
     dataset::Dataset,
     error::{Hint, Remedy},
     fit::{
-        bundle::{self, Gauge, Lenses, Placing, SolvedPoses, ViewPose},
+        bundle::{self, BundleSettings, Gauge, Lenses, SolvedPoses, ViewPose},
         stage::{self, StagePrior, ViewOffset},
     },
 };
@@ -69,7 +69,7 @@ pub struct Preparation {
     /// How well the charts' places are known; without it they are taken as they are given.
     pub stage: Option<StagePrior>,
     /// How charts held by hand are placed.
-    pub placing: Placing,
+    pub placing: BundleSettings,
 }
 
 /// Data ready for a fit, and what was done to them.
@@ -87,14 +87,14 @@ pub struct Prepared {
     /// Where the charts are believed to have stood; none where that was not asked for.
     pub stage: Vec<ViewOffset>,
     /// Where charts of unknown place were found to have stood; none where all places were known.
-    pub placed: Option<Placed>,
+    pub placed: Option<EstimatedPoses>,
 }
 
 /// Charts of unknown place, placed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
-pub struct Placed {
+pub struct EstimatedPoses {
     /// One entry a view.
     pub views: Vec<ViewPose>,
     /// Views that could not be placed, for too few points.
@@ -203,7 +203,11 @@ impl Preparation {
 
     /// Places charts of unknown place: with cameras of a known lens first, then, where any lens may
     /// be, together with the model-free camera.
-    fn place(&self, data: &Dataset, progress: &dyn Progress) -> Result<(Dataset, Option<Placed>)> {
+    fn place(
+        &self,
+        data: &Dataset,
+        progress: &dyn Progress,
+    ) -> Result<(Dataset, Option<EstimatedPoses>)> {
         let mut solved = bundle::solve(data, self.placing, progress)?;
         let freed =
             if self.placing.lenses == Lenses::Either { freed(&solved, progress)? } else { None };
@@ -215,7 +219,7 @@ impl Preparation {
         }
         // A point with a place on the chart and one in the world tells that the place was found.
         let data = solved.data;
-        let placed = Placed {
+        let placed = EstimatedPoses {
             views: solved.views,
             unplaced: solved.unplaced,
             lens: solved.lens.into(),

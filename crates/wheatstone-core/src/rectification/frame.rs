@@ -1,6 +1,6 @@
 //! How the virtual cameras stand, and how large their pictures are.
 
-use super::{VirtualPair, Wanted, maps::Maps, points::Shown, ray_table::RayTable};
+use super::{PairSettings, VirtualPair, maps::Maps, points::Shown, ray_table::RayTable};
 use crate::{
     Calibration, Error, Result,
     error::{Hint, Remedy},
@@ -25,7 +25,7 @@ pub(super) fn pair<'a>(
     shown: &Shown,
     lines: &RayTable,
     model: &Calibration,
-    wanted: &Wanted,
+    wanted: &PairSettings,
 ) -> Result<Framed<'a>> {
     let [mut left, mut right] = lines.centres;
     let exchanged = (right - left).dot(&lines.along_rows) < 0.0;
@@ -72,14 +72,14 @@ fn rotation(baseline: Vector3, forward: Vector3, mirrored: bool) -> Result<Matri
     // Nearer to the line between the cameras than six degrees nothing is left of what rows share.
     const LEAST_SINE: f64 = 0.1;
     let in_one_place = || Error::Degenerate {
-        problem: "the two cameras see from the same place".into(),
-        hint: "depth needs two places".into(),
+        problem: "the two cameras have the same centre".into(),
+        hint: "triangulation needs a baseline".into(),
     };
     let x = baseline.try_normalize(0.0).ok_or_else(in_one_place)?;
     let across = forward - x * x.dot(&forward);
     let z = across.try_normalize(LEAST_SINE * forward.norm()).ok_or_else(|| Error::Degenerate {
         problem: "one of the two cameras stands behind the other".into(),
-        hint: "rows in common need cameras beside or above each other".into(),
+        hint: "row alignment needs cameras beside or above each other".into(),
     })?;
     let y = z.cross(&x) * if mirrored { -1.0 } else { 1.0 };
     Ok(Matrix3::from_rows(&[x.transpose(), y.transpose(), z.transpose()]))
@@ -87,8 +87,8 @@ fn rotation(baseline: Vector3, forward: Vector3, mirrored: bool) -> Result<Matri
 
 fn behind() -> Error {
     Error::Degenerate {
-        problem: "the cameras' sight lines meet beyond what they see, not before it".into(),
-        hint: Hint::new("judge the model, and fit again", Remedy::Evaluate),
+        problem: "the rays of the cameras meet behind them, not in front".into(),
+        hint: Hint::new("evaluate the model, and fit again", Remedy::Evaluate),
     }
 }
 
@@ -140,7 +140,7 @@ fn magnification(maps: &Maps, side: usize, rectified_from_world: &Pose, at: Poin
 
 /// Width and height, and the focal length: the scale of the model's pictures where what both cameras
 /// were shown then fits, in pictures as large as those or larger; otherwise as small as makes it fit.
-fn size(seen: &[Extent; 2], own: [u32; 2], scale: f64, wanted: &Wanted) -> ([u32; 2], f64) {
+fn size(seen: &[Extent; 2], own: [u32; 2], scale: f64, wanted: &PairSettings) -> ([u32; 2], f64) {
     let focal = wanted.focal.unwrap_or(scale);
     let both = seen[0].with(&seen[1]);
     let apart = seen[0].span(0).max(seen[1].span(0));

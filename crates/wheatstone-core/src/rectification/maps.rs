@@ -1,6 +1,6 @@
 //! World point to pixel, for two cameras of any model.
 
-use super::Spread;
+use super::ErrorSummary;
 use crate::{
     Calibration, Error, Result,
     dataset::Dataset,
@@ -17,7 +17,7 @@ pub(super) struct Maps<'a> {
     /// Left and right, counted from 0 among the model's.
     pub(super) cameras: [usize; 2],
     /// How far from the model's own pixels those of a map that was learned from it lie.
-    pub(super) followed: Option<Spread>,
+    pub(super) followed: Option<ErrorSummary>,
     /// How long a step is that is small within the space that was shown.
     pub(super) step: f64,
 }
@@ -76,7 +76,10 @@ impl<'a> Maps<'a> {
 
 /// Cameras that learn their lens from where the model finds its own points, then twice from where it
 /// finds the points of those cameras' pixels, which have no noise; and how far they are from it.
-fn follow(model: &Calibration, progress: &dyn Progress) -> Result<(AnyReconstructor, Spread)> {
+fn follow(
+    model: &Calibration,
+    progress: &dyn Progress,
+) -> Result<(AnyReconstructor, ErrorSummary)> {
     let data = model.data.restored();
     let method = AnyMethod::named("neural-camera")?;
     let rows = data.correspondences.iter().filter_map(|row| {
@@ -98,9 +101,9 @@ fn follow(model: &Calibration, progress: &dyn Progress) -> Result<(AnyReconstruc
             misses.extend(learned.project(camera, world).map(|at| (at - pixel).norm()));
         }
     }
-    Spread::of(misses).map(|spread| (learned, spread)).ok_or_else(|| Error::Degenerate {
-        problem: "the model finds no points where its cameras see them".into(),
-        hint: Hint::new("judge the model, and fit again", Remedy::Evaluate),
+    ErrorSummary::of(misses).map(|spread| (learned, spread)).ok_or_else(|| Error::Degenerate {
+        problem: "the model locates no points in the common field of view of the cameras".into(),
+        hint: Hint::new("evaluate the model, and fit again", Remedy::Evaluate),
     })
 }
 

@@ -18,12 +18,12 @@ mod vertical_error;
 mod maps;
 mod points;
 mod ray_table;
-mod spread;
+mod error_summary;
 mod table;
 
-pub use spread::Spread;
+pub use error_summary::ErrorSummary;
 pub use table::Table;
-pub use vertical_error::{AtDepth, Judged, VerticalError};
+pub use vertical_error::{AtDepth, VerticalError, VerticalErrors};
 
 use crate::{
     Calibration, Error, Result,
@@ -36,7 +36,7 @@ use wheatstone_numeric::progress::Progress;
 
 /// What is wanted of a rectified pair.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wanted {
+pub struct PairSettings {
     /// The two cameras, counted from 0, in any order.
     pub cameras: [usize; 2],
     /// Width and height of the model's pictures in pixels, a camera of the model each, where they are
@@ -49,7 +49,7 @@ pub struct Wanted {
     pub focal: Option<f64>,
 }
 
-impl Default for Wanted {
+impl Default for PairSettings {
     fn default() -> Self {
         Self { cameras: [0, 1], sizes: Vec::new(), size: None, focal: None }
     }
@@ -108,7 +108,11 @@ impl<'a> Rectification<'a> {
     /// [`Error::Setting`] for cameras that there are not; [`Error::Degenerate`] where the cameras share no
     /// view, or stand behind each other; [`Error::TooFew`] where the model carries no points and no size of
     /// its pictures is known; [`Error::Cancelled`].
-    pub fn of(model: &'a Calibration, wanted: &Wanted, progress: &dyn Progress) -> Result<Self> {
+    pub fn of(
+        model: &'a Calibration,
+        wanted: &PairSettings,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
         check(model, wanted)?;
         let maps = Maps::of(model, wanted.cameras, progress)?;
         progress.check()?;
@@ -209,21 +213,21 @@ impl VirtualPair {
 }
 
 /// What can be said before any work.
-fn check(model: &Calibration, wanted: &Wanted) -> Result<()> {
+fn check(model: &Calibration, wanted: &PairSettings) -> Result<()> {
     let count = model.volume.cameras();
     let [a, b] = wanted.cameras;
     if a == b || a.max(b) >= count {
         return Err(Error::Setting {
             setting: "cameras".into(),
             value: format!("{},{}", a + 1, b + 1),
-            need: format!("two different ones of the model's {count}, counted from 1"),
+            need: format!("two different cameras of the model's {count}, counted from 1"),
         });
     }
     if let Some(focal) = wanted.focal.filter(|focal| !(*focal > 0.0 && focal.is_finite())) {
         return Err(Error::Setting {
             setting: "focal length".into(),
             value: focal.to_string(),
-            need: "pixels, more than 0".into(),
+            need: "pixels above 0".into(),
         });
     }
     // Of the order of the largest pictures that are decoded.
@@ -235,7 +239,7 @@ fn check(model: &Calibration, wanted: &Wanted) -> Result<()> {
             Err(Error::Setting {
                 setting: "size of the rectified pictures".into(),
                 value: format!("{width}x{height}"),
-                need: format!("2 to {LARGEST} pixels a side"),
+                need: format!("2 to {LARGEST} pixels per side"),
             })
         }
         _ => Ok(()),

@@ -1,6 +1,6 @@
 //! The space that two cameras were shown: places in it, and the parts of the pictures that show them.
 
-use super::{Source, Wanted, maps::Maps};
+use super::{PairSettings, Source, maps::Maps};
 use crate::{
     Calibration, Error, Result,
     error::{Hint, Remedy},
@@ -25,13 +25,13 @@ const PLACES: usize = 1500;
 const NEEDED: usize = 8;
 
 /// What the model says, or was told, of the size of a camera's pictures.
-fn size(model: &Calibration, wanted: &Wanted, camera: usize) -> Option<[u32; 2]> {
+fn size(model: &Calibration, wanted: &PairSettings, camera: usize) -> Option<[u32; 2]> {
     wanted.sizes.get(camera).copied().flatten().or_else(|| model.picture_size(camera))
 }
 
 /// The space that a model was shown; of one that came without points, what its pictures show from two
 /// to fifty baselines off.
-pub(super) fn shown(model: &Calibration, maps: &Maps, wanted: &Wanted) -> Result<Shown> {
+pub(super) fn shown(model: &Calibration, maps: &Maps, wanted: &PairSettings) -> Result<Shown> {
     let sizes = maps.cameras.map(|camera| size(model, wanted, camera));
     let picture = |size: [u32; 2]| size.map(|side| [-0.5, f64::from(side) - 0.5]);
     let (candidates, regions) = match trained(model, maps) {
@@ -55,11 +55,11 @@ pub(super) fn shown(model: &Calibration, maps: &Maps, wanted: &Wanted) -> Result
     if places.len() < NEEDED {
         return Err(Error::Degenerate {
             problem: format!(
-                "cameras {} and {} see next to nothing of the same space",
+                "cameras {} and {} have almost no common field of view",
                 maps.cameras[0] + 1,
                 maps.cameras[1] + 1
             ),
-            hint: Hint::new("choose two that do", Remedy::TwoCameras),
+            hint: Hint::new("choose two cameras that have one", Remedy::TwoCameras),
         });
     }
     let sources = [0, 1].map(|side| Source {
@@ -112,7 +112,7 @@ fn before(model: &Calibration, maps: &Maps, [width, height]: [u32; 2]) -> Vec<Po
 
 fn no_size() -> Error {
     Error::Degenerate {
-        problem: "nothing tells what this model's cameras see: it carries no points, and the size of its pictures is not known".into(),
-        hint: Hint::new("give the size of its pictures", Remedy::ImageSize),
+        problem: "the field of view of this model's cameras is unknown: it has neither points nor the size of its pictures".into(),
+        hint: Hint::new("give the size of the pictures", Remedy::ImageSize),
     }
 }

@@ -73,14 +73,14 @@ impl RayTable {
 fn opposed() -> Error {
     Error::Degenerate {
         problem: "the two cameras look at the same space from opposite sides".into(),
-        hint: Hint::new("choose two that look the same way", Remedy::TwoCameras),
+        hint: Hint::new("choose two cameras that look the same way", Remedy::TwoCameras),
     }
 }
 
 fn parallel(camera: usize) -> Error {
     Error::Degenerate {
-        problem: format!("camera {} observes along lines that do not meet", camera + 1),
-        hint: "a telecentric lens has no centre; a rectified pair needs two".into(),
+        problem: format!("the rays of camera {} do not meet in one centre", camera + 1),
+        hint: "a telecentric lens has no projection centre; a rectified pair needs two".into(),
     }
 }
 

@@ -170,7 +170,7 @@ fn cannot_follow() -> Error {
         format: "this format".into(),
         what: "anything like this model".into(),
         hint: Hint::new(
-            "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; of other models fit a parametric one, such as `brown`",
+            "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; for other models fit a parametric one, such as `brown`",
             Remedy::Method,
         ),
     }
@@ -283,8 +283,8 @@ fn fit(pairs: &[Vec<(Point3, Pixel)>], form: Form, progress: &dyn Progress) -> R
     if mirrored {
         return Err(Error::Unsupported {
             format: "this format".into(),
-            what: "a left-handed world, or a camera that observes the world in a mirror".into(),
-            hint: "turn one axis of the world round (Z to -Z in the data), then fit again; `dlt` holds it".into(),
+            what: "a left-handed world, or a camera that sees a mirrored world".into(),
+            hint: "reverse one axis of the world (Z to -Z in the data), then fit again; `dlt` holds it".into(),
         });
     }
     Ok(optics)

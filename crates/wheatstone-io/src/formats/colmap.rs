@@ -41,7 +41,7 @@ struct Lens {
 fn read(files: &[InputFile], _given: &Given) -> Result<Rig> {
     let find = |name: &str| files.iter().find(|file| file.name().to_lowercase().ends_with(name));
     let missing = |name: &str| {
-        let problem = format!("there is no {name} beside it");
+        let problem = format!("{name} is missing beside it");
         files[0].error(0, problem, "name the folder of a text model (`colmap model_converter`)")
     };
     let cameras = find("cameras.txt").ok_or_else(|| missing("cameras.txt"))?;
@@ -81,9 +81,9 @@ fn read_lens(content: &str, file: &InputFile, line: u64) -> Result<(u64, Lens)> 
         file.error(line, problem, hint)
     };
     let [id, model, width, height, values @ ..] = &cells[..] else {
-        return Err(wrong("this is no camera".into()));
+        return Err(wrong("this is not a camera".into()));
     };
-    let id = id.parse().map_err(|_| wrong(format!("`{id}` is no camera's number")))?;
+    let id = id.parse().map_err(|_| wrong(format!("`{id}` is not a camera number")))?;
     let side = |text: &str| whole(finite(text, file, line)?, file, line);
     let size = [side(width)?, side(height)?];
     let values: Vec<f64> =
@@ -99,7 +99,9 @@ fn read_lens(content: &str, file: &InputFile, line: u64) -> Result<(u64, Lens)> 
         ("FULL_OPENCV", [f, g, x, y, terms @ ..]) if terms.len() == 8 => {
             ([*f, *g], [*x, *y], terms.to_vec())
         }
-        _ => return Err(wrong(format!("`{model}` with {} numbers is not read", values.len()))),
+        _ => {
+            return Err(wrong(format!("`{model}` with {} numbers is not supported", values.len())));
+        }
     };
     let pinhole = lens([focal[0], focal[1], principal[0] - HALF, principal[1] - HALF], file, line)?;
     Ok((id, Lens { size, pinhole, terms, fisheye: *model == "OPENCV_FISHEYE" }))
@@ -116,9 +118,9 @@ fn read_image(
     };
     let cells: Vec<&str> = content.splitn(10, char::is_whitespace).collect();
     let [id, pose @ .., camera, name] = &cells[..] else {
-        return Err(wrong("this is no image".into()));
+        return Err(wrong("this is not an image".into()));
     };
-    let id = id.parse().map_err(|_| wrong(format!("`{id}` is no image's number")))?;
+    let id = id.parse().map_err(|_| wrong(format!("`{id}` is not an image number")))?;
     let pose: Vec<f64> =
         pose.iter().map(|value| finite(value, file, line)).collect::<Result<_>>()?;
     let [w, x, y, z, tx, ty, tz] = pose[..] else {
@@ -126,9 +128,9 @@ fn read_image(
     };
     // Quaternions come with few digits; any length means the same rotation.
     let quaternion = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6)
-        .ok_or_else(|| wrong("this quaternion is no rotation".into()))?;
+        .ok_or_else(|| wrong("this quaternion is not a rotation".into()))?;
     let lens = camera.parse().ok().and_then(|camera: u64| lenses.get(&camera));
-    let lens = lens.ok_or_else(|| wrong(format!("there is no camera {camera} in cameras.txt")))?;
+    let lens = lens.ok_or_else(|| wrong(format!("cameras.txt has no camera {camera}")))?;
     let rotation = quaternion.to_rotation_matrix().into_inner();
     let pose = Pose { rotation, translation: vector([tx, ty, tz]) };
     let optics = match (&lens.terms[..], lens.fisheye) {

@@ -21,7 +21,7 @@ use wheatstone_core::{
 /// Our pixels.
 pub(super) const FORMAT: Format = Format {
     name: "dlt",
-    about: "11 DLT coefficients as CSV, a column a camera; top-left pixel (0, 0), v down",
+    about: "11 DLT coefficients as CSV, one column per camera; top-left pixel (0, 0), v down",
     layout: Layout::File("csv"),
     content: Content::Calibration {
         read: Some(|files, given| read(files, given, Count::FromZero)),
@@ -97,21 +97,22 @@ fn read(files: &[InputFile], given: &Given, count: Count) -> Result<Rig> {
             return Err(file.error(
                 line,
                 format!("{} values in line {} of {ROWS}", values.len(), rows.len() + 1),
-                "there are 11 lines, each with one value a camera",
+                "give 11 lines, each with one value per camera",
             ));
         }
         rows.push(values);
     }
     if rows.len() != ROWS {
-        let problem = format!("{} lines, where 11 belong", rows.len());
-        return Err(file.error(0, problem, "there are 11 lines, each with one value a camera"));
+        let problem = format!("expected 11 lines, found {}", rows.len());
+        return Err(file.error(0, problem, "give 11 lines, each with one value per camera"));
     }
     let mut matrices = Vec::with_capacity(rows[0].len());
     for (camera, _) in rows[0].iter().enumerate() {
         let size = given.size(camera);
         let height = match (count, size) {
             (Count::Upwards, None) => {
-                let problem = "v goes up from the bottom of pictures of unknown height".into();
+                let problem =
+                    "v counts up from the bottom, and the height of the pictures is unknown".into();
                 let hint = Hint::new("give their size", Remedy::ImageSize);
                 return Err(file.error(0, problem, hint));
             }

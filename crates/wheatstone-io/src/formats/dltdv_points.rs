@@ -77,7 +77,11 @@ fn gather(file: &InputFile, frames: &mut Frames) -> Result<()> {
         let values: Vec<&str> = content.split(',').map(str::trim).collect();
         if values.len() != cells.len() {
             let problem = format!("{} cells, the header has {}", values.len(), cells.len());
-            return Err(file.error(line, problem, "write NaN where nothing was digitised"));
+            return Err(file.error(
+                line,
+                problem,
+                "give every row as many cells as the header; write NaN where nothing was digitised",
+            ));
         }
         for (cell, text) in cells.iter().zip(values) {
             if text.is_empty() || text.eq_ignore_ascii_case("nan") {
@@ -98,7 +102,8 @@ fn height(given: &Given, camera: usize) -> Result<f64> {
     given.size(camera).map(|[_, height]| f64::from(height)).ok_or_else(|| {
         Format::unsupported(
             FORMAT.name,
-            "pixels whose v goes up from the bottom of pictures of unknown height".into(),
+            "pixels whose v counts up from the bottom, and the height of the pictures is unknown"
+                .into(),
             Hint::new("give their size", Remedy::ImageSize),
         )
     })
@@ -183,7 +188,7 @@ fn twice() -> Error {
     Format::unsupported(
         FORMAT.name,
         "two rows of one view with the same id".into(),
-        "give each point of a view an id of its own",
+        "give each point of a view its own id",
     )
 }
 

@@ -107,7 +107,7 @@ pub fn gather(format: &Format, paths: &[PathBuf]) -> Result<Vec<InputFile>> {
             return Err(Error::Malformed {
                 path: path.clone(),
                 line: None,
-                problem: format!("this folder holds no file of the format `{}`", format.name),
+                problem: format!("this folder has no file of the format `{}`", format.name),
                 hint: Hint::new("name the files, or choose another format", Remedy::SourceFormat),
             });
         }

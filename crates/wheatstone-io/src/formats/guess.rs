@@ -42,7 +42,7 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
     };
     let unknown = |path: &Path| {
         let hint = Hint::new("say what it is", Remedy::SourceFormat);
-        refuse(path, "nothing tells which format this is", hint)
+        refuse(path, "the format cannot be recognised", hint)
     };
     let first = paths.first().ok_or_else(|| unknown(Path::new("")))?;
     let names = if first.is_dir() { listing(first)? } else { paths.to_vec() };

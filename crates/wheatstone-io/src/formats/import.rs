@@ -29,7 +29,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
     if rig.cameras.len() < 2 {
         return refuse(
             format!("{} camera", rig.cameras.len()),
-            "depth needs two; name the files of all cameras",
+            "triangulation needs two; name the files of all cameras",
         );
     }
     let (method, reconstructor) = match reconstructor(rig, imported.pixel_sigma) {
@@ -37,7 +37,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         None => {
             return refuse(
                 "cameras with lenses of different kinds".into(),
-                "let all be pinholes, all fisheyes, or all projection matrices",
+                "use only pinholes, only fisheyes, or only projection matrices",
             );
         }
     };

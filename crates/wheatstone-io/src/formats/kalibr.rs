@@ -64,8 +64,8 @@ fn camera(name: String, node: &Node, pose: Pose, file: &InputFile) -> Result<Rig
     if model.text() != Some("pinhole") {
         return Err(file.error(
             model.line,
-            format!("camera model `{}` is not read", model.text().unwrap_or("")),
-            "let Kalibr calibrate with pinhole-radtan or pinhole-equi",
+            format!("camera model `{}` is not supported", model.text().unwrap_or("")),
+            "calibrate with pinhole-radtan or pinhole-equi in Kalibr",
         ));
     }
     let intrinsics = node.need("intrinsics", file)?;
@@ -88,8 +88,8 @@ fn camera(name: String, node: &Node, pose: Pose, file: &InputFile) -> Result<Rig
         let kind_text = kind.text().unwrap_or("");
         file.error(
             kind.line,
-            format!("distortion `{kind_text}` with {} coefficients is not read", terms.len()),
-            "radtan and equidistant are, with four",
+            format!("distortion `{kind_text}` with {} coefficients is not supported", terms.len()),
+            "radtan and equidistant with four coefficients are",
         )
     })?;
     let size = match node.get("resolution") {

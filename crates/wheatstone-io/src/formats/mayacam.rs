@@ -14,7 +14,7 @@ use wheatstone_core::{Result, camera::pinhole::Pinhole, geometry::Pose};
 
 pub(super) const FORMAT: Format = Format {
     name: "mayacam",
-    about: "MayaCam 2.0 of XMALab, a text file a camera; pinholes without distortion",
+    about: "MayaCam 2.0 of XMALab, one text file per camera; pinholes without distortion",
     layout: Layout::Cameras("txt"),
     content: Content::Calibration {
         read: Some(read),
@@ -34,7 +34,7 @@ fn section<const N: usize>(file: &InputFile, heading: &str) -> Result<([f64; N],
     let mut lines = (1_u64..).zip(file.text()?.lines());
     let start = lines.find(|(_, line)| line.trim().eq_ignore_ascii_case(heading));
     let Some((start, _)) = start else {
-        let problem = format!("there is no `{heading}`");
+        let problem = format!("`{heading}` is missing");
         return Err(file.error(0, problem, "is this a MayaCam 2.0 file?"));
     };
     let mut found = Vec::with_capacity(N);
@@ -48,7 +48,7 @@ fn section<const N: usize>(file: &InputFile, heading: &str) -> Result<([f64; N],
     }
     let count = found.len();
     let numbers = found.try_into().map_err(|_| {
-        let problem = format!("{count} numbers after `{heading}`, where {N} belong");
+        let problem = format!("expected {N} numbers after `{heading}`, found {count}");
         file.error(start, problem, "is this a MayaCam 2.0 file?")
     })?;
     Ok((numbers, start))

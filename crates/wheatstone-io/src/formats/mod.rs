@@ -233,7 +233,7 @@ impl Format {
     /// is read as points.
     pub fn read_points(&self, files: &[InputFile], given: &Given) -> Result<Dataset> {
         let Content::Points { read: Some(read), .. } = &self.content else {
-            return Err(self.cannot("points that are to be read"));
+            return Err(self.cannot("points to be read"));
         };
         let first = files.first().ok_or_else(|| self.cannot("nothing: there are no files"))?;
         let data = read(files, given)?;
@@ -267,7 +267,7 @@ impl Format {
     pub fn write_points(&self, data: &Dataset, given: &Given) -> Result<Vec<OutputFile>> {
         match &self.content {
             Content::Points { write: Some(write), .. } => write(data, given),
-            _ => Err(self.cannot("points that are to be written")),
+            _ => Err(self.cannot("points to be written")),
         }
     }
 
@@ -279,7 +279,7 @@ impl Format {
     /// is read as cameras.
     pub fn read_rig(&self, files: &[InputFile], given: &Given) -> Result<Rig> {
         let Content::Calibration { read: Some(read), unit, .. } = &self.content else {
-            return Err(self.cannot("cameras that are to be read"));
+            return Err(self.cannot("cameras to be read"));
         };
         let first = files.first().ok_or_else(|| self.cannot("nothing: there are no files"))?;
         let mut rig = read(files, given)?;
@@ -305,7 +305,7 @@ impl Format {
     /// [`Error::Unsupported`] with what does not go in.
     pub fn write_rig(&self, rig: &Rig) -> Result<Vec<OutputFile>> {
         let Content::Calibration { write: Some(write), unit, .. } = &self.content else {
-            return Err(self.cannot("cameras that are to be written"));
+            return Err(self.cannot("cameras to be written"));
         };
         match unit {
             Some(unit) => write(&rig.in_unit(unit, self.name)?),

@@ -15,7 +15,7 @@ use wheatstone_core::{Result, camera::pinhole::Pinhole, geometry::Pose};
 
 pub(super) const FORMAT: Format = Format {
     name: "mrcal",
-    about: "mrcal's .cameramodel, a file a camera: pinhole and OpenCV4 to OpenCV12",
+    about: "mrcal's .cameramodel, one file per camera: pinhole and OpenCV4 to OpenCV12",
     layout: Layout::Cameras("cameramodel"),
     content: Content::Calibration {
         read: Some(read),
@@ -46,8 +46,8 @@ fn camera(file: &InputFile) -> Result<RigCamera> {
         _ => {
             return Err(file.error(
                 model.line,
-                format!("`{kind}` is not read"),
-                "`mrcal-convert-lensmodel LENSMODEL_OPENCV8` makes another that is",
+                format!("`{kind}` is not supported"),
+                "convert it with `mrcal-convert-lensmodel LENSMODEL_OPENCV8`",
             ));
         }
     };
@@ -56,7 +56,7 @@ fn camera(file: &InputFile) -> Result<RigCamera> {
     if values.len() != 4 + terms {
         return Err(file.error(
             intrinsics.line,
-            format!("{} numbers, where {kind} has {}", values.len(), 4 + terms),
+            format!("{} numbers, but {kind} has {}", values.len(), 4 + terms),
             "the file is damaged",
         ));
     }

@@ -16,14 +16,14 @@ use wheatstone_core::{
 
 pub(super) const FORMAT: Format = Format {
     name: "myptv",
-    about: "MyPTV's calibration points, a file a camera: x y X Y Z",
+    about: "MyPTV's calibration points, one file per camera: x y X Y Z",
     layout: Layout::Folder(&["cal_points"]),
     content: Content::Points { read: Some(read), write: Some(write) },
 };
 
 pub(super) fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     if files.len() > 64 {
-        let problem = format!("{} files, a camera each", files.len());
+        let problem = format!("{} files, one per camera", files.len());
         return Err(files[0].error(0, problem, "name the files of one calibration"));
     }
     let mut places: BTreeMap<[u64; 3], usize> = BTreeMap::new();
@@ -31,7 +31,7 @@ pub(super) fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     for (camera, file) in files.iter().enumerate() {
         for (line, content) in lines(file.text()?) {
             let [x, y, wx, wy, wz] = row(content, file, line)?[..] else {
-                return Err(file.error(line, "five numbers belong here: x y X Y Z".into(), ""));
+                return Err(file.error(line, "expected five numbers: x y X Y Z".into(), ""));
             };
             let key = [wx, wy, wz].map(|value| (value + 0.0).to_bits());
             let index = *places.entry(key).or_insert(correspondences.len());
@@ -46,7 +46,7 @@ pub(super) fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
             }
             let place = &mut correspondences[index].pixels[camera];
             if place.is_some() {
-                let problem = format!("the point {wx} {wy} {wz} stands in this file already");
+                let problem = format!("the point {wx} {wy} {wz} is in this file already");
                 return Err(file.error(line, problem, "remove one of the two"));
             }
             *place = Some(Pixel::new(x, y));
@@ -74,7 +74,7 @@ pub(super) fn lists(
     if data.known().count() < data.correspondences.len() {
         return Err(Format::unsupported(
             format,
-            "points whose place in the world is not known".into(),
+            "points without known world coordinates".into(),
             "`csv`, `npy` and others hold them",
         ));
     }

@@ -1,5 +1,5 @@
 //! NumPy's `.npy`: a matrix with the columns x1, y1, x2, y2, …, and X, Y, Z where their number is odd; three
-//! columns are X, Y, Z alone. NaN stands for what is not known.
+//! columns are X, Y, Z alone. write NaN for unknown values.
 //!
 //! Source: NumPy Enhancement Proposal 1, "A simple file format for NumPy arrays".
 
@@ -19,7 +19,7 @@ pub(super) const FORMAT: Format = Format {
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
-const HINT: &str = "`numpy.save` of a matrix of float64 makes one that is read";
+const HINT: &str = "write a float64 matrix with `numpy.save`";
 
 /// How numbers lie in the file.
 #[derive(Clone, Copy)]
@@ -88,14 +88,14 @@ fn matrix(file: &InputFile) -> Result<(Vec<f64>, usize)> {
     let (length, rest) = match (version, rest) {
         (1, [a, b, rest @ ..]) => (usize::from(u16::from_le_bytes([*a, *b])), rest),
         (2 | 3, [a, b, c, d, rest @ ..]) => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
-        _ => return Err(wrong("a version of NumPy's files that is not known")),
+        _ => return Err(wrong("an unknown version of the NumPy format")),
     };
     let (header, body) =
         rest.split_at_checked(length).ok_or_else(|| wrong("the header is cut off"))?;
     let header = String::from_utf8_lossy(header);
     let kind = entry(&header, "descr").map(|word| word.trim_matches('\''));
     let kind =
-        kind.and_then(Kind::named).ok_or_else(|| wrong("its entries are no plain numbers"))?;
+        kind.and_then(Kind::named).ok_or_else(|| wrong("its entries are not plain numbers"))?;
     let by_column = entry(&header, "fortran_order") == Some("True");
     let shape: Vec<usize> = entry(&header, "shape")
         .map(|shape| shape.trim_matches(['(', ')']).split(',').map(str::trim))
@@ -104,10 +104,10 @@ fn matrix(file: &InputFile) -> Result<(Vec<f64>, usize)> {
         .filter(|side| !side.is_empty())
         .map(|side| side.parse().map_err(|_| wrong("its shape is not understood")))
         .collect::<Result<_>>()?;
-    let [rows, columns] = shape[..] else { return Err(wrong("it is no matrix")) };
+    let [rows, columns] = shape[..] else { return Err(wrong("it is not a matrix")) };
     let size = rows.checked_mul(columns).and_then(|count| count.checked_mul(kind.bytes));
     if size != Some(body.len()) {
-        return Err(wrong("it holds more or fewer bytes than its shape says"));
+        return Err(wrong("its size does not match its shape"));
     }
     let values: Vec<f64> = body.chunks_exact(kind.bytes).map(|bytes| kind.number(bytes)).collect();
     if !by_column {
@@ -125,22 +125,22 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     if columns < 3 || cameras == 1 {
         return Err(file.error(
             0,
-            format!("{columns} columns: neither X Y Z nor the pixels of two cameras"),
-            "columns are x1 y1 x2 y2 …, then X Y Z where known",
+            format!("{columns} columns are neither X Y Z nor the pixels of two cameras"),
+            "give columns x1 y1 x2 y2 …, then X Y Z where known",
         ));
     }
     let mut correspondences = Vec::with_capacity(values.len() / columns);
     for (index, row) in values.chunks_exact(columns).enumerate() {
         let wrong = |what: &str| {
-            file.error(0, format!("row {}: {what}", index + 1), "NaN stands for what is not known")
+            file.error(0, format!("row {}: {what}", index + 1), "write NaN for unknown values")
         };
         if row.iter().any(|value| value.is_infinite() || value.abs() > 1e9) {
-            return Err(wrong("a number that is no place"));
+            return Err(wrong("a value that is not finite or too large"));
         }
         let together = |part: &[f64]| match part.iter().filter(|value| value.is_nan()).count() {
             0 => Ok(true),
             count if count == part.len() => Ok(false),
-            _ => Err(wrong("some of what belongs together is NaN")),
+            _ => Err(wrong("one coordinate is NaN, but its partner is not")),
         };
         let (pixels, world) = row.split_at(2 * cameras);
         let mut seen = Vec::with_capacity(cameras);

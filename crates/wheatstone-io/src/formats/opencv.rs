@@ -57,8 +57,8 @@ impl<'a> Storage<'a> {
             if file.text()?.trim_start().starts_with("<?xml") {
                 return Err(file.error(
                     1,
-                    "XML is not read".into(),
-                    "let cv::FileStorage write it as .yml or .json",
+                    "XML is not supported".into(),
+                    "write it as .yml or .json with cv::FileStorage",
                 ));
             }
             parts.push((parse(file)?, file));
@@ -100,7 +100,7 @@ fn exactly<const N: usize>(node: &Node, file: &InputFile) -> Result<[f64; N]> {
     let found = entries(node, file)?;
     let count = found.len();
     found.try_into().map_err(|_| {
-        file.error(node.line, format!("{count} numbers, where {N} belong"), "the file is damaged")
+        file.error(node.line, format!("expected {N} numbers, found {count}"), "the file is damaged")
     })
 }
 
@@ -139,7 +139,7 @@ fn read(files: &[InputFile], fisheye: bool) -> Result<Rig> {
             lens_file.error(
                 lens_line,
                 format!("{} coefficients of distortion", lens.len()),
-                "there are 4, 5, 8, 12 or 14 of them, and 4 of a fisheye",
+                "there may be 4, 5, 8, 12 or 14, and 4 for a fisheye",
             )
         })?;
         let name = storage.get(&format!("camera_name_{camera}")).and_then(|(node, _)| node.text());
@@ -212,7 +212,7 @@ fn place(storage: &Storage, camera: usize, first: &Pose) -> Result<Pose> {
         return Err(r_file.error(
             r.line,
             format!("R{end} and T{end} do not agree with camera_from_world_{camera}"),
-            "whoever changed one of them should remove the others",
+            "remove the one that is outdated",
         ));
     }
     Ok(own)
@@ -221,7 +221,7 @@ fn place(storage: &Storage, camera: usize, first: &Pose) -> Result<Pose> {
 fn no_extrinsics(file: &InputFile, end: &str) -> Error {
     file.error(
         0,
-        format!("there is no `R{end}` and `T{end}`, which say how the cameras stand"),
+        format!("the extrinsics `R{end}` and `T{end}` are missing"),
         "give the file with the extrinsics as well",
     )
 }

@@ -43,11 +43,11 @@ fn sensor(file: &InputFile) -> Result<Sensor> {
     let hint = "is this OpenPTV's parameters/ptv.par?";
     let value = |index: usize| match lines.get(index) {
         Some((line, text)) => Ok((finite(text, file, *line)?, *line)),
-        None => Err(file.error(0, "lines are missing at its end".into(), hint)),
+        None => Err(file.error(0, "the file ends too early".into(), hint)),
     };
     let (count, line) = value(0)?;
     if !(1.0..=64.0).contains(&count) || count.fract() != 0.0 {
-        return Err(file.error(line, "the number of cameras should stand here".into(), hint));
+        return Err(file.error(line, "expected the number of cameras".into(), hint));
     }
     let start = 1 + 2 * count as usize + 3;
     let side = |index: usize| -> Result<u32> {
@@ -59,7 +59,7 @@ fn sensor(file: &InputFile) -> Result<Sensor> {
         if value > 0.0 {
             Ok(value)
         } else {
-            Err(file.error(line, "pixels have a size".into(), hint))
+            Err(file.error(line, "the pixel size must be above 0".into(), hint))
         }
     };
     // Refractive indices of air, wall and water; a wall of no effect has them alike.
@@ -70,7 +70,7 @@ fn sensor(file: &InputFile) -> Result<Sensor> {
         return Err(file.error(
             lines[start + 5].0,
             format!("light is refracted between media of index {first}, {second} and {third}"),
-            "no camera of other programs can hold that: convert the points, and fit them here",
+            "the camera models of other programs cannot represent this: convert the points, and fit them here",
         ));
     }
     Ok(Sensor {
@@ -91,12 +91,8 @@ fn all(file: &InputFile) -> Result<Vec<(f64, u64)>> {
 fn read(files: &[InputFile], _given: &Given) -> Result<Rig> {
     let ends = |file: &&InputFile, end: &str| file.name().to_lowercase().ends_with(end);
     let parameters = files.iter().find(|file| ends(file, "ptv.par")).ok_or_else(|| {
-        let hint = "name it too; it lies in the folder `parameters`";
-        files[0].error(
-            0,
-            "there is no ptv.par with it, which says how large pixels are".into(),
-            hint,
-        )
+        let hint = "name it as well; it is in the folder `parameters`";
+        files[0].error(0, "ptv.par, which gives the pixel size, is missing".into(), hint)
     })?;
     let sensor = sensor(parameters)?;
     let mut cameras = Vec::new();
@@ -113,7 +109,7 @@ fn camera(file: &InputFile, terms: Option<&InputFile>, sensor: &Sensor) -> Resul
     let values = all(file)?;
     let numbers: Vec<f64> = values.iter().map(|(value, _)| *value).collect();
     let [x, y, z, _, _, _, a, b, c, d, e, f, g, h, i, xh, yh, cc, ..] = numbers[..] else {
-        let problem = format!("{} numbers, where 18 belong", numbers.len());
+        let problem = format!("expected 18 numbers, found {}", numbers.len());
         return Err(file.error(0, problem, "is this an OpenPTV .ori file?"));
     };
     // Its columns are the camera's axes in the world: x right, y up, z backward.
@@ -128,8 +124,8 @@ fn camera(file: &InputFile, terms: Option<&InputFile>, sensor: &Sensor) -> Resul
     if (bent && (xh != 0.0 || yh != 0.0)) || shear != 0.0 {
         return Err(file.error(
             values[15].1,
-            "the lens distorts about another point than the principal one, or is sheared".into(),
-            "no camera of other programs can hold that: convert the points, and fit them here",
+            "the centre of distortion is not the principal point, or the picture is sheared".into(),
+            "the camera models of other programs cannot represent this: convert the points, and fit them here",
         ));
     }
     let [wide, high] = sensor.pixel;
@@ -160,7 +156,7 @@ fn affine(file: &InputFile) -> Result<[f64; 7]> {
     values.try_into().map_err(|_| {
         file.error(
             0,
-            format!("{count} numbers, where 7 belong"),
+            format!("expected 7 numbers, found {count}"),
             "is this an OpenPTV .addpar file?",
         )
     })

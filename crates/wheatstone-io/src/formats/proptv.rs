@@ -10,7 +10,7 @@ use super::{Content, Format, Layout, myptv};
 
 pub(super) const FORMAT: Format = Format {
     name: "proptv",
-    about: "proPTV's lists of markers, a file a camera: x y X Y Z",
+    about: "proPTV's lists of markers, one file per camera: x y X Y Z",
     layout: Layout::Folder(&[
         "markers_c0.txt",
         "markers_c1.txt",

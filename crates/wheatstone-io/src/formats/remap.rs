@@ -18,7 +18,7 @@ use wheatstone_core::{
 
 pub(super) const FORMAT: Format = Format {
     name: "remap",
-    about: "a rectified pair of any model: tables for cv2.remap (NumPy) and P1 P2 Q",
+    about: "a rectified pair of any model: maps for cv2.remap (NumPy) and P1 P2 Q",
     layout: Layout::Folder(&["pair.yml"]),
     content: Content::Pair { write },
 };

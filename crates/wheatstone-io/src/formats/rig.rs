@@ -225,7 +225,7 @@ impl Rig {
         let Some(factor) = wheatstone_core::unit::factor(own, unit) else {
             return Err(Error::Unsupported {
                 format: format.into(),
-                what: format!("lengths in `{own}`: it wants `{unit}`"),
+                what: format!("lengths in `{own}`: it needs `{unit}`"),
                 hint: "the units that convert are um, mm, cm, dm, m, in and ft".into(),
             });
         };
@@ -259,10 +259,10 @@ pub(super) fn rotation(rows: [f64; 9], file: &InputFile, line: u64) -> Result<Ma
         Err(file.error(line, problem.into(), hint))
     };
     if off.is_nan() || off > NEARLY {
-        return refuse("this is no rotation matrix");
+        return refuse("this is not a rotation matrix");
     }
     if matrix.determinant() < 0.0 {
-        return refuse("this matrix mirrors");
+        return refuse("this matrix contains a reflection");
     }
     if off <= EXACT {
         return Ok(matrix);
@@ -270,7 +270,7 @@ pub(super) fn rotation(rows: [f64; 9], file: &InputFile, line: u64) -> Result<Ma
     let svd = matrix.svd(true, true);
     match (svd.u, svd.v_t) {
         (Some(u), Some(v_t)) => Ok(u * v_t),
-        _ => refuse("this is no rotation matrix"),
+        _ => refuse("this is not a rotation matrix"),
     }
 }
 
@@ -279,7 +279,8 @@ pub(super) fn pinhole(rows: [f64; 9], file: &InputFile, line: u64) -> Result<Pin
     let [fx, skew, cx, zero, fy, cy, nought, naught, one] = rows;
     let odd = [zero, nought, naught].iter().any(|value| *value != 0.0) || one != 1.0;
     if odd || skew != 0.0 {
-        let problem = if odd { "this is no camera matrix" } else { "the camera matrix has skew" };
+        let problem =
+            if odd { "this is not a camera matrix" } else { "the camera matrix has skew" };
         return Err(file.error(
             line,
             problem.into(),
@@ -305,7 +306,7 @@ pub(super) fn whole(value: f64, file: &InputFile, line: u64) -> Result<u32> {
     if (1.0..=LARGEST).contains(&value) && value.fract() == 0.0 {
         return Ok(value as u32);
     }
-    Err(file.error(line, format!("{value} is no width or height of a picture"), "whole pixels"))
+    Err(file.error(line, format!("{value} is not a width or height of a picture"), "whole pixels"))
 }
 
 /// Three numbers as a vector.

@@ -24,7 +24,7 @@ use wheatstone_core::{
 
 pub(super) const FORMAT: Format = Format {
     name: "ros",
-    about: "ROS camera_info, a YAML file a camera of a pair; metres, world = left rectified frame",
+    about: "ROS camera_info of a pair, one YAML file per camera; metres, world = left rectified frame",
     layout: Layout::Cameras("yaml"),
     content: Content::Calibration {
         read: Some(read),
@@ -75,7 +75,8 @@ fn camera(file: &InputFile) -> Result<RigCamera> {
         _ => None,
     };
     let optics = optics.ok_or_else(|| {
-        let problem = format!("distortion `{kind}` with {} coefficients is not read", terms.len());
+        let problem =
+            format!("distortion `{kind}` with {} coefficients is not supported", terms.len());
         file.error(lens.line, problem, "plumb_bob, rational_polynomial and equidistant are")
     })?;
     let side = |name: &str| match root.get(name) {
@@ -104,7 +105,7 @@ fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
     let [left, right] = &rig.cameras[..] else {
         return Err(Format::unsupported(
             FORMAT.name,
-            format!("{} cameras: it knows pairs", rig.cameras.len()),
+            format!("{} cameras: it holds pairs only", rig.cameras.len()),
             "`kalibr`, `opencv` and others hold any number",
         ));
     };
@@ -135,8 +136,7 @@ fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
 fn no_baseline() -> Error {
     Format::unsupported(
         FORMAT.name,
-        "a pair whose cameras look along the line between them: such pictures have no common rows"
-            .into(),
+        "a pair whose cameras look along the baseline: such pictures cannot be rectified".into(),
         "`kalibr`, `opencv` and others hold it",
     )
 }

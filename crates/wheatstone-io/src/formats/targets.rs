@@ -20,7 +20,7 @@ use wheatstone_core::{
 
 pub(super) const FORMAT: Format = Format {
     name: "openptv-targets",
-    about: "OpenPTV's found particles: cam1.10001_targets, …, with rt_is.10001",
+    about: "OpenPTV's detected particles: cam1.10001_targets, …, with rt_is.10001",
     layout: Layout::Folder(&["_targets", "rt_is"]),
     content: Content::Points { read: Some(read), write: Some(write) },
 };
@@ -38,20 +38,20 @@ fn table(file: &InputFile, least: usize) -> Result<Vec<(u64, Vec<f64>)>> {
         None => Vec::new(),
     };
     let [count] = count[..] else {
-        return Err(file.error(1, "the number of lines should stand here".into(), HINT));
+        return Err(file.error(1, "expected the number of lines".into(), HINT));
     };
     let mut rows = Vec::new();
     for (line, content) in lines {
         let values = row(content, file, line)?;
         if values.len() < least {
-            let problem = format!("{} numbers, where at least {least} belong", values.len());
+            let problem = format!("expected at least {least} numbers, found {}", values.len());
             return Err(file.error(line, problem, HINT));
         }
         rows.push((line, values));
     }
     if rows.len() as f64 != count {
         let problem = format!("{} lines, where the first line says {count}", rows.len());
-        return Err(file.error(1, problem, "the file is cut off, or not OpenPTV's"));
+        return Err(file.error(1, problem, "the file is truncated, or not from OpenPTV"));
     }
     Ok(rows)
 }

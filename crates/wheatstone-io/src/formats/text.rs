@@ -27,13 +27,13 @@ pub(super) fn finite(text: &str, file: &InputFile, line: u64) -> Result<f64> {
     const LARGEST: f64 = 1e100;
     match text.trim().parse::<f64>() {
         Ok(value) if value.abs() <= LARGEST => Ok(value),
-        Ok(_) => Err(file.error(line, format!("`{text}` is no finite number"), "")),
+        Ok(_) => Err(file.error(line, format!("`{text}` is not a finite number"), "")),
         Err(_) => {
             let shown: String = text.chars().take(40).collect();
             Err(file.error(
                 line,
                 format!("`{shown}` is not a number"),
-                "numbers are written with a decimal point and without units",
+                "write numbers with a decimal point and without units",
             ))
         }
     }

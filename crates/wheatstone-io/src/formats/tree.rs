@@ -40,7 +40,7 @@ impl Node {
         self.get(key).ok_or_else(|| {
             file.error(
                 self.line,
-                format!("there is no `{key}` here"),
+                format!("the key `{key}` is missing"),
                 Hint::new("give it, or choose another format", Remedy::SourceFormat),
             )
         })
@@ -57,7 +57,7 @@ impl Node {
     /// A finite number.
     pub(super) fn number(&self, file: &InputFile) -> Result<f64> {
         let Some(text) = self.text() else {
-            return Err(file.error(self.line, "a number should stand here".into(), HINT));
+            return Err(file.error(self.line, "expected a number".into(), HINT));
         };
         super::text::finite(text, file, self.line)
     }
@@ -80,8 +80,8 @@ impl Node {
     pub(super) fn exactly<const N: usize>(&self, file: &InputFile) -> Result<[f64; N]> {
         let found = self.numbers(file)?;
         let count = found.len();
-        found
-            .try_into()
-            .map_err(|_| file.error(self.line, format!("{count} numbers, where {N} belong"), HINT))
+        found.try_into().map_err(|_| {
+            file.error(self.line, format!("expected {N} numbers, found {count}"), HINT)
+        })
     }
 }

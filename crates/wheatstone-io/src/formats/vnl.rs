@@ -47,7 +47,11 @@ type Pictures = BTreeMap<(String, String), Vec<Option<Pixel>>>;
 fn pictures(file: &InputFile) -> Result<Pictures> {
     let text = file.text()?;
     let [name, x, y] = legend(text).ok_or_else(|| {
-        file.error(1, "there is no legend `# filename x y level`".into(), "is this a corners.vnl?")
+        file.error(
+            1,
+            "the legend `# filename x y level` is missing".into(),
+            "is this a corners.vnl?",
+        )
     })?;
     let mut found = Pictures::new();
     for (line, content) in (1_u64..).zip(text.lines()) {
@@ -60,7 +64,7 @@ fn pictures(file: &InputFile) -> Result<Pictures> {
             return Err(file.error(
                 line,
                 "cells are missing".into(),
-                "write - where nothing was found",
+                "write - for corners that were not found",
             ));
         };
         let corners = found.entry(split(name)).or_default();
@@ -76,16 +80,16 @@ fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
     let file = &files[0];
     let pictures = pictures(file)?;
     let Some((columns, pitch)) = given.board else {
-        let hint = Hint::new("give its columns and their distance", Remedy::Board);
-        return Err(file.error(0, "it does not say what the board is".into(), hint));
+        let hint = Hint::new("give its number of columns and its pitch", Remedy::Board);
+        return Err(file.error(0, "it does not describe the board".into(), hint));
     };
     let mut cameras: Vec<&str> = pictures.keys().map(|(camera, _)| camera.as_str()).collect();
     cameras.dedup();
     if cameras.len() > 64 {
-        let hint = "names of one camera's pictures differ in their last number alone";
+        let hint = "the picture names of one camera may differ in the last number only";
         return Err(file.error(
             0,
-            format!("{} cameras by the pictures' names", cameras.len()),
+            format!("{} cameras according to the picture names", cameras.len()),
             hint,
         ));
     }

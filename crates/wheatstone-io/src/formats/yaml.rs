@@ -40,7 +40,7 @@ pub(super) fn parse(file: &InputFile) -> Result<Node> {
             documents += 1;
         }
         if documents > 1 {
-            let problem = "something else begins here, where the text should end";
+            let problem = "unexpected content after the end of the document";
             return Err(error(span.start.line(), problem));
         }
         builder.take(event, span.start.line() as u64)?;
@@ -80,14 +80,14 @@ impl Builder<'_> {
                 Some(ended) => self.add(ended.node),
                 None => Ok(()),
             },
-            Event::Alias(_) => Err(self.error(line, "references to anchors are not read")),
+            Event::Alias(_) => Err(self.error(line, "references to anchors are not supported")),
             _ => Ok(()),
         }
     }
 
     fn begin(&mut self, node: Node) -> Result<()> {
         if self.open.len() == MOST_DEPTH {
-            return Err(self.error(node.line, "nested deeper than any calibration"));
+            return Err(self.error(node.line, "nested too deeply for a calibration"));
         }
         self.open.push(Open { node, key: None });
         Ok(())
@@ -97,7 +97,7 @@ impl Builder<'_> {
     fn add(&mut self, node: Node) -> Result<()> {
         self.nodes += 1;
         if self.nodes > MOST_NODES {
-            return Err(self.error(node.line, "there is more here than a calibration takes"));
+            return Err(self.error(node.line, "too large for a calibration"));
         }
         let Some(Open { node: parent, key }) = self.open.last_mut() else {
             self.root = Some(node);
@@ -108,13 +108,13 @@ impl Builder<'_> {
             (Value::Map(entries), Some(name)) => entries.push((name, node)),
             (Value::Map(entries), None) => {
                 let problem = match node.text() {
-                    None => "a name should stand before the colon".into(),
+                    None => "expected a name before the colon".into(),
                     Some(_) if entries.len() >= MOST_KEYS => {
-                        "there are more names here than a calibration has".into()
+                        "too many names for a calibration".into()
                     }
                     Some(name) => match entries.iter().find(|(known, _)| known == name) {
                         Some((_, first)) => {
-                            format!("`{name}` stands in line {} already", first.line)
+                            format!("`{name}` is in line {} already", first.line)
                         }
                         None => {
                             *key = Some(name.into());
@@ -162,11 +162,11 @@ mod tests {
 
     #[test]
     fn what_is_refused_names_its_line() {
-        assert_eq!(refused("a: 1\nb: 2\na: 3\n"), "a.yml:3: `a` stands in line 1 already");
+        assert_eq!(refused("a: 1\nb: 2\na: 3\n"), "a.yml:3: `a` is in line 1 already");
         assert!(refused("a: &x [1]\nb: *x\n").starts_with("a.yml:2: references"));
-        assert!(refused("a: 1\n---\nb: 2\n").starts_with("a.yml:2: something else"));
+        assert!(refused("a: 1\n---\nb: 2\n").starts_with("a.yml:2: unexpected content"));
         assert!(refused("a: 1\nb: [1, 2\n").starts_with("a.yml:3: not YAML"));
         assert!(refused("a: 1\nb: \0\n").starts_with("a.yml:2: not text"));
-        assert!(refused(&"[".repeat(40)).contains("nested deeper"));
+        assert!(refused(&"[".repeat(40)).contains("nested too deeply"));
     }
 }

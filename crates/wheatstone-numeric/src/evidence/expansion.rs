@@ -3,13 +3,13 @@
 use super::posterior::Decay;
 use crate::{
     cholesky::{Cholesky, Lower},
-    perceptron::{Batch, Curvature, Perceptron, Sweep},
+    perceptron::{Batch, Curvature, GradientPass, Perceptron},
 };
 
 /// Expands the misfit, in buffers that are kept.
 pub(super) struct Expansion {
     curvature: Curvature,
-    sweep: Sweep<f64>,
+    pass: GradientPass<f64>,
     /// Half the weighted Hessian, by outer products, without decay.
     pub(super) hessian: Lower,
     /// Half the weighted gradient, without decay.
@@ -32,7 +32,7 @@ impl Expansion {
         let count = network.weights().len();
         Self {
             curvature: Curvature::new(network, batch),
-            sweep: Sweep::new(network, batch),
+            pass: GradientPass::new(network, batch),
             hessian: Lower::zeros(count),
             gradient: vec![0.0; count],
             other: vec![0.0; count],
@@ -44,7 +44,7 @@ impl Expansion {
     pub(super) fn at(&mut self, weights: &[f64], noise: &[f64]) {
         self.curvature.hessian(weights, noise, &mut self.hessian);
         if self.ready.take().is_none_or(|ready| ready != noise) {
-            self.sweep.pass(weights, &inverses(noise), &mut self.gradient);
+            self.pass.pass(weights, &inverses(noise), &mut self.gradient);
         }
     }
 
@@ -57,7 +57,7 @@ impl Expansion {
 
     /// The sum of squared errors of each output.
     pub(super) fn squared_errors(&mut self, weights: &[f64], noise: &[f64]) -> &[f64] {
-        self.sweep.pass(weights, &inverses(noise), &mut self.other)
+        self.pass.pass(weights, &inverses(noise), &mut self.other)
     }
 
     /// Where a step leads from the weights about which this was expanded, and by how much a straight one would
@@ -79,7 +79,7 @@ impl Expansion {
         let promised = back.iter().zip(&slopes).enumerate();
         let promised =
             promised.map(|(i, (by, slope))| by * (damping * decay.of(i) * by + slope)).sum::<f64>();
-        self.sweep.bend((start, &back), &inverses(noise), &mut self.other);
+        self.pass.second_derivative((start, &back), &inverses(noise), &mut self.other);
         let bend = factors.solve(&self.other);
         let share = 0.5 * f64::min(1.0, MOST_BEND / self.half_ratio((&bend, &back), decay));
         let steps = back.iter().zip(&bend).map(|(by, bend)| by + share * bend);

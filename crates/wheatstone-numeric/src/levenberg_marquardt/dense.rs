@@ -137,7 +137,8 @@ pub fn minimise(
     let damping = Damping::nielsen(1e-3, 1.0 / 3.0);
     let found = search(&Dense { evaluate }, start.to_vec(), (patience, damping), progress)?;
     let found = found.ok_or_else(|| Error::Degenerate {
-        problem: "the search for the best fit cannot begin: its start explains no point".into(),
+        problem: "the least-squares search cannot start: its initial guess explains no point"
+            .into(),
         hint: "check the points for gross errors, such as exchanged columns".into(),
     })?;
     let (cost, normal) = found.equations;

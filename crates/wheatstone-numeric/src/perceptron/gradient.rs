@@ -21,7 +21,7 @@ const DOUBLES: usize = GROUP / size_of::<f64>();
 
 /// Samples laid out, and every buffer: nothing is allocated from one pass to the next.
 #[derive(Clone, Debug)]
-pub struct Sweep<T> {
+pub struct GradientPass<T> {
     packed: Packed<T>,
     /// Group by group, input by input.
     inputs: AlignedVec<T>,
@@ -43,7 +43,7 @@ pub struct Sweep<T> {
     totals: Vec<f64>,
 }
 
-impl<T: Real> Sweep<T> {
+impl<T: Real> GradientPass<T> {
     /// Lays out samples for a network of this shape.
     #[must_use]
     pub fn new(network: &Perceptron, batch: &Batch) -> Self {
@@ -71,14 +71,14 @@ impl<T: Real> Sweep<T> {
     /// the weights of half their sum, each times its `factor`.
     pub fn pass(&mut self, weights: &[f64], factors: &[f64], gradient: &mut [f64]) -> &[f64] {
         self.packed.set(weights);
-        on_widest(Pass { sweep: self, factors, gradient });
+        on_widest(Pass { pass: self, factors, gradient });
         &self.totals
     }
 }
 
 /// One pass over all samples.
 struct Pass<'a, T> {
-    sweep: &'a mut Sweep<T>,
+    pass: &'a mut GradientPass<T>,
     factors: &'a [f64],
     gradient: &'a mut [f64],
 }
@@ -88,18 +88,18 @@ impl<T: Real> WithSimd for Pass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Pass { sweep, factors, gradient } = self;
-        sweep.sums.fill(T::default());
-        sweep.squares.fill(T::default());
+        let Pass { pass, factors, gradient } = self;
+        pass.sums.fill(T::default());
+        pass.squares.fill(T::default());
         if group::<T>() == SINGLES {
-            sweep.add_all::<S, SINGLES>(simd, factors);
+            pass.add_all::<S, SINGLES>(simd, factors);
         } else {
-            sweep.add_all::<S, DOUBLES>(simd, factors);
+            pass.add_all::<S, DOUBLES>(simd, factors);
         }
-        for (total, squares) in sweep.totals.iter_mut().zip(sweep.squares.as_chunks().0) {
+        for (total, squares) in pass.totals.iter_mut().zip(pass.squares.as_chunks().0) {
             *total = sum_of_lanes(squares);
         }
-        sweep.sum_up(gradient);
+        pass.sum_up(gradient);
     }
 }
 
@@ -123,7 +123,7 @@ fn sum_of_lanes<T: Real>(lanes: &[T; LANES]) -> f64 {
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
-impl<T: Real> Sweep<T> {
+impl<T: Real> GradientPass<T> {
     /// Goes through all samples, `N` at a time.
     #[inline(always)]
     fn add_all<S: Simd, const N: usize>(&mut self, simd: S, factors: &[f64]) {
@@ -234,9 +234,9 @@ mod tests {
         let error = network.mean_square_error(&batch, &mut wanted, &mut Workspace::new(sizes));
         let outputs = sizes[sizes.len() - 1];
         let count = (143 * outputs) as f64;
-        let mut sweep = Sweep::<T>::new(&network, &batch);
+        let mut pass = GradientPass::<T>::new(&network, &batch);
         let mut found = wanted.clone();
-        let totals = sweep.pass(network.weights(), &vec![2.0 / count; outputs], &mut found);
+        let totals = pass.pass(network.weights(), &vec![2.0 / count; outputs], &mut found);
         let total = totals.iter().sum::<f64>() / count;
         let greatest = wanted.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
         let gaps = wanted.iter().zip(&found).map(|(a, b)| (a - b).abs() / greatest);
@@ -260,16 +260,16 @@ mod tests {
 
     fn bits_at_each_width<T: Real>() -> Vec<(Vec<f64>, Vec<f64>)> {
         let (network, batch) = world(&[4, 8, 8, 3], OutputActivation::Linear);
-        let mut sweep = Sweep::<T>::new(&network, &batch);
-        sweep.packed.set(network.weights());
-        let mut results = vec![(sweep, vec![0.0; 139]); 4];
+        let mut pass = GradientPass::<T>::new(&network, &batch);
+        pass.packed.set(network.weights());
+        let mut results = vec![(pass, vec![0.0; 139]); 4];
         let mut next = results.iter_mut();
         let widths = on_each(|| {
-            let (sweep, gradient) = next.next().unwrap();
-            Pass { sweep, factors: &[1.0, 2.0, 0.5], gradient }
+            let (pass, gradient) = next.next().unwrap();
+            Pass { pass, factors: &[1.0, 2.0, 0.5], gradient }
         });
         let used = results.into_iter().take(widths.len());
-        used.map(|(sweep, gradient)| (sweep.totals, gradient)).collect()
+        used.map(|(pass, gradient)| (pass.totals, gradient)).collect()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use wheatstone_numeric::{
-    covariance::{Covariance, LeastSquaresSpread},
+    covariance::{Covariance, LeastSquaresCovariance},
     least_squares::solve,
     random::Random,
     statistics::root_mean_square,
@@ -31,7 +31,7 @@ fn a_lines_covariance_is_that_of_repeated_fits() {
     // y = a + b x, errors growing with x, fitted as if they did not.
     let places: Vec<f64> = (0..30).map(|index| f64::from(index) / 29.0).collect();
     let sigma = |x: f64| 0.1 + 0.5 * x;
-    let mut spread = LeastSquaresSpread::new(2);
+    let mut spread = LeastSquaresCovariance::new(2);
     places.iter().for_each(|x| spread.add(&[1.0, *x], sigma(*x).powi(2)));
     let covariance = spread.covariance().unwrap();
     let design: Vec<f64> = places.iter().flat_map(|x| [1.0, *x]).collect();

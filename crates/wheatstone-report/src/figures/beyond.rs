@@ -10,8 +10,8 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     Some(Figure {
         name: "beyond",
         title: "Beyond the fitted range (figure 6 of the 2001 paper)",
-        how: "The error at distances that no fitted point had.".into(),
-        good: "A slow rise; a steep one says to stay within the range that was fitted.",
+        how: "The error at distances outside the fitted range.".into(),
+        good: "A slow rise. A steep one means: stay within the fitted range.",
         panels: vec![curves(beyond, &alternative)],
     })
 }

@@ -28,15 +28,15 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         name: "budget",
         title: "Where the error comes from",
         how: format!(
-            "Each bar is the error that one cause alone would make; squares of bars add up to the square of the whole. {}.",
+            "Each bar is the error that one cause alone would produce; the squares of the bars add up to the square of the total. {}.",
             sentence(&causes.join("; "))
         ),
-        good: "The bar of the pixel noise is the longest: what is left is the pixels'.",
+        good: "The bar of the pixel noise is the longest: the pixels are then the limit.",
         panels: vec![bars(
             &rows,
             &[],
             (&format!("rms error, {}", report.unit), f64::INFINITY),
-            &format!("The largest part comes from: {}.", largest.source),
+            &format!("The largest contribution: {}.", largest.source),
         )],
     })
 }

@@ -25,15 +25,13 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let cells = if whole {
         ""
     } else {
-        " The size of the picture is not known: the frame is that of the points."
+        " The size of the picture is unknown: the frame encloses the points."
     };
     Some(Figure {
         name: "coverage",
         title: "Coverage of each picture",
-        how: format!(
-            "Each cell counts the points that the camera saw there; empty cells saw none.{cells}"
-        ),
-        good: "No empty cells, corners included: where a lens was not tested nothing is known of it.",
+        how: format!("Each cell counts the points seen there; empty cells have none.{cells}"),
+        good: "No empty cells, corners included: where no point was seen, the lens is extrapolated.",
         panels: report
             .cameras
             .iter()

@@ -1,4 +1,4 @@
-//! Error against depth, with what the pixels allow drawn in.
+//! Error against depth, with the floor.
 
 use super::{
     super::plot::{Plot, scale::Scale},
@@ -40,11 +40,11 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     }
     let predicted = line(&|band| band.predicted_rms);
     if !predicted.is_empty() {
-        plot.line(&predicted, "c1 dashed", "error bars promise");
+        plot.line(&predicted, "c1 dashed", "predicted by the error bars");
     }
     let floor = line(&|band| band.floor_rms);
     if !floor.is_empty() {
-        plot.line(&floor, "c2 dotted", "pixels allow");
+        plot.line(&floor, "c2 dotted", "floor");
     }
     let (first, last) = (bands.first()?, bands.last()?);
     let alternative = format!(
@@ -58,16 +58,16 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         name: "error-by-depth",
         title: "Error against depth",
         how: how(report, points.len()),
-        good: "The solid line lies on the line below it, and rises smoothly as the square of the depth.",
+        good: "The solid line follows the line below it, and rises smoothly as the square of the depth.",
         panels: vec![plot.finish("", &alternative)],
     })
 }
 
 fn how(report: &Report, count: usize) -> String {
     let floor = if report.depth.iter().any(|band| band.floor_rms.is_some()) {
-        "The dotted line is what the same pixels allow with the true cameras."
+        "The dotted line is the floor: the error of the same pixels with the true cameras."
     } else {
-        "The dashed line is what the fit's own covariances of pixel noise promise."
+        "The dashed line is predicted by the covariances of the fit."
     };
     format!(
         "Each dot is one of the {}, the solid line their root mean square in bands of depth. {floor}{}",

@@ -1,4 +1,4 @@
-//! How many points err by how much.
+//! Distribution of the errors.
 
 use super::{
     super::plot::{Plot, scale::Scale},
@@ -29,7 +29,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
             Scale::logarithmic(errors.iter().copied().filter(|e| *e >= accuracy.median / 30.0)),
             &format!("error, {unit}"),
         ),
-        (Scale::exactly(0.0, 100.0), "points that err by less, %"),
+        (Scale::exactly(0.0, 100.0), "points with a smaller error, %"),
     );
     for (value, share, class, name) in
         [(accuracy.median, 50.0, "c2 dashed", "half"), (accuracy.p95, 95.0, "c1 dashed", "95 %")]
@@ -45,13 +45,13 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     plot.line(&visible, "c0", "");
     Some(Figure {
         name: "distribution",
-        title: "How many points err by how much",
-        how: "Go from an error on the lower axis up to the curve: so many points of a hundred err by less.".into(),
-        good: "One smooth step; a long flat end to the right is a few points that do not belong.",
+        title: "Distribution of the errors",
+        how: "Above each error on the lower axis, the curve gives the percentage of points with a smaller error.".into(),
+        good: "One smooth step. A long flat tail to the right means a few outliers.",
         panels: vec![plot.finish(
             "",
             &format!(
-                "Half of the points err by less than {} {unit}, 95 % by less than {} {unit}.",
+                "Half of the points have an error below {} {unit}, 95 % below {} {unit}.",
                 digits(accuracy.median),
                 digits(accuracy.p95)
             ),

@@ -13,7 +13,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         return None;
     }
     let axis = Scale::exactly(0.0, 100.0);
-    let mut plot = Plot::new((axis, "places promised within, %"), (axis, "places within, %"));
+    let mut plot = Plot::new((axis, "points expected inside, %"), (axis, "points inside, %"));
     // Two standard deviations of counting `count` points.
     let band = |side: f64| -> Vec<[f64; 2]> {
         (0..=50)
@@ -36,7 +36,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     };
     let alternative = match (at(0.5), at(0.95)) {
         (Some(half), Some(most)) => format!(
-            "Ellipsoids that promise {} hold {}, those that promise {} hold {}.",
+            "The {} error ellipsoids contain {} of the points, the {} ellipsoids {}.",
             percent(half.nominal),
             percent(half.actual),
             percent(most.nominal),
@@ -46,12 +46,12 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     };
     Some(Figure {
         name: "error-bars",
-        title: "Do the error bars tell the truth?",
+        title: "Are the error bars honest?",
         how: format!(
-            "Across: the share of true places that an error ellipsoid promises to hold; up: the share of the {} that it holds.",
+            "Horizontal: the nominal probability of an error ellipsoid. Vertical: the share of the {} inside it.",
             report.judgement.words()
         ),
-        good: "The curve lies on the diagonal; below it the bars are too short, above it too long.",
+        good: "The curve lies on the diagonal. Below it the error bars are too short, above it too long.",
         panels: vec![plot.finish("", &alternative)],
     })
 }

@@ -57,9 +57,9 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         name: "error-map",
         title: "Error over each picture",
         how: format!(
-            "Each cell is the rms error in space, in {unit}, of the points that the camera saw there; empty cells saw none."
+            "Each cell is the rms 3-D error, in {unit}, of the points seen there; empty cells have none."
         ),
-        good: "Even shades without pattern; a light rim means a lens that the method does not follow to its edge.",
+        good: "Even shades without a pattern. A light rim means that the lens model fails near the edge.",
         panels: report.cameras.iter().filter(|c| !c.errors.counts.is_empty()).map(panel).collect(),
     })
 }

@@ -30,16 +30,16 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let first = learning.curves.first()?;
     let (start, end) = (first.points.first()?[1], first.points.last()?[1]);
     let alternative =
-        format!("Learning: {} falls from {} to {}.", learning.up, digits(start), digits(end));
+        format!("Training: {} falls from {} to {}.", learning.up, digits(start), digits(end));
     Some(Figure {
         name: "learning",
         title: if report.claims.is_empty() {
             "Learning"
         } else {
-            "Learning (figure 5 of the 2001 paper)"
+            "Training (figure 5 of the 2001 paper)"
         },
-        how: "The error after so many passes over the points.".into(),
-        good: "A steady fall that has become flat at the end; a curve that still falls asks for more passes.",
+        how: "The error against the number of epochs.".into(),
+        good: "A steady fall that levels off. A curve that still falls needs more epochs.",
         panels: vec![curves(learning, &alternative)],
     })
 }

@@ -38,22 +38,22 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let chosen = methods.iter().find(|method| method.chosen);
     let alternative = chosen.map_or_else(
         || format!("{} methods compared.", rows.len()),
-        |method| format!("{} methods compared; {} is to be trusted.", rows.len(), method.method),
+        |method| format!("{} methods compared; {} is recommended.", rows.len(), method.method),
     );
     let legend: &[(&str, &str)] = &[("f2", "to be trusted"), ("f0", "others")];
     let floor = if report.methods.iter().any(|method| method.ratio_to_floor.is_some()) {
-        " In brackets: times what the pixels allow."
+        " In brackets: times the floor."
     } else {
         ""
     };
-    let axis = format!("rms error on what was left out, {}", report.unit);
+    let axis = format!("held-out rms error, {}", report.unit);
     Some(Figure {
         name: "methods",
         title: "Methods compared",
         how: format!(
-            "Each bar is one method's error on views that it was not fitted to.{floor} Bars longer than eight times the shortest are cut off and hatched."
+            "Each bar is the held-out error of one method (leave-one-view-out).{floor} Bars longer than eight times the shortest are cut off and hatched."
         ),
-        good: "Several short bars of nearly equal length: the answer does not hang on the method. The simplest of the best is trusted.",
+        good: "Several short bars of nearly equal length: the result does not depend on the method. The simplest of the best is recommended.",
         panels: vec![bars(&rows, legend, (&axis, cut), &alternative)],
     })
 }

@@ -43,11 +43,7 @@ fn panel(
     let rms = camera.miss_rms.unwrap_or(0.0);
     plot.finish(
         &format!("{}: {} px rms", camera.name, digits(rms)),
-        &format!(
-            "Misses in the picture of {}: {} pixels rms a coordinate.",
-            camera.name,
-            digits(rms)
-        ),
+        &format!("Reprojection errors of {}: {} px rms per coordinate.", camera.name, digits(rms)),
     )
 }
 
@@ -65,12 +61,12 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let count = all.iter().map(Vec::len).max().unwrap_or(0);
     Some(Figure {
         name: "misses",
-        title: "Misses in each picture",
+        title: "Reprojection errors",
         how: format!(
-            "Each stroke leads from where a point was seen (the dot) to where the fit expected it, {exaggeration} times as long as it is.{}",
+            "Each stroke is one residual, {exaggeration} times as long as it is: from the observed pixel (the dot) towards the reprojected point.{}",
             thinned(count)
         ),
-        good: "Short strokes in all directions at random; whirls or strokes that agree with their neighbours mean a lens that the method does not follow.",
+        good: "Short strokes in random directions. Whirls, or strokes that agree with their neighbours, mean that the lens model does not fit.",
         panels: panels.map(|(camera, misses)| panel(camera, misses, exaggeration)).collect(),
     })
 }

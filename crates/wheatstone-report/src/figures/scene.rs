@@ -83,7 +83,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
             "Pyramids are the cameras' fields of view, dots the points; points of one view share a colour.{}",
             thinned(points.len())
         ),
-        good: "Every camera looks at all points, from clearly different sides.",
+        good: "Every camera sees all points, from clearly different directions.",
         panels: vec![Panel {
             alternative,
             heading: String::new(),

@@ -42,15 +42,15 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         format!("Error of {} views; the largest is {rms:.3} {unit}, of {name}.", report.views.len())
     });
     let how = if held_out {
-        "Each bar is the error on one view (or slab of space) of a fit without it; outermost views lie beyond all others, so theirs is the error of reaching further. The upright mark is what the error bars promise."
+        "Each bar is the error of one view (or slab of space) in a fit without it; for the outermost views it is an extrapolation error. The upright mark is the error predicted by the covariances."
     } else {
-        "Each bar is the error on one view, all of which were fitted. The upright mark is what the error bars promise."
+        "Each bar is the error of one view, all of which were fitted. The upright mark is the error predicted by the covariances."
     };
     Some(Figure {
         name: "views",
         title: "Error view by view",
         how: how.into(),
-        good: "Bars grow evenly with distance and end near their marks; a single long one means a view to look at.",
+        good: "Bars grow evenly with distance and end near their marks. A single long bar marks a view to check.",
         panels: vec![bars(
             &rows,
             legend,

@@ -43,17 +43,17 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
             plot.dot([p[across], p[up]], class, (2.0, Some(*index)));
         }
         let heading = format!("{} and {}", names[across], names[up]);
-        let alternative = format!("The known places along {heading}.");
+        let alternative = format!("The known points along {heading}.");
         plot.finish(&heading, &alternative)
     };
     Some(Figure {
         name: "volume",
         title: "Coverage of space",
         how: format!(
-            "The known places seen along each axis; points of one view share a colour.{}",
+            "The known points seen along each axis; points of one view share a colour.{}",
             thinned(points.len())
         ),
-        good: "The points enclose the whole space that you will work in, at five depths or more.",
+        good: "The points enclose the whole volume in which you will measure, at five depths or more.",
         panels: views.into_iter().map(panel).collect(),
     })
 }

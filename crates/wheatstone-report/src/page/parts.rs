@@ -2,7 +2,7 @@
 
 use super::table::table;
 use crate::{
-    FindingFigures, Judgement, OutlierFigures, PictureFigures, Report,
+    FindingFigures, OutlierFigures, PictureFigures, Report, Validation,
     figures::{self, Figure},
     plot,
     text::{escape, figure, round},
@@ -29,10 +29,10 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
     };
     let parts = [
         view(report),
-        drawn("accuracy", "Accuracy", "How good the points are"),
-        drawn("pictures", "Errors", "Errors over the pictures"),
-        drawn("coverage", "Coverage", "What was covered"),
-        drawn("methods", "Methods", "Methods and learning"),
+        drawn("accuracy", "Accuracy", "Accuracy of the points"),
+        drawn("pictures", "Errors", "Errors across the pictures"),
+        drawn("coverage", "Coverage", "Coverage"),
+        drawn("methods", "Methods", "Methods and training"),
         gallery(report),
         faults(report),
         claims(report),
@@ -67,7 +67,7 @@ fn with_code(text: &str) -> Markup {
 /// The verdict: one word, one sentence, figures, and why.
 pub(super) fn verdict(report: &Report) -> Markup {
     let verdict = &report.verdict;
-    let lists = [("Why", &verdict.reasons), ("What would make it better", &verdict.advice)];
+    let lists = [("Why", &verdict.reasons), ("What would improve it", &verdict.advice)];
     html! {
         span.grade { (escape(&verdict.grade)) }
         p.sentence { (escape(&verdict.sentence)) }
@@ -79,8 +79,8 @@ pub(super) fn verdict(report: &Report) -> Markup {
         }
         @if report.accuracy.is_some() || !report.methods.is_empty() {
             p.note {
-                "Sound: errors on held-out points are at most " (SOUND.to_string())
-                " times what the pixels allow; fair: at most " (FAIR.to_string())
+                "Sound: the held-out error is at most " (SOUND.to_string())
+                " times the floor, the error that pixel noise alone causes; fair: at most " (FAIR.to_string())
                 " times; doubtful: more; unproven: no points were held out."
             }
         }
@@ -92,17 +92,17 @@ fn tiles(report: &Report) -> Markup {
     let unit = &report.unit;
     let mut tiles = vec![
         ("rms error", figure(accuracy.rms), unit.clone()),
-        ("half err less than", figure(accuracy.median), unit.clone()),
-        ("95 % err less than", figure(accuracy.p95), unit.clone()),
+        ("median error", figure(accuracy.median), unit.clone()),
+        ("95 % below", figure(accuracy.p95), unit.clone()),
         ("mean, of the distance", figure(accuracy.mean_percent), "%".into()),
     ];
     if let Some(ratio) = accuracy.ratio() {
         let name =
-            if accuracy.floor_rms.is_some() { "what pixels allow" } else { "what was promised" };
+            if accuracy.floor_rms.is_some() { "times the floor" } else { "times the error bars" };
         tiles.push((name, format!("{} ×", figure(ratio)), String::new()));
     }
     let points =
-        if report.judgement == Judgement::HeldOut { "held-out points" } else { "fitted points" };
+        if report.judgement == Validation::HeldOut { "held-out points" } else { "fitted points" };
     tiles.push((points, accuracy.located.to_string(), format!("of {}", accuracy.n)));
     tiles.push(("working distance", round(accuracy.working_distance), unit.clone()));
     html! {
@@ -148,7 +148,7 @@ fn view(report: &Report) -> Option<Part> {
         @for panel in &figure.panels { (panel.inline()) }
         (explained(figure))
     };
-    let exaggerated = "with the errors as many times longer as the slider says";
+    let exaggerated = "with the errors scaled by the slider";
     let html = crate::html::filled(
         include_str!("view.html"),
         &[("still", &still), ("exaggerated", &exaggerated), ("worst", &worst(report))],
@@ -221,7 +221,7 @@ fn gallery(report: &Report) -> Option<Part> {
             div.gallery { @for it in report.pictures.iter().enumerate() { (picture(report, it)) } }
         }
     };
-    let html = section("gallery", "What was found in the pictures", &inside);
+    let html = section("gallery", "Detections in the pictures", &inside);
     (!report.pictures.is_empty()).then_some(Part { name: "gallery", short: "Pictures", html })
 }
 
@@ -276,7 +276,7 @@ fn faults(report: &Report) -> Option<Part> {
         let rows: Vec<Vec<Markup>> =
             report.outliers.iter().enumerate().map(|it| outlier(report, it)).collect();
         let heads = ["view", "point", "camera", "why", "picture"];
-        tables.push(table("Observations set aside", &heads, &rows));
+        tables.push(table("Excluded observations", &heads, &rows));
     }
     if !report.stage.is_empty() {
         let row = |it: &crate::StageFigures| {
@@ -287,7 +287,7 @@ fn faults(report: &Report) -> Option<Part> {
         };
         let rows: Vec<Vec<Markup>> = report.stage.iter().map(row).collect();
         let heads = ["view", "X", "Y", "Z", "turned, degrees", "standard deviation"];
-        let name = format!("Charts that stood elsewhere, in {}", report.unit);
+        let name = format!("Corrected chart positions, in {}", report.unit);
         tables.push(table(&name, &heads, &rows));
     }
     tables.extend(super::placed::html(report));
@@ -339,12 +339,12 @@ fn claims(report: &Report) -> Option<Part> {
 
 /// What no data of this kind can show, however good the figures above.
 fn limits() -> Part {
-    let inside = "<div class=\"card\"><p>The points prove themselves right only against the places that were given for them. Faults that fit both alike leave no trace in any figure above:</p><ul>\
+    let inside = "<div class=\"card\"><p>The points were checked only against the coordinates that were given for them. Faults that affect both alike leave no trace in any figure above:</p><ul>\
         <li><strong>A uniform scale.</strong> If every length is 1 % too long (a chart printed at 99 %, a wrong pitch everywhere, centimetres taken for inches), all located points are off by the same factor. Measure one known length with the cameras.</li>\
-        <li><strong>Cameras exchanged in every pair.</strong> If the pictures of two cameras are swapped everywhere, the fit is as good; the cameras then stand in each other's place. Cover one lens and see which picture goes dark.</li>\
-        <li><strong>A bend or a stretch that all views share.</strong> A warped board, or a stage whose every step is wrong alike, shapes the world that is learned.</li>\
-        <li><strong>What lies outside.</strong> Nothing is known of the space, and of the parts of the pictures, where no point was.</li>\
-        <li><strong>What changes later.</strong> A camera that is moved, refocused or warmed up after the pictures were taken observes another world.</li></ul></div>";
+        <li><strong>Cameras exchanged in every pair.</strong> If the pictures of two cameras are swapped everywhere, the fit is just as good, with the cameras in each other's place. Cover one lens and see which picture goes dark.</li>\
+        <li><strong>A bend or a stretch that all views share.</strong> A warped board, or a stage with the same error in every step, deforms the calibrated space.</li>\
+        <li><strong>What lies outside.</strong> Where no point was seen, in space or in the pictures, the calibration is extrapolated.</li>\
+        <li><strong>What changes later.</strong> A camera that is moved, refocused or warmed up after the pictures were taken needs a new calibration.</li></ul></div>";
     let inside = PreEscaped(inside.into());
     let html = section("limits", "What cannot be checked from these data", &inside);
     Part { name: "limits", short: "Limits", html }

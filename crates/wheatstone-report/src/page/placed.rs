@@ -16,10 +16,9 @@ pub(super) fn html(report: &Report) -> Option<Markup> {
         Some(Gauge::FirstView) => "the chart of the first view",
         Some(Gauge::FirstCamera) => "the first camera",
         Some(_) => "another frame",
-        None => "that of the known places",
+        None => "that of the known points",
     };
-    let freed =
-        if placed.freed { ", then adjusted together with the model-free camera" } else { "" };
+    let freed = if placed.freed { ", then refined together with the neural cameras" } else { "" };
     let apart: Vec<String> = placed
         .baselines
         .iter()
@@ -28,13 +27,13 @@ pub(super) fn html(report: &Report) -> Option<Markup> {
         .collect();
     let words = html! {
         p {
-            "Nobody measured where the chart stood. It was placed in " (placed.views.len())
+            "The chart poses were not measured. They were estimated by bundle adjustment in " (placed.views.len())
             " views with lenses of type " code { (escape(&placed.lens)) } ", "
-            (figure(placed.rms)) " px root mean square" (freed)
-            ". The world's frame is " (frame) "."
-            @if !apart.is_empty() { " Apart: " (escape(&apart.join(", "))) "." }
+            (figure(placed.rms)) " px rms reprojection error" (freed)
+            ". The world frame is " (frame) "."
+            @if !apart.is_empty() { " Baselines: " (escape(&apart.join(", "))) "." }
             @if !placed.unplaced.is_empty() {
-                " Too few points to place it in: " (escape(&placed.unplaced.join(", "))) "."
+                " Too few points to estimate the pose in: " (escape(&placed.unplaced.join(", "))) "."
             }
         }
     };
@@ -49,6 +48,6 @@ pub(super) fn html(report: &Report) -> Option<Markup> {
     };
     let rows: Vec<Vec<Markup>> = placed.views.iter().map(row).collect();
     let heads = ["view", "X", "Y", "Z", "turned, degrees", "standard deviation", "points"];
-    let stood = table(&format!("Where the chart stood, in {unit}"), &heads, &rows);
+    let stood = table(&format!("Chart poses, in {unit}"), &heads, &rows);
     Some(html! { (words) (stood) })
 }

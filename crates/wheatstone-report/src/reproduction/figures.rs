@@ -48,9 +48,9 @@ fn learning(all: &Reproduction) -> Vec<Curve> {
         points: all.figure_5.iter().map(|point| (point.epoch as f64, pick(point))).collect(),
     };
     vec![
-        curve("exam, median of the seeds", |point| point.exam_percent.median),
-        curve("exam, best seed", |point| point.exam_percent.least),
-        curve("exam, worst seed", |point| point.exam_percent.greatest),
+        curve("held-out, median of the seeds", |point| point.exam_percent.median),
+        curve("held-out, best seed", |point| point.exam_percent.least),
+        curve("held-out, worst seed", |point| point.exam_percent.greatest),
         curve("training pairs, median", |point| point.training_percent.median),
     ]
 }

@@ -7,7 +7,7 @@ mod verdicts;
 
 pub use figures::write;
 pub use results::{
-    Architecture, BeyondCurve, BeyondPoint, Claim, LearningPoint, Reproduction, Rival, Spread,
+    Architecture, BeyondCurve, BeyondPoint, Claim, LearningPoint, Reproduction, Rival, SeedRange,
     Verdict,
 };
 
@@ -45,8 +45,8 @@ impl Default for Effort {
     }
 }
 
-fn spread(values: &[f64]) -> Spread {
-    Spread {
+fn spread(values: &[f64]) -> SeedRange {
+    SeedRange {
         least: values.iter().copied().fold(f64::INFINITY, f64::min),
         median: median(values),
         greatest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// Least, middle and greatest value over the seeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub struct SeedRange {
     /// Least.
     pub least: f64,
     /// Middle.
@@ -24,9 +24,9 @@ pub struct LearningPoint {
     /// Epochs done.
     pub epoch: u64,
     /// On the pairs that are learned.
-    pub training_percent: Spread,
+    pub training_percent: SeedRange,
     /// On points elsewhere in the same range.
-    pub exam_percent: Spread,
+    pub exam_percent: SeedRange,
 }
 
 /// Figure 6: mean error of Z in percent of Z, beyond the trained range, for one way of locating.
@@ -57,7 +57,7 @@ pub struct Architecture {
     /// Units in each hidden layer.
     pub hidden: Vec<usize>,
     /// Mean error in percent on points elsewhere in range, at the end.
-    pub exam_percent: Spread,
+    pub exam_percent: SeedRange,
     /// Epochs until it is below 5 %; none where it never is, for half of the seeds or more.
     pub epochs_to_5_percent: Option<u64>,
 }
@@ -71,7 +71,7 @@ pub struct Rival {
     pub inside_percent: f64,
     /// The same at 150 to 200 cm.
     pub beyond_percent: f64,
-    /// Root mean square error over what the pixels allow, in the trained range.
+    /// Root mean square error over the floor, in the trained range.
     pub inside_ratio_to_floor: f64,
 }
 
@@ -188,7 +188,7 @@ fn of_claims(claims: &[ClaimFigures], all: &Reproduction) -> sections::Verdict {
         sentence: format!("{holding} of {} claims of the 2001 paper hold here.", claims.len()),
         reasons: vec![
             format!(
-                "Learned from {} pairs of whole pixels, as then; errors are those at places in the same range that were not learned, in percent of the distance.",
+                "Fitted to {} pairs at whole pixels, as in the paper; errors are those at held-out points in the same range, in percent of the distance.",
                 all.pairs
             ),
             format!("Methods, mean error: {}.", rivals.join(", ")),

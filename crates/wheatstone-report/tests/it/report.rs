@@ -14,7 +14,7 @@ use wheatstone_core::{
 };
 use wheatstone_numeric::progress::Silent;
 use wheatstone_report::{
-    FindingFigures, Judgement, Material, OutlierFigures, Report, Seen, Wording,
+    FindingFigures, Material, OutlierFigures, PictureSource, Report, Validation, Wording,
     figures::{self, Panel},
     html::escape,
 };
@@ -58,7 +58,7 @@ fn a_sound_fit_is_called_sound_and_says_of_what() {
     let (rig, data) = world();
     let model = model(&data);
     let report = report(&rig, &model, true);
-    assert_eq!(report.judgement, Judgement::HeldOut);
+    assert_eq!(report.judgement, Validation::HeldOut);
     assert_eq!(report.verdict.grade, "sound", "{:?}", report.verdict);
     let accuracy = report.accuracy.as_ref().unwrap();
     // The figures are those of the comparison, fold by fold.
@@ -72,7 +72,7 @@ fn a_sound_fit_is_called_sound_and_says_of_what() {
     }
     let floor = wheatstone_core::evaluate::floor(&rig.cameras, &data).unwrap();
     assert_eq!(accuracy.floor_rms, Some(floor.rms));
-    assert!(report.verdict.sentence.contains("what the pixels allow"));
+    assert!(report.verdict.sentence.contains("the floor set by pixel noise"));
     // 200 points: counting alone makes a standard deviation of 3.5 %.
     for bar in &report.error_bars {
         assert!((bar.nominal - bar.actual).abs() < 0.14, "{bar:?}");
@@ -88,9 +88,9 @@ fn a_sound_fit_is_called_sound_and_says_of_what() {
 fn errors_on_fitted_points_prove_nothing() {
     let (rig, data) = world();
     let report = report(&rig, &model(&data), false);
-    assert_eq!(report.judgement, Judgement::Fitted);
+    assert_eq!(report.judgement, Validation::Fitted);
     assert_eq!(report.verdict.grade, "unproven");
-    assert!(report.verdict.sentence.contains("very points that were fitted"));
+    assert!(report.verdict.sentence.contains("fitted points themselves"));
 }
 
 #[test]
@@ -229,7 +229,7 @@ fn an_observation_set_aside_shows_its_piece_of_the_picture() {
             model: &model,
             comparison: None,
             truth: None,
-            seen: Some(Seen { capture: &capture, found: &found }),
+            seen: Some(PictureSource { capture: &capture, found: &found }),
             held_out: true,
         },
         &Silent,
@@ -263,7 +263,7 @@ fn the_budget_names_the_cause_and_what_helps() {
     let wrong = Calibration::fit(&linear, &prepared, 3, false, &Silent).unwrap();
     let wrong = report(&rig, &wrong, true);
     assert!(shares(&wrong)[1] > 0.5, "{:?}", wrong.budget);
-    assert!(wrong.verdict.advice.iter().any(|line| line.contains("the method's")));
+    assert!(wrong.verdict.advice.iter().any(|line| line.contains("the lens model's")));
     // A fit bends to the noise of its own points: nothing is said then.
     assert!(report(&rig, &model(&world().1), false).budget.is_empty());
 }
@@ -275,7 +275,7 @@ fn a_comparison_alone_makes_a_page() {
     let found = compare(&methods, &data, Some(&rig.cameras), 0, &Silent).unwrap();
     let report = Report::of_comparison(&found, "points.csv", None, Wording::default());
     assert_eq!(report.verdict.grade, "sound", "{:?}", report.verdict);
-    assert!(report.verdict.sentence.starts_with("brown is to be trusted here"));
+    assert!(report.verdict.sentence.starts_with("brown is recommended here"));
     assert_eq!((report.methods.len(), report.views.len()), (2, found.methods[1].folds.len()));
     assert_eq!(report.budget.len(), 4);
     assert!(report.html().contains("Methods compared"));

@@ -8,7 +8,7 @@ use crate::{
 
 /// Which way the floor's edges run in the start frame, modulo a quarter turn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct North {
+pub(super) struct Heading {
     /// In radians.
     bearing: f64,
     variance: f64,
@@ -17,7 +17,7 @@ pub(super) struct North {
 /// What is farther off than so many standard deviations is another floor, or none.
 const FARTHEST: f64 = 3.5;
 
-impl North {
+impl Heading {
     /// As a robot that knows its heading so observes it.
     pub(super) fn new(believed: &Estimated, seen: &FloorDirection) -> Self {
         Self {
@@ -73,28 +73,28 @@ mod tests {
     #[test]
     fn a_heading_lost_is_found_again() {
         let seen = |heading: f64| FloorDirection { bearing: quarter(0.3 - heading), sigma: 0.005 };
-        let mut north = North::new(&believed(0.0, 0.0), &seen(0.0));
+        let mut heading = Heading::new(&believed(0.0, 0.0), &seen(0.0));
         // Half a turn later, and three quarters.
         for truth in [0.2, 3.0, -1.7] {
-            let found = north.corrected(&believed(truth + 0.12, 0.1), &seen(truth)).unwrap();
+            let found = heading.corrected(&believed(truth + 0.12, 0.1), &seen(truth)).unwrap();
             assert!((found.pose.heading - truth).abs() < 0.002, "{truth}: {found:?}");
             let sigma = found.covariance.m33.sqrt();
             // As sure as the floor's direction is, and no surer.
             assert!((sigma - 0.005).abs() < 1e-9, "{sigma}");
         }
         // Who is sure of himself does not believe a floor that lies far otherwise.
-        assert!(north.corrected(&believed(0.3, 0.01), &seen(0.0)).is_none());
+        assert!(heading.corrected(&believed(0.3, 0.01), &seen(0.0)).is_none());
     }
 
     #[test]
     fn a_sure_heading_teaches_the_direction() {
-        let mut north =
-            North::new(&believed(0.0, 0.0), &FloorDirection { bearing: 0.32, sigma: 0.02 });
+        let mut heading =
+            Heading::new(&believed(0.0, 0.0), &FloorDirection { bearing: 0.32, sigma: 0.02 });
         for _ in 0..20 {
             let seen = FloorDirection { bearing: 0.30, sigma: 0.02 };
-            assert!(north.corrected(&believed(0.0, 0.001), &seen).is_none());
+            assert!(heading.corrected(&believed(0.0, 0.001), &seen).is_none());
         }
-        assert!((north.bearing - 0.30).abs() < 0.002, "{}", north.bearing);
-        assert!(north.variance < 0.006 * 0.006 && north.variance >= 1e-6);
+        assert!((heading.bearing - 0.30).abs() < 0.002, "{}", heading.bearing);
+        assert!(heading.variance < 0.006 * 0.006 && heading.variance >= 1e-6);
     }
 }

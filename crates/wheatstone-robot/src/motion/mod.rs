@@ -9,7 +9,7 @@ use super::{
     seeing::{FloorDirection, Look, SeenCorner, likeness},
     wrapped,
 };
-use heading::North;
+use heading::Heading;
 use nalgebra::{Matrix2, Matrix3};
 use registration::{
     Pair, amiss, count, distinct, nearest, on_ground, refined, through, turned, unsure,
@@ -40,7 +40,7 @@ pub struct OwnMotion {
     landmarks: Vec<Landmark>,
     believed: Estimated,
     /// Which way the floor's edges run, once it was seen.
-    north: Option<North>,
+    heading: Option<Heading>,
     /// What it was told to do since it last knew where it was.
     told: PlanarPose,
     looks: u64,
@@ -91,7 +91,7 @@ impl OwnMotion {
         Self {
             landmarks: Vec::new(),
             believed: Estimated::default(),
-            north: None,
+            heading: None,
             told: PlanarPose::default(),
             looks: 0,
             since: Matrix3::zeros(),
@@ -173,8 +173,8 @@ impl OwnMotion {
     /// Turns to where the floor's edges say that it looks.
     fn steer(&mut self, floor: Option<FloorDirection>) {
         let Some(floor) = floor else { return };
-        let north = self.north.get_or_insert_with(|| North::new(&self.believed, &floor));
-        if let Some(believed) = north.corrected(&self.believed, &floor) {
+        let heading = self.heading.get_or_insert_with(|| Heading::new(&self.believed, &floor));
+        if let Some(believed) = heading.corrected(&self.believed, &floor) {
             self.move_to(believed);
         }
     }

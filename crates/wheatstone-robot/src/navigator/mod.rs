@@ -7,7 +7,7 @@ mod recovery;
 use super::{
     Estimated, Ground, Velocity,
     map::Map,
-    plan::{MARGIN, TIGHT, Terrain, Way},
+    plan::{MARGIN, Path, TIGHT, Terrain},
     scene::{Scene, Trust},
 };
 
@@ -99,7 +99,7 @@ pub struct Navigator {
     goal: Ground,
     period: f64,
     map: Map,
-    way: Way,
+    way: Path,
     activity: Activity,
     why: &'static str,
     steps: usize,
@@ -124,7 +124,7 @@ impl Navigator {
             goal,
             period,
             map: Map::new(goal),
-            way: Way::default(),
+            way: Path::default(),
             activity: Activity::default(),
             why: "nothing was seen yet",
             steps: 0,

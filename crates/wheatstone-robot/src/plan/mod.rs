@@ -27,7 +27,7 @@ const SHORTCUT: f64 = 1.01;
 
 /// A way to the goal, or towards it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Way {
+pub struct Path {
     /// Where it bends, from the robot's place to its end.
     pub places: Vec<Ground>,
     /// What it costs: its length in centimetres, more where it is narrow or was not seen.
@@ -39,7 +39,7 @@ pub struct Way {
 impl Terrain {
     /// The cheapest way, if the map leaves any; else one to the place nearest to the goal that it leaves.
     #[must_use]
-    pub fn way(&self, map: &Map, from: Ground, goal: Ground) -> Option<Way> {
+    pub fn way(&self, map: &Map, from: Ground, goal: Ground) -> Option<Path> {
         let index = |place| map.cell_at(place).map(|[column, row]| row * self.columns + column);
         let (start, end) = (index(from)?, index(goal)?);
         let cost = |cell: usize| self.cost_near(map, from, cell);
@@ -51,13 +51,13 @@ impl Terrain {
         }
         let places = self.straightened(map, &places, from);
         let cost = self.cost(map, &places);
-        Some(Way { places, cost, whole })
+        Some(Path { places, cost, whole })
     }
 
     /// What is left of a way for a robot that has come to a place: it goes on from the nearest of the
     /// way's stretches. Also how far from the way that is, in centimetres.
     #[must_use]
-    pub fn rest(&self, map: &Map, way: &Way, from: Ground) -> (Way, f64) {
+    pub fn rest(&self, map: &Map, way: &Path, from: Ground) -> (Path, f64) {
         let foot = |ends: &[Ground]| {
             let along = ends[1] - ends[0];
             let part = (from - ends[0]).dot(&along) / along.norm_squared().max(1e-12);
@@ -73,7 +73,7 @@ impl Terrain {
         let mut places = vec![from];
         places.extend(way.places.iter().skip(nearest.0 + 1));
         let cost = self.cost(map, &places);
-        (Way { places, cost, whole: way.whole }, nearest.1)
+        (Path { places, cost, whole: way.whole }, nearest.1)
     }
 
     /// What it costs to follow these places; infinite where something bars the way.

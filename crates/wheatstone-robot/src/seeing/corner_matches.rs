@@ -3,7 +3,7 @@
 
 use super::{
     corners::{Corner, Look, aligned, likeness},
-    epipolar_curves::Atlas,
+    epipolar_curves::EpipolarCurves,
     gradient::Gradient,
 };
 use nalgebra::Vector2;
@@ -44,13 +44,13 @@ const CLEARLY_LESS: f32 = 0.06;
 /// Finds corners of one picture in the other, at most `aside` pixels from their curves.
 #[must_use]
 pub(crate) fn match_corners(
-    atlas: &Atlas,
+    epipolar_curves: &EpipolarCurves,
     first: &[Corner],
     (second, gradient): (&[Corner], &Gradient),
     aside: f64,
 ) -> Vec<CornerMatch> {
     let found = |corner: &Corner| {
-        let curve = atlas.curve(corner.at);
+        let curve = epipolar_curves.curve(corner.at);
         let mut scored: Vec<(f32, &Corner)> = second
             .iter()
             // Both pixels are those nearest to where the corners are.

@@ -3,7 +3,7 @@
 use super::{
     curve::Waypoint,
     edges::{Edge, Edges, about},
-    epipolar_curves::Atlas,
+    epipolar_curves::EpipolarCurves,
 };
 use crate::Ground;
 use rayon::prelude::*;
@@ -41,9 +41,14 @@ const LEAST_CROSSING: f64 = 0.3;
 
 /// Finds the edges of one picture in the other.
 #[must_use]
-pub(crate) fn match_edges(atlas: &Atlas, first: &Edges, second: &Edges) -> Vec<EdgeMatch> {
+pub(crate) fn match_edges(
+    epipolar_curves: &EpipolarCurves,
+    first: &Edges,
+    second: &Edges,
+) -> Vec<EdgeMatch> {
     let sampled: Vec<Edge> = first.all.iter().filter(|edge| is_sampled(edge)).copied().collect();
-    let found: Vec<Found> = sampled.par_iter().map(|edge| find(atlas, edge, second)).collect();
+    let found: Vec<Found> =
+        sampled.par_iter().map(|edge| find(epipolar_curves, edge, second)).collect();
     let chains = by_chain(&sampled);
     let beside = |index: usize| -> Vec<usize> {
         let edge = sampled[index];
@@ -147,8 +152,8 @@ struct Found {
     floor: Option<Candidate>,
 }
 
-fn find(atlas: &Atlas, edge: &Edge, second: &Edges) -> Found {
-    let curve = atlas.curve(edge.at);
+fn find(epipolar_curves: &EpipolarCurves, edge: &Edge, second: &Edges) -> Found {
+    let curve = epipolar_curves.curve(edge.at);
     let mut found = Found { crossing: 0.0, candidates: Vec::new(), ground: None, floor: None };
     let Some(overall) = curve.direction() else { return found };
     found.crossing = edge.towards_light.dot(&overall).abs();

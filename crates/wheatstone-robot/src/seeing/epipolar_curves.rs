@@ -25,14 +25,14 @@ const LEVELS: usize = 32;
 const STEP: usize = 16;
 
 /// The curves of a raster of pixels of the first picture.
-pub struct Atlas {
+pub struct EpipolarCurves {
     columns: usize,
     rows: usize,
     /// Row by row, column by column, near to far.
     waypoints: Vec<Option<Waypoint>>,
 }
 
-impl Atlas {
+impl EpipolarCurves {
     /// From a calibration of two cameras with pictures of this size.
     ///
     /// # Errors
@@ -60,8 +60,7 @@ impl Atlas {
             (0..columns * rows).into_par_iter().flat_map_iter(node).collect();
         if waypoints.iter().flatten().count() < LEVELS {
             return Err(Error::Degenerate {
-                problem: "the calibration says of no pixel where the other camera observes it"
-                    .into(),
+                problem: "the calibration gives no epipolar curve for any pixel".into(),
                 hint: "calibrate with another method".into(),
             });
         }

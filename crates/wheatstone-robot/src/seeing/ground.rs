@@ -1,7 +1,7 @@
 //! From located edges to what they say of the ground: which stand out from the floor, and how far along
 //! each line of sight the floor is free.
 
-use super::{edge_matches::EdgeMatch, epipolar_curves::Atlas};
+use super::{edge_matches::EdgeMatch, epipolar_curves::EpipolarCurves};
 use crate::{
     Ground,
     scene::{ScenePoint, Stretch},
@@ -118,7 +118,7 @@ pub(crate) struct Strip {
 /// How far the floor is free, for each strip of columns; none where none of it is seen.
 #[must_use]
 pub(crate) fn strips(
-    atlas: &Atlas,
+    epipolar_curves: &EpipolarCurves,
     edges: &[LocatedEdge],
     [width, height]: [usize; 2],
 ) -> Vec<Option<Strip>> {
@@ -139,7 +139,7 @@ pub(crate) fn strips(
     let shown = |(number, edges): (usize, &mut Vec<Shown>)| {
         edges.sort_by(|a, b| b.row.total_cmp(&a.row));
         let bottom = Pixel::new(middle(number), height as f64 - 1.0);
-        strip(atlas, edges, (atlas.floor(bottom)?, bottom.x))
+        strip(epipolar_curves, edges, (epipolar_curves.floor(bottom)?, bottom.x))
     };
     columns.iter_mut().enumerate().map(shown).collect()
 }
@@ -163,7 +163,11 @@ const BARE: f64 = 60.0;
 const STANDS: f64 = 8.0;
 
 /// Goes up a strip of the picture from edge to edge, as long as they are the floor's.
-fn strip(atlas: &Atlas, edges: &[Shown], (from, column): (Ground, f64)) -> Option<Strip> {
+fn strip(
+    epipolar_curves: &EpipolarCurves,
+    edges: &[Shown],
+    (from, column): (Ground, f64),
+) -> Option<Strip> {
     let mut last: Option<(f64, f64)> = None;
     // Where the first edge after that is, if it is on the floor, of which that is not sure.
     let mut maybe: Option<Ground> = None;
@@ -190,10 +194,12 @@ fn strip(atlas: &Atlas, edges: &[Shown], (from, column): (Ground, f64)) -> Optio
         }
     }
     let (row, sigma) = last?;
-    let to = atlas.floor(Pixel::new(column, row))?;
+    let to = epipolar_curves.floor(Pixel::new(column, row))?;
     // Of a floor another edge would follow; a bare face goes on to the picture's top.
-    let bare =
-        !blocked && atlas.floor(Pixel::new(column, 0.0)).is_none_or(|top| (top - to).norm() > BARE);
+    let bare = !blocked
+        && epipolar_curves
+            .floor(Pixel::new(column, 0.0))
+            .is_none_or(|top| (top - to).norm() > BARE);
     let start = from.coords.norm();
     let reach = to.coords.norm().min(limit).min(FARTHEST);
     if reach <= start {
@@ -213,7 +219,7 @@ fn strip(atlas: &Atlas, edges: &[Shown], (from, column): (Ground, f64)) -> Optio
 
 /// Gives edges that the second picture does not show, but that lie on a chain between others that were
 /// found on the floor, a place on the floor.
-pub(crate) fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
+pub(crate) fn fill_in(epipolar_curves: &EpipolarCurves, edges: &mut [LocatedEdge]) {
     // Tiles' edges are longer than this; feet of obstacles that the curve runs along are found at
     // their corners.
     const NEAR: f64 = 30.0;
@@ -241,7 +247,7 @@ pub(crate) fn fill_in(atlas: &Atlas, edges: &mut [LocatedEdge]) {
         if near.len() < 2 || 10 * floor < 9 * near.len() {
             continue;
         }
-        if let Some(ground) = atlas.floor(own.at) {
+        if let Some(ground) = epipolar_curves.floor(own.at) {
             edge.at = Some((Point3::new(ground.x, 0.0, ground.y), known[near[0]].3));
         }
     }
@@ -263,7 +269,7 @@ mod tests {
     const SIZE: [usize; 2] = [640, 480];
 
     /// Of the robot's own cameras, fitted to points that they see without error.
-    fn atlas() -> Atlas {
+    fn epipolar_curves() -> EpipolarCurves {
         let cameras = cameras().unwrap();
         let along =
             |from: f64, step: f64, count: i32| (0..count).map(move |i| from + step * f64::from(i));
@@ -287,13 +293,19 @@ mod tests {
         let data = Dataset { unit: "cm".into(), cameras: 2, views: Vec::new(), correspondences };
         let method = AnyMethod::named("dlt").unwrap();
         let calibration = Calibration::fit(&method, &Prepared::as_given(data), 0, false, &Silent);
-        Atlas::new(&calibration.unwrap(), SIZE, &Silent).unwrap()
+        EpipolarCurves::new(&calibration.unwrap(), SIZE, &Silent).unwrap()
     }
 
     /// The row in which a column shows where a wall aslant stands on the floor: `beyond` says how far behind its
     /// foot a place on the floor is.
-    fn foot_row(atlas: &Atlas, column: f64, beyond: impl Fn(Ground) -> f64) -> Option<f64> {
-        let at = |row: f64| atlas.floor(Pixel::new(column, row)).map_or(f64::INFINITY, &beyond);
+    fn foot_row(
+        epipolar_curves: &EpipolarCurves,
+        column: f64,
+        beyond: impl Fn(Ground) -> f64,
+    ) -> Option<f64> {
+        let at = |row: f64| {
+            epipolar_curves.floor(Pixel::new(column, row)).map_or(f64::INFINITY, &beyond)
+        };
         let (mut above, mut below) = (0.0, SIZE[1] as f64 - 1.0);
         while below - above > 1e-6 {
             let middle = 0.5 * (above + below);
@@ -304,7 +316,7 @@ mod tests {
 
     #[test]
     fn floor_ends_at_the_foot_of_a_face_aslant_though_its_edge_is_seen_beside_the_strip() {
-        let atlas = atlas();
+        let epipolar_curves = epipolar_curves();
         // The ground line z = 100 + 2.5 x, seen at some forty degrees.
         let beyond = |place: Ground| (place.y - 100.0 - 2.5 * place.x) / libm::hypot(1.0, 2.5);
         // An edge so many pixels above a place on the floor, and so high above it.
@@ -312,12 +324,12 @@ mod tests {
             let at = Pixel::new(foot.x, foot.y - above);
             let towards_light = Vector2::new(along.y, -along.x).normalize();
             let edge = Edge { at, towards_light, contrast: 1.0, grey: 1.0, chain: 0 };
-            let ground = atlas.floor(foot).unwrap();
+            let ground = epipolar_curves.floor(foot).unwrap();
             let place = Point3::new(ground.x, -height, ground.y);
             let matched = EdgeMatch { edge, other: Some(at), crossing: 1.0, floor: None };
             LocatedEdge { matched, at: Some((place, Matrix3::identity() * 0.01)) }
         };
-        let row = |column: f64| foot_row(&atlas, column, beyond);
+        let row = |column: f64| foot_row(&epipolar_curves, column, beyond);
         let (mut edges, mut seen) = (Vec::new(), Vec::new());
         for number in 0..SIZE[0] / STRIP as usize {
             // Anywhere in its strip, and of every third strip not at all.
@@ -334,7 +346,7 @@ mod tests {
             }
             seen.push(number);
         }
-        let strips = strips(&atlas, &edges, SIZE);
+        let strips = strips(&epipolar_curves, &edges, SIZE);
         // Those at both ends have a neighbour on one side only.
         let within = &seen[1..seen.len() - 1];
         assert!(within.len() > 50, "{}", within.len());

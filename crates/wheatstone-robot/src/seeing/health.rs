@@ -1,7 +1,7 @@
 //! Whether the pictures still agree with the calibration: a camera that was knocked or covered is
 //! noticed by what both see of the same corners, and by where the floor seems to be.
 
-use super::{Atlas, CornerMatch, LocatedEdge, SeenCorner};
+use super::{CornerMatch, EpipolarCurves, LocatedEdge, SeenCorner};
 use crate::{Ground, scene::Trust};
 use std::fmt;
 use wheatstone_core::Calibration;
@@ -37,10 +37,10 @@ impl fmt::Display for HealthWarning {
         match self {
             Self::Blind { camera } => write!(f, "camera {camera} shows nothing"),
             Self::Moved { aside } => {
-                write!(f, "corners lie {aside:.1} px beside where the calibration has them")
+                write!(f, "matched corners are {aside:.1} px off their epipolar curves")
             }
             Self::Tilted { height } => {
-                write!(f, "the floor a metre off seems {height:.1} cm off its place")
+                write!(f, "the floor at 1 m appears {height:.1} cm off its height")
             }
             Self::Unmatched { matched } => write!(f, "only {matched} corners are seen by both"),
         }
@@ -48,7 +48,7 @@ impl fmt::Display for HealthWarning {
 }
 
 /// What was seen in a pair of pictures.
-pub(super) struct Seen<'a> {
+pub(super) struct Observed<'a> {
     /// Corners in each picture.
     pub(super) corners: [usize; 2],
     /// Edges in each picture.
@@ -85,11 +85,11 @@ const LEAST_EDGES: usize = 60;
 impl Health {
     /// What the chart's own points tell of a calibration.
     #[must_use]
-    pub fn new(calibration: &Calibration, atlas: &Atlas) -> Self {
+    pub fn new(calibration: &Calibration, epipolar_curves: &EpipolarCurves) -> Self {
         let mut squares = Vec::new();
         for row in &calibration.data.restored().correspondences {
             let [Some(first), Some(second)] = row.pixels[..] else { continue };
-            squares.extend(atlas.curve(first).aside(second).map(|off| off * off));
+            squares.extend(epipolar_curves.curve(first).aside(second).map(|off| off * off));
         }
         let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
         let own_error = if own_error.is_finite() { own_error } else { 0.0 };
@@ -107,7 +107,7 @@ impl Health {
     /// curves.
     pub(super) fn judge(
         &mut self,
-        seen: &Seen,
+        seen: &Observed,
         look_aside: &dyn Fn(f64) -> Vec<CornerMatch>,
     ) -> (Trust, Option<HealthWarning>) {
         if let Some(camera) = (0..2).find(|camera| seen.edges[*camera] < LEAST_EDGES) {
@@ -144,7 +144,7 @@ impl Health {
     }
 
     /// Corners that were found, but all beside their curves.
-    fn aside(&self, seen: &Seen) -> Option<HealthWarning> {
+    fn aside(&self, seen: &Observed) -> Option<HealthWarning> {
         if seen.matched.len() < LEAST_MATCHED {
             return None;
         }
@@ -154,7 +154,7 @@ impl Health {
     }
 
     /// A floor that is not where it was in the pictures before.
-    fn tilt(&mut self, seen: &Seen) -> Option<HealthWarning> {
+    fn tilt(&mut self, seen: &Observed) -> Option<HealthWarning> {
         let floor = floor(seen.located)?;
         if self.floors.len() >= ENOUGH {
             let usual = [0, 1, 2].map(|term| {

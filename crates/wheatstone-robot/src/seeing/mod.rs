@@ -16,7 +16,7 @@ pub use corner_matches::CornerMatch;
 pub use corners::{Look, likeness};
 pub use curve::{Curve, Waypoint};
 pub use edge_matches::EdgeMatch;
-pub use epipolar_curves::Atlas;
+pub use epipolar_curves::EpipolarCurves;
 pub use ground::LocatedEdge;
 pub use heading_filter::FloorDirection;
 pub(crate) use heading_filter::quarter;
@@ -37,7 +37,7 @@ pub struct Observer<'a> {
     calibration: &'a Calibration,
     /// The calibration's map, made ready for the thousand pairs of pixels that every look shows.
     locator: Locator<'a>,
-    atlas: Atlas,
+    epipolar_curves: EpipolarCurves,
     size: [usize; 2],
     health: Health,
 }
@@ -82,22 +82,22 @@ impl<'a> Observer<'a> {
     ///
     /// # Errors
     ///
-    /// Those of [`Atlas::new`].
+    /// Those of [`EpipolarCurves::new`].
     pub fn new(
         calibration: &'a Calibration,
         size: [usize; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let atlas = Atlas::new(calibration, size, progress)?;
-        let health = Health::new(calibration, &atlas);
+        let epipolar_curves = EpipolarCurves::new(calibration, size, progress)?;
+        let health = Health::new(calibration, &epipolar_curves);
         let locator = Locator::new(&*calibration.reconstructor, None);
-        Ok(Self { calibration, locator, atlas, size, health })
+        Ok(Self { calibration, locator, epipolar_curves, size, health })
     }
 
     /// The calibration's curves.
     #[must_use]
-    pub fn atlas(&self) -> &Atlas {
-        &self.atlas
+    pub fn epipolar_curves(&self) -> &EpipolarCurves {
+        &self.epipolar_curves
     }
 
     /// What a pair of pictures shows.
@@ -110,11 +110,19 @@ impl<'a> Observer<'a> {
             (gradient, edges, corners)
         });
         let aside = ASIDE + ASIDE_ERRORS * self.health.own_error();
-        let matched =
-            corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside);
-        let edges = self.located_edges(edge_matches::match_edges(&self.atlas, &first.1, &second.1));
+        let matched = corner_matches::match_corners(
+            &self.epipolar_curves,
+            &first.2,
+            (&second.2, &second.0),
+            aside,
+        );
+        let edges = self.located_edges(edge_matches::match_edges(
+            &self.epipolar_curves,
+            &first.1,
+            &second.1,
+        ));
         let corners = self.located_corners(&matched);
-        let seen = health::Seen {
+        let seen = health::Observed {
             corners: [first.2.len(), second.2.len()],
             edges: [first.1.all.len(), second.1.all.len()],
             greys: [0, 1].map(|camera| mean_grey(&pictures[camera])),
@@ -122,10 +130,15 @@ impl<'a> Observer<'a> {
             located: &edges,
         };
         let look_aside = |aside: f64| {
-            corner_matches::match_corners(&self.atlas, &first.2, (&second.2, &second.0), aside)
+            corner_matches::match_corners(
+                &self.epipolar_curves,
+                &first.2,
+                (&second.2, &second.0),
+                aside,
+            )
         };
         let (trust, complaint) = self.health.judge(&seen, &look_aside);
-        let strips = ground::strips(&self.atlas, &edges, self.size);
+        let strips = ground::strips(&self.epipolar_curves, &edges, self.size);
         let obstacles = ground::obstacles(&edges, &strips);
         let clear = strips.into_iter().flatten().map(|strip| strip.stretch).collect();
         let scene = Scene { obstacles, clear, trust };
@@ -152,7 +165,7 @@ impl<'a> Observer<'a> {
             at: at.filter(|(point, _)| curve::above_floor(*point)),
         };
         let mut edges: Vec<LocatedEdge> = matched.into_iter().zip(located).map(edge).collect();
-        ground::fill_in(&self.atlas, &mut edges);
+        ground::fill_in(&self.epipolar_curves, &mut edges);
         edges
     }
 

@@ -5,7 +5,7 @@ mod many;
 mod outcome;
 
 pub use many::run_all;
-pub use outcome::{Detected, Ended, Outcome, Spread, Summary};
+pub use outcome::{Detected, Distribution, Ended, Outcome, Summary};
 
 use super::{
     PlanarPose, Vehicle, Velocity,

@@ -57,14 +57,14 @@ impl Ended {
 
 /// The middle and the 95th percentile of errors, in centimetres; both 0 where there are none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Spread {
+pub struct Distribution {
     /// Half of them are smaller.
     pub median: f64,
     /// Of twenty, nineteen are smaller.
     pub p95: f64,
 }
 
-impl Spread {
+impl Distribution {
     /// Of these errors.
     #[must_use]
     pub fn of(errors: &[f64]) -> Self {
@@ -111,7 +111,7 @@ pub struct Outcome {
     /// From where it was at the end to the goal, in centimetres.
     pub goal_distance: f64,
     /// From the cells of its map that it took for occupied to the nearest true surface, in centimetres.
-    pub map_error: Spread,
+    pub map_error: Distribution,
     /// The mishap, where one came to pass.
     pub noticed: Option<Detected>,
     /// Those distances, cell by cell.
@@ -142,12 +142,12 @@ pub struct Summary {
     /// In so many it stopped by itself before the goal, and had run into nothing.
     pub stopped_safely: usize,
     /// From where it believed itself to be at the end to where it was, in centimetres, over the worlds.
-    pub position_error: Spread,
+    pub position_error: Distribution,
     /// From where it said that it had arrived to the goal, in centimetres, over the worlds where it did.
-    pub arrival_error: Option<Spread>,
+    pub arrival_error: Option<Distribution>,
     /// From cells taken for occupied to the nearest true surface, in centimetres, over all cells of all
     /// worlds.
-    pub map_error: Spread,
+    pub map_error: Distribution,
     /// Mishaps that came to pass, and those of them that the robot noticed.
     pub mishaps: usize,
     /// See there.
@@ -157,7 +157,7 @@ pub struct Summary {
     /// Looks taken for contradicting the calibration before any mishap.
     pub false_alarms: usize,
     /// Looks, over the worlds.
-    pub steps: Spread,
+    pub steps: Distribution,
     /// How many steps from pictures to command a second would hold: half of them take less than one over
     /// this. None without a clock.
     pub steps_per_second: Option<f64>,
@@ -169,7 +169,7 @@ impl Summary {
     pub fn of(outcomes: &[Outcome]) -> Self {
         let count = |holds: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| holds(o)).count();
         let spread = |value: &dyn Fn(&Outcome) -> f64| {
-            Spread::of(&outcomes.iter().map(value).collect::<Vec<_>>())
+            Distribution::of(&outcomes.iter().map(value).collect::<Vec<_>>())
         };
         let arrived: Vec<f64> = outcomes
             .iter()
@@ -188,8 +188,8 @@ impl Summary {
             collisions: count(&|outcome| outcome.collided),
             stopped_safely: count(&|outcome| outcome.stopped_safely()),
             position_error: spread(&|outcome| outcome.position_error),
-            arrival_error: (!arrived.is_empty()).then(|| Spread::of(&arrived)),
-            map_error: Spread::of(&pooled(&|outcome| &outcome.map_errors)),
+            arrival_error: (!arrived.is_empty()).then(|| Distribution::of(&arrived)),
+            map_error: Distribution::of(&pooled(&|outcome| &outcome.map_errors)),
             mishaps: count(&|outcome| outcome.noticed.is_some()),
             noticed: after.len(),
             noticed_after: (!after.is_empty()).then(|| median(&after)),
@@ -251,7 +251,7 @@ pub(super) fn outcome(
         false_alarms: tally.false_alarms,
         position_error: (pilot.pose().place() - place).norm(),
         goal_distance,
-        map_error: Spread::of(&map_errors),
+        map_error: Distribution::of(&map_errors),
         noticed: tally.noticed,
         map_errors,
         seconds: tally.seconds,

@@ -5,7 +5,7 @@ use wheatstone_numeric::random::Random;
 use wheatstone_robot::{
     Estimated, Ground,
     map::{CELL, Cell, Map},
-    plan::{MARGIN, Terrain, Way},
+    plan::{MARGIN, Path, Terrain},
     scene::{Scene, ScenePoint, Trust},
     world::{NARROWEST, ROBOT_RADIUS},
 };
@@ -27,7 +27,7 @@ fn walled(gaps: &[[f64; 2]]) -> Map {
     map
 }
 
-fn way(map: &Map) -> Option<Way> {
+fn way(map: &Map) -> Option<Path> {
     Terrain::new(map, MARGIN).way(map, Ground::origin(), Ground::new(0.0, 300.0))
 }
 

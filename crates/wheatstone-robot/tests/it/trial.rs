@@ -2,7 +2,7 @@
 
 use wheatstone_core::method::AnyMethod;
 use wheatstone_numeric::progress::Silent;
-use wheatstone_robot::trial::{Detected, Ended, Outcome, Spread, Summary, Trial, run_all};
+use wheatstone_robot::trial::{Detected, Distribution, Ended, Outcome, Summary, Trial, run_all};
 
 fn trials(steps: usize) -> Vec<Trial> {
     let method = AnyMethod::named("brown").unwrap();
@@ -23,7 +23,7 @@ fn made_up(ended: Ended, collided: bool, noticed: Option<Detected>) -> Outcome {
         false_alarms: 1,
         position_error: 2.0,
         goal_distance: 6.0,
-        map_error: Spread::default(),
+        map_error: Distribution::default(),
         noticed,
         map_errors: vec![1.0, 3.0],
         seconds: vec![0.1, 0.2, 0.3],
@@ -46,7 +46,7 @@ fn trials_are_the_same_whatever_the_number_of_threads() {
         // Broken off after a step that it has not looked back at: it believes to be where it was.
         assert!(outcome.position_error < 7.0, "{}", outcome.position_error);
         assert_eq!(outcome.seconds, [0.0, 0.0]);
-        assert_eq!(outcome.map_error, Spread::of(&outcome.map_errors));
+        assert_eq!(outcome.map_error, Distribution::of(&outcome.map_errors));
     }
     assert_eq!(one, run(3));
 }
@@ -65,7 +65,7 @@ fn summaries_count_what_was() {
     assert_eq!((told.worlds, told.reached, told.collisions, told.stopped_safely), (5, 1, 2, 1));
     assert_eq!((told.mishaps, told.noticed, told.noticed_after), (3, 2, Some(2.0)));
     assert_eq!((told.false_alarms, told.position_error.median), (5, 2.0));
-    assert_eq!(told.arrival_error, Some(Spread { median: 6.0, p95: 6.0 }));
+    assert_eq!(told.arrival_error, Some(Distribution { median: 6.0, p95: 6.0 }));
     assert_eq!((told.map_error.median, told.steps_per_second), (2.0, Some(5.0)));
     let nobody = Summary::of(&all[3..]);
     assert!(nobody.arrival_error.is_none());

@@ -4,10 +4,10 @@ use super::figures::Figures;
 use std::sync::OnceLock;
 use wheatstone::{
     Calibration, GrayImage, Locator, Pixel, Reconstructor, Silent,
-    chart::{AnyChart, Sighting, line_grid::LineGrid},
+    chart::{AnyChart, ChartSearch, line_grid::LineGrid},
     dataset::{Dataset, volume::Volume},
     fit::{
-        bundle::{self, Lenses, Placing},
+        bundle::{self, BundleSettings, Lenses},
         stage::{self, StagePrior},
     },
     geometry::{Pose, Vector3, columns_of},
@@ -170,7 +170,7 @@ pub(crate) fn hand_held(figures: &mut Figures) {
     let waved = HandHeld { views: 8, ..HandHeld::default() };
     let placements = waved.placements(&chart, 4).unwrap();
     let (data, _) = hand_held_correspondences(&rig(), &chart, &placements, (NOISE, 4));
-    let placing = Placing { lenses: Lenses::Brown, ..Placing::default() };
+    let placing = BundleSettings { lenses: Lenses::Brown, ..BundleSettings::default() };
     let solved = bundle::solve(&data, placing, &Silent).unwrap();
     figures.number("rms", solved.rms);
     figures.numbers("baselines", &solved.baselines);
@@ -221,7 +221,9 @@ fn picture(chart: AnyChart) -> (AnyChart, GrayImage) {
 pub(crate) fn detection(figures: &mut Figures) {
     for ((chart, image), name) in pictures().iter().zip(AnyChart::NAMES) {
         figures.bytes(&format!("{name} picture"), image.to_8_bit().as_raw());
-        let Sighting::Seen(readings) = chart.detect(image) else { panic!("{name} is not found") };
+        let ChartSearch::Found(readings) = chart.detect(image) else {
+            panic!("{name} is not found")
+        };
         let points = &readings[0].points;
         figures.word(&format!("{name} points"), points.len());
         let all: Vec<f64> = points.iter().flat_map(|(_, at)| [at.x, at.y]).collect();

@@ -5,7 +5,7 @@ use crate::data::folder;
 use wheatstone::{
     camera::{PosedCamera, pinhole::Pinhole},
     chart::{
-        AnyChart, Chart, Detection, PictureOf, Sighting, april_grid::AprilGrid,
+        AnyChart, Chart, ChartSearch, Detection, PictureOf, april_grid::AprilGrid,
         point_list::PointList, rigid::MarkKind, two_level::TwoLevel,
     },
     geometry::{Pixel, Pose, Vector3},
@@ -45,7 +45,8 @@ fn led(set: &str, picture: &str, camera: usize, cameras: usize) -> Option<(usize
         chart = chart.with_start(camera, None, (id, about));
     }
     let image = read_image(&folder(set)?.join(picture), Limits::default()).unwrap();
-    let Sighting::Seen(readings) = chart.detect_in(&image, PictureOf { camera, view: "" }) else {
+    let ChartSearch::Found(readings) = chart.detect_in(&image, PictureOf { camera, view: "" })
+    else {
         panic!("{set}/{picture} is not found");
     };
     let found = &readings[0];
@@ -90,7 +91,8 @@ fn readings(
         chart = chart.with_start(camera, None, (id, about));
     }
     let image = read_image(&folder(set)?.join(picture), Limits::default()).unwrap();
-    let Sighting::Seen(readings) = chart.detect_in(&image, PictureOf { camera, view: "" }) else {
+    let ChartSearch::Found(readings) = chart.detect_in(&image, PictureOf { camera, view: "" })
+    else {
         return Some(Vec::new());
     };
     let wrong = |(id, at): &&(usize, Pixel)| list[*id].is_some_and(|it| (it - at).norm() > 4.0);
@@ -148,13 +150,13 @@ fn an_inside_corner_of_two_walls_is_found_where_its_points_were_clicked() {
         let image = image.unwrap();
         // Walls that the picture cuts look alike a row aside.
         let of = PictureOf { camera, view: "" };
-        assert!(matches!(chart.detect_in(&image, of), Sighting::Unseen(_)));
+        assert!(matches!(chart.detect_in(&image, of), ChartSearch::NotFound(_)));
         let mut led = chart.clone();
         for named in [3, 8, 13, 18, 23] {
             let about = seen[camera][named].unwrap() + nalgebra::Vector2::new(2.0, -2.0);
             led = led.with_start(camera, None, (ids[named], about));
         }
-        let Sighting::Seen(readings) = led.detect_in(&image, of) else { panic!("{picture}") };
+        let ChartSearch::Found(readings) = led.detect_in(&image, of) else { panic!("{picture}") };
         assert_eq!(readings.len(), 1);
         let found = &readings[0];
         assert!(found.points.len() >= 205, "{picture}: {}", found.points.len());
@@ -196,7 +198,7 @@ fn both_levels_of_a_plate_are_found_where_they_are() {
         let ink = (5.0 - near + 0.5).clamp(0.0, 1.0);
         (200.0 - 160.0 * ink + noise[640 * y + x]) as f32
     });
-    let Sighting::Seen(readings) = chart.detect(&image) else {
+    let ChartSearch::Found(readings) = chart.detect(&image) else {
         panic!("{:?}", chart.detect(&image))
     };
     assert!(readings.len() <= 2, "{}", readings.len());
@@ -219,7 +221,7 @@ fn april(rotation: [f64; 3], distance: f64, seed: u64) -> (Detection, Vec<Pixel>
     let place = Vector3::new(0.0, 0.0, distance);
     let pose = Pose::from_rotation_vector(place, Vector3::from(rotation));
     let image = render(&camera, &chart, &pose, Sensor::default(), &mut Random::new(seed));
-    let Sighting::Seen(readings) = chart.detect(&image) else { panic!("{rotation:?}") };
+    let ChartSearch::Found(readings) = chart.detect(&image) else { panic!("{rotation:?}") };
     assert_eq!(readings.len(), 1);
     let truth = chart.points().into_iter().map(|p| camera.project(pose.transform(p)).unwrap());
     (readings[0].clone(), truth.collect())

@@ -3,7 +3,7 @@
 use crate::data::folder;
 use wheatstone::{
     camera::{PosedCamera, pinhole::Pinhole},
-    chart::{AnyChart, Chart, Detection, Sighting, charuco::Charuco},
+    chart::{AnyChart, Chart, ChartSearch, Detection, charuco::Charuco},
     geometry::{Homography, Pixel, Pose, Vector3},
     imaging::{GrayImage, Limits, read_image},
     numeric::random::Random,
@@ -12,11 +12,11 @@ use wheatstone::{
 
 fn reading(chart: &Charuco, image: &GrayImage) -> Detection {
     match chart.detect(image) {
-        Sighting::Seen(readings) => {
+        ChartSearch::Found(readings) => {
             assert_eq!(readings.len(), 1);
             readings[0].clone()
         }
-        Sighting::Unseen(why) => panic!("{chart:?}: {why}"),
+        ChartSearch::NotFound(why) => panic!("{chart:?}: {why}"),
     }
 }
 
@@ -84,7 +84,7 @@ fn boards_of_other_dictionaries_and_plain_pictures_are_no_such_board() {
     let chart = Charuco::default();
     let (image, _) = view(&chart, [0.1, 0.1, 0.3], [0.0, 0.0, 400.0], 3);
     let other = Charuco { dictionary: "DICT_6X6_250".into(), ..chart.clone() };
-    assert!(matches!(other.detect(&image), Sighting::Unseen(_)));
+    assert!(matches!(other.detect(&image), ChartSearch::NotFound(_)));
     let mut random = Random::new(9);
     let noise: Vec<f32> = (0..800 * 600).map(|_| random.uniform(0.0, 255.0) as f32).collect();
     let noise = GrayImage::from_values(800, 600, noise).unwrap();
@@ -92,7 +92,7 @@ fn boards_of_other_dictionaries_and_plain_pictures_are_no_such_board() {
         if (x / 25 + y / 25).is_multiple_of(2) { 20.0 } else { 220.0 }
     });
     for picture in [noise, checkered, GrayImage::from_fn(1, 1, |_, _| 0.0)] {
-        assert!(matches!(chart.detect(&picture), Sighting::Unseen(_)));
+        assert!(matches!(chart.detect(&picture), ChartSearch::NotFound(_)));
     }
 }
 
@@ -125,7 +125,7 @@ fn boards_in_a_robots_hand_are_found_whole_and_flat() {
     for index in 0..16 {
         let path = folder.join(format!("images/{index:02}.png"));
         let image = read_image(&path, Limits::default()).unwrap();
-        let Sighting::Seen(found) = chart.detect(&image) else { continue };
+        let ChartSearch::Found(found) = chart.detect(&image) else { continue };
         let found = &found[0].points;
         let pairs: Vec<_> = found.iter().map(|(id, at)| (points[*id].xy(), *at)).collect();
         let map = Homography::fit(&pairs).unwrap();

@@ -4,7 +4,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use std::{collections::BTreeSet, fmt::Debug};
 use wheatstone::{
     camera::{AnyCamera, PosedCamera, pinhole::Pinhole},
-    chart::{AnyChart, Shape, Sighting},
+    chart::{AnyChart, ChartSearch, Shape},
     dataset::Dataset,
     evaluate::evaluate,
     geometry::{Pixel, Point3, Pose, Vector3},
@@ -80,7 +80,7 @@ fn charts_are_found_where_they_are_drawn_and_nowhere_else() {
     for chart in AnyChart::all() {
         let (camera, pose) = camera_before(&chart);
         let image = render(&camera, &chart, &pose, Sensor::default(), &mut Random::new(3));
-        let Sighting::Seen(readings) = chart.detect(&image) else {
+        let ChartSearch::Found(readings) = chart.detect(&image) else {
             panic!("{chart:?} is not found: {:?}", chart.detect(&image));
         };
         let points = chart.points();
@@ -101,7 +101,7 @@ fn charts_are_found_where_they_are_drawn_and_nowhere_else() {
             GrayImage::from_fn(3, 200, |_, y| y as f32),
         ];
         for image in nothing {
-            assert!(matches!(chart.detect(&image), Sighting::Unseen(_)), "{chart:?}");
+            assert!(matches!(chart.detect(&image), ChartSearch::NotFound(_)), "{chart:?}");
         }
     }
 }
@@ -168,7 +168,12 @@ fn methods_fit_any_number_of_cameras_and_refuse_what_determines_nothing() {
             assert!(found.mean_percent < 20.0, "{}: {found:?}", method.name());
             for row in &exam.correspondences[..20] {
                 let located = fit.reconstructor.locate(&row.pixels).map(|located| located.point);
-                assert_eq!(fit.reconstructor.place(&row.pixels), located, "{}", method.name());
+                assert_eq!(
+                    fit.reconstructor.locate_point(&row.pixels),
+                    located,
+                    "{}",
+                    method.name()
+                );
             }
             let none = vec![None; cameras];
             assert!(fit.reconstructor.locate(&none).is_none());

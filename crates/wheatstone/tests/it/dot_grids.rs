@@ -3,7 +3,7 @@
 use crate::data::folder;
 use wheatstone::{
     camera::{PosedCamera, pinhole::Pinhole},
-    chart::{AnyChart, Chart, Detection, Sighting, dot_grid::DotGrid},
+    chart::{AnyChart, Chart, ChartSearch, Detection, dot_grid::DotGrid},
     geometry::{Pixel, Pose, Vector3},
     imaging::{GrayImage, Limits, read_image},
     numeric::random::Random,
@@ -12,8 +12,8 @@ use wheatstone::{
 
 fn readings(chart: &dyn Chart, image: &GrayImage, name: &str) -> Vec<Detection> {
     match chart.detect(image) {
-        Sighting::Seen(readings) => readings,
-        Sighting::Unseen(why) => panic!("{name}: {why}"),
+        ChartSearch::Found(readings) => readings,
+        ChartSearch::NotFound(why) => panic!("{name}: {why}"),
     }
 }
 
@@ -112,7 +112,7 @@ fn what_is_no_grid_of_dots_is_reported_as_such() {
     for (index, picture) in pictures.iter().enumerate() {
         for asymmetric in [false, true] {
             let chart = DotGrid { asymmetric, ..DotGrid::default() };
-            assert!(matches!(chart.detect(picture), Sighting::Unseen(_)), "picture {index}");
+            assert!(matches!(chart.detect(picture), ChartSearch::NotFound(_)), "picture {index}");
         }
     }
 }
@@ -126,7 +126,7 @@ fn robot_pictures_of_a_plate_of_100_dots_are_found_whole_and_the_right_way_round
     for index in 0..15 {
         let path = folder.join(format!("images/{index:02}.png"));
         let image = read_image(&path, Limits::default()).unwrap();
-        let Sighting::Seen(found) = chart.detect(&image) else { continue };
+        let ChartSearch::Found(found) = chart.detect(&image) else { continue };
         whole += usize::from(found.len() == 1 && found[0].points.len() == 100);
     }
     assert!(whole >= 14, "{whole} of 15");

@@ -7,7 +7,7 @@ use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::Dataset,
     evaluate::floor,
-    fit::bundle::{self, Gauge, Lenses, Placing},
+    fit::bundle::{self, BundleSettings, Gauge, Lenses},
     geometry::{Point3, Pose},
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
@@ -32,7 +32,7 @@ fn waved(rig: &Rig, views: usize, noise: Noise, seed: u64) -> (Dataset, Vec<Poin
 }
 
 fn prepared(data: &Dataset, lenses: Lenses) -> Prepared {
-    let placing = Placing { lenses, ..Placing::default() };
+    let placing = BundleSettings { lenses, ..BundleSettings::default() };
     Preparation { placing, ..Preparation::default() }.run(data.clone(), 0, &Silent).unwrap()
 }
 
@@ -78,7 +78,8 @@ fn the_model_free_camera_reaches_the_floor_on_any_optics() {
 fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing() {
     let rig = Rig::named("paper", 2).unwrap();
     let (data, _) = waved(&rig, 12, NOISE, 6);
-    let placing = Placing { lenses: Lenses::Brown, all_terms: true, ..Placing::default() };
+    let placing =
+        BundleSettings { lenses: Lenses::Brown, all_terms: true, ..BundleSettings::default() };
     let whole = bundle::solve(&data, placing, &Silent).unwrap();
     let mut lenses: Vec<BrownConrady> = Vec::new();
     for camera in &whole.cameras {
@@ -104,7 +105,7 @@ fn three_cameras_of_which_each_view_has_two() {
     let seen: Vec<bool> = data.correspondences.iter().map(|row| row.seen_by() > 0).collect();
     let data = data.subset(|index, _| seen[index]);
     let places = places.into_iter().zip(seen).filter(|(_, seen)| *seen).map(|(place, _)| place);
-    let placing = Placing { gauge: Gauge::FirstCamera, ..Placing::default() };
+    let placing = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
     let solved = bundle::solve(&data, placing, &Silent).unwrap();
     assert_eq!(solved.baselines.len(), 2);
     let pairs: Vec<(Point3, Point3)> =
@@ -118,8 +119,11 @@ fn three_cameras_of_which_each_view_has_two() {
 fn sigmas_of_places_are_those_of_repeated_solutions() {
     const TIMES: u64 = 30;
     let rig = Rig::named("paper", 2).unwrap();
-    let placing =
-        Placing { gauge: Gauge::FirstCamera, lenses: Lenses::Brown, ..Placing::default() };
+    let placing = BundleSettings {
+        gauge: Gauge::FirstCamera,
+        lenses: Lenses::Brown,
+        ..BundleSettings::default()
+    };
     let solved: Vec<_> = (0..TIMES)
         .map(|seed| {
             // The same placements, other noise.
@@ -152,7 +156,7 @@ fn the_first_views_chart_is_the_world_or_the_first_camera() {
     for row in ready.data.correspondences.iter().filter(first) {
         assert!(row.world.unwrap().z.abs() < 1e-6, "{row:?}");
     }
-    let placing = Placing { gauge: Gauge::FirstCamera, ..Placing::default() };
+    let placing = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
     let solved = bundle::solve(&data, placing, &Silent).unwrap();
     // In front of the first camera, at about the distance at which it was held.
     let depths: Vec<f64> = solved.views.iter().map(|view| view.translation[2]).collect();
@@ -168,7 +172,7 @@ fn known_places_are_kept_and_the_others_found_in_their_frame() {
             (row.world, row.board) = (Some(*place), None);
         }
     }
-    let solved = bundle::solve(&data, Placing::default(), &Silent).unwrap();
+    let solved = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap();
     assert_eq!(solved.views.len(), 12);
     let off = solved.data.known().zip(&places).map(|((found, row), place)| {
         let off = (found - place).norm();
@@ -192,7 +196,7 @@ fn gross_errors_do_not_move_charts() {
             }
         }
     }
-    let solved = bundle::solve(&data, Placing::default(), &Silent).unwrap();
+    let solved = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap();
     let pairs: Vec<(Point3, Point3)> =
         solved.data.known().map(|(world, _)| world).zip(places).collect();
     let aligned = Pose::aligning(&pairs).unwrap();
@@ -212,7 +216,7 @@ fn parallel_charts_are_refused_with_the_reason() {
         for row in &mut data.correspondences {
             row.board = row.world.take().map(|world| [world.x, world.y]);
         }
-        let refused = bundle::solve(&data, Placing::default(), &Silent).unwrap_err();
+        let refused = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap_err();
         let Error::Degenerate { problem, hint } = refused else { panic!("{refused}") };
         assert!(problem.contains("parallel") && hint.contains("tilt"), "{problem}: {hint}");
     }
@@ -228,7 +232,7 @@ fn one_known_plane_among_parallel_charts_does_not_help() {
     for row in data.correspondences.iter_mut().filter(|row| row.view != 2) {
         row.board = row.world.take().map(|world| [world.x, world.y]);
     }
-    let refused = bundle::solve(&data, Placing::default(), &Silent).unwrap_err();
+    let refused = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap_err();
     assert!(refused.to_string().contains("parallel"), "{refused}");
 }
 
@@ -237,7 +241,7 @@ fn too_few_views_and_unlinked_cameras_are_named() {
     let rig = Rig::named("paper", 2).unwrap();
     let (data, _) = waved(&rig, 2, NOISE, 9);
     assert!(matches!(
-        bundle::solve(&data, Placing::default(), &Silent),
+        bundle::solve(&data, BundleSettings::default(), &Silent),
         Err(Error::TooFew { need: 3, got: 2, .. })
     ));
     let (mut data, _) = waved(&rig, 12, NOISE, 9);
@@ -245,8 +249,8 @@ fn too_few_views_and_unlinked_cameras_are_named() {
         row.pixels[usize::from(row.view % 2 == 0)] = None;
     }
     let data = data.subset(|_, row| row.seen_by() > 0);
-    let refused = bundle::solve(&data, Placing::default(), &Silent).unwrap_err();
-    assert!(refused.to_string().contains("camera 2 shares no view"), "{refused}");
+    let refused = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap_err();
+    assert!(refused.to_string().contains("camera 2 has no view in common"), "{refused}");
 }
 
 /// A stored corner list, by its columns, as a hand-held points file.
@@ -308,8 +312,12 @@ const EXPECTED: [Expected; 3] = [
 
 #[test]
 fn the_minimum_is_that_of_other_tools() {
-    let placing =
-        Placing { lenses: Lenses::Brown, all_terms: true, keep_gross: true, ..Placing::default() };
+    let placing = BundleSettings {
+        lenses: Lenses::Brown,
+        all_terms: true,
+        keep_gross: true,
+        ..BundleSettings::default()
+    };
     for (name, id, rms, baseline, lenses) in EXPECTED {
         let Some(data) = corners(name, id) else { continue };
         let solved = bundle::solve(&data, placing, &Silent).unwrap();

@@ -3,7 +3,7 @@
 use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::Dataset,
-    fit::bundle::{Lenses, Placing},
+    fit::bundle::{BundleSettings, Lenses},
     geometry::{Point3, Pose, Vector3},
     method::{AnyMethod, network::Training},
     numeric::progress::Silent,
@@ -25,7 +25,8 @@ fn chart(rig: &Rig) -> AnyChart {
 
 /// Charts placed with a lens whose terms are all there, or as if nothing were known of the optics.
 fn placed(data: Dataset, lenses: Lenses) -> Dataset {
-    let placing = Placing { lenses, all_terms: lenses != Lenses::Either, ..Placing::default() };
+    let placing =
+        BundleSettings { lenses, all_terms: lenses != Lenses::Either, ..BundleSettings::default() };
     let preparation =
         Preparation { placing, keep_outliers: true, insist: true, ..Preparation::default() };
     preparation.run(data, 0, &Silent).unwrap().data

@@ -5,7 +5,7 @@ use crate::data::folder;
 use wheatstone::{
     dataset::{Correspondence, Dataset},
     evaluate::evaluate_one_camera,
-    fit::bundle::{self, Gauge, Lenses, Placing},
+    fit::bundle::{self, BundleSettings, Gauge, Lenses},
     geometry::Pixel,
     method::{Method, neural_camera::NeuralCamera},
     numeric::progress::Silent,
@@ -46,8 +46,11 @@ fn corners() -> Option<Dataset> {
 fn a_fisheye_predicts_better_than_the_rational_model() {
     let Some(data) = corners() else { return };
     let held_out = |view: usize| view % 5 == 2;
-    let placing =
-        Placing { gauge: Gauge::FirstCamera, lenses: Lenses::KannalaBrandt, ..Placing::default() };
+    let placing = BundleSettings {
+        gauge: Gauge::FirstCamera,
+        lenses: Lenses::KannalaBrandt,
+        ..BundleSettings::default()
+    };
     let train = data.subset(|_, row| !held_out(row.view));
     let placed = bundle::solve(&train, placing, &Silent).unwrap().data;
     let clean = outliers::screen(&placed, 0, &Silent).unwrap().clean(&placed);

@@ -52,7 +52,7 @@ fn damaged_models_are_refused(path: &Path) {
         ("\"version\":2", "\"version\":3", "version 3"),
         ("\"format\":\"wheatstone-calibration\"", "\"format\":\"other\"", "not a model file"),
         ("\"seed\":0", "\"seed\":0,\"sede\":1", "unknown field"),
-        ("\"pixel_sigma\":", "\"pixel_sigma\":-", "do not fit together"),
+        ("\"pixel_sigma\":", "\"pixel_sigma\":-", "numbers are inconsistent"),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(path, text.replacen(from, to, 1)).unwrap();
@@ -107,7 +107,7 @@ fn squares_counted_for_crossings_are_named() {
     let error = detect(&capture, DetectionSettings::default(), &Silent).unwrap_err();
     let hint = error.hint().unwrap();
     assert!(
-        hint.contains("`columns = 9`, `rows = 7` it is in 4 of the first 4"),
+        hint.contains("`columns = 9`, `rows = 7` it is found in 4 of the first 4"),
         "{error}: {hint}"
     );
 }

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 use wheatstone::{
-    chart::{Chart, Detection, Sighting, chessboard::Chessboard},
+    chart::{Chart, ChartSearch, Detection, chessboard::Chessboard},
     geometry::Pixel,
     imaging::{Limits, read_image},
 };
@@ -17,8 +17,8 @@ type Corners = BTreeMap<usize, Pixel>;
 fn readings(board: &Chessboard, picture: &Path) -> Vec<Detection> {
     let image = read_image(picture, Limits::default()).unwrap();
     match board.detect(&image) {
-        Sighting::Seen(readings) => readings,
-        Sighting::Unseen(why) => panic!("{}: {why}", picture.display()),
+        ChartSearch::Found(readings) => readings,
+        ChartSearch::NotFound(why) => panic!("{}: {why}", picture.display()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use wheatstone::{
     Calibration,
-    chart::{AnyChart, Sighting, line_grid::LineGrid},
+    chart::{AnyChart, ChartSearch, line_grid::LineGrid},
     dataset::Dataset,
     error::Remedy,
     formats::{Imported, calibration, exact},
@@ -10,7 +10,7 @@ use wheatstone::{
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
     preparation::Preparation,
-    rectification::{Judged, Rectification, Table, Wanted},
+    rectification::{PairSettings, Rectification, Table, VerticalErrors},
     rectified_pictures::remapped,
     synthetic::{Noise, Rig, Sensor, Stage, chart_correspondences, random_correspondences, render},
 };
@@ -41,7 +41,7 @@ fn exam(rig: &Rig) -> Dataset {
     random_correspondences(rig, &chart(rig), (55.0, 135.0), (Noise::None, 77), 600)
 }
 
-fn judged(model: &Calibration, wanted: &Wanted, exam: &Dataset) -> Judged {
+fn judged(model: &Calibration, wanted: &PairSettings, exam: &Dataset) -> VerticalErrors {
     Rectification::of(model, wanted, &Silent).unwrap().judge(exam).unwrap()
 }
 
@@ -50,7 +50,7 @@ fn without_noise_rows_agree_and_disparity_tells_the_true_place() {
     for (rig, method) in [("paper", "brown"), ("fisheye", "kannala-brandt"), ("pinhole", "dlt")] {
         let rig = Rig::named(rig, 2).unwrap();
         let model = model(method, &rig, 0.0);
-        let made = Rectification::of(&model, &Wanted::default(), &Silent).unwrap();
+        let made = Rectification::of(&model, &PairSettings::default(), &Silent).unwrap();
         let exam = exam(&rig);
         let found = made.judge(&exam).unwrap();
         assert_eq!(found.vertical.n, 600, "{method}");
@@ -111,7 +111,7 @@ fn every_method_gives_a_pair() {
     };
     for name in AnyMethod::NAMES {
         let model = model_of(name, data.clone());
-        let made = Rectification::of(&model, &Wanted::default(), &Silent).unwrap();
+        let made = Rectification::of(&model, &PairSettings::default(), &Silent).unwrap();
         let found = made.judge(&exam).unwrap();
         assert_eq!(found.vertical.n, 600, "{name}");
         assert!(found.vertical.rms < most(name), "{name}: {:?}", found.vertical);
@@ -127,7 +127,7 @@ fn what_water_and_glass_leave_is_told_as_it_is() {
     for (name, most) in [("water", 0.15), ("glass", 0.12)] {
         let rig = Rig::named(name, 2).unwrap();
         let model = model("neural-camera", &rig, 0.02);
-        let made = Rectification::of(&model, &Wanted::default(), &Silent).unwrap();
+        let made = Rectification::of(&model, &PairSettings::default(), &Silent).unwrap();
         let found = made.judge(&exam(&rig)).unwrap();
         let told = made.leftover.model.as_ref().unwrap();
         assert!(found.vertical.rms < most, "{name}: {:?}", found.vertical);
@@ -149,7 +149,7 @@ fn the_left_one_is_left_in_whatever_order_and_any_two_of_several_do() {
     let rig = Rig::named("paper", 4).unwrap();
     let model = model("brown", &rig, 0.0);
     let exam = exam(&rig);
-    let of = |cameras| Wanted { cameras, ..Wanted::default() };
+    let of = |cameras| PairSettings { cameras, ..PairSettings::default() };
     let pair = |cameras| Rectification::of(&model, &of(cameras), &Silent).unwrap().pair;
     assert_eq!(pair([0, 1]), pair([1, 0]));
     assert_eq!(pair([1, 0]).cameras, [0, 1]);
@@ -161,7 +161,8 @@ fn the_left_one_is_left_in_whatever_order_and_any_two_of_several_do() {
     for cameras in [[0, 0], [0, 4]] {
         Rectification::of(&model, &of(cameras), &Silent).map(|_| ()).unwrap_err();
     }
-    let small = Wanted { size: Some([320, 200]), focal: Some(300.0), ..Wanted::default() };
+    let small =
+        PairSettings { size: Some([320, 200]), focal: Some(300.0), ..PairSettings::default() };
     let made = Rectification::of(&model, &small, &Silent).unwrap();
     let table = made.table(1);
     assert_eq!((table.width, table.height, made.pair.focal), (320, 200, 300.0));
@@ -179,7 +180,7 @@ fn a_left_handed_world_keeps_its_hand() {
     };
     for method in ["brown", "neural-camera", "dlt"] {
         let model = model_of(method, turned(data(&rig, 0.0)));
-        let made = Rectification::of(&model, &Wanted::default(), &Silent).unwrap();
+        let made = Rectification::of(&model, &PairSettings::default(), &Silent).unwrap();
         let found = made.judge(&turned(exam(&rig))).unwrap();
         assert!(
             (made.pair.rectified_from_world.rotation.determinant() + 1.0).abs() < 1e-9,
@@ -203,11 +204,11 @@ fn cameras_from_a_file_need_the_size_of_their_pictures_alone() {
         pixel_sigma: 0.5,
     };
     let unsized_model = calibration(&own, imported(Vec::new())).unwrap();
-    let error = Rectification::of(&unsized_model, &Wanted::default(), &Silent).map(|_| ());
+    let error = Rectification::of(&unsized_model, &PairSettings::default(), &Silent).map(|_| ());
     let hint = error.unwrap_err().hint().unwrap();
     assert_eq!(hint.remedy(), Some(Remedy::ImageSize));
     let model = calibration(&own, imported(vec![Some([640, 480]); 2])).unwrap();
-    let found = judged(&model, &Wanted::default(), &exam(&rig));
+    let found = judged(&model, &PairSettings::default(), &exam(&rig));
     assert!(found.vertical.max < 1e-4 && found.place.unwrap().max < 1e-3, "{found:?}");
 }
 
@@ -215,7 +216,7 @@ fn cameras_from_a_file_need_the_size_of_their_pictures_alone() {
 fn a_chart_in_rectified_pictures_has_its_points_in_the_same_rows() {
     let rig = Rig::named("paper", 2).unwrap();
     let model = model("auto", &rig, 0.05);
-    let made = Rectification::of(&model, &Wanted::default(), &Silent).unwrap();
+    let made = Rectification::of(&model, &PairSettings::default(), &Silent).unwrap();
     let chart = chart(&rig);
     let (_, pose) = &Stage { near: 90.0, far: 90.0, step: 10.0 }.views().unwrap()[0];
     let mut seen = Vec::new();
@@ -224,7 +225,7 @@ fn a_chart_in_rectified_pictures_has_its_points_in_the_same_rows() {
         let picture = render(camera, &chart, pose, Sensor::default(), &mut Random::new(4));
         let rectified = remapped(&made.table(side), &picture);
         assert_eq!([rectified.width() as u32, rectified.height() as u32], made.pair.size);
-        let Sighting::Seen(readings) = chart.detect(&rectified) else { panic!("not found") };
+        let ChartSearch::Found(readings) = chart.detect(&rectified) else { panic!("not found") };
         seen.push(readings[0].points.clone());
     }
     let mut worst: f64 = 0.0;

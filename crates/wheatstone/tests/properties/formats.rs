@@ -70,7 +70,7 @@ proptest! {
     ) {
         let format = Format::named(name).unwrap();
         let count = if name == "ros" { 2 } else { drawn.len() };
-        let sizes = vec![[1280, 1024], [1600, 1200], [1280, 1024]];
+        let sizes = [[1280, 1024], [1600, 1200], [1280, 1024]];
         let cameras = drawn.into_iter().take(count).enumerate();
         let cameras: Option<Vec<RigCamera>> = cameras
             .map(|(index, drawn)| {

@@ -44,7 +44,7 @@ struct Line {
     /// Unit vector across it.
     across: Vector2<f64>,
     /// Its curvature, towards `across`, by pixel.
-    bend: f64,
+    curvature: f64,
     /// Distance to the next corner.
     step: f64,
 }
@@ -69,15 +69,20 @@ impl Line {
         let length = step.norm();
         let along = step / length;
         let across = Vector2::new(-along.y, along.x);
-        Some(Self { along, across, bend: across.dot(&change) / (length * length), step: length })
+        Some(Self {
+            along,
+            across,
+            curvature: across.dot(&change) / (length * length),
+            step: length,
+        })
     }
 
     /// How far a place is from the line through `corner`, and what that becomes as the corner moves.
     #[inline(always)]
     fn distance(&self, from_corner: Vector2<f64>) -> (f64, Vector2<f64>) {
         let along = self.along.dot(&from_corner);
-        let distance = self.across.dot(&from_corner) - 0.5 * self.bend * along * along;
-        (distance, self.bend * along * self.along - self.across)
+        let distance = self.across.dot(&from_corner) - 0.5 * self.curvature * along * along;
+        (distance, self.curvature * along * self.along - self.across)
     }
 }
 

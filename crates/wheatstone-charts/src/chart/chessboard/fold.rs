@@ -9,7 +9,7 @@ use wheatstone_numeric::statistics::median;
 /// photographed walls at a right angle have 0.44 to 0.51, flat boards up to 0.02, and 0.12 at the rim of a
 /// full-circle fisheye.
 const LEAST_JUMP: f64 = 0.15;
-/// The same, in those of the lines elsewhere: lenses, tilt and wavy paper bend everywhere.
+/// The same, in those of the lines elsewhere: lenses, tilt and wavy paper curvature everywhere.
 const MOST_SMOOTH: f64 = 4.0;
 /// Places of a line that must tell of a fold.
 const LEAST_TELLING: usize = 3;
@@ -56,7 +56,7 @@ fn cut(labels: &Labels, columns: bool) -> Option<[Labels; 2]> {
 /// By how much the second difference across a line is not what those beside it make expect, in steps; the
 /// middle of the line's places.
 fn jump(labels: &Labels, columns: bool, line: i32) -> Option<f64> {
-    let bend = |label: (i32, i32), along: i32| -> Option<(Vector2<f64>, f64)> {
+    let curvature = |label: (i32, i32), along: i32| -> Option<(Vector2<f64>, f64)> {
         let at = |steps: i32| {
             let steps = steps + along;
             let place =
@@ -71,8 +71,8 @@ fn jump(labels: &Labels, columns: bool, line: i32) -> Option<f64> {
         .keys()
         .filter(on)
         .filter_map(|label| {
-            let (own, step) = bend(*label, 0)?;
-            let around = (bend(*label, -1)?.0 + bend(*label, 1)?.0) / 2.0;
+            let (own, step) = curvature(*label, 0)?;
+            let around = (curvature(*label, -1)?.0 + curvature(*label, 1)?.0) / 2.0;
             Some((own - around).norm() / step)
         })
         .collect();
@@ -92,8 +92,11 @@ mod tests {
                 let (along, down) = (f64::from(column) - fold, f64::from(row) - 2.2);
                 let (x, z) = (along * libm::cos(0.7), 12.0 - along.abs() * libm::sin(0.7));
                 let (x, y) = (x / z, down / z);
-                let bend = 400.0 / (1.0 + 0.3 * (x * x + y * y));
-                labels.insert((column, row), Pixel::new(500.0 + bend * x, 400.0 + bend * y));
+                let curvature = 400.0 / (1.0 + 0.3 * (x * x + y * y));
+                labels.insert(
+                    (column, row),
+                    Pixel::new(500.0 + curvature * x, 400.0 + curvature * y),
+                );
             }
         }
         labels

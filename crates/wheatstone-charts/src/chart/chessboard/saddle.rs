@@ -95,8 +95,8 @@ fn spread(image: &GrayImage, at: Pixel, window: f64) -> Option<f64> {
     let quadric = inverse * lines.right(image);
     let covariance = inverse * lines.normal(2) * inverse;
     let slope = covariance.fixed_view::<2, 2>(3, 3).into_owned();
-    let bend = Matrix2::new(2.0 * quadric[0], quadric[1], quadric[1], 2.0 * quadric[2]);
-    let back = bend.try_inverse()?;
+    let hessian = Matrix2::new(2.0 * quadric[0], quadric[1], quadric[1], 2.0 * quadric[2]);
+    let back = hessian.try_inverse()?;
     Some(((back * slope * back).trace() / 2.0).sqrt())
 }
 

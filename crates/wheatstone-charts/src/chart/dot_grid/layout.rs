@@ -2,7 +2,7 @@
 //! chart the labels stand for.
 
 use super::DotGrid;
-use crate::chart::{Detection, Sighting};
+use crate::chart::{ChartSearch, Detection};
 use nalgebra::Vector2;
 use std::collections::BTreeMap;
 use wheatstone_core::geometry::Pixel;
@@ -62,7 +62,7 @@ pub(super) fn size<V>(labels: &BTreeMap<(i32, i32), V>) -> (i32, i32) {
 
 /// Every way in which the dots found can be an asymmetric chart, which must be there from its first
 /// row and column to its last.
-pub(super) fn place(chart: &DotGrid, dots: &BTreeMap<(i32, i32), Pixel>) -> Sighting {
+pub(super) fn place(chart: &DotGrid, dots: &BTreeMap<(i32, i32), Pixel>) -> ChartSearch {
     let mut turned = dots.clone();
     // A chart is seen from its face: y turns from x as in the picture.
     if direction(&turned, (1, 1)).perp(&direction(&turned, (-1, 1))) < 0.0 {
@@ -87,13 +87,13 @@ pub(super) fn place(chart: &DotGrid, dots: &BTreeMap<(i32, i32), Pixel>) -> Sigh
     }
     if readings.is_empty() {
         let (width, height) = size(dots);
-        return Sighting::Unseen(format!(
-            "an asymmetric grid of {} dots over {width} x {height} half steps is not the chart, or not all of it",
+        return ChartSearch::NotFound(format!(
+            "found an asymmetric grid of {} dots over {width} x {height} half pitches, which is not the whole chart",
             dots.len()
         ));
     }
     readings.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Sighting::Seen(readings.into_iter().map(|(_, reading)| reading).collect())
+    ChartSearch::Found(readings.into_iter().map(|(_, reading)| reading).collect())
 }
 
 /// Mean step in the picture between dots whose labels differ by `step`.

@@ -45,7 +45,7 @@ fn table(path: &Path) -> Result<Table> {
         .delimiter(delimiter)
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
-    let problem = |e: csv::Error| malformed(path, None, e.to_string(), "one row a point");
+    let problem = |e: csv::Error| malformed(path, None, e.to_string(), "give one row per point");
     let header = reader.headers().map_err(problem)?.iter().map(String::from).collect();
     let mut rows = Vec::new();
     for record in reader.records() {
@@ -64,7 +64,12 @@ impl Table {
 
 fn number(path: &Path, line: u64, cell: &str) -> Result<f64> {
     cell.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-        malformed(path, Some(line), format!("`{cell}` is no number"), "a point in the decimal")
+        malformed(
+            path,
+            Some(line),
+            format!("`{cell}` is not a number"),
+            "write numbers with a decimal point",
+        )
     })
 }
 
@@ -75,7 +80,12 @@ pub(super) fn read_points(path: &Path) -> Result<Listed> {
     for (column, name) in columns.iter_mut().zip(["X", "Y", "Z"]) {
         *column = table.column(name).ok_or_else(|| {
             let problem = format!("no column `{name}` in the list of points");
-            malformed(path, Some(1), problem, "a header such as `id,X,Y,Z`, then one row a point")
+            malformed(
+                path,
+                Some(1),
+                problem,
+                "begin with a header such as `id,X,Y,Z`, then give one row per point",
+            )
         })?;
     }
     let mut listed = Listed { points: Vec::new(), names: Vec::new() };
@@ -88,8 +98,8 @@ pub(super) fn read_points(path: &Path) -> Result<Listed> {
         listed.points.push(point);
         if let Some(column) = name {
             if listed.names.contains(&cells[column]) {
-                let problem = format!("two points are named `{}`", cells[column]);
-                return Err(malformed(path, Some(*line), problem, "give each its own name"));
+                let problem = format!("two points have the name `{}`", cells[column]);
+                return Err(malformed(path, Some(*line), problem, "give each point its own name"));
             }
             listed.names.push(cells[column].clone());
         }
@@ -99,7 +109,7 @@ pub(super) fn read_points(path: &Path) -> Result<Listed> {
 
 /// Reads `id,x1,y1,x2,y2,…` and, where there is one, `view`.
 pub(super) fn read_start(path: &Path, id: impl Fn(&str) -> Option<PointId>) -> Result<Vec<Named>> {
-    const HINT: &str = "a header such as `id,x1,y1,x2,y2`, then one row a point";
+    const HINT: &str = "begin with a header such as `id,x1,y1,x2,y2`, then give one row per point";
     let table = table(path)?;
     let Some(name) = table.column("id") else {
         return Err(malformed(path, Some(1), "no column `id` in the start file".into(), HINT));
@@ -116,12 +126,12 @@ pub(super) fn read_start(path: &Path, id: impl Fn(&str) -> Option<PointId>) -> R
     let mut named = Vec::new();
     for (line, cells) in &table.rows {
         let id = id(&cells[name]).ok_or_else(|| {
-            let problem = format!("no point of the chart is named `{}`", cells[name]);
+            let problem = format!("the chart has no point named `{}`", cells[name]);
             malformed(
                 path,
                 Some(*line),
                 problem,
-                "names are those of the list's column `id`, or counted from 0",
+                "use the names in the list's column `id`, or numbers from 0",
             )
         })?;
         for (camera, x, y) in &cameras {

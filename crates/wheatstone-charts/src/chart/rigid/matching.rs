@@ -23,7 +23,7 @@ pub(super) struct Matched {
     /// the next.
     pub(super) disorder: f64,
     /// Median distance of the marks from where one camera without a lens observes them all, in steps.
-    pub(super) bend: f64,
+    pub(super) curvature: f64,
 }
 
 /// How far a mark may be from where it is looked for, as a share of the distance to the next point. Beyond
@@ -36,9 +36,9 @@ const MOST_ROUNDS: usize = 60;
 /// Disorder above which marks are a crowd and no body: those of a crowd lie evenly within
 /// [`MOST_DEVIATION`], which makes 0.2.
 const MOST_DISORDER: f64 = 0.06;
-/// Of [`Matched::bend`]: lenses and water bend by a third of a step where marks are dense; a body that is laid
+/// Of [`Matched::curvature`]: lenses and water curvature by a third of a step where marks are dense; a body that is laid
 /// askew bends by its own depth.
-const MOST_BEND: f64 = 1.0;
+const MOST_CURVATURE: f64 = 1.0;
 /// Matched neighbours that say where a point is.
 const SAYING: usize = 8;
 
@@ -109,9 +109,9 @@ impl Search<'_> {
         });
         let left: Vec<f64> = self.strays(&seen, &marks).into_values().collect();
         let disorder = root_mean_square(&left);
-        let bend = self.bend(&seen, &marks);
-        (marks.len() >= self.least && disorder < MOST_DISORDER && bend < MOST_BEND)
-            .then_some(Matched { marks, disorder, bend })
+        let curvature = self.curvature(&seen, &marks);
+        (marks.len() >= self.least && disorder < MOST_DISORDER && curvature < MOST_CURVATURE)
+            .then_some(Matched { marks, disorder, curvature })
     }
 
     /// Keeps the largest part of the matches within which neighbours are off alike, and the parts of points
@@ -247,7 +247,7 @@ impl Search<'_> {
     }
 
     /// How far the marks are from where the camera alone observes them, in steps, in the median.
-    fn bend(&self, seen: &[Option<Pixel>], marks: &BTreeMap<usize, usize>) -> f64 {
+    fn curvature(&self, seen: &[Option<Pixel>], marks: &BTreeMap<usize, usize>) -> f64 {
         let off = |(id, mark): (&usize, &usize)| {
             Some((self.marks.at(*mark) - seen[*id]?).norm() / self.spacing(seen, *id)?)
         };

@@ -10,7 +10,7 @@ mod search;
 mod view;
 mod pose_hypotheses;
 
-use super::{PointId, Sighting};
+use super::{ChartSearch, PointId};
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
 use wheatstone_core::geometry::{Pixel, Point3};
@@ -36,7 +36,7 @@ pub fn find(
     kind: MarkKind,
     image: &GrayImage,
     named: &[(PointId, Pixel)],
-) -> Sighting {
+) -> ChartSearch {
     let sizes = match kind {
         MarkKind::Patches => marks::find(image, points.len()),
         MarkKind::Corners => vec![corners::find(image, points.len())],

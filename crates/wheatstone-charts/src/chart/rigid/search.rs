@@ -14,7 +14,7 @@ use super::{
     view::View,
 };
 use crate::{
-    chart::{Detection, PointId, Sighting},
+    chart::{ChartSearch, Detection, PointId},
     imaging::GrayImage,
 };
 use rayon::prelude::*;
@@ -45,7 +45,7 @@ pub(super) fn find(
     sizes: &[[Marks; 2]],
     image: &GrayImage,
     clicks: &[Click],
-) -> Sighting {
+) -> ChartSearch {
     let frame = (
         Pixel::new((image.width() as f64 - 1.0) / 2.0, (image.height() as f64 - 1.0) / 2.0),
         image.width().max(image.height()) as f64,
@@ -70,7 +70,7 @@ pub(super) fn find(
         .max_by_key(|(matched, size, side)| (matched.marks.len(), 9 - size, 1 - side))
         .map(|(_, size, side)| (*size, *side))
     else {
-        return Sighting::Unseen(unseen(clicks, count));
+        return ChartSearch::NotFound(unseen(clicks, count));
     };
     best.retain(|(_, other, polarity)| (*other, *polarity) == (size, side));
     // Marks of other sizes may be seen better a size away.
@@ -96,11 +96,11 @@ pub(super) fn find(
 fn unseen(clicks: &[Click], count: usize) -> String {
     if clicks.is_empty() {
         format!(
-            "the {count} points of the list were not recognised with certainty: name four or more of them in a start file"
+            "the {count} points of the list could not be identified reliably: name four or more of them in a start file"
         )
     } else {
         format!(
-            "the {count} points of the list were not found with certainty about the {} of the start file: name four or more that are not on one line",
+            "the {count} points of the list could not be identified reliably from the {} in the start file: name four or more that are not on one line",
             clicks.len()
         )
     }
@@ -266,7 +266,7 @@ fn rivals(mut found: Vec<Matched>, count: usize) -> Vec<Matched> {
     // Two standard deviations of a count.
     let most_missing = missing + 2.0 * (missing + 1.0).sqrt();
     let least = found.iter().map(|it| it.disorder).fold(f64::INFINITY, f64::min);
-    let straightest = found.iter().map(|it| it.bend).fold(f64::INFINITY, f64::min);
+    let straightest = found.iter().map(|it| it.curvature).fold(f64::INFINITY, f64::min);
     let mut kept: Vec<Matched> = Vec::new();
     for matched in found {
         let same = |other: &Matched| {
@@ -276,7 +276,7 @@ fn rivals(mut found: Vec<Matched>, count: usize) -> Vec<Matched> {
         let counts = (count - matched.marks.len()) as f64 <= most_missing;
         // A camera that observes the body wrongly observes it twice as badly, or no worse at all.
         let orderly = matched.disorder < 2.0 * least + 0.002;
-        let straight = matched.bend < 3.0 * straightest + 0.05;
+        let straight = matched.curvature < 3.0 * straightest + 0.05;
         if counts && orderly && straight && !kept.iter().any(same) {
             kept.push(matched);
         }
@@ -285,7 +285,7 @@ fn rivals(mut found: Vec<Matched>, count: usize) -> Vec<Matched> {
 }
 
 /// Readings with their centres and sigmas, the one upright first.
-fn told(search: &Search, image: &GrayImage, found: Vec<Matched>, clicks: &[Click]) -> Sighting {
+fn told(search: &Search, image: &GrayImage, found: Vec<Matched>, clicks: &[Click]) -> ChartSearch {
     let mut measured: BTreeMap<usize, (Pixel, f64)> = BTreeMap::new();
     let mut readings: Vec<(f64, Detection)> = Vec::new();
     for matched in &found {
@@ -302,10 +302,10 @@ fn told(search: &Search, image: &GrayImage, found: Vec<Matched>, clicks: &[Click
     }
     readings.retain(|(_, reading)| reading.points.len() >= search.least);
     if readings.is_empty() {
-        return Sighting::Unseen(unseen(clicks, search.body.points.len()));
+        return ChartSearch::NotFound(unseen(clicks, search.body.points.len()));
     }
     readings.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Sighting::Seen(readings.into_iter().map(|(_, reading)| reading).collect())
+    ChartSearch::Found(readings.into_iter().map(|(_, reading)| reading).collect())
 }
 
 /// How far the body's x goes to the right and its y down, as cosines, summed.

@@ -2,7 +2,7 @@
 
 use wheatstone_charts::{
     chart::{
-        Chart, Sighting,
+        Chart, ChartSearch,
         chessboard::Chessboard,
         lattice::{Origin, size_in_reason},
     },
@@ -86,8 +86,8 @@ fn noisy(image: &GrayImage, seed: u64) -> GrayImage {
 
 fn readings(board: &Chessboard, image: &GrayImage) -> Vec<Vec<(usize, Pixel)>> {
     match board.detect(image) {
-        Sighting::Seen(readings) => readings.into_iter().map(|r| r.points).collect(),
-        Sighting::Unseen(why) => panic!("{why}"),
+        ChartSearch::Found(readings) => readings.into_iter().map(|r| r.points).collect(),
+        ChartSearch::NotFound(why) => panic!("{why}"),
     }
 }
 
@@ -135,7 +135,7 @@ fn errors_are_what_sigmas_say() {
     for seed in 20..24 {
         let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.1);
         let truth = scene.truth(&BOARD);
-        let Sighting::Seen(found) = BOARD.detect(&scene.render(&BOARD, seed)) else { panic!() };
+        let ChartSearch::Found(found) = BOARD.detect(&scene.render(&BOARD, seed)) else { panic!() };
         for ((id, at), sigma) in found[0].points.iter().zip(&found[0].sigmas) {
             squares += (at - truth[*id]).norm_squared() / (2.0 * sigma * sigma);
             count += 1.0;
@@ -208,7 +208,7 @@ fn a_board_that_leaves_the_picture_keeps_its_ids() {
 fn a_board_of_other_counts_is_told_by_them() {
     let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.0);
     let other = Chessboard { columns: 8, rows: 6, ..BOARD };
-    let Sighting::Unseen(why) = other.detect(&scene.render(&BOARD, 7)) else { panic!() };
+    let ChartSearch::NotFound(why) = other.detect(&scene.render(&BOARD, 7)) else { panic!() };
     assert_eq!(size_in_reason(&why), Some((9, 6)), "{why}");
 }
 
@@ -218,13 +218,13 @@ fn pictures_without_a_board_are_reported_as_such() {
     for (width, height) in [(1, 1), (1, 40), (2, 2), (3, 700), (13, 13), (320, 240)] {
         assert_eq!(
             BOARD.detect(&flat(width, height)),
-            Sighting::Unseen("no chessboard found".into())
+            ChartSearch::NotFound("no chessboard found".into())
         );
     }
     let noise = noisy(&flat(800, 600), 8);
-    assert!(matches!(BOARD.detect(&noise), Sighting::Unseen(_)));
+    assert!(matches!(BOARD.detect(&noise), ChartSearch::NotFound(_)));
     let mut random = Random::new(9);
     let wild = (0..800 * 600).map(|_| random.uniform(0.0, 255.0) as f32).collect();
     let wild = GrayImage::from_values(800, 600, wild).unwrap();
-    assert!(matches!(BOARD.detect(&wild), Sighting::Unseen(_)));
+    assert!(matches!(BOARD.detect(&wild), ChartSearch::NotFound(_)));
 }

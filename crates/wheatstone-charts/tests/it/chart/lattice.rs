@@ -2,7 +2,7 @@
 
 use wheatstone_charts::{
     chart::{
-        Sighting,
+        ChartSearch,
         lattice::{Labelled, Lattice, Origin, size_in_reason},
     },
     imaging::GrayImage,
@@ -33,7 +33,7 @@ fn seen_from(x: f64, y: f64) -> (Vec<Labelled>, Vec<usize>) {
 #[test]
 fn a_whole_lattice_reads_upright_first_and_upside_down_second() {
     let (found, ids) = seen_from(35.0, 45.0);
-    let Sighting::Seen(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
+    let ChartSearch::Found(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
     assert_eq!(readings.len(), 2);
     assert_eq!(readings[0].points.iter().map(|p| p.0).collect::<Vec<_>>(), ids);
     assert_eq!(readings[0].points[0].1, Pixel::new(35.0, 45.0));
@@ -45,7 +45,7 @@ fn a_lattice_that_leaves_the_picture_on_one_side_is_still_decided_up_to_symmetry
     // The two left columns lie outside.
     let (found, ids) = seen_from(-40.0, 45.0);
     assert_eq!(ids.len(), 12);
-    let Sighting::Seen(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
+    let ChartSearch::Found(readings) = LATTICE.place(&found, &picture(), None) else { panic!() };
     assert_eq!(readings[0].points.iter().map(|p| p.0).collect::<Vec<_>>(), ids);
     assert_eq!(readings.len(), 2);
 }
@@ -54,7 +54,7 @@ fn a_lattice_that_leaves_the_picture_on_one_side_is_still_decided_up_to_symmetry
 fn points_missing_inside_the_picture_are_no_chart_of_this_size() {
     let (mut found, _) = seen_from(35.0, 45.0);
     found.retain(|point| point.pixel.x > 50.0);
-    let Sighting::Unseen(why) = LATTICE.place(&found, &picture(), None) else { panic!() };
+    let ChartSearch::NotFound(why) = LATTICE.place(&found, &picture(), None) else { panic!() };
     assert_eq!(size_in_reason(&why), Some((4, 4)), "{why}");
 }
 
@@ -69,8 +69,8 @@ fn colours_tell_a_turned_board() {
         })
         .collect();
     let read = |dark| match lattice.place(&found, &picture(), Some(dark)) {
-        Sighting::Seen(readings) => readings,
-        Sighting::Unseen(why) => panic!("{why}"),
+        ChartSearch::Found(readings) => readings,
+        ChartSearch::NotFound(why) => panic!("{why}"),
     };
     // 4 x 3 corners make 5 x 4 squares: half a turn exchanges the colours.
     assert_eq!(read((0, 0))[0].points[0].1, Pixel::new(30.0, 30.0));

@@ -4,7 +4,7 @@ mod rendered;
 
 use rendered::{Scene, clutter};
 use wheatstone_charts::{
-    chart::{Chart, Detection, Sighting, line_grid::LineGrid},
+    chart::{Chart, ChartSearch, Detection, line_grid::LineGrid},
     imaging::{GrayImage, filter::gaussian_blur},
 };
 use wheatstone_core::geometry::Pixel;
@@ -49,8 +49,8 @@ fn outcome(scene: &Scene) -> Outcome {
         seconds,
     };
     let readings = match sighting {
-        Sighting::Seen(readings) => readings,
-        Sighting::Unseen(why) => {
+        ChartSearch::Found(readings) => readings,
+        ChartSearch::NotFound(why) => {
             result.why = why;
             return result;
         }
@@ -311,7 +311,7 @@ fn unseen(name: &str, image: &GrayImage) {
     let start = std::time::Instant::now();
     for chart in [LineGrid::default(), grid(30, 30, 0.1), grid(4, 3, 0.1)] {
         let sighting = chart.detect(image);
-        assert!(matches!(sighting, Sighting::Unseen(_)), "{name}: {sighting:?}");
+        assert!(matches!(sighting, ChartSearch::NotFound(_)), "{name}: {sighting:?}");
     }
     eprintln!("{name}: {:.0} ms", start.elapsed().as_secs_f64() * 1e3 / 3.0);
 }
@@ -370,7 +370,7 @@ fn pull(noise: f64) -> (f64, f64) {
             ..Scene::default()
         };
         let truth = scene.truth();
-        let Sighting::Seen(readings) = scene.chart.detect(&scene.render()) else {
+        let ChartSearch::Found(readings) = scene.chart.detect(&scene.render()) else {
             panic!("{noise}, {tilt}")
         };
         assert_eq!(readings[0].sigmas.len(), readings[0].points.len());

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::geometry::{
     PixelColumns,
-    batch_triangulation::{Cameras, Sighting, Sightings},
+    batch_triangulation::{Cameras, RayPolynomial, RayPolynomials},
 };
 use wheatstone_numeric::{
     number::{Doubles, Number, registers, registers_mut},
@@ -53,7 +53,7 @@ impl WithSimd for Block<'_> {
             for (region, pixels) in regions.iter().zip(pixels) {
                 furthest = region.beyond(lanes(simd, pixels, group)).max_with(furthest);
             }
-            let seen = Seen { simd, tables, pixels, sums, group };
+            let seen = Batch { simd, tables, pixels, sums, group };
             let met = cameras.meet::<_, KIND>(&seen, zero);
             for hull in hulls {
                 furthest = hull.beyond(met.point).max_with(furthest);
@@ -81,7 +81,7 @@ fn lanes<S: Simd, const N: usize>(
 }
 
 /// What the trained cameras say of a register full of points.
-struct Seen<'a, S> {
+struct Batch<'a, S> {
     simd: S,
     tables: &'a [&'a Straightened],
     pixels: &'a [[[f64; BLOCK]; 2]],
@@ -89,12 +89,12 @@ struct Seen<'a, S> {
     group: usize,
 }
 
-impl<S: Simd> Sightings<Doubles<S>> for Seen<'_, S> {
+impl<S: Simd> RayPolynomials<Doubles<S>> for Batch<'_, S> {
     #[inline(always)]
-    fn of(&self, camera: usize) -> Sighting<Doubles<S>> {
+    fn of(&self, camera: usize) -> RayPolynomial<Doubles<S>> {
         let pixel = lanes(self.simd, &self.pixels[camera], self.group);
         let sums = lanes(self.simd, &self.sums[camera], self.group);
-        self.tables[camera].sighting(pixel, sums)
+        self.tables[camera].ray_polynomial(pixel, sums)
     }
 }
 

@@ -10,7 +10,7 @@ mod normal;
 
 use crate::geometry::{
     Pixel, Point3, ProjectionMatrix,
-    batch_triangulation::{Sighting, StraightCamera},
+    batch_triangulation::{RayPolynomial, StraightCamera},
 };
 use normal::{ALL, CELLS, FUNCTIONS, Normal, bending};
 use serde::{Deserialize, Serialize};
@@ -207,7 +207,7 @@ impl Straightened {
             self.table = halves[0].solve(&bending, *stiffness)?;
             let judged = pairs.iter().skip(1).step_by(2);
             let misses: Vec<f64> = judged.map(|(world, pixel)| self.miss(*world, *pixel)).collect();
-            // Three quarters of the points are not gross errors, and feel a local bend of the lens.
+            // Three quarters of the points are not gross errors, and feel a local curvature of the lens.
             let error = percentile(&misses, 0.75);
             if best.is_none_or(|(least, _)| error < least) {
                 best = Some((error, *stiffness));
@@ -233,19 +233,23 @@ impl Straightened {
     }
 
     /// Where a pixel lies on the projective camera's plane, whose steps count as pixels.
-    pub(super) fn see(&self, pixel: Pixel) -> Sighting<f64> {
-        self.sighting([pixel.x, pixel.y], self.lookup(pixel))
+    pub(super) fn see(&self, pixel: Pixel) -> RayPolynomial<f64> {
+        self.ray_polynomial([pixel.x, pixel.y], self.lookup(pixel))
     }
 
     /// [`Straightened::see`] by the sums of a pixel.
     #[inline(always)]
-    pub(super) fn sighting<N: Number>(&self, pixel: [N; 2], sums: [N; 4]) -> Sighting<N> {
+    pub(super) fn ray_polynomial<N: Number>(
+        &self,
+        pixel: [N; 2],
+        sums: [N; 4],
+    ) -> RayPolynomial<N> {
         let (zero, one) = (pixel[0].all(0.0), pixel[0].all(1.0));
         let (middle, share) = (zero.all(self.nearness[0]), zero.all(1.0 / self.nearness[1]));
         let along = [sums[2] * share, sums[3] * share];
         let x = pixel[0] + sums[0] - along[0] * middle;
         let y = pixel[1] + sums[1] - along[1] * middle;
-        Sighting { at: [x, y], along, bend: [zero; 2], scale: [one, zero, zero, one] }
+        RayPolynomial { at: [x, y], along, curvature: [zero; 2], scale: [one, zero, zero, one] }
     }
 
     /// The trained region of the picture.

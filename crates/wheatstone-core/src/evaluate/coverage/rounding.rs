@@ -87,7 +87,7 @@ impl Linear {
                 let moved = |by: f64| -> Option<Point3> {
                     let mut pixels = pixels.to_vec();
                     pixels.get_mut(camera)?.as_mut()?[axis] += by;
-                    reconstructor.place(&pixels)
+                    reconstructor.locate_point(&pixels)
                 };
                 // Half the noise to both sides: the map is all but straight over the noise itself.
                 let step = 0.5 * sigma;

@@ -8,7 +8,7 @@
 use super::{
     elimination::Step,
     state::{Shot, State},
-    sums::{ViewSums, Whole},
+    sums::{TotalSums, ViewSums},
 };
 use crate::{
     Error, Result,
@@ -45,7 +45,7 @@ pub(super) struct Bundle<'a> {
 pub(super) struct Adjusted<L> {
     pub(super) state: State<L>,
     /// What points say at that state, and how strongly the last step was damped.
-    pub(super) sums: Whole,
+    pub(super) sums: TotalSums,
     pub(super) damping: Damping,
 }
 
@@ -69,7 +69,11 @@ impl<'a> Bundle<'a> {
         self.sums(state, &self.seen()).cost
     }
 
-    fn sums<L: BatchProjection>(&self, state: &State<L>, seen: &[Vec<PosedObservations>]) -> Whole {
+    fn sums<L: BatchProjection>(
+        &self,
+        state: &State<L>,
+        seen: &[Vec<PosedObservations>],
+    ) -> TotalSums {
         // Points that are worth another core: some tens of microseconds.
         const TOGETHER: usize = 1000;
         let points: usize = seen.iter().flatten().map(PosedObservations::len).sum();
@@ -83,7 +87,7 @@ impl<'a> Bundle<'a> {
             })
             .collect();
         let count = self.unknowns();
-        let mut whole = Whole {
+        let mut whole = TotalSums {
             cost: 0.0,
             cameras: DMatrix::zeros(count, count),
             gradient: DVector::zeros(count),
@@ -122,20 +126,20 @@ struct Adjustment<'a, L> {
 
 impl<L: BatchProjection> Problem for Adjustment<'_, L> {
     type State = State<L>;
-    type Equations = Whole;
+    type Equations = TotalSums;
     type Step = Step;
 
-    fn linearise(&self, state: &State<L>) -> Option<Whole> {
+    fn linearise(&self, state: &State<L>) -> Option<TotalSums> {
         Some(self.bundle.sums(state, &self.seen)).filter(|sums| sums.cost.is_finite())
     }
 
-    fn step(&self, sums: &Whole, damping: f64) -> Option<(Step, f64)> {
+    fn step(&self, sums: &TotalSums, damping: f64) -> Option<(Step, f64)> {
         let step = sums.step(self.bundle.loose, damping)?;
         let promised = step.expected(sums, damping);
         Some((step, promised))
     }
 
-    fn cost(&self, sums: &Whole) -> f64 {
+    fn cost(&self, sums: &TotalSums) -> f64 {
         sums.cost
     }
 
@@ -171,8 +175,7 @@ impl<L: BatchProjection> Problem for Adjustment<'_, L> {
 
 pub(super) fn lost() -> Error {
     Error::Degenerate {
-        problem: "cameras and chart placements could not be adjusted together".into(),
-        hint: "check that every view's points carry the board's own coordinates, in one unit"
-            .into(),
+        problem: "the bundle adjustment of cameras and chart poses failed".into(),
+        hint: "check that the points of every view have board coordinates, all in one unit".into(),
     }
 }

@@ -1,6 +1,6 @@
 //! Charts taken out of the normal equations (Schur's complement), and a step of everything.
 
-use super::sums::{ViewSums, Whole};
+use super::sums::{TotalSums, ViewSums};
 use crate::camera::posed_lens::POSE;
 use nalgebra::{DMatrix, DVector, Matrix6, MatrixXx6, Vector6};
 use wheatstone_numeric::{blocked_matrix::BlockedMatrix, cholesky::Cholesky};
@@ -25,7 +25,7 @@ pub(super) struct Step {
 
 impl Step {
     /// How much the damped model expects of it.
-    pub(super) fn expected(&self, whole: &Whole, damping: f64) -> f64 {
+    pub(super) fn expected(&self, whole: &TotalSums, damping: f64) -> f64 {
         let mut gain = 0.0;
         let mut add = |value: f64, gradient: f64, diagonal: f64| {
             gain += 0.5 * value * (damping * diagonal * value - gradient);
@@ -96,7 +96,7 @@ impl Eliminated {
     }
 }
 
-impl Whole {
+impl TotalSums {
     /// The loose charts eliminated, and the cameras' matrix without what they take up.
     fn reduced(&self, loose: &[bool], damping: f64) -> Option<(Eliminated, DMatrix<f64>)> {
         let count = self.gradient.len();

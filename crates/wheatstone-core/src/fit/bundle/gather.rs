@@ -1,7 +1,7 @@
 //! From correspondences to what every camera saw of every view, and back.
 
 use super::{
-    placing::Placing,
+    settings::BundleSettings,
     solved::ViewPose,
     state::{Choice, Shot, State},
 };
@@ -17,7 +17,7 @@ use nalgebra::Matrix3;
 /// The data as an adjustment wants them.
 #[derive(Clone, Debug)]
 pub(super) struct Gathered {
-    pub(super) placing: Placing,
+    pub(super) placing: BundleSettings,
     pub(super) cameras: usize,
     pub(super) names: Vec<String>,
     /// By view, then camera.
@@ -32,7 +32,7 @@ pub(super) struct Gathered {
 const VIEWS_NEEDED: usize = 3;
 
 impl Gathered {
-    pub(super) fn new(data: &Dataset, placing: Placing) -> Result<Self> {
+    pub(super) fn new(data: &Dataset, placing: BundleSettings) -> Result<Self> {
         let count = data.views.len().max(1);
         let mut gathered = Self {
             placing,
@@ -62,7 +62,7 @@ impl Gathered {
         if got < VIEWS_NEEDED {
             return Err(Error::TooFew {
                 method: "a hand-held chart".into(),
-                what: "views, each tilted another way".into(),
+                what: "views, each tilted differently".into(),
                 need: VIEWS_NEEDED,
                 got,
             });

@@ -13,7 +13,7 @@
 mod adjustment;
 mod elimination;
 mod gather;
-mod placing;
+mod settings;
 mod planar;
 mod rig;
 mod scale;
@@ -21,8 +21,8 @@ mod solved;
 mod state;
 mod sums;
 
-pub use placing::{Gauge, Lenses, Placing};
 pub(crate) use planar::placed;
+pub use settings::{BundleSettings, Gauge, Lenses};
 pub use solved::{SolvedPoses, ViewPose};
 
 use crate::{
@@ -48,7 +48,11 @@ pub fn needed(data: &Dataset) -> bool {
 ///
 /// [`Error::TooFew`] for fewer than three views, [`Error::Degenerate`] for charts that are all
 /// parallel, for cameras that no view links, and where nothing fits, [`Error::Cancelled`].
-pub fn solve(data: &Dataset, placing: Placing, progress: &dyn Progress) -> Result<SolvedPoses> {
+pub fn solve(
+    data: &Dataset,
+    placing: BundleSettings,
+    progress: &dyn Progress,
+) -> Result<SolvedPoses> {
     let gathered = Gathered::new(data, placing)?;
     let gauge = placing.gauge;
     let of = |wanted: Lenses| placing.lenses == Lenses::Either || placing.lenses == wanted;
@@ -82,13 +86,13 @@ pub fn solve(data: &Dataset, placing: Placing, progress: &dyn Progress) -> Resul
 pub fn solve_near(
     data: &Dataset,
     lenses: &[BrownConrady],
-    placing: Placing,
+    placing: BundleSettings,
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
     if lenses.len() < data.cameras {
         return Err(Error::TooFew {
-            method: "charts placed by known lenses".into(),
-            what: "lenses, one a camera".into(),
+            method: "estimating chart poses with known lenses".into(),
+            what: "lenses, one per camera".into(),
             need: data.cameras,
             got: lenses.len(),
         });

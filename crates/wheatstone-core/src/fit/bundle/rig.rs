@@ -198,8 +198,8 @@ fn joined<L: Terms>(shots: &[Shot], single: Vec<State<L>>) -> Result<State<L>> {
             }
         }
         let (_, pose) = best.ok_or_else(|| Error::Degenerate {
-            problem: format!("camera {} shares no view with the cameras before it", next + 1),
-            hint: "show the board to two cameras at once, each camera linked to another one by some views".into(),
+            problem: format!("camera {} has no view in common with the cameras before it", next + 1),
+            hint: "show the board to two cameras at once, so that common views link every camera to the others".into(),
         })?;
         cameras[next] = Some(pose);
         for (view, chart) in charts.iter_mut().enumerate() {
@@ -229,9 +229,9 @@ pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> R
     let mut states = Vec::new();
     for (camera, found) in single.into_iter().enumerate() {
         let found = found?.ok_or_else(|| Error::Degenerate {
-            problem: format!("no view of camera {} places a chart", camera + 1),
+            problem: format!("no view of camera {} determines a chart pose", camera + 1),
             hint: format!(
-                "each camera must see {LEAST} points or more of a flat chart in several views"
+                "each camera must see at least {LEAST} points of a flat chart in several views"
             )
             .into(),
         })?;

@@ -74,7 +74,7 @@ pub(super) fn check<L: Terms>(
     let (spread, sigma) = tilt(gathered, choice);
     if spread < PARALLEL.max(3.0 * sigma) {
         return Err(parallel(format!(
-            "the chart's normals spread by {spread:.2} degrees only, known to {sigma:.2}"
+            "the chart normals differ by only {spread:.2} degrees, with a standard deviation of {sigma:.2}"
         )));
     }
     let variance = variance(choice);
@@ -88,7 +88,7 @@ pub(super) fn check<L: Terms>(
         let all = worse(&choice.clean)? / variance;
         if all < CLEARLY {
             return Err(parallel(format!(
-                "{share} times the focal lengths explain the pixels as well (chi-square {all:.1} worse)"
+                "focal lengths {share} times as long fit almost as well (chi-square larger by {all:.1})"
             )));
         }
     }
@@ -139,8 +139,8 @@ fn worse<L: Terms>(
 fn parallel(evidence: String) -> Error {
     Error::Degenerate {
         problem: format!(
-            "the chart was held parallel to itself in all views, or nearly so: {evidence}; from such views focal length and distance cannot be told apart"
+            "the chart poses of all views are nearly parallel: {evidence}; such views cannot separate focal length from distance"
         ),
-        hint: "tilt the board by twenty degrees and more, another way in each view; or give the places at which it stood (`translation` of [[views]], or X,Y,Z)".into(),
+        hint: "tilt the board by at least twenty degrees, differently in each view; or give its poses (`translation` of [[views]], or X,Y,Z)".into(),
     }
 }

@@ -1,6 +1,6 @@
 //! Where charts stood, once that is known.
 
-use super::placing::Gauge;
+use super::settings::Gauge;
 use crate::{
     camera::AnyCamera,
     dataset::Dataset,

@@ -172,7 +172,7 @@ impl ViewSums {
 
 /// Sums of all views at one state.
 #[derive(Clone, Debug)]
-pub(super) struct Whole {
+pub(super) struct TotalSums {
     /// Half the weighted sum of squares.
     pub(super) cost: f64,
     /// By the unknowns of all cameras.

@@ -10,7 +10,7 @@ use crate::{
 
 /// One placement of the chart.
 #[derive(Clone, Debug)]
-pub(super) struct Placement {
+pub(super) struct ChartPosition {
     /// The view's name, or the layer's.
     pub(super) name: String,
     /// Indices into the data's correspondences, of those whose place is known.
@@ -24,7 +24,7 @@ pub(super) struct Placement {
 /// Fewer placements than this tell nothing: two can always be explained by other cameras.
 const FEWEST: usize = 3;
 
-impl Placement {
+impl ChartPosition {
     fn new(name: String, rows: Vec<usize>, data: &Dataset) -> Option<Self> {
         let points: Vec<Vector3> =
             rows.iter().filter_map(|row| Some(data.correspondences[*row].world?.coords)).collect();
@@ -46,19 +46,19 @@ impl Placement {
 }
 
 /// The placements of the data: views by name, or layers.
-pub(super) fn placements(data: &Dataset) -> Result<Vec<Placement>> {
+pub(super) fn placements(data: &Dataset) -> Result<Vec<ChartPosition>> {
     let groups = if data.views.is_empty() { layers(data)? } else { views(data) };
-    let placements: Vec<Placement> =
-        groups.into_iter().filter_map(|(name, rows)| Placement::new(name, rows, data)).collect();
+    let placements: Vec<ChartPosition> = groups
+        .into_iter()
+        .filter_map(|(name, rows)| ChartPosition::new(name, rows, data))
+        .collect();
     if placements.len() < FEWEST {
         return Err(Error::Degenerate {
             problem: format!(
-                "of {} placement(s) of the chart nothing can be said about where they stood: \
-                 other cameras explain any offset as well",
+                "the offsets of {} chart pose(s) cannot be determined: a change of the cameras explains any offset equally well",
                 placements.len()
             ),
-            hint: "show the chart at three places or more (each one beyond the second can be \
-                   checked), or leave the stage sigma out"
+            hint: "show the chart at three or more positions (each beyond the second can be checked), or omit the stage sigma"
                 .into(),
         });
     }
@@ -112,16 +112,15 @@ fn layers(data: &Dataset) -> Result<Vec<(String, Vec<usize>)>> {
         layers.len() > 1 && layers.iter().all(|(_, rows)| rows.len() >= POINTS_A_LAYER)
     };
     (0..3).rev().map(along).filter(sheets).min_by_key(Vec::len).ok_or_else(|| Error::Degenerate {
-        problem: "the points have no view names and lie in no layers, so that nothing says which \
-                  of them moved together"
+        problem: "the points have no view names and form no layers, so it is unknown which of them moved together"
             .into(),
-        hint: "add a column `view` that names the placement of the chart".into(),
+        hint: "add a column `view` that names the chart pose".into(),
     })
 }
 
 /// The placements as they may move under a prior.
-pub(super) fn loose(placements: &[Placement], prior: &StagePrior) -> Vec<UncertainPose> {
-    let chart = |placement: &Placement| {
+pub(super) fn loose(placements: &[ChartPosition], prior: &StagePrior) -> Vec<UncertainPose> {
+    let chart = |placement: &ChartPosition| {
         let own = prior.views.iter().rev().find(|(name, _)| *name == placement.name);
         let offset = own.map_or(prior.offset_sigma, |(_, sigma)| *sigma);
         // Points in one place cannot show a rotation.
@@ -135,7 +134,11 @@ pub(super) fn loose(placements: &[Placement], prior: &StagePrior) -> Vec<Uncerta
 }
 
 /// The data with every chart where it stood.
-pub(super) fn moved(data: &Dataset, placements: &[Placement], charts: &[UncertainPose]) -> Dataset {
+pub(super) fn moved(
+    data: &Dataset,
+    placements: &[ChartPosition],
+    charts: &[UncertainPose],
+) -> Dataset {
     let mut data = data.clone();
     for (placement, chart) in placements.iter().zip(charts) {
         for row in &placement.rows {

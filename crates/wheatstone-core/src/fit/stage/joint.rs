@@ -2,7 +2,7 @@
 //! numbers eliminated, and the charts go where all of them together say.
 
 use super::{
-    charts::Placement,
+    charts::ChartPosition,
     observable::{Part, Significance, directions, most_likely_scale},
 };
 use crate::{
@@ -19,19 +19,19 @@ use rayon::prelude::*;
 use wheatstone_numeric::progress::Progress;
 
 /// What a camera saw of the placements.
-pub(super) struct Sight {
+pub(super) struct CameraObservations {
     pairs: Vec<(Point3, Pixel)>,
     /// Each point's placement.
     of_point: Vec<usize>,
 }
 
-impl Sight {
+impl CameraObservations {
     /// Of every camera.
-    pub(super) fn of_all(data: &Dataset, placements: &[Placement]) -> Vec<Self> {
+    pub(super) fn of_all(data: &Dataset, placements: &[ChartPosition]) -> Vec<Self> {
         (0..data.cameras).map(|camera| Self::of(data, placements, camera)).collect()
     }
 
-    fn of(data: &Dataset, placements: &[Placement], camera: usize) -> Self {
+    fn of(data: &Dataset, placements: &[ChartPosition], camera: usize) -> Self {
         let mut sight = Self { pairs: Vec::new(), of_point: Vec::new() };
         for (index, placement) in placements.iter().enumerate() {
             for row in placement.rows.iter().map(|row| &data.correspondences[*row]) {
@@ -46,7 +46,7 @@ impl Sight {
 }
 
 /// All cameras, and where all charts stand in units of their priors' standard deviations.
-pub(super) struct Joint<'a> {
+pub(super) struct JointAdjustment<'a> {
     /// At their most likely places.
     pub(super) charts: Vec<UncertainPose>,
     cameras: Vec<CameraNormalEquations<'a>>,
@@ -70,14 +70,14 @@ const MOST_ROTATION: f64 = 10.0;
 /// A motion by less than this share of its standard deviation changes nothing that anybody could see.
 const STILL: f64 = 0.02;
 
-impl<'a> Joint<'a> {
+impl<'a> JointAdjustment<'a> {
     /// Cameras fitted each for itself, and where all of them together see the charts.
     pub(super) fn new(
-        sights: &'a [Sight],
+        sights: &'a [CameraObservations],
         charts: Vec<UncertainPose>,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let fit = |(camera, sight): (usize, &'a Sight)| {
+        let fit = |(camera, sight): (usize, &'a CameraObservations)| {
             let of_point = sight.of_point.clone();
             let loose = UncertainPoses { charts: charts.clone(), of_point, held: false };
             CameraNormalEquations::fit(&sight.pairs, loose, camera, progress)
@@ -105,9 +105,9 @@ impl<'a> Joint<'a> {
         }
         self.information = Information { matrix, vector };
         let (motions, _) = most_likely(&self.information)?;
-        let (mut squares, mut degrees) = (0.0, -pull(&self.information, &motions).1);
+        let (mut squares, mut degrees) = (0.0, -score(&self.information, &motions).1);
         for one in said {
-            let (own, along) = pull(one, &motions);
+            let (own, along) = score(one, &motions);
             squares += own;
             degrees += along;
         }
@@ -166,11 +166,7 @@ impl<'a> Joint<'a> {
     /// Cameras and charts take turns until the charts stand still; in how many rounds. Each turn is a
     /// step of Gauss and Newton on charts and cameras at once, not an alternation. Without a word on
     /// rotations, how wide their prior is is learnt too.
-    pub(super) fn settle(
-        &mut self,
-        free_rotations: bool,
-        progress: &dyn Progress,
-    ) -> Result<usize> {
+    pub(super) fn solve(&mut self, free_rotations: bool, progress: &dyn Progress) -> Result<usize> {
         let first = self.charts.clone();
         for round in 1..=MOST_ROUNDS {
             progress.check()?;
@@ -213,7 +209,7 @@ impl<'a> Joint<'a> {
 
 pub(super) fn lost() -> Error {
     Error::Degenerate {
-        problem: "cameras and charts could not be adjusted together".into(),
+        problem: "the joint adjustment of cameras and chart poses failed".into(),
         hint: "check the points for gross errors, and the stage sigma's unit".into(),
     }
 }
@@ -225,10 +221,10 @@ fn most_likely(information: &Information) -> Option<(DVector<f64>, DMatrix<f64>)
     Some((factors.solve(&information.vector), factors.inverse()))
 }
 
-/// How strongly pixels pull at charts that have moved by `motions`, as a sum of squares of standard
+/// How strongly pixels score at charts that have moved by `motions`, as a sum of squares of standard
 /// deviations, and in how many directions they can: each counts by how much more of it the pixels say
 /// than the prior does.
-fn pull(information: &Information, motions: &DVector<f64>) -> (f64, f64) {
+fn score(information: &Information, motions: &DVector<f64>) -> (f64, f64) {
     let left = &information.vector - &information.matrix * motions;
     let eigen = information.matrix.clone().symmetric_eigen();
     let (mut squares, mut degrees) = (0.0, 0.0);

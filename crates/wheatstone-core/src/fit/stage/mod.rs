@@ -25,8 +25,8 @@ pub use observable::{Significance, ViewOffset};
 pub use prior::StagePrior;
 
 use crate::{Result, dataset::Dataset};
-use charts::Placement;
-use joint::{Joint, Sight};
+use charts::ChartPosition;
+use joint::{CameraObservations, JointAdjustment};
 use wheatstone_numeric::progress::Progress;
 
 /// Charts put where they stood.
@@ -64,9 +64,9 @@ pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Res
     prior.check(data)?;
     let placements = charts::placements(data)?;
     let charts = charts::loose(&placements, prior);
-    let sights = Sight::of_all(data, &placements);
-    let mut joint = Joint::new(&sights, charts, progress)?;
-    let rounds = joint.settle(prior.rotation_sigma.is_none(), progress)?;
+    let sights = CameraObservations::of_all(data, &placements);
+    let mut joint = JointAdjustment::new(&sights, charts, progress)?;
+    let rounds = joint.solve(prior.rotation_sigma.is_none(), progress)?;
     let covariance = joint.covariance().ok_or_else(joint::lost)?;
     let offsets = observable::offsets(&placements, &joint.charts, &covariance);
     Ok(SolvedStage {
@@ -91,9 +91,9 @@ const SUPPOSED: f64 = 2e-3;
 /// As [`solve`].
 pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> {
     let placements = charts::placements(data)?;
-    let sigma = SUPPOSED * Placement::extent(&placements);
+    let sigma = SUPPOSED * ChartPosition::extent(&placements);
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
-    let sights = Sight::of_all(data, &placements);
-    let joint = Joint::new(&sights, charts, progress)?;
+    let sights = CameraObservations::of_all(data, &placements);
+    let joint = JointAdjustment::new(&sights, charts, progress)?;
     Ok(joint.significance(sigma))
 }

@@ -1,6 +1,6 @@
 //! What of the charts' motions the pixels show, and whether it is more than chance.
 
-use super::charts::Placement;
+use super::charts::ChartPosition;
 use crate::method::neural_camera::{
     chart_poses::{MOTION, UncertainPose},
     uncertain_poses::Information,
@@ -59,7 +59,7 @@ impl Significance {
 const NO_SPREAD: f64 = 0.05;
 
 /// Projection that takes away the best affine function of the placements' middles, `(views, views)`.
-fn beside_affine(placements: &[Placement]) -> DMatrix<f64> {
+fn beside_affine(placements: &[ChartPosition]) -> DMatrix<f64> {
     let count = placements.len();
     let mut projection = DMatrix::identity(count, count);
     let mut places = DMatrix::from_fn(count, 3, |view, axis| placements[view].centre[axis]);
@@ -84,7 +84,7 @@ fn beside_affine(placements: &[Placement]) -> DMatrix<f64> {
 /// The charts' offsets, whole and as far as they can be seen; `motions` is the covariance of all
 /// motions in units of their priors.
 pub(super) fn offsets(
-    placements: &[Placement],
+    placements: &[ChartPosition],
     charts: &[UncertainPose],
     motions: &DMatrix<f64>,
 ) -> Vec<ViewOffset> {
@@ -101,7 +101,7 @@ pub(super) fn offsets(
         (sigma(&covariance), &beside * whole, sigma(&seen))
     };
     let axes = [along(0), along(1), along(2)];
-    let offset = |(view, placement): (usize, &Placement)| {
+    let offset = |(view, placement): (usize, &ChartPosition)| {
         let (offset, rotation) = charts[view].moved_by();
         ViewOffset {
             view: placement.name.clone(),

@@ -17,10 +17,10 @@ use wheatstone_numeric::{
 const BLOCK: usize = 64;
 
 /// Columns that are told: the covariance, and what residual to expect.
-const TOLD: usize = 7;
+const FIGURES: usize = 7;
 
 /// What a camera says of a point.
-pub(crate) struct Sight<N> {
+pub(crate) struct Observation<N> {
     /// Derivatives of its pixel's x and y by the point's coordinates.
     rows: [[N; 3]; 2],
     /// The covariance of a seen pixel about the predicted one, detector's and fit's, in squared pixels: xx, xy, yy.
@@ -33,12 +33,12 @@ pub(crate) trait UncertainCameras {
     fn count(&self) -> usize;
 
     /// What one of them says of a point, where pixels scatter by this variance.
-    fn sight<N: Number>(&self, camera: usize, point: [N; 3], noise: N) -> Sight<N>;
+    fn observation<N: Number>(&self, camera: usize, point: [N; 3], noise: N) -> Observation<N>;
 }
 
 /// The covariance XX, XY, XZ, YY, YZ, ZZ of points, and the root mean square that their residual is to be
 /// expected to have; `noise` holds a column of pixel variances a camera.
-pub(crate) fn spread(
+pub(crate) fn propagate(
     cameras: &impl UncertainCameras,
     (points, noise): ([&[f64]; 3], &[Vec<f64>]),
     covariance: &mut [&mut [f64]; 6],
@@ -48,7 +48,7 @@ pub(crate) fn spread(
 }
 
 /// What is said of a point.
-struct Spread<N> {
+struct PointCovariance<N> {
     /// XX, XY, XZ, YY, YZ, ZZ.
     covariance: [N; 6],
     residual_sigma: N,
@@ -70,16 +70,16 @@ fn add_square<N: Number>(sums: &mut [N; 6], a: [N; 3], b: [N; 3]) {
 
 /// Of one point.
 #[inline(always)]
-fn spread_at<N: Number>(
+fn covariance_at<N: Number>(
     cameras: &impl UncertainCameras,
     point: [N; 3],
     noise: &impl Noise<N>,
-) -> Spread<N> {
+) -> PointCovariance<N> {
     let zero = point[0].all(0.0);
     let (mut normal, mut errors, mut expected) = (Normal::new(zero), [zero; 6], zero);
     for camera in 0..cameras.count() {
-        let Sight { rows, covariance: [xx, xy, yy] } =
-            cameras.sight(camera, point, noise.of(camera));
+        let Observation { rows, covariance: [xx, xy, yy] } =
+            cameras.observation(camera, point, noise.of(camera));
         let mut heavy = rows;
         for axis in 0..3 {
             let [a, b] = [rows[0][axis], rows[1][axis]];
@@ -118,7 +118,7 @@ fn spread_at<N: Number>(
     }
     let freedom = (2 * cameras.count() - 3) as f64;
     let residual_sigma = (expected.max_with(zero) * zero.all(1.0 / freedom)).root();
-    Spread { covariance, residual_sigma }
+    PointCovariance { covariance, residual_sigma }
 }
 
 /// The variance of a pixel's noise, a camera each.
@@ -143,7 +143,7 @@ impl<C: UncertainCameras> WithSimd for Pass<'_, '_, '_, C> {
         let Self { cameras, points, noise, covariance, residual_sigma } = self;
         let mut places = [[0.0; BLOCK]; 3];
         let mut variances = vec![[0.0; BLOCK]; noise.len()];
-        let mut told = [[0.0; BLOCK]; TOLD];
+        let mut told = [[0.0; BLOCK]; FIGURES];
         for start in (0..residual_sigma.len()).step_by(BLOCK) {
             let end = residual_sigma.len().min(start + BLOCK);
             for (own, column) in places.iter_mut().zip(points) {
@@ -167,14 +167,14 @@ fn tell<S: Simd>(
     simd: S,
     cameras: &impl UncertainCameras,
     (places, variances): (&[[f64; BLOCK]; 3], &[[f64; BLOCK]]),
-    told: &mut [[f64; BLOCK]; TOLD],
+    told: &mut [[f64; BLOCK]; FIGURES],
 ) {
     for place in 0..registers::<S>(&places[0]).len() {
         let mut point = [Doubles(simd, simd.splat_f64s(0.0)); 3];
         for (value, column) in point.iter_mut().zip(places) {
             value.1 = registers::<S>(column)[place];
         }
-        let found = spread_at(cameras, point, &Variances { simd, variances, place });
+        let found = covariance_at(cameras, point, &Variances { simd, variances, place });
         let [xx, xy, xz, yy, yz, zz] = found.covariance;
         let all = [xx, xy, xz, yy, yz, zz, found.residual_sigma];
         for (column, value) in told.iter_mut().zip(all) {
@@ -221,7 +221,7 @@ mod tests {
         let points = [column(3.0, 9.0), column(-2.0, 7.0), column(90.0, 2.0)];
         let points = points.each_ref().map(Vec::as_slice);
         let noise: Vec<Vec<f64>> = (0..3).map(|_| column(0.02, 0.01)).collect();
-        let mut told: Vec<Vec<Vec<f64>>> = vec![vec![vec![f64::NAN; POINTS]; TOLD]; 5];
+        let mut told: Vec<Vec<Vec<f64>>> = vec![vec![vec![f64::NAN; POINTS]; FIGURES]; 5];
         let mut next = told.iter_mut();
         let mut columns: Vec<([&mut [f64]; 6], &mut [f64])> = next
             .by_ref()

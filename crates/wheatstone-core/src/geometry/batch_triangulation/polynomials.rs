@@ -5,7 +5,7 @@
 //!
 //! There are loops here where closures would be shorter: those would not become part of a kernel.
 
-use super::{Normal, Sightings, Triangulated};
+use super::{Normal, RayPolynomials, Triangulated};
 use wheatstone_numeric::number::Number;
 
 /// Terms of a pixel coordinate.
@@ -74,14 +74,14 @@ impl Polynomials {
     #[inline(always)]
     pub(crate) fn refine<N: Number>(
         &self,
-        sightings: &(impl Sightings<N> + ?Sized),
+        ray_polynomials: &(impl RayPolynomials<N> + ?Sized),
         start: Triangulated<N>,
     ) -> Triangulated<N> {
         let zero = start.nearness.all(0.0);
         let (mut place, mut squares, mut open) = (self.scaled(start.point), zero, zero.all(1.0));
         let mut before = zero.all(f64::MAX);
         for steps in 0..MOST_STEPS {
-            let Step { by, own, left } = self.step(sightings, place);
+            let Step { by, own, left } = self.step(ray_polynomials, place);
             for axis in 0..3 {
                 place[axis] = place[axis].add_product(open, by[axis]);
             }
@@ -117,11 +117,15 @@ impl Polynomials {
 
     /// The step from a place.
     #[inline(always)]
-    fn step<N: Number>(&self, sightings: &(impl Sightings<N> + ?Sized), place: [N; 3]) -> Step<N> {
+    fn step<N: Number>(
+        &self,
+        ray_polynomials: &(impl RayPolynomials<N> + ?Sized),
+        place: [N; 3],
+    ) -> Step<N> {
         let zero = place[0].all(0.0);
         let (mut normal, mut squares) = (Normal::new(zero), zero);
         for (index, camera) in self.cameras.iter().enumerate() {
-            let seen = sightings.of(index).at;
+            let seen = ray_polynomials.of(index).at;
             let (mut rows, mut errors) = ([[zero; 3]; 2], [zero; 2]);
             for axis in 0..2 {
                 let (value, slopes) = polynomial(&camera.factors[axis], place);
@@ -193,7 +197,7 @@ pub(super) fn polynomial<N: Number>(factors: &[f64; TERMS], [x, y, z]: [N; 3]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::batch_triangulation::Sighting;
+    use crate::geometry::batch_triangulation::RayPolynomial;
     use wheatstone_numeric::random::Random;
 
     fn term(place: [f64; 3], powers: [u8; 3]) -> f64 {
@@ -248,14 +252,19 @@ mod tests {
         let polynomials = Polynomials { cameras, centre, half };
         for off in [0.0, 0.005, 0.02, 0.3, 40.0] {
             let place = [0.4, -0.7, 0.5];
-            let sighting = |[a, b]: [[f64; TERMS]; 2]| {
+            let ray_polynomial = |[a, b]: [[f64; TERMS]; 2]| {
                 let at = [polynomial(&a, place).0, polynomial(&b, place).0];
-                Sighting { at, along: [0.0; 2], bend: [0.0; 2], scale: [1.0, 0.0, 0.0, 1.0] }
+                RayPolynomial {
+                    at,
+                    along: [0.0; 2],
+                    curvature: [0.0; 2],
+                    scale: [1.0, 0.0, 0.0, 1.0],
+                }
             };
-            let sightings = [sighting([a, b]), sighting([c, d])];
+            let ray_polynomials = [ray_polynomial([a, b]), ray_polynomial([c, d])];
             let begin = [0, 1, 2].map(|axis| centre[axis] + half[axis] * (place[axis] + off));
             let start = Triangulated { point: begin, squares: f64::NAN, nearness: 0.1 };
-            let found = polynomials.refine(&sightings[..], start);
+            let found = polynomials.refine(&ray_polynomials[..], start);
             if off > 30.0 {
                 assert!(found.squares.is_nan(), "{off}: {found:?}");
                 continue;

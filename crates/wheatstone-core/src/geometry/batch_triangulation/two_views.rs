@@ -7,8 +7,9 @@
 //!
 //! There are loops here where closures would be shorter: those would not become part of a kernel.
 
-use super::sighting::{
-    ALONG, BENT, SCALED, Sighting, Sightings, StraightCamera, Triangulated, in_pixels, straight,
+use super::ray_polynomial::{
+    ALONG, BENT, RayPolynomial, RayPolynomials, SCALED, StraightCamera, Triangulated, in_pixels,
+    straight,
 };
 use nalgebra::{Matrix3, Vector3};
 use wheatstone_numeric::number::Number;
@@ -29,7 +30,7 @@ pub(super) struct TwoViews {
     ease: [f64; 2],
     /// About the nearness of what each observes.
     nearness: [f64; 2],
-    /// Between which nearnesses each camera's sightings hold.
+    /// Between which nearnesses each camera's ray_polynomials hold.
     ranges: [[f64; 2]; 2],
 }
 
@@ -109,10 +110,10 @@ impl TwoViews {
     #[inline(always)]
     pub(super) fn meet<N: Number, const KIND: u8>(
         &self,
-        sightings: &(impl Sightings<N> + ?Sized),
+        ray_polynomials: &(impl RayPolynomials<N> + ?Sized),
         zero: N,
     ) -> Triangulated<N> {
-        let seen = [sightings.of(0), sightings.of(1)];
+        let seen = [ray_polynomials.of(0), ray_polynomials.of(1)];
         let mut nearness = all(zero, self.nearness);
         if KIND & BENT != 0 {
             let ray = self.ray::<N, KIND>(&seen, nearness);
@@ -155,7 +156,11 @@ impl TwoViews {
 
     /// The first camera's ray as the second one observes it.
     #[inline(always)]
-    fn ray<N: Number, const KIND: u8>(&self, seen: &[Sighting<N>; 2], nearness: [N; 2]) -> Ray<N> {
+    fn ray<N: Number, const KIND: u8>(
+        &self,
+        seen: &[RayPolynomial<N>; 2],
+        nearness: [N; 2],
+    ) -> Ray<N> {
         let [first, beside] = straight::<N, KIND>(&seen[0], nearness[0]);
         let [second, along] = straight::<N, KIND>(&seen[1], nearness[1]);
         let zero = first[0].all(0.0);
@@ -186,7 +191,7 @@ impl TwoViews {
     #[inline(always)]
     fn steps<N: Number, const KIND: u8>(
         &self,
-        seen: &[Sighting<N>; 2],
+        seen: &[RayPolynomial<N>; 2],
         ray: &Ray<N>,
     ) -> ([[[N; 2]; 2]; 2], N) {
         let Ray { begin, towards, second, by, right } = ray;
@@ -273,25 +278,29 @@ mod tests {
         ]
     }
 
-    fn seen(camera: &StraightCamera, [x, y, z]: [f64; 3], own: &Sighting<f64>) -> Sighting<f64> {
+    fn seen(
+        camera: &StraightCamera,
+        [x, y, z]: [f64; 3],
+        own: &RayPolynomial<f64>,
+    ) -> RayPolynomial<f64> {
         let [u, v, depth] = camera.rows.map(|[a, b, c, d]| a * x + b * y + c * z + d);
         let near = 1.0 / depth;
-        let shift = [0, 1].map(|axis| (own.along[axis] + own.bend[axis] * near) * near);
-        Sighting { at: [u * near - shift[0], v * near - shift[1]], ..*own }
+        let shift = [0, 1].map(|axis| (own.along[axis] + own.curvature[axis] * near) * near);
+        RayPolynomial { at: [u * near - shift[0], v * near - shift[1]], ..*own }
     }
 
     /// What lenses of each kind do to all pixels alike.
-    const LENSES: [Sighting<f64>; 2] = [
-        Sighting {
+    const LENSES: [RayPolynomial<f64>; 2] = [
+        RayPolynomial {
             at: [0.0; 2],
             along: [0.3, -0.1],
-            bend: [0.2, 0.4],
+            curvature: [0.2, 0.4],
             scale: [800.0, 30.0, -20.0, 700.0],
         },
-        Sighting {
+        RayPolynomial {
             at: [0.0; 2],
             along: [-0.2, 0.05],
-            bend: [0.1, -0.3],
+            curvature: [0.1, -0.3],
             scale: [500.0, -10.0, 60.0, 520.0],
         },
     ];
@@ -303,7 +312,7 @@ mod tests {
         for index in 0..200 {
             let along = |step: usize| (index * step % 199) as f64 / 99.5 - 1.0;
             let point = [along(7) * 3.0, along(31) * 3.0, 10.0 + along(53) * 3.0];
-            let mut sightings = [0, 1].map(|camera| {
+            let mut ray_polynomials = [0, 1].map(|camera| {
                 let mut own = LENSES[camera];
                 if KIND & SCALED == 0 {
                     own.scale = [1.0, 0.0, 0.0, 1.0];
@@ -312,16 +321,16 @@ mod tests {
                     own.along = [0.0; 2];
                 }
                 if KIND & BENT == 0 {
-                    own.bend = [0.0; 2];
+                    own.curvature = [0.0; 2];
                 }
                 seen(&cameras[camera], point, &own)
             });
-            for (camera, sighting) in sightings.iter_mut().enumerate() {
-                sighting.at[0] += error * along(11 + camera);
-                sighting.at[1] += error * along(17 + camera);
+            for (camera, ray_polynomial) in ray_polynomials.iter_mut().enumerate() {
+                ray_polynomial.at[0] += error * along(11 + camera);
+                ray_polynomial.at[1] += error * along(17 + camera);
             }
-            let own = two_views.meet::<f64, KIND>(&sightings[..], 0.0);
-            let all = meet::<f64, KIND>(&cameras, &sightings[..], 0.0);
+            let own = two_views.meet::<f64, KIND>(&ray_polynomials[..], 0.0);
+            let all = meet::<f64, KIND>(&cameras, &ray_polynomials[..], 0.0);
             if error > 0.0 {
                 let [own, all] = [own.squares, all.squares];
                 assert!((own - all).abs() <= 0.01 * all + 1e-5, "{own} {all}");
@@ -338,7 +347,7 @@ mod tests {
     fn rays_without_errors_meet_where_they_come_from() {
         assert!(largest_gap::<SCALED>(0.0) < 1e-12);
         assert!(largest_gap::<{ SCALED | ALONG }>(0.0) < 1e-12);
-        // One step of the bend's.
+        // One step of the curvature's.
         assert!(largest_gap::<{ SCALED | ALONG | BENT }>(0.0) < 1e-7);
     }
 
@@ -354,9 +363,9 @@ mod tests {
     fn cameras_in_one_place_see_no_point() {
         let [first, _] = cameras([1.0; 2]);
         let two_views = TwoViews::new(&[first.clone(), first.clone()]).unwrap();
-        let none = Sighting { at: [0.0; 2], ..LENSES[0] };
-        let sightings = [0, 1].map(|_| seen(&first, [1.0, 2.0, 9.0], &none));
-        assert!(two_views.meet::<f64, SCALED>(&sightings[..], 0.0).squares.is_nan());
+        let none = RayPolynomial { at: [0.0; 2], ..LENSES[0] };
+        let ray_polynomials = [0, 1].map(|_| seen(&first, [1.0, 2.0, 9.0], &none));
+        assert!(two_views.meet::<f64, SCALED>(&ray_polynomials[..], 0.0).squares.is_nan());
         assert!(TwoViews::new(std::slice::from_ref(&first)).is_none());
     }
 }

@@ -65,19 +65,19 @@ impl ChebyshevUndistortion {
         let mut plane = [[0.0; 3]; 2];
         let mut slopes = [[DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)], Default::default()];
         for (order, place) in PLACES.into_iter().enumerate() {
-            let mut waves = waves(&values[place]);
+            let mut coefficients = coefficients(&values[place]);
             if let Some(plane) = plane.get_mut(order) {
-                // The first waves are the powers themselves.
+                // The first coefficients are the powers themselves.
                 for (value, wave) in plane.iter_mut().zip([(1, 0), (0, 1), (0, 0)]) {
-                    *value = std::mem::take(&mut waves[wave]);
+                    *value = std::mem::take(&mut coefficients[wave]);
                 }
             }
-            polynomials[place] = Polynomial::new(&waves, by[order / 2])?;
+            polynomials[place] = Polynomial::new(&coefficients, by[order / 2])?;
         }
         for (axis, slopes) in slopes.iter_mut().enumerate() {
-            let [at, along, bend] =
+            let [at, along, curvature] =
                 [PLACES[axis], PLACES[2 + axis], PLACES[4 + axis]].map(|place| &values[place]);
-            *slopes = slopes_of(&waves(&(at + (along + bend * middle) * middle)));
+            *slopes = slopes_of(&coefficients(&(at + (along + curvature * middle) * middle)));
         }
         let steps = [0, 1].map(|axis| 2.0 / (part.most[axis] - part.least[axis]));
         let [[a, b], [c, d]] = &slopes;
@@ -87,7 +87,7 @@ impl ChebyshevUndistortion {
         for (place, slope) in SCALES.into_iter().zip([d, -b, -c, a]) {
             let scale = slope.component_div(&determinant);
             let tolerance = SCALE_TOLERANCE * camera.focal;
-            polynomials[place] = Polynomial::new(&waves(&scale), tolerance)?;
+            polynomials[place] = Polynomial::new(&coefficients(&scale), tolerance)?;
         }
         let made = Self { part, plane, polynomials };
         made.follows(camera).then_some(made)
@@ -152,9 +152,9 @@ impl ChebyshevUndistortion {
                 *told += by_x * place[0] + by_y * place[1] + constant;
             }
             let [u, v] = [0, 1].map(|axis| {
-                let [at, along, bend] =
+                let [at, along, curvature] =
                     [PLACES[axis], PLACES[2 + axis], PLACES[4 + axis]].map(|place| told[place]);
-                truth[axis] - (at + near * (along + near * bend))
+                truth[axis] - (at + near * (along + near * curvature))
             });
             let [a, b, c, d] = SCALES.map(|place| told[place]);
             let (across, down) = (a * u + b * v, c * u + d * v);
@@ -163,15 +163,15 @@ impl ChebyshevUndistortion {
     }
 }
 
-/// Where at, along and bend, of u and v each, stand among what is told.
+/// Where at, along and curvature, of u and v each, stand among what is told.
 const PLACES: [usize; 6] = [0, 1, 6, 7, 8, 9];
 
 impl Polynomial {
-    /// A short one that departs from waves by no more than `tolerance`; `None` where it would be too long.
-    fn new(waves: &DMatrix<f64>, tolerance: f64) -> Option<Self> {
+    /// A short one that departs from coefficients by no more than `tolerance`; `None` where it would be too long.
+    fn new(coefficients: &DMatrix<f64>, tolerance: f64) -> Option<Self> {
         // No wave is ever larger than one.
         let all = || (0..NODES).flat_map(|i| (0..NODES).map(move |j| (i, j)));
-        let beyond = all().filter(|(i, j)| i + j > MOST_DEGREE).map(|at| waves[at].abs());
+        let beyond = all().filter(|(i, j)| i + j > MOST_DEGREE).map(|at| coefficients[at].abs());
         let mut left = tolerance - beyond.sum::<f64>();
         if left.is_nan() || left < 0.0 {
             return None;
@@ -181,20 +181,20 @@ impl Polynomial {
         let mut lengths: Vec<usize> = (0..=MOST_DEGREE).map(|y| MOST_DEGREE + 1 - y).collect();
         loop {
             let above = |y: usize| lengths.get(y + 2).copied().unwrap_or(0);
-            let last = |y: usize| waves[(lengths[y] - 1, y)].abs();
+            let last = |y: usize| coefficients[(lengths[y] - 1, y)].abs();
             let ends = (0..=MOST_DEGREE).filter(|y| lengths[*y] > above(*y));
             let least = ends.min_by(|a, b| last(*a).total_cmp(&last(*b)));
             let Some(y) = least.filter(|y| last(*y) <= left) else { break };
             left -= last(y);
             lengths[y] -= 1;
         }
-        let mut kept = waves.clone();
+        let mut kept = coefficients.clone();
         for (i, j) in all() {
             if lengths.get(j).is_none_or(|length| i >= *length) {
                 kept[(i, j)] = 0.0;
             }
         }
-        let powers = powers_of_waves();
+        let powers = powers_of_polynomials();
         let factors = product(&product(&powers.transpose(), &kept), &powers);
         let row = |y: usize| (0..lengths[y]).rev().map(|x| factors[(x, y)] as f32).collect();
         let rows = lengths.iter().rposition(|length| *length > 0).map_or(0, |last| last + 1);
@@ -239,22 +239,22 @@ fn nodes() -> [f64; NODES] {
 }
 
 /// Chebyshev's polynomials at the nodes: node by row, degree by column.
-fn waves_at_nodes() -> DMatrix<f64> {
+fn polynomials_at_nodes() -> DMatrix<f64> {
     DMatrix::from_fn(NODES, NODES, |node, degree| {
         libm::cos(((2 * node + 1) * degree) as f64 * PI / (2 * NODES) as f64)
     })
 }
 
 /// Values at the nodes, x by row and y by column, as a sum of products of Chebyshev's polynomials.
-fn waves(values: &DMatrix<f64>) -> DMatrix<f64> {
-    let waves = waves_at_nodes();
+fn coefficients(values: &DMatrix<f64>) -> DMatrix<f64> {
+    let polynomials = polynomials_at_nodes();
     let share = |degree: usize| if degree == 0 { 1.0 } else { 2.0 } / NODES as f64;
-    let sums = product(&product(&waves.transpose(), values), &waves);
+    let sums = product(&product(&polynomials.transpose(), values), &polynomials);
     DMatrix::from_fn(NODES, NODES, |i, j| sums[(i, j)] * share(i) * share(j))
 }
 
 /// Chebyshev's polynomials by their powers: degree by row, power by column.
-fn powers_of_waves() -> DMatrix<f64> {
+fn powers_of_polynomials() -> DMatrix<f64> {
     let mut powers = DMatrix::zeros(NODES, NODES);
     powers[(0, 0)] = 1.0;
     powers[(1, 1)] = 1.0;
@@ -268,16 +268,16 @@ fn powers_of_waves() -> DMatrix<f64> {
 }
 
 /// The slopes of such a sum at the nodes, by x and by y.
-fn slopes_of(waves: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
+fn slopes_of(coefficients: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
     // T_n' = n U_(n-1), with U_(n-1) = sin(n t) / sin(t) at cos(t).
     let slopes = DMatrix::from_fn(NODES, NODES, |node, degree| {
         let angle = (2 * node + 1) as f64 * PI / (2 * NODES) as f64;
         let n = degree as f64;
         n * libm::sin(n * angle) / libm::sin(angle)
     });
-    let at = waves_at_nodes();
+    let at = polynomials_at_nodes();
     [
-        product(&product(&slopes, waves), &at.transpose()),
-        product(&product(&at, waves), &slopes.transpose()),
+        product(&product(&slopes, coefficients), &at.transpose()),
+        product(&product(&at, coefficients), &slopes.transpose()),
     ]
 }

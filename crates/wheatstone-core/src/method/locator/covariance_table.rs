@@ -10,7 +10,7 @@ pub(super) use cell::NODES;
 
 use super::{super::Reconstructor, plan::PlacedCamera};
 use crate::geometry::Pixel;
-use cell::{Cell, FIGURES, NONE, Tell, fitted, through, told};
+use cell::{Cell, FIGURES, Interpolate, NONE, fitted, through, told};
 use nalgebra::{DMatrix, Matrix3};
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
@@ -35,7 +35,7 @@ const OCTAVE_BITS: u32 = 2;
 const TOLERANCE: f64 = 0.008;
 
 /// Boxes of a map.
-pub(super) struct Spreads {
+pub(super) struct CovarianceTable {
     /// Boxes a pixel of the first camera.
     density: f64,
     /// Which box is where: 0 for one that is not made yet, and with [`SPLIT`] which eighths stand in place of one
@@ -64,7 +64,7 @@ struct Place {
 
 /// A covariance, and what residual to expect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spread {
+pub(super) struct PointCovariance {
     /// XX, XY, XZ, YY, YZ, ZZ.
     pub(super) covariance: [f64; 6],
     pub(super) residual_sigma: f64,
@@ -76,7 +76,7 @@ const BELOW: u32 = 52 - OCTAVE_BITS;
 /// The upper bits of the first nearness that is told apart.
 const FIRST: u64 = (1023 << OCTAVE_BITS) - LAYERS as u64 / 2;
 
-impl Spreads {
+impl CovarianceTable {
     pub(super) fn new(first: &PlacedCamera) -> Self {
         let exponent = libm::floor(libm::log2(f64::max(WIDTH * first.focal, 1.0)));
         Self {
@@ -104,7 +104,7 @@ impl Spreads {
         }
     }
 
-    /// The spreads of points that the first camera observes at x and y with this nearness; not numbers where
+    /// The table of points that the first camera observes at x and y with this nearness; not numbers where
     /// no box says them.
     pub(super) fn columns(
         &self,
@@ -112,7 +112,7 @@ impl Spreads {
         covariance: &mut [&mut [f64]; 6],
         residual_sigma: &mut [f64],
     ) {
-        on_widest(Telling { spreads: self, points, covariance, residual_sigma });
+        on_widest(Interpolating { table: self, points, covariance, residual_sigma });
     }
 
     /// Which box a place is in, and where; as the index has it.
@@ -144,7 +144,7 @@ impl Spreads {
     }
 
     /// Takes over what was made for a slot.
-    pub(super) fn take(&mut self, slot: u32, made: Made) {
+    pub(super) fn take(&mut self, slot: u32, made: BuiltCell) {
         let (whole, part) = (slot as usize % SLOTS, slot as usize / SLOTS);
         let next = match made.0 {
             Some(own) => {
@@ -174,7 +174,7 @@ impl Spreads {
         &self,
         (reconstructor, cameras): (&dyn Reconstructor, &[PlacedCamera]),
         slot: u32,
-    ) -> Made {
+    ) -> BuiltCell {
         let exact = |within: [f64; 3]| {
             let (pixel, nearness) = self.seen(slot as usize, within);
             let first = cameras.first()?;
@@ -183,7 +183,7 @@ impl Spreads {
                 cameras.iter().map(|camera| camera.project(point)).collect();
             let found =
                 pixels.iter().all(Option::is_some).then(|| reconstructor.locate(&pixels))??;
-            Spread::figures(
+            PointCovariance::figures(
                 &found.covariance,
                 found.residual.map_or(f64::NAN, |residual| residual.sigma),
                 nearness,
@@ -192,7 +192,7 @@ impl Spreads {
         let depth = |within: [f64; 3]| 1.0 / self.seen(slot as usize, within).1;
         let made = self.through.as_ref().and_then(|through| fitted(through, &exact));
         let made = made.filter(|own| holds(own, &exact, &depth));
-        Made(made.map(Box::new))
+        BuiltCell(made.map(Box::new))
     }
 
     /// Pixel and nearness of a place in a slot, each coordinate in -1..1.
@@ -214,34 +214,35 @@ impl Spreads {
 }
 
 /// One run through columns.
-struct Telling<'a, 'b, 'c> {
-    spreads: &'a Spreads,
+struct Interpolating<'a, 'b, 'c> {
+    table: &'a CovarianceTable,
     points: [&'a [f64]; 3],
     covariance: &'b mut [&'c mut [f64]; 6],
     residual_sigma: &'b mut [f64],
 }
 
-impl WithSimd for Telling<'_, '_, '_> {
+impl WithSimd for Interpolating<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { spreads, points: [x, y, nearness], covariance, residual_sigma } = self;
+        let Self { table, points: [x, y, nearness], covariance, residual_sigma } = self;
         for (index, sigma) in residual_sigma.iter_mut().enumerate() {
-            let place = spreads.place(x[index], y[index], nearness[index]);
-            let (found, place) = spreads.found(place);
-            let own = &spreads.boxes[found as usize];
-            let spread = Spread::of(&told(simd, own, place.within), 1.0 / nearness[index]);
-            for (column, value) in covariance.iter_mut().zip(spread.covariance) {
+            let place = table.place(x[index], y[index], nearness[index]);
+            let (found, place) = table.found(place);
+            let own = &table.boxes[found as usize];
+            let figures = told(simd, own, place.within);
+            let point = PointCovariance::of(&figures, 1.0 / nearness[index]);
+            for (column, value) in covariance.iter_mut().zip(point.covariance) {
                 column[index] = value;
             }
-            *sigma = spread.residual_sigma;
+            *sigma = point.residual_sigma;
         }
     }
 }
 
 /// A box, where there can be one.
-pub(super) struct Made(Option<Box<Cell>>);
+pub(super) struct BuiltCell(Option<Box<Cell>>);
 
 /// Whether a box says what the map says, in its corners and between.
 fn holds(
@@ -260,8 +261,8 @@ fn holds(
     ];
     TRIED.into_iter().all(|place| {
         let Some(truth) = exact(place) else { return false };
-        let truth = Spread::of(&truth, depth(place));
-        let own = Spread::of(&on_widest(Tell(own, place)), depth(place));
+        let truth = PointCovariance::of(&truth, depth(place));
+        let own = PointCovariance::of(&on_widest(Interpolate(own, place)), depth(place));
         let same = |a: f64, b: f64, scale: f64| a.is_nan() && b.is_nan() || (a - b).abs() <= scale;
         let [xx, _, _, yy, _, zz] = truth.covariance;
         // Of variances twice the share of deviations.
@@ -276,7 +277,7 @@ fn holds(
     })
 }
 
-impl Spread {
+impl PointCovariance {
     /// From a box's figures, at this depth.
     #[inline(always)]
     fn of(figures: &[f64; FIGURES], depth: f64) -> Self {

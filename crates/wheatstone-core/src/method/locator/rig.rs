@@ -10,8 +10,8 @@ use crate::{
     geometry::{
         Pixel, PixelColumns,
         batch_triangulation::{
-            ALONG, BENT, Cameras, PLAIN, Polynomials, SCALED, Sighting, Sightings, StraightCamera,
-            Triangulated, spread,
+            ALONG, BENT, Cameras, PLAIN, Polynomials, RayPolynomial, RayPolynomials, SCALED,
+            StraightCamera, Triangulated, propagate,
         },
     },
     method::PixelNoise,
@@ -76,7 +76,7 @@ impl<'a> Rig<'a> {
     }
 
     /// How sure points are, where cameras say that themselves: covariances, and what residuals to expect.
-    pub(super) fn spread(
+    pub(super) fn covariance(
         &self,
         (pixels, points): (&PixelColumns, [&[f64]; 3]),
         covariance: &mut [&mut [f64]; 6],
@@ -91,15 +91,15 @@ impl<'a> Rig<'a> {
         }
         let at = (points, variances.as_slice());
         match formulas {
-            Formulas::Matrices(matrices) => spread(matrices, at, covariance, residual_sigma),
+            Formulas::Matrices(matrices) => propagate(matrices, at, covariance, residual_sigma),
             Formulas::Polynomials(polynomials) => {
-                spread(polynomials, at, covariance, residual_sigma);
+                propagate(polynomials, at, covariance, residual_sigma);
             }
         }
     }
 
     /// Whether cameras say themselves how sure points are.
-    pub(super) fn knows_spread(&self) -> bool {
+    pub(super) fn knows_covariance(&self) -> bool {
         self.formulas.is_some()
     }
 
@@ -278,9 +278,9 @@ struct Half<'a, 'b, S> {
     place: usize,
 }
 
-impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
+impl<S: Simd> RayPolynomials<Doubles<S>> for Half<'_, '_, S> {
     #[inline(always)]
-    fn of(&self, camera: usize) -> Sighting<Doubles<S>> {
+    fn of(&self, camera: usize) -> RayPolynomial<Doubles<S>> {
         let (simd, place) = (self.told.simd, self.told.group + self.place);
         let zero = Doubles(simd, simd.splat_f64s(0.0));
         let mut at = [zero; 2];
@@ -288,7 +288,7 @@ impl<S: Simd> Sightings<Doubles<S>> for Half<'_, '_, S> {
         for (value, told) in at.iter_mut().zip(told) {
             value.1 = registers::<S>(told)[place];
         }
-        Sighting { at, along: [zero; 2], bend: [zero; 2], scale: [zero; 4] }
+        RayPolynomial { at, along: [zero; 2], curvature: [zero; 2], scale: [zero; 4] }
     }
 }
 
@@ -299,9 +299,9 @@ struct Groups<'a, S> {
     group: usize,
 }
 
-impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
+impl<S: Simd> RayPolynomials<Pair<Doubles<S>>> for Groups<'_, S> {
     #[inline(always)]
-    fn of(&self, camera: usize) -> Sighting<Pair<Doubles<S>>> {
+    fn of(&self, camera: usize) -> RayPolynomial<Pair<Doubles<S>>> {
         let RayCoefficients(told) = &self.told[camera];
         let zero = Doubles(self.simd, self.simd.splat_f64s(0.0));
         let mut all = [Pair([zero, zero]); COEFFICIENTS];
@@ -310,11 +310,11 @@ impl<S: Simd> Sightings<Pair<Doubles<S>>> for Groups<'_, S> {
                 place.1 = *register;
             }
         }
-        let [x, y, a, b, c, d, along_x, along_y, bend_x, bend_y] = all;
-        Sighting {
+        let [x, y, a, b, c, d, along_x, along_y, curvature_x, curvature_y] = all;
+        RayPolynomial {
             at: [x, y],
             along: [along_x, along_y],
-            bend: [bend_x, bend_y],
+            curvature: [curvature_x, curvature_y],
             scale: [a, b, c, d],
         }
     }

@@ -14,7 +14,7 @@ pub(super) const COEFFICIENTS: usize = 10;
 /// Where the scale stands among what is told: pixels by steps on the plane, x by u, x by v, y by u, y by v.
 pub(super) const SCALES: [usize; 4] = [2, 3, 4, 5];
 
-/// Places on the plane that a patch tells: at, along and bend, of u and v each.
+/// Places on the plane that a patch tells: at, along and curvature, of u and v each.
 pub(super) const PLACES: usize = 6;
 
 /// Part of a picture, in pixels.
@@ -52,7 +52,7 @@ impl Part {
     }
 }
 
-/// Where a pixel looks: at, along and bend on the plane.
+/// Where a pixel looks: at, along and curvature on the plane.
 pub(super) fn told(camera: &PlacedCamera, pixel: Pixel) -> Option<[f64; PLACES]> {
     let [middle, half] = camera.nearness;
     let at = camera.plane_of(pixel, middle)?;
@@ -65,10 +65,10 @@ pub(super) fn told(camera: &PlacedCamera, pixel: Pixel) -> Option<[f64; PLACES]>
     for axis in 0..2 {
         // The parabola through three points, in powers of the nearness.
         let slope = (near[axis] - far[axis]) / (2.0 * half);
-        let bend = (near[axis] + far[axis] - 2.0 * at[axis]) / (2.0 * half * half);
-        told[axis] = at[axis] - middle * (slope - middle * bend);
-        told[2 + axis] = slope - 2.0 * middle * bend;
-        told[4 + axis] = bend;
+        let curvature = (near[axis] + far[axis] - 2.0 * at[axis]) / (2.0 * half * half);
+        told[axis] = at[axis] - middle * (slope - middle * curvature);
+        told[2 + axis] = slope - 2.0 * middle * curvature;
+        told[4 + axis] = curvature;
     }
     Some(told)
 }

@@ -21,7 +21,7 @@ const SIDE: usize = 256;
 const BEFORE: f64 = 64.0;
 
 /// A patch takes at most this angle, in radians: a cubic then follows a lens to a millionth of a pixel,
-/// and a correction by waves of a sixth of the picture to a ten thousandth.
+/// and a correction by coefficients of a sixth of the picture to a ten thousandth.
 const WIDTH: f64 = 0.05;
 
 /// Places of a pixel worked out for a patch.
@@ -42,8 +42,8 @@ struct Tile {
     rows: Rows,
     /// Where the patch's middle looks, in full.
     middle: [f64; 2],
-    /// Of along and of bend as of u and v; nothing for a camera whose rays meet in its centre.
-    bends: Rows,
+    /// Of along and of curvature as of u and v; nothing for a camera whose rays meet in its centre.
+    curvatures: Rows,
 }
 
 /// Where the factors of a place stand: u or v, and the power of y. Pairs of u and v, so that both are summed
@@ -52,8 +52,8 @@ const fn lane(axis: usize, power: usize) -> usize {
     2 * power + axis
 }
 
-/// Where the factors of bend begin.
-const BEND: usize = 8;
+/// Where the factors of curvature begin.
+const CURVATURE: usize = 8;
 
 /// Where the factors of the scale begin, and those of its products with y.
 const SCALE: [usize; 2] = [8, 12];
@@ -83,7 +83,7 @@ impl UndistortionTiles {
         let none = Tile {
             rows: [[f32::NAN; FACTORS]; 4],
             middle: [f64::NAN; 2],
-            bends: [[f32::NAN; FACTORS]; 4],
+            curvatures: [[f32::NAN; FACTORS]; 4],
         };
         Self {
             density: 1.0 / libm::exp2(exponent),
@@ -127,11 +127,11 @@ impl UndistortionTiles {
             told[2 + place][lane] = f64::from(scale);
         }
         if CURVED {
-            let sums = along(simd, &patch.bends, x);
-            let (along, bend) = (down(&sums, 0, y), down(&sums, BEND, y));
+            let sums = along(simd, &patch.curvatures, x);
+            let (along, curvature) = (down(&sums, 0, y), down(&sums, CURVATURE, y));
             for axis in 0..2 {
                 told[6 + axis][lane] = f64::from(along[axis]);
-                told[8 + axis][lane] = f64::from(bend[axis]);
+                told[8 + axis][lane] = f64::from(curvature[axis]);
             }
         }
     }
@@ -151,7 +151,7 @@ impl UndistortionTiles {
     }
 
     /// Takes over what was made for a slot.
-    pub(super) fn take(&mut self, slot: u32, made: Made) {
+    pub(super) fn take(&mut self, slot: u32, made: BuiltTile) {
         let [least, most] = [-1.0, 1.0].map(|end| self.pixel(slot as usize, end, end).into());
         self.index[slot as usize] = match made.0 {
             Some(patch) => {
@@ -165,10 +165,10 @@ impl UndistortionTiles {
     }
 
     /// Makes the patch of a slot.
-    pub(super) fn make(&self, camera: &PlacedCamera, slot: u32) -> Made {
+    pub(super) fn make(&self, camera: &PlacedCamera, slot: u32) -> BuiltTile {
         let made =
             self.patch(camera, slot as usize).filter(|patch| self.holds(camera, slot, patch));
-        Made(made.map(Box::new))
+        BuiltTile(made.map(Box::new))
     }
 
     /// A pixel by its place in a slot, each coordinate in -1..1.
@@ -194,7 +194,7 @@ impl UndistortionTiles {
         }
         let mut middle = [0.0; 2];
         let mut patch =
-            Tile { rows: [[0.0; FACTORS]; 4], middle: [0.0; 2], bends: [[0.0; FACTORS]; 4] };
+            Tile { rows: [[0.0; FACTORS]; 4], middle: [0.0; 2], curvatures: [[0.0; FACTORS]; 4] };
         for (place, values) in values.iter().enumerate() {
             let mut factors = inverse * values * inverse.transpose();
             let (axis, rows) = (place % 2, patch.rows_of(place));
@@ -288,8 +288,8 @@ impl Tile {
     fn rows_of(&mut self, place: usize) -> (&mut Rows, usize) {
         match place / 2 {
             0 => (&mut self.rows, 0),
-            1 => (&mut self.bends, 0),
-            _ => (&mut self.bends, BEND),
+            1 => (&mut self.curvatures, 0),
+            _ => (&mut self.curvatures, CURVATURE),
         }
     }
 
@@ -305,11 +305,12 @@ impl Tile {
         };
         [0, 1].map(|axis| {
             let at = self.middle[axis] + told(&self.rows, 0, axis);
-            let (along, bend) = (told(&self.bends, 0, axis), told(&self.bends, BEND, axis));
-            at + nearness * (along + nearness * bend)
+            let (along, curvature) =
+                (told(&self.curvatures, 0, axis), told(&self.curvatures, CURVATURE, axis));
+            at + nearness * (along + nearness * curvature)
         })
     }
 }
 
 /// A patch, where there can be one.
-pub(super) struct Made(Option<Box<Tile>>);
+pub(super) struct BuiltTile(Option<Box<Tile>>);

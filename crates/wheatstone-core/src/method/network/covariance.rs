@@ -43,12 +43,12 @@ impl NetworkReconstructor {
         let slopes: [&[f64]; 3] = [0, 1, 2].map(|output| &rows[output * count..][..count]);
         let quadratic = Quadratic { triangle: &self.weight_covariance, slopes };
         let sums = Matrix3::from(on_widest(quadratic));
-        let spread = self.spread();
-        spread * ((sums + sums.transpose()) / 2.0) * spread
+        let scale = self.scale();
+        scale * ((sums + sums.transpose()) / 2.0) * scale
     }
 
     /// From scaled outputs to targets.
-    fn spread(&self) -> Matrix3<f64> {
+    fn scale(&self) -> Matrix3<f64> {
         Matrix3::from_diagonal(&self.outputs.map(|scale| scale.high - scale.low).into())
     }
 
@@ -60,8 +60,8 @@ impl NetworkReconstructor {
     ) -> Option<Matrix3<f64>> {
         let noise = match &self.noise {
             Noise::Targets { variance } => {
-                let spread = self.spread();
-                spread * Matrix3::from_diagonal(&(*variance).into()) * spread
+                let scale = self.scale();
+                scale * Matrix3::from_diagonal(&(*variance).into()) * scale
             }
             Noise::Pixels { noise } => {
                 carried(&self.slopes(query)?) * noise.variance(direction(targets))

@@ -226,7 +226,7 @@ fn legendre(x: f64) -> [(f64, f64); PARALLAX_DEGREE + 1] {
 }
 
 /// Slopes of a displaced pixel by world coordinates.
-pub(super) fn chained(part: &Sloped, seen: &super::lens::Seen) -> Vector3<f64> {
+pub(super) fn chained(part: &Sloped, seen: &super::lens::ProjectedPoint) -> Vector3<f64> {
     (seen.slopes.row(0) * part[1] + seen.slopes.row(1) * part[2]).transpose()
         + seen.nearness_slopes * part[3]
 }

@@ -5,7 +5,7 @@ use crate::{
     Result,
     dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::{Located, PlacedCamera, Residual, point_covariance::Sight},
+    method::{Located, PlacedCamera, Residual, point_covariance::Observation},
 };
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -53,14 +53,14 @@ impl EpipolarCheck {
         pixels: &[Option<Pixel>],
     ) -> Option<Residual> {
         // The map's point is a good one, but not quite that of the least pixel errors: one step.
-        let sights = self.sights(point, pixels)?;
+        let observations = self.observations(point, pixels)?;
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for Sight { pixel, predicted, slopes, .. } in &sights {
+        for Observation { pixel, predicted, slopes, .. } in &observations {
             normal += slopes.transpose() * slopes;
             right += slopes.transpose() * (pixel - predicted);
         }
         let nearer = point + normal.cholesky()?.solve(&right);
-        Located::by_least_squares(nearer, &self.sights(nearer, pixels)?)?.residual
+        Located::by_least_squares(nearer, &self.observations(nearer, pixels)?)?.residual
     }
 
     /// The cameras, for who asks of many points; none where one cannot be made ready.
@@ -70,14 +70,14 @@ impl EpipolarCheck {
         cameras.unwrap_or_default()
     }
 
-    fn sights(&self, point: Point3, pixels: &[Option<Pixel>]) -> Option<Vec<Sight>> {
+    fn observations(&self, point: Point3, pixels: &[Option<Pixel>]) -> Option<Vec<Observation>> {
         let seen = self.cameras.iter().zip(pixels).filter_map(|(c, p)| Some((c, (*p)?)));
-        let sight = |(camera, pixel): (&CheckCamera, Pixel)| {
+        let observation = |(camera, pixel): (&CheckCamera, Pixel)| {
             let (predicted, slopes) = camera.optics.project(point)?;
-            let spread = Matrix2::from_diagonal_element(camera.variance);
-            Some(Sight { pixel, predicted, slopes, spread, weight: 1.0 })
+            let covariance = Matrix2::from_diagonal_element(camera.variance);
+            Some(Observation { pixel, predicted, slopes, covariance, weight: 1.0 })
         };
-        seen.map(sight).collect()
+        seen.map(observation).collect()
     }
 
     /// How many there are.

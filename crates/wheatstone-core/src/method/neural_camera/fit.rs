@@ -45,7 +45,7 @@ pub(super) struct State<'a> {
 pub(super) fn undetermined() -> Error {
     Error::Degenerate {
         problem: "the known points do not determine a camera".into(),
-        hint: "show it points at two or more distances that fill the picture".into(),
+        hint: "show it points at two or more distances, over the whole picture".into(),
     }
 }
 
@@ -189,7 +189,7 @@ impl State<'_> {
         let Some(mut posterior) = first else { return Ok(None) };
         for round in 0..=ROUNDS {
             progress.check()?;
-            let Some((moved, there)) = self.settle(sums, &posterior) else { return Ok(None) };
+            let Some((moved, there)) = self.solve(sums, &posterior) else { return Ok(None) };
             // What was chosen for a state that does not move is chosen.
             if !moved {
                 break;
@@ -296,7 +296,7 @@ impl State<'_> {
 
     /// Goes from `sums`, about the present state, to the mode at the settings of `first`, their posterior:
     /// whether that moved it, and the sums there. `None` where no camera is determined.
-    pub(super) fn settle(&mut self, mut sums: Sums, first: &Posterior) -> Option<(bool, Sums)> {
+    pub(super) fn solve(&mut self, mut sums: Sums, first: &Posterior) -> Option<(bool, Sums)> {
         let settings = first.settings;
         let mut here = self.objective(&sums, &settings);
         let mut moved = false;

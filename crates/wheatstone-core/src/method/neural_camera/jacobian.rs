@@ -3,7 +3,7 @@
 //! One projection tells all of it: what a point's place in the camera's frame does to the pixel, the
 //! pixel follows by the chain rule; the plane's and the lens's own numbers enter at the end.
 
-use super::lens::{FIRST_RADIAL, Lens, PARAMETERS, Seen};
+use super::lens::{FIRST_RADIAL, Lens, PARAMETERS, ProjectedPoint};
 use crate::{
     geometry::{Point3, Vector3},
     method::resection::turn,
@@ -42,7 +42,7 @@ impl<'a> Sloped<'a> {
     }
 
     /// Where a point falls, and how that changes; `None` where it is not seen.
-    pub(super) fn project(&self, world: Point3) -> Option<(Seen, ByNumbers)> {
+    pub(super) fn project(&self, world: Point3) -> Option<(ProjectedPoint, ByNumbers)> {
         let lens = self.lens;
         let point = lens.camera_from_world.transform(world);
         let (place, by_place) = lens.lay_out(point)?;
@@ -63,7 +63,7 @@ impl<'a> Sloped<'a> {
         slopes.set_column(8, &Vector2::new(bent.y * self.units[8], 0.0));
         slopes.set_column(9, &Vector2::new(self.units[9], 0.0));
         slopes.set_column(10, &Vector2::new(0.0, self.units[10]));
-        for (index, by) in lens.bending(place).into_iter().enumerate() {
+        for (index, by) in lens.second_derivatives(place).into_iter().enumerate() {
             slopes.set_column(FIRST_RADIAL + index, &(plane * by));
         }
         Some((lens.seen(world, (bent, by_point))?, slopes))
@@ -84,7 +84,7 @@ mod tests {
                 Vector3::new(0.1, -0.2, 0.3),
             ),
             plane: [700.0, 690.0, 1.5, 320.0, 240.0],
-            bend: [-0.1, 0.03, -0.01, 2e-3, -1e-3],
+            distortion: [-0.1, 0.03, -0.01, 2e-3, -1e-3],
             middle: Pixel::new(320.0, 240.0),
             viewpoint: Point3::new(-4.0, 3.0, -70.0),
             reach: 0.6,

@@ -38,9 +38,11 @@ pub(super) struct Lens {
     pub(super) camera_from_world: Pose,
     /// Focal lengths x and y, skew, principal point x and y; pixels. The first is negative where the
     /// world's axes are left-handed.
+    #[serde(rename = "intrinsics", alias = "plane")]
     pub(super) plane: [f64; 5],
     /// Three radial and two tangential terms, as relative displacements at `reach`.
-    pub(super) bend: [f64; 5],
+    #[serde(alias = "bend")]
+    pub(super) distortion: [f64; 5],
     /// The middle of the pixels seen, near which the principal point is expected.
     pub(super) middle: Pixel,
     /// The camera's centre as first found: nearness counts from here, so that it stays what it is
@@ -78,7 +80,7 @@ impl Lens {
             layout: Layout::Perspective,
             camera_from_world: Pose { rotation, translation },
             plane,
-            bend: [0.0; 5],
+            distortion: [0.0; 5],
             middle: Pixel::new(upper[(0, 2)], upper[(1, 2)]),
             viewpoint: centre,
             reach: 1.0,
@@ -88,7 +90,7 @@ impl Lens {
     /// The same camera laid out otherwise, its reach and middle those of `pairs`.
     pub(super) fn laid_out(mut self, layout: Layout, pairs: &[(Point3, Pixel)]) -> Self {
         self.layout = layout;
-        self.bend = [0.0; 5];
+        self.distortion = [0.0; 5];
         let pose = self.camera_from_world;
         let distance = |world| Some(self.lay_out(pose.transform(world))?.0.norm());
         let reach = pairs.iter().filter_map(|(world, _)| distance(*world)).fold(0.0, f64::max);
@@ -138,7 +140,7 @@ impl Lens {
 
     /// What the lens makes of a place on the layout's plane, with derivatives.
     pub(super) fn bent(&self, place: Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
-        let [k1, k2, k3, p1, p2] = self.bend;
+        let [k1, k2, k3, p1, p2] = self.distortion;
         let unit = place / self.reach;
         let (x, y) = (unit.x, unit.y);
         let s = x * x + y * y;
@@ -158,8 +160,8 @@ impl Lens {
         ((unit * factor + sideways) * self.reach, slopes)
     }
 
-    /// How a bent place changes with each of `bend`.
-    pub(super) fn bending(&self, place: Vector2<f64>) -> [Vector2<f64>; 5] {
+    /// How a bent place changes with each of `distortion`.
+    pub(super) fn second_derivatives(&self, place: Vector2<f64>) -> [Vector2<f64>; 5] {
         let unit = place / self.reach;
         let (x, y) = (unit.x, unit.y);
         let s = x * x + y * y;
@@ -181,7 +183,7 @@ impl Lens {
 
     /// Where a world point falls, with derivatives by its coordinates; and its nearness,
     /// with derivatives.
-    pub(super) fn project(&self, world: Point3) -> Option<Seen> {
+    pub(super) fn project(&self, world: Point3) -> Option<ProjectedPoint> {
         let point = self.camera_from_world.transform(world);
         let (place, by_point) = self.lay_out(point)?;
         let (bent, by_place) = self.bent(place);
@@ -194,14 +196,19 @@ impl Lens {
         &self,
         world: Point3,
         (bent, by_point): (Vector2<f64>, Matrix2x3<f64>),
-    ) -> Option<Seen> {
+    ) -> Option<ProjectedPoint> {
         let pixel = self.plane_matrix() * bent + Vector2::new(self.plane[3], self.plane[4]);
         let away = world - self.viewpoint;
         let nearness = 1.0 / away.norm();
         let nearness_slopes = away * -nearness.powi(3);
         let slopes = by_point * self.camera_from_world.rotation;
         let finite = pixel.iter().all(|value| value.is_finite()) && nearness.is_finite();
-        finite.then_some(Seen { pixel: Pixel::from(pixel), slopes, nearness, nearness_slopes })
+        finite.then_some(ProjectedPoint {
+            pixel: Pixel::from(pixel),
+            slopes,
+            nearness,
+            nearness_slopes,
+        })
     }
 
     /// Where a pixel looks, by Newton's method on the layout's plane; `None` where no direction
@@ -251,9 +258,9 @@ impl Lens {
         let stretch = libm::exp(0.5 * by(7));
         let plane =
             [fx * focal * stretch, fy * focal / stretch, skew + by(8), cx + by(9), cy + by(10)];
-        let mut bend = self.bend;
-        bend.iter_mut().enumerate().for_each(|(index, value)| *value += by(11 + index));
-        Self { camera_from_world, plane, bend, ..self.clone() }
+        let mut distortion = self.distortion;
+        distortion.iter_mut().enumerate().for_each(|(index, value)| *value += by(11 + index));
+        Self { camera_from_world, plane, distortion, ..self.clone() }
     }
 
     /// Radians, the distance of the world's origin, shares and focal lengths: steps of like effect.
@@ -277,7 +284,7 @@ impl Lens {
             (cx - self.middle.x) / focal,
             (cy - self.middle.y) / focal,
         ]);
-        numbers[FIRST_RADIAL..].copy_from_slice(&self.bend);
+        numbers[FIRST_RADIAL..].copy_from_slice(&self.distortion);
         numbers
     }
 
@@ -289,13 +296,18 @@ impl Lens {
             && self.viewpoint.iter().chain(self.middle.iter()).all(|v| v.is_finite())
             && self.plane[0] != 0.0
             && self.plane[1] != 0.0
-            && pose.translation.iter().chain(&self.plane).chain(&self.bend).all(|v| v.is_finite())
+            && pose
+                .translation
+                .iter()
+                .chain(&self.plane)
+                .chain(&self.distortion)
+                .all(|v| v.is_finite())
     }
 }
 
 /// A world point on the picture.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
+pub(super) struct ProjectedPoint {
     pub(super) pixel: Pixel,
     /// Of the pixel by the world coordinates.
     pub(super) slopes: Matrix2x3<f64>,
@@ -316,7 +328,7 @@ mod tests {
         let plain = Lens::from_projection(&ProjectionMatrix::fit(&pairs).unwrap()).unwrap();
         for layout in [Layout::Perspective, Layout::Equidistant] {
             let mut lens = plain.clone().laid_out(layout, &pairs);
-            lens.bend = [0.05, -0.01, 0.003, 0.001, -0.002];
+            lens.distortion = [0.05, -0.01, 0.003, 0.001, -0.002];
             for (world, _) in &pairs {
                 let ray = lens.ray(lens.project(*world).unwrap().pixel).unwrap();
                 let away = world - ray.origin;

@@ -29,7 +29,7 @@ use super::{
     AnyMethod, Fit, Located, Method, Plan, Reconstructor,
     checks::{enough, linear_camera},
     only_default,
-    point_covariance::Sight,
+    point_covariance::Observation,
 };
 use crate::{
     Result,
@@ -37,7 +37,7 @@ use crate::{
     geometry::{Pixel, Point3, ProjectionMatrix, Ray, triangulation},
 };
 use fit::POINTS_NEEDED;
-use model::{NeuralCameraModel, Spread};
+use model::{NeuralCameraModel, PixelCovariance};
 use nalgebra::{Matrix2, Matrix2x3};
 use pose_uncertainty::{Following, FoundCharts};
 use rayon::prelude::*;
@@ -111,7 +111,7 @@ impl Method for NeuralCamera {
     }
 
     fn summary(&self) -> &'static str {
-        "each camera a lens and a learned correction, as much as the points ask for; any optics"
+        "each camera a lens model and a learned correction, sized by the evidence; any optics"
     }
 
     fn preset(&self, name: &str) -> Result<AnyMethod> {
@@ -198,15 +198,24 @@ impl Reconstructor for NeuralCameraReconstructor {
             Some((pixel / camera.noise(), slopes / camera.noise()))
         })?;
         let mut displaced = Vec::new();
-        let sight = |(camera, pixel): (&&NeuralCameraModel, Pixel)| {
+        let observation = |(camera, pixel): (&&NeuralCameraModel, Pixel)| {
             let (predicted, slopes) = camera.project(found.point)?;
-            let Spread { covariance: spread, displaced: by } = camera.spread(found.point)?;
+            let PixelCovariance { covariance, displaced: by } =
+                camera.pixel_uncertainty(found.point)?;
             displaced.push(by);
-            Some(Sight { pixel, predicted, slopes, spread, weight: camera.noise().powi(-2) })
+            Some(Observation {
+                pixel,
+                predicted,
+                slopes,
+                covariance,
+                weight: camera.noise().powi(-2),
+            })
         };
-        let sights: Option<Vec<Sight>> = cameras.iter().zip(seen).map(sight).collect();
-        let sights = sights?;
-        Located::by_least_squares(found.point, &sights)?.with_displaced_cameras(&sights, &displaced)
+        let observations: Option<Vec<Observation>> =
+            cameras.iter().zip(seen).map(observation).collect();
+        let observations = observations?;
+        Located::by_least_squares(found.point, &observations)?
+            .with_displaced_cameras(&observations, &displaced)
     }
 
     fn pixel_sigma(&self, camera: usize, _pixel: Pixel, _world: Point3) -> Option<f64> {
@@ -228,7 +237,7 @@ impl Reconstructor for NeuralCameraReconstructor {
         cameras.map_or(Plan::PointByPoint, Plan::Cameras)
     }
 
-    fn unknowns(&self) -> Option<f64> {
+    fn effective_parameters(&self) -> Option<f64> {
         Some(self.effective_parameters().iter().sum::<f64>() / (2 * self.cameras.len()) as f64)
     }
 

@@ -99,7 +99,7 @@ impl Mode {
 }
 
 /// How far a camera's pixels of one point may be off.
-pub(super) struct Spread {
+pub(super) struct PixelCovariance {
     /// Covariance by the detector and by the fit to charts as they were believed to stand.
     pub(super) covariance: Matrix2<f64>,
     /// By how much it is displaced in each of the charts' independent motions: those of all cameras
@@ -182,12 +182,12 @@ impl NeuralCameraModel {
     /// Covariance of a pixel of this point about its prediction: that of the detector and that of
     /// the fit.
     pub(super) fn pixel_covariance(&self, world: Point3) -> Option<Matrix2<f64>> {
-        let Spread { covariance, displaced } = self.spread(world)?;
+        let PixelCovariance { covariance, displaced } = self.pixel_uncertainty(world)?;
         Some(displaced.iter().fold(covariance, |sum, by| sum + by * by.transpose()))
     }
 
     /// How far a pixel of this point may be from its prediction.
-    pub(super) fn spread(&self, world: Point3) -> Option<Spread> {
+    pub(super) fn pixel_uncertainty(&self, world: Point3) -> Option<PixelCovariance> {
         let Optics { lens, field, weights } = &self.optics;
         let (seen, slopes) = Sloped::new(lens).project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
@@ -215,7 +215,7 @@ impl NeuralCameraModel {
             });
             by_lens + Vector2::from(by_field)
         };
-        Some(Spread { covariance, displaced: self.modes.iter().map(by).collect() })
+        Some(PixelCovariance { covariance, displaced: self.modes.iter().map(by).collect() })
     }
 
     pub(super) fn is_consistent(&self) -> bool {

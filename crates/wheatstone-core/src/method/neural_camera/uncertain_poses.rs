@@ -57,7 +57,7 @@ impl<'a> CameraNormalEquations<'a> {
         camera: usize,
         progress: &dyn Progress,
     ) -> Result<(Self, Information)> {
-        enough("solving for where charts stood", Some(camera), POINTS_NEEDED, pairs.len())?;
+        enough("estimating chart poses", Some(camera), POINTS_NEEDED, pairs.len())?;
         let start = ProjectionMatrix::fit(pairs).ok_or_else(undetermined)?;
         let (state, posterior) = fit_state(pairs, &start, Some(charts), progress)?;
         let camera = Self { state, settings: posterior.settings };
@@ -86,7 +86,7 @@ impl<'a> CameraNormalEquations<'a> {
         self.hold(true);
         let sums = self.state.sums()?;
         let held = sums.posterior(&self.state.field, self.settings)?;
-        self.state.settle(sums, &held)?;
+        self.state.solve(sums, &held)?;
         self.hold(false);
         let sums = self.state.sums()?;
         let posterior = if learn {

@@ -64,11 +64,11 @@ pub(super) fn naming(how: Mixing) -> (&'static str, String) {
     match how {
         Mixing::Turned(2) => (
             "board-turned",
-            "the board is read turned by 180 degrees (its points in reversed order)".into(),
+            "the board was read rotated by 180 degrees (its points in reversed order)".into(),
         ),
         Mixing::Turned(quarters) => (
             "board-turned",
-            format!("the board is read turned by {} degrees", u16::from(quarters) * 90),
+            format!("the board was read rotated by {} degrees", u16::from(quarters) * 90),
         ),
         Mixing::Reversed(0) => ("board-mirrored", "the order within each row is reversed".into()),
         Mixing::Reversed(_) => ("board-mirrored", "the order of the rows is reversed".into()),
@@ -77,7 +77,7 @@ pub(super) fn naming(how: Mixing) -> (&'static str, String) {
         }
         Mixing::Relisted(_) => (
             "rows-columns-swapped",
-            "the points are listed column by column where the labels go row by row (rows and columns exchanged)".into(),
+            "the points are listed column by column, the labels row by row (rows and columns exchanged)".into(),
         ),
         Mixing::Shifted(_) => {
             ("board-shifted", "the points are labelled one column or row off".into())
@@ -117,7 +117,7 @@ fn proposal(
         code,
         severity: Severity::Fatal,
         what,
-        hint: "read the board in the same order in every picture, or let the labels be put right"
+        hint: "read the board in the same order in every picture, or let the labels be corrected"
             .into(),
         figures: Vec::new(),
         changes,

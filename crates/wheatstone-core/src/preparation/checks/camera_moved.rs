@@ -155,7 +155,7 @@ fn proposal(
         code: "camera-moved",
         severity: Severity::Fatal,
         what: format!(
-            "the camera stands elsewhere from view `{name}` on: moved by {distance:.3} {}, turned by {angle:.3} degrees",
+            "the camera moved before view `{name}`: by {distance:.3} {}, rotated by {angle:.3} degrees",
             evidence.data.unit
         ),
         hint: format!(
@@ -178,7 +178,7 @@ fn single(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
     if left > 1.0 || left > 0.3 * evidence.excess(cell) {
         return None;
     }
-    let what = "the picture shows the chart at another place than the other cameras saw it: taken at another instant, or the camera was knocked".to_owned();
+    let what = "the picture shows the chart at another pose than the other cameras do: it was taken at another instant, or the camera was moved".to_owned();
     Some(unsynchronised::proposal(
         evidence,
         &[cell],

@@ -268,19 +268,19 @@ fn named(
             return None;
         }
         let what = format!(
-            "the chart stands {distance:.3} {unit} from where the file says, turned by {angle:.2} degrees"
+            "the chart is {distance:.3} {unit} from its given pose, rotated by {angle:.2} degrees"
         );
         ("view-misplaced", Severity::Fatal, what, Freedom::Pose, false)
     } else if alike && is_ratio(a) {
         let what =
-            format!("the chart's places are {} times too large: another unit", tidy(1.0 / a));
+            format!("the chart positions are {} times too large: another unit", tidy(1.0 / a));
         ("units-mixed", Severity::Fatal, what, Freedom::Scale, true)
     } else if alike {
-        let what = format!("the chart's pitch is {:.4} times what the file says", (a + b) / 2.0);
+        let what = format!("the chart's pitch is {:.4} times the given one", (a + b) / 2.0);
         ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
     } else {
         let what = format!(
-            "the chart's pitch is {a:.4} times what the file says one way and {b:.4} times the other"
+            "the chart's pitch is {a:.4} times the given one along one axis and {b:.4} times along the other"
         );
         ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
     };
@@ -295,11 +295,11 @@ fn named(
         code,
         severity,
         what,
-        hint: "measure the chart and give its true size and place, or let what can be be set right"
+        hint: "measure the chart and give its true size and pose, or let the program correct what it can"
             .into(),
         figures: vec![
-            ("size along rows, of what the file says".into(), a),
-            ("size along columns, of what the file says".into(), b),
+            ("size along rows, relative to the given one".into(), a),
+            ("size along columns, relative to the given one".into(), b),
             (format!("displacement, {unit}"), distance),
             ("turn, degrees".into(), angle),
         ],

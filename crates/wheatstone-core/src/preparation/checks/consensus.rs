@@ -27,7 +27,7 @@ pub(super) fn consensus(views: &[Vec<Pair>], random: &mut Random) -> Option<Cons
         let Some(camera) = RobustCamera::fit(&pairs, if sample.len() > 4 { 12 } else { 8 }) else {
             continue;
         };
-        let Some((score, found)) = settle(camera, views, &usable, tolerance) else { continue };
+        let Some((score, found)) = resolve(camera, views, &usable, tolerance) else { continue };
         let share =
             found.agrees.iter().filter(|agrees| **agrees).count() as f64 / usable.len() as f64;
         if best.as_ref().is_none_or(|(least, _)| score < *least) {
@@ -70,7 +70,7 @@ fn samples(usable: &[usize], random: &mut Random) -> Vec<Vec<usize>> {
 
 /// Takes in the views that agree, and fits again, until they stay the same. The score is small where
 /// many agree well.
-fn settle(
+fn resolve(
     mut camera: RobustCamera,
     views: &[Vec<Pair>],
     usable: &[usize],

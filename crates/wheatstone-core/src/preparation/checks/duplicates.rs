@@ -54,7 +54,7 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
                     "identical-cameras",
                     Severity::Fatal,
                     what,
-                    "give each camera its own pictures: depth cannot be told from one picture",
+                    "give each camera its own pictures: one picture cannot be triangulated",
                 )
             });
         }
@@ -120,14 +120,14 @@ fn copy(evidence: &Evidence, (first, second): (usize, usize), alike: bool, gap: 
         (
             Severity::Warning,
             format!(
-                "the view is a copy of view `{name}`: it counts twice, and tests with one of them left out look better than they are"
+                "the view is a copy of view `{name}`: it counts twice, and cross-validation looks better than it is"
             ),
         )
     } else {
         (
             Severity::Fatal,
             format!(
-                "the view has the pixels of view `{name}`, but other places in the world: one of the two is wrong"
+                "the view has the pixels of view `{name}`, but other world coordinates: one of the two is wrong"
             ),
         )
     };
@@ -142,7 +142,7 @@ fn copy(evidence: &Evidence, (first, second): (usize, usize), alike: bool, gap: 
             "duplicate-views",
             severity,
             what,
-            "leave one of them out, or let it be left out where the places are the same",
+            "remove one of them, or let it be removed if the coordinates are the same",
         )
     }
 }
@@ -181,8 +181,8 @@ fn lattices(evidence: &Evidence) -> Vec<Proposal> {
         ..Proposal::itself(
             "pixel-offset",
             Severity::Warning,
-            format!("its rounded pixels end in {own:.3}, those of another camera in {first:.3}: they are counted from another place (half a pixel is the distance of a pixel's corner from its centre)"),
-            "harmless as long as `locate` gets pixels counted alike; otherwise count pixels from the centre of the first one",
+            format!("its rounded pixels end in {own:.3}, those of another camera in {first:.3}: their origins differ (half a pixel lies between a pixel's corner and its centre)"),
+            "harmless as long as `locate` gets pixels with the same origin; otherwise put (0, 0) at the centre of the first pixel",
         )
     })
     .collect()

@@ -34,7 +34,7 @@ pub(super) struct Cell {
 
 /// What is known of one camera.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
+pub(super) struct CameraEvidence {
     /// Fitted to the sound views.
     pub(super) camera: RobustCamera,
     /// For each view, fitted to the sound views without it.
@@ -43,7 +43,7 @@ pub(super) struct Seen {
     pub(super) typical: f64,
 }
 
-impl Seen {
+impl CameraEvidence {
     /// A median error up to which a cell is as good as the sound ones.
     pub(super) fn good(&self) -> f64 {
         2.0 * self.typical + 0.02
@@ -58,7 +58,7 @@ pub(super) struct Evidence<'a> {
     /// By view, then camera.
     pub(super) cells: Vec<Vec<Cell>>,
     /// By camera; `None` where no camera could be fitted.
-    pub(super) seen: Vec<Option<Seen>>,
+    pub(super) seen: Vec<Option<CameraEvidence>>,
 }
 
 /// Points of a cell that a fit uses, and of all cells: more add time only.
@@ -80,12 +80,12 @@ impl<'a> Evidence<'a> {
             .iter()
             .map(|view| (0..data.cameras).map(|camera| cell(data, &frame, view, camera)).collect())
             .collect();
-        let seen: Vec<Option<Seen>> = (0..data.cameras)
+        let seen: Vec<Option<CameraEvidence>> = (0..data.cameras)
             .into_par_iter()
             .map(|camera| {
                 let pairs: Vec<Vec<Pair>> =
                     cells.iter().map(|view| view[camera].pairs.clone()).collect();
-                Seen::of(&pairs)
+                CameraEvidence::of(&pairs)
             })
             .collect();
         for (place, view) in cells.iter_mut().enumerate() {
@@ -102,7 +102,11 @@ impl<'a> Evidence<'a> {
     }
 
     /// The cell, what is known of its camera, and the camera of the other views.
-    pub(super) fn at(&self, view: usize, camera: usize) -> Option<(&Cell, &Seen, &RobustCamera)> {
+    pub(super) fn at(
+        &self,
+        view: usize,
+        camera: usize,
+    ) -> Option<(&Cell, &CameraEvidence, &RobustCamera)> {
         let cell = &self.cells[view][camera];
         let seen = self.seen[camera].as_ref()?;
         (cell.pairs.len() >= LEAST).then(|| (cell, seen, &seen.without[view]))
@@ -127,7 +131,8 @@ impl<'a> Evidence<'a> {
     /// Whether no camera explains even most of a camera's views, while another camera's are explained:
     /// then its views do not stand out from one another, all being bad.
     pub(super) fn is_lost(&self, camera: usize) -> bool {
-        let typical = |seen: &Option<Seen>| seen.as_ref().map_or(f64::INFINITY, |s| s.typical);
+        let typical =
+            |seen: &Option<CameraEvidence>| seen.as_ref().map_or(f64::INFINITY, |s| s.typical);
         let best = self.seen.iter().map(typical).fold(f64::INFINITY, f64::min);
         // Lenses differ; one that errs so many times as much as another has another reason.
         typical(&self.seen[camera]) > 4.0 * best + 0.5
@@ -234,7 +239,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-impl Seen {
+impl CameraEvidence {
     fn of(pairs: &[Vec<Pair>]) -> Option<Self> {
         let scouted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, SCOUTED)).collect();
         let most = (FITTED_OF_ALL / pairs.len().max(1)).clamp(LEAST, FITTED);

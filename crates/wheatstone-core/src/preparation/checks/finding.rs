@@ -224,7 +224,7 @@ impl Proposal {
 
 /// Accepts proposals, the simplest first, each cell once; merges those that say the same of several
 /// views; the worst first.
-pub(super) fn settle(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<Finding> {
+pub(super) fn resolve(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<Finding> {
     let order =
         |a: &Proposal, b: &Proposal| a.freedom.cmp(&b.freedom).then(a.left.total_cmp(&b.left));
     proposals.sort_by(order);
@@ -300,7 +300,8 @@ fn before_and_after(
     let error = |cell: &(usize, usize)| evidence.cells[cell.0][cell.1].error;
     let worst = cells.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
     let Some(worst) = worst else { return Vec::new() };
-    let good = evidence.seen[worst.1].as_ref().map_or(f64::NAN, super::evidence::Seen::good);
+    let good =
+        evidence.seen[worst.1].as_ref().map_or(f64::NAN, super::evidence::CameraEvidence::good);
     vec![
         ("median error before, px".into(), error(worst)),
         ("median error with this explanation, px".into(), left * good),

@@ -1,14 +1,14 @@
 //! What is alike in all views of a camera, so that the camera takes it up: mirrored pictures or frames,
-//! boards read turned or transposed in every picture. Seen by comparing the cameras.
+//! boards read turned or transposed in every picture. CameraEvidence by comparing the cameras.
 
 use super::{
     Fault,
     board::Mixing,
     board_order::{naming, relabelled},
-    evidence::{Cell, Evidence, Seen, pixel_box},
+    coverage::{THIN, thickness},
+    evidence::{CameraEvidence, Cell, Evidence, pixel_box},
     finding::{Proposal, Severity},
     pairs::Pair,
-    spread::{THIN, thickness},
     unsynchronised::overall_figures,
 };
 use crate::geometry::Point3;
@@ -44,7 +44,7 @@ const EXPLAINED: f64 = 0.2;
 /// A camera whose views do not agree as the labels are, and agree well when all are read otherwise.
 fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let own = evidence.seen[camera].as_ref()?;
-    let others: Vec<&Seen> = evidence
+    let others: Vec<&CameraEvidence> = evidence
         .seen
         .iter()
         .enumerate()
@@ -97,7 +97,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             code,
             Severity::Fatal,
             what,
-            "read the board in the same order in every camera, or let the labels be put right",
+            "read the board in the same order in every camera, or let the labels be corrected",
         )
     })
 }
@@ -160,15 +160,15 @@ fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
         let (code, what) = if up {
             (
                 "v-axis-up",
-                "y of the pixels points up in all cameras: all are negative, and every camera observes the world in a mirror",
+                "y of the pixels points up in all cameras: all are negative, and every camera sees a mirrored world",
             )
         } else {
             (
                 "mirrored-frame",
-                "every camera observes the world in a mirror: X, Y, Z are left-handed, or y of the pixels points up (or x to the left) in all cameras",
+                "every camera sees a mirrored world: X, Y, Z are left-handed, or y of the pixels points up (or x to the left) in all cameras",
             )
         };
-        let hint = "points will be located in the same frame, mirrored as it is; change the sign of one world axis (or of y) if rotations or shapes matter";
+        let hint = "points will be located in the same mirrored frame; change the sign of one world axis (or of y) if rotations or shapes matter";
         return vec![Proposal::itself(code, Severity::Warning, what.into(), hint)];
     }
     // With as many mirrored as not, a right-handed world is the usual one.
@@ -193,17 +193,17 @@ fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<
     let (code, what) = if right.abs() + down.abs() < 1.0 {
         (
             "rows-columns-swapped",
-            "the camera observes the board transposed: rows and columns are exchanged in every picture, or x and y of its pixels",
+            "the camera sees the board transposed: rows and columns are exchanged in every picture, or x and y of its pixels",
         )
     } else if right > down {
         (
             "v-axis-up",
-            "the camera observes the world upside down in a mirror: y of its pixels points up, or the order of the rows is reversed in every picture",
+            "the camera sees a world mirrored top to bottom: y of its pixels points up, or the order of the rows is reversed in every picture",
         )
     } else {
         (
             "picture-mirrored",
-            "the camera observes the world in a mirror: x of its pixels points to the left, or the order within each row is reversed in every picture",
+            "the camera sees a world mirrored left to right: x of its pixels points to the left, or the order within each row is reversed in every picture",
         )
     };
     Some(Proposal {
@@ -212,7 +212,7 @@ fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<
             code,
             Severity::Warning,
             what.into(),
-            "where only the pixels' axes differ this does no harm, as long as `locate` gets the same pixels; where the labels are wrong, points will be too: look at one picture of this camera",
+            "if only the pixel axes differ, this is harmless as long as `locate` gets the same pixels; if the labels are wrong, the points will be too: look at one picture of this camera",
         )
     })
 }
@@ -252,7 +252,7 @@ fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
             continue;
         };
         let what = format!(
-            "the board is read turned by {degrees:.0} degrees in every picture, or the camera is mounted so"
+            "the board was read rotated by {degrees:.0} degrees in every picture, or the camera is mounted that way"
         );
         found.push(Proposal {
             cells: everywhere(evidence, camera),

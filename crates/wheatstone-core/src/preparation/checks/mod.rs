@@ -26,7 +26,7 @@ mod pixel_offset;
 mod pixel_units;
 mod points_permuted;
 mod robust_camera;
-mod spread;
+mod coverage;
 mod sums;
 mod unexplained;
 mod unit_ratios;
@@ -41,7 +41,7 @@ pub use unseeable::compare_baseline;
 
 use crate::dataset::Dataset;
 use evidence::Evidence;
-use finding::{Proposal, settle};
+use finding::{Proposal, resolve};
 
 /// One kind of fault, or a family of close ones.
 trait Fault: Sync {
@@ -62,7 +62,7 @@ const FAULTS: &[(&str, &dyn Fault)] = &[
     ("camera_moved", &camera_moved::CameraMoved),
     ("handedness", &handedness::Handedness),
     ("duplicates", &duplicates::Duplicates),
-    ("spread", &spread::Spread),
+    ("spread", &coverage::Coverage),
     ("unexplained", &unexplained::Unexplained),
 ];
 
@@ -84,7 +84,7 @@ pub fn examine(data: &Dataset) -> Examination {
         None => proposals.extend(FAULTS.iter().flat_map(|(_, fault)| fault.propose(&evidence))),
     }
     Examination {
-        findings: settle(&evidence, proposals),
+        findings: resolve(&evidence, proposals),
         cannot_be_seen: unseeable::statements(&evidence),
         layout: unseeable::layout(&evidence),
     }

@@ -96,10 +96,10 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
     resized.then(|| {
         let exact = Measure { scale: [clean(sx), clean(sy)], ..*measure };
         let what = if (exact.scale[0] - exact.scale[1]).abs() < 0.01 {
-            format!("the picture is resized by {:.4}", exact.scale[0])
+            format!("the picture is resized by a factor of {:.4}", exact.scale[0])
         } else {
             format!(
-                "the picture is resized by {:.4} in x and {:.4} in y",
+                "the picture is resized by factors of {:.4} in x and {:.4} in y",
                 exact.scale[0], exact.scale[1]
             )
         };
@@ -183,7 +183,7 @@ pub(super) fn proposal(
         code,
         severity: Severity::Fatal,
         what,
-        hint: "take all pictures of a camera with one size and count their pixels alike, or let these be put right".into(),
+        hint: "take all pictures of a camera in one size and with one pixel origin, or let these be corrected".into(),
         figures,
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
     }

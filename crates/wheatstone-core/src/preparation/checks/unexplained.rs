@@ -36,8 +36,8 @@ fn unexplained(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         ..Proposal::itself(
             "unexplained",
             Severity::Warning,
-            "no lens and place of a camera fits even most of its views: labels, pairing of the views, or the places of the chart are wrong, or the optics are very odd".into(),
-            "look at the pictures of a few views beside their rows in the table: does each point carry the label and the place that it has on the chart?",
+            "no lens and pose fit even most views of this camera: labels, pairing of the views or chart poses are wrong, or the optics are unusual".into(),
+            "compare the pictures of a few views with their rows in the table: does each point have the label and the coordinates that it has on the chart?",
         )
     })
 }

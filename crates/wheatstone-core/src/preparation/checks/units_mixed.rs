@@ -4,10 +4,10 @@ use super::{
     Fault,
     board::Board,
     chart_size::{explained, places},
+    coverage::{THIN, thickness},
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
     pairs::Pair,
-    spread::{THIN, thickness},
     unit_ratios::{tidy, unit_ratios},
     views::LEAST,
 };
@@ -176,7 +176,7 @@ fn proposal(
             "units-mixed",
             Severity::Fatal,
             format!(
-                "{name} of all places are {} times what they should be beside the others: another unit",
+                "{name} of all points are {} times what the other axes ask for: another unit",
                 tidy(ratio)
             ),
             UNITS_HINT,
@@ -184,7 +184,7 @@ fn proposal(
     }
 }
 
-const UNITS_HINT: &str = "give all world places in one unit, or let these be scaled";
+const UNITS_HINT: &str = "give all world coordinates in one unit, or let these be scaled";
 
 /// All coordinates of a view, or some, in another unit.
 fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {

@@ -26,7 +26,7 @@ pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
             .collect();
         if !at_infinity.is_empty() {
             let words = format!(
-                "{} is as good as at infinity: its picture hardly shows which points are nearer, so that its distance cannot be told",
+                "{} is practically at infinity: there is too little perspective to determine its distance",
                 at_infinity.join(", and so is ")
             );
             all.push(Layout { camera, baseline: f64::INFINITY, words });
@@ -45,7 +45,7 @@ pub(super) fn layout(evidence: &Evidence) -> Vec<Layout> {
             other => other.to_owned(),
         };
         let words = format!(
-            "camera {} is {} {} {side} camera 1, as the picture of camera 1 has it",
+            "seen from camera 1, camera {} is {} {} {side} it (the baseline)",
             camera + 1,
             short(baseline),
             evidence.data.unit
@@ -66,24 +66,24 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
     let layout = layout(evidence);
     let first = layout.first().filter(|layout| layout.baseline.is_finite());
     let baseline = first.map_or_else(
-        || "the distance of two cameras".to_owned(),
-        |l| format!("that the cameras are {} {} apart", short(l.baseline), evidence.data.unit),
+        || "measure the baseline of two cameras".to_owned(),
+        |l| format!("measure the baseline: is it {} {}?", short(l.baseline), evidence.data.unit),
     );
     vec![
         Statement {
-            what: "a wrong unit, or one scale error of all places (a chart printed too large or too small)".into(),
-            check: format!("measure {baseline}"),
+            what: "a wrong unit, or one scale error of all coordinates (a chart printed too large or too small)".into(),
+            check: baseline,
         },
         Statement {
             what: "the cameras exchanged in all views".into(),
             check: first.map_or_else(
-                || "compare where the cameras stand".into(),
-                |l| format!("is it true that {}?", l.words),
+                || "compare the camera positions".into(),
+                |l| format!("is this right: {}?", l.words),
             ),
         },
         Statement {
-            what: "pixels of a camera counted from another place, or pictures resized, alike in all its views".into(),
-            check: "harmless as long as `locate` gets pixels counted in the same way".into(),
+            what: "another pixel origin, or resized pictures, in all views of a camera".into(),
+            check: "harmless as long as `locate` gets the same pixels".into(),
         },
     ]
 }
@@ -100,11 +100,11 @@ pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> O
     }
     let explanation = match (own, ratio) {
         (Some(own), Some(ratio)) => format!(
-            "the cameras are {} apart by these data and {} by your measure ({ratio:.4} times): all places have a wrong unit or scale, or the measure is wrong",
+            "the baseline is {} by these data and {} by your measurement (ratio {ratio:.4}): all coordinates have a wrong unit or scale, or the measurement is wrong",
             short(own),
             short(expected)
         ),
-        _ => "the data do not tell how far apart the cameras are".into(),
+        _ => "the data do not determine the baseline".into(),
     };
     Some(Finding {
         code: "baseline-differs",
@@ -112,10 +112,7 @@ pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> O
         views: Vec::new(),
         cameras: vec![0, 1],
         explanation,
-        figures: own
-            .map(|own| ("distance of the cameras by the data".to_owned(), own))
-            .into_iter()
-            .collect(),
+        figures: own.map(|own| ("baseline by the data".to_owned(), own)).into_iter().collect(),
         hint: "measure the chart's pitch and the stage's steps again, and give them in one unit"
             .into(),
         changes: Vec::new(),

@@ -1,13 +1,13 @@
 //! How the outputs bend as the weights move along a line, as a change of the gradient: what a step of a
 //! second-order training overlooks.
 
-use super::{DOUBLES, SINGLES, Sweep, group};
+use super::{DOUBLES, GradientPass, SINGLES, group};
 use crate::simd::{Real, Simd, WithSimd, on_widest};
 
-impl<T: Real> Sweep<T> {
+impl<T: Real> GradientPass<T> {
     /// Second derivatives of the outputs as the `weights` move by `direction`, summed over samples and outputs
     /// with the outputs' own derivatives by the weights, each times its `factor`: `gradient`.
-    pub fn bend(
+    pub fn second_derivative(
         &mut self,
         (weights, direction): (&[f64], &[f64]),
         factors: &[f64],
@@ -15,13 +15,13 @@ impl<T: Real> Sweep<T> {
     ) {
         self.packed.set(weights);
         self.along.set(direction);
-        on_widest(Pass { sweep: self, factors, gradient });
+        on_widest(Pass { pass: self, factors, gradient });
     }
 }
 
 /// One pass over all samples.
 struct Pass<'a, T> {
-    sweep: &'a mut Sweep<T>,
+    pass: &'a mut GradientPass<T>,
     factors: &'a [f64],
     gradient: &'a mut [f64],
 }
@@ -31,21 +31,21 @@ impl<T: Real> WithSimd for Pass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Pass { sweep, factors, gradient } = self;
-        sweep.sums.fill(T::default());
+        let Pass { pass, factors, gradient } = self;
+        pass.sums.fill(T::default());
         if group::<T>() == SINGLES {
-            sweep.bend_all::<S, SINGLES>(simd, factors);
+            pass.second_derivatives_of_all::<S, SINGLES>(simd, factors);
         } else {
-            sweep.bend_all::<S, DOUBLES>(simd, factors);
+            pass.second_derivatives_of_all::<S, DOUBLES>(simd, factors);
         }
-        sweep.sum_up(gradient);
+        pass.sum_up(gradient);
     }
 }
 
-impl<T: Real> Sweep<T> {
+impl<T: Real> GradientPass<T> {
     /// Goes through all samples, `N` at a time.
     #[inline(always)]
-    fn bend_all<S: Simd, const N: usize>(&mut self, simd: S, factors: &[f64]) {
+    fn second_derivatives_of_all<S: Simd, const N: usize>(&mut self, simd: S, factors: &[f64]) {
         for group in 0..self.present.len().div_ceil(N) {
             let count = N.min(self.present.len() - group * N) / T::width::<S>();
             self.bend_group::<S, N>(simd, (group, count), factors);
@@ -71,7 +71,7 @@ impl<T: Real> Sweep<T> {
         let [slopes, bends] = &mut self.motion;
         let bends = bends.as_chunks_mut::<N>().0;
         let motion = [slopes.as_chunks_mut::<N>().0, &mut *bends];
-        self.packed.bend(simd, &self.along, (activations, motion), count);
+        self.packed.second_derivative(simd, &self.along, (activations, motion), count);
         let present = T::vectors::<S>(&self.present[group * N..]);
         let (found, bends) = (&activations[units - outputs..], &bends[units - outputs..units]);
         let last = &mut deltas[units - inputs - outputs..];
@@ -131,8 +131,8 @@ mod tests {
                 }
                 let batch = Batch::new(&inputs, &vec![vec![0.0; outputs]; inputs.len()]);
                 let mut found = vec![0.0; count];
-                let mut sweep = Sweep::<f64>::new(&network, &batch);
-                sweep.bend((network.weights(), &direction), &factors, &mut found);
+                let mut pass = GradientPass::<f64>::new(&network, &batch);
+                pass.second_derivative((network.weights(), &direction), &factors, &mut found);
                 let size = wanted.iter().fold(1e-3_f64, |most, value| most.max(value.abs()));
                 for (found, wanted) in found.iter().zip(&wanted) {
                     assert!((found - wanted).abs() < 1e-4 * size, "{sizes:?} {output:?}");
@@ -149,14 +149,14 @@ mod tests {
         let rows: Vec<Vec<f64>> =
             (0..143).map(|_| (0..4).map(|_| random.uniform(0.0, 1.0)).collect()).collect();
         let batch = Batch::new(&rows, &vec![vec![0.0; 3]; rows.len()]);
-        let mut sweep = Sweep::<f64>::new(&network, &batch);
-        sweep.packed.set(network.weights());
-        sweep.along.set(network.weights());
-        let mut results = vec![(sweep, vec![0.0; 139]); 4];
+        let mut pass = GradientPass::<f64>::new(&network, &batch);
+        pass.packed.set(network.weights());
+        pass.along.set(network.weights());
+        let mut results = vec![(pass, vec![0.0; 139]); 4];
         let mut next = results.iter_mut();
         let widths = on_each(|| {
-            let (sweep, gradient) = next.next().unwrap();
-            Pass { sweep, factors: &[1.0, 2.0, 0.5], gradient }
+            let (pass, gradient) = next.next().unwrap();
+            Pass { pass, factors: &[1.0, 2.0, 0.5], gradient }
         });
         assert!(widths.len() > 1);
         assert!(results[..widths.len()].iter().all(|other| other.1 == results[0].1));

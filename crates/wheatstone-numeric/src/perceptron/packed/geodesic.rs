@@ -47,7 +47,7 @@ impl<T: Real> Packed<T> {
     /// Fills the first and second derivatives of all activations above the inputs, as the weights move by
     /// `along`; the activations are there already.
     #[inline(always)]
-    pub(in super::super) fn bend<S: Simd, const N: usize>(
+    pub(in super::super) fn second_derivative<S: Simd, const N: usize>(
         &self,
         simd: S,
         along: &Self,

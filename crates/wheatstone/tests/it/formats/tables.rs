@@ -132,19 +132,23 @@ fn faults_are_named_with_line_and_column() {
     let header = "x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,7\n";
     let cases: [(String, Option<u64>, &str); 19] = [
         (String::new(), Some(1), "empty"),
-        ("1,2,3,4,5,6,7\n".into(), Some(1), "no header, only numbers"),
+        ("1,2,3,4,5,6,7\n".into(), Some(1), "the header is missing"),
         ("x1,y1,X,Y,Z\n".into(), Some(1), "no column `x2`, `y2`; found: x1, y1, X, Y, Z"),
         ("é,µ\n".into(), Some(1), "no column `x1`, `y1`, `x2`, `y2`; found: é, µ"),
-        ("x1,y1,x2,y2,x4,y4\n".into(), Some(1), "`x4` stands alone: cameras go on as `x3`"),
+        ("x1,y1,x2,y2,x4,y4\n".into(), Some(1), "`x4` has no partner: the next camera needs `x3`"),
         ("x1,y1,x2,y2,X,Y\n".into(), Some(1), "no column `Z`; found: x1, y1, x2, y2, X, Y"),
         ("x1,y1,x2,y2\n1,2,3,4\n".into(), None, "no column `X`, `Y`, `Z`; found: x1, y1, x2, y2"),
         ("x1,y1,x2,y2,x1\n".into(), Some(1), "two columns"),
         (
             "u1,v1,u2,v2,left_x,left_y,right_x,right_y,X,Y,Z\n".into(),
             Some(1),
-            "`left_x` and its like",
+            "`left_x` and similar columns",
         ),
-        ("x1,y1,x2,y2,X_mm,Y_cm,Z_mm\n".into(), Some(1), "lengths are in `mm` and in `cm`"),
+        (
+            "x1,y1,x2,y2,X_mm,Y_cm,Z_mm\n".into(),
+            Some(1),
+            "some lengths are in `mm` and some in `cm`",
+        ),
         ("x1,y1,x2,y2,X,Y,Z\n".into(), None, "no points"),
         (
             format!("{header}1,2,three,4,5,6,7\n"),
@@ -156,10 +160,14 @@ fn faults_are_named_with_line_and_column() {
             Some(7),
             "column `y2` is empty, but its",
         ),
-        (format!("{header}1,2,3,4,5,6,1e999\n"), Some(3), "column `Z` is `inf`, which is no place"),
+        (
+            format!("{header}1,2,3,4,5,6,1e999\n"),
+            Some(3),
+            "column `Z` is `inf`, which is out of range",
+        ),
         (format!("{header}1,2,3,4,5,6\n"), Some(3), "6 cells, the header has 7"),
         (format!("{header}1,2,3,4,5,6,NaN\n"), Some(3), "column `Z` is empty, but its"),
-        (format!("{header}1,2,3,4,5,6,8\n1,2,3,4,5,6,7\n"), Some(4), "stands in line 2"),
+        (format!("{header}1,2,3,4,5,6,8\n1,2,3,4,5,6,7\n"), Some(4), "is in line 2"),
         (format!("{header}1.2.3,2,3,4,5,6,8"), Some(3), "column `x1` is `1.2.3`"),
         (header.replace(',', ";") + "1.234,5;2;3;4;5;6;7", Some(3), "is `1.234,5`"),
     ];
@@ -250,7 +258,7 @@ fn a_cell_that_is_no_place_is_named_by_its_row() {
     let texts = (0..ROWS).map(|row| Some(if row == 140_000 { "here" } else { " 5 " }));
     let texts: ArrayRef = Arc::new(texts.collect::<StringArray>());
     for (bad, words) in [
-        (numbers(Some(f64::INFINITY)), "row 140001: column `y2` is `inf`, which is no place"),
+        (numbers(Some(f64::INFINITY)), "row 140001: column `y2` is `inf`, which is out of range"),
         (numbers(None), "row 140001: column `y2` is empty, but its partner is not"),
         (texts, "row 140001: column `y2` is `here`, which is not a number"),
     ] {

@@ -1,6 +1,6 @@
 //! Of cameras that are projection matrices.
 
-use super::{Sight, UncertainCameras};
+use super::{Observation, UncertainCameras};
 use wheatstone_numeric::number::Number;
 
 /// Products of two of X, Y, Z and 1.
@@ -37,7 +37,7 @@ impl UncertainCameras for Vec<UncertainMatrix> {
     }
 
     #[inline(always)]
-    fn sight<N: Number>(&self, camera: usize, point: [N; 3], noise: N) -> Sight<N> {
+    fn observation<N: Number>(&self, camera: usize, point: [N; 3], noise: N) -> Observation<N> {
         let UncertainMatrix { rows: matrix, world, picture, forms } = &self[camera];
         let zero = noise.all(0.0);
         let mut seen = [zero; 3];
@@ -75,6 +75,6 @@ impl UncertainCameras for Vec<UncertainMatrix> {
         let xy = xy.add_product(b, xw).add_product(a, yw_to_b);
         let covariance =
             [noise.add_product(xx, square), xy * square, noise.add_product(yy, square)];
-        Sight { rows, covariance }
+        Observation { rows, covariance }
     }
 }

@@ -1,6 +1,6 @@
 //! Of cameras that are polynomials of the world.
 
-use super::{Sight, UncertainCameras};
+use super::{Observation, UncertainCameras};
 use crate::geometry::batch_triangulation::{Polynomials, TERMS, polynomials::polynomial};
 use wheatstone_numeric::number::Number;
 
@@ -10,7 +10,7 @@ impl UncertainCameras for Polynomials {
     }
 
     #[inline(always)]
-    fn sight<N: Number>(&self, camera: usize, point: [N; 3], noise: N) -> Sight<N> {
+    fn observation<N: Number>(&self, camera: usize, point: [N; 3], noise: N) -> Observation<N> {
         let place = self.scaled(point);
         let (camera, zero) = (&self.cameras[camera], noise.all(0.0));
         let mut rows = [[zero; 3]; 2];
@@ -21,7 +21,7 @@ impl UncertainCameras for Polynomials {
             }
         }
         let variance = noise + quadratic(&camera.covariance, &terms(place));
-        Sight { rows, covariance: [variance, zero, variance] }
+        Observation { rows, covariance: [variance, zero, variance] }
     }
 }
 

@@ -67,9 +67,9 @@ pub(super) fn told<S: Simd>(simd: S, own: &Cell, [x, y, near]: [f64; 3]) -> [f64
 }
 
 /// [`told`], of one place.
-pub(super) struct Tell<'a>(pub(super) &'a Cell, pub(super) [f64; 3]);
+pub(super) struct Interpolate<'a>(pub(super) &'a Cell, pub(super) [f64; 3]);
 
-impl WithSimd for Tell<'_> {
+impl WithSimd for Interpolate<'_> {
     type Output = [f64; FIGURES];
 
     #[inline(always)]

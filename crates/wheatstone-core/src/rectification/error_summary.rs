@@ -5,7 +5,7 @@ use wheatstone_numeric::statistics::{median, percentile, root_mean_square};
 
 /// Sizes of errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub struct ErrorSummary {
     /// How many.
     pub n: usize,
     /// Half are smaller.
@@ -18,7 +18,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-impl Spread {
+impl ErrorSummary {
     /// Of sizes; `None` for none.
     pub(super) fn of(values: Vec<f64>) -> Option<Self> {
         (!values.is_empty()).then(|| Self {

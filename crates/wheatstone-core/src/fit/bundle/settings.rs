@@ -52,7 +52,7 @@ pub enum Lenses {
 
 /// How charts are placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Placing {
+pub struct BundleSettings {
     /// The frame of the world where no place is known.
     pub gauge: Gauge,
     /// The lenses.

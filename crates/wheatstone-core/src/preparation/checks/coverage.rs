@@ -9,9 +9,9 @@ use super::{
 use crate::geometry::{Pixel, Point3, principal_axes};
 use wheatstone_numeric::statistics::median;
 
-pub(super) struct Spread;
+pub(super) struct Coverage;
 
-impl Fault for Spread {
+impl Fault for Coverage {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found: Vec<Proposal> = depth(evidence).into_iter().collect();
         found.extend(parallel(evidence));
@@ -56,14 +56,14 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
             ..Proposal::itself(
                 "single-plane",
                 Severity::Fatal,
-                "all points lie on one plane: depth cannot be learned from them".into(),
+                "all points lie on one plane: depth cannot be calibrated from them".into(),
                 "show the chart at three or more distances, from nearest to farthest",
             )
         });
     }
     (share < THIN).then(|| Proposal {
         figures,
-        ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill a thin slab only ({:.1} % of its extent): depth beyond it is a guess", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located; or, if they were recorded over such a range, look whether one column has another unit")
+        ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill only a thin slab ({:.1} % of its extent): depth beyond it is extrapolated", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located; or, if they were recorded over such a range, check whether one column is in another unit")
     })
 }
 
@@ -77,8 +77,8 @@ fn parallel(evidence: &Evidence) -> Option<Proposal> {
     (alike && normals.len() > 1).then(|| Proposal::itself(
         "planes-parallel",
         Severity::Information,
-        format!("the chart is parallel to itself in all {} views: harmless here, where its places are known; without known places nothing could be calibrated from such views", normals.len()),
-        "nothing to do; tilt the chart if its places are ever to be found from the pictures",
+        format!("all {} chart poses are parallel, which is fine because they are given; without given poses such views could not be calibrated", normals.len()),
+        "nothing to do; tilt the chart if its poses are ever to be estimated",
     ))
 }
 
@@ -121,7 +121,7 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         ..Proposal::itself(
             "corner-only",
             Severity::Warning,
-            format!("points fill only x {left:.0} to {right:.0}, y {top:.0} to {bottom:.0} of the picture (about {:.0} %): the lens beyond is a guess", 100.0 * share),
+            format!("points fill only x {left:.0} to {right:.0}, y {top:.0} to {bottom:.0} of the picture (about {:.0} %): the lens beyond is extrapolated", 100.0 * share),
             "show the chart in all parts of the picture in which points will be located",
         )
     })

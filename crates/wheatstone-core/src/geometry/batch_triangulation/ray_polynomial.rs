@@ -11,32 +11,32 @@ pub(crate) struct StraightCamera {
     pub(crate) nearness: f64,
     /// What a squared pixel of error counts.
     pub(crate) weight: f64,
-    /// Between which nearnesses its sightings hold.
+    /// Between which nearnesses its ray_polynomials hold.
     pub(crate) range: [f64; 2],
 }
 
 /// What one camera says of a point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sighting<N> {
+pub(crate) struct RayPolynomial<N> {
     /// Where it is seen on the plane.
     pub(crate) at: [N; 2],
     /// How that goes with the nearness.
     pub(crate) along: [N; 2],
     /// And with its square.
-    pub(crate) bend: [N; 2],
+    pub(crate) curvature: [N; 2],
     /// Pixels that go with a step on the plane: x by u, x by v, y by u, y by v.
     pub(crate) scale: [N; 4],
 }
 
 /// What all cameras say of a point, asked for again and again: copies of it would not stay in registers.
-pub(crate) trait Sightings<N> {
+pub(crate) trait RayPolynomials<N> {
     /// What one camera says.
-    fn of(&self, camera: usize) -> Sighting<N>;
+    fn of(&self, camera: usize) -> RayPolynomial<N>;
 }
 
-impl<N: Copy> Sightings<N> for [Sighting<N>] {
+impl<N: Copy> RayPolynomials<N> for [RayPolynomial<N>] {
     #[inline(always)]
-    fn of(&self, camera: usize) -> Sighting<N> {
+    fn of(&self, camera: usize) -> RayPolynomial<N> {
         self[camera]
     }
 }
@@ -47,7 +47,7 @@ pub(crate) struct Triangulated<N> {
     /// X, Y, Z.
     pub(crate) point: [N; 3],
     /// Sum of squared errors over all pixel coordinates; not a number where the point lies nowhere, or
-    /// where some camera's sightings do not hold.
+    /// where some camera's ray_polynomials do not hold.
     pub(crate) squares: N,
     /// The nearness to the first camera.
     pub(crate) nearness: N,
@@ -63,16 +63,19 @@ pub(crate) const ALONG: u8 = 2;
 /// and with its square.
 pub(crate) const BENT: u8 = 4;
 
-/// A sighting as one of a straight ray, with the bend taken as it is at this nearness: where on the plane, and
+/// A ray_polynomial as one of a straight ray, with the curvature taken as it is at this nearness: where on the plane, and
 /// how that goes with the nearness.
 #[inline(always)]
-pub(super) fn straight<N: Number, const KIND: u8>(seen: &Sighting<N>, nearness: N) -> [[N; 2]; 2] {
+pub(super) fn straight<N: Number, const KIND: u8>(
+    seen: &RayPolynomial<N>,
+    nearness: N,
+) -> [[N; 2]; 2] {
     let (mut at, mut along) = (seen.at, seen.along);
     if KIND & BENT != 0 {
         for axis in 0..2 {
-            let bend = seen.bend[axis] * nearness;
-            at[axis] = at[axis].subtract_product(bend, nearness);
-            along[axis] = along[axis] + bend + bend;
+            let curvature = seen.curvature[axis] * nearness;
+            at[axis] = at[axis].subtract_product(curvature, nearness);
+            along[axis] = along[axis] + curvature + curvature;
         }
     }
     [at, along]
