@@ -66,7 +66,7 @@ fn named(name: &str) -> AnyMethod {
     let mut method = AnyMethod::named(name).unwrap();
     if let AnyMethod::Network(Network { training: Training::Evidence(training), .. }) = &mut method
     {
-        (training.starts, training.steps) = (2, 60);
+        (training.starts, training.steps) = (1, 60);
     }
     method
 }
@@ -150,16 +150,13 @@ pub(crate) fn stage_errors(figures: &mut Figures) {
     let chart = LineGrid { pitch: 1.8, ..LineGrid::default() }.into();
     let actual = StageError { offset: 0.04, rotation: 0.002 }.apply(&nominal, 3);
     let noise = (Noise::Normal(0.05), 3);
-    let data = misplaced_correspondences(&rig(), &chart, (&actual, &nominal), noise, Some(200));
+    let data = misplaced_correspondences(&rig(), &chart, (&actual, &nominal), noise, Some(140));
     let solved = stage::solve(&data, &StagePrior::of(0.05), &Silent).unwrap();
     figures.value("offsets", &solved.offsets);
     figures.numbers("pixel noise", &solved.pixel_noise);
     figures.number("disagreement", solved.disagreement);
     for name in ["brown", "neural-camera"] {
-        let prior = Some(StagePrior::of(0.05));
-        let preparation = Preparation { stage: prior, ..Preparation::default() };
-        let prepared = preparation.run(data.clone(), 0, &Silent).unwrap();
-        let fit = named(name).fit_checked(&prepared.data, 0, &Silent).unwrap();
+        let fit = named(name).fit_checked(&solved.data, 0, &Silent).unwrap();
         figures.value(name, &fit.reconstructor);
     }
 }

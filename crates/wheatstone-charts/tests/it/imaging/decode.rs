@@ -1,7 +1,7 @@
 //! Pictures from files, whole and broken.
 
 use image::{DynamicImage, ExtendedColorType as Kind, ImageEncoder};
-use wheatstone_charts::imaging::{Limits, read_image};
+use wheatstone_charts::imaging::{Limits, decode_image, read_image};
 use wheatstone_core::Error;
 
 fn folder() -> tempfile::TempDir {
@@ -25,6 +25,8 @@ fn eight_and_sixteen_bit_files_of_every_kind_read_alike() {
             let read = read_image(&path, Limits::default()).unwrap();
             assert_eq!((read.width(), read.height()), (8, 6));
             assert_eq!(read.values(), expected, "{extension}");
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(decode_image(&path, &bytes, Limits::default()).unwrap(), read);
         }
     }
     // A file is what its first bytes say, whatever its name says.
