@@ -6,6 +6,7 @@
 //! columns that are none of these are passed over. Text with commas, semicolons or tabs, gzipped or not,
 //! Parquet and Arrow files are read and written.
 
+mod arrow_lengths;
 mod cells;
 mod collected;
 mod columnar;

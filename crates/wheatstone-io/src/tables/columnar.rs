@@ -1,6 +1,7 @@
 //! Tables that files hold by column: Parquet and Arrow.
 
 use super::{
+    arrow_lengths,
     cells::malformed,
     layout::{Header, Layout},
     names::ColumnNames,
@@ -66,6 +67,7 @@ impl ColumnTable {
         told: Option<&ColumnNames>,
     ) -> Result<Self> {
         let opened = guarded(path, "Arrow", || {
+            arrow_lengths::check(&mut file, stream)?;
             file.rewind()?;
             let batches: (SchemaRef, Batches) = if stream {
                 let reader = StreamReader::try_new_buffered(file, None)?;
@@ -138,7 +140,8 @@ pub(super) fn in_memory(bytes: Vec<u8>) -> Bytes {
     bytes.into()
 }
 
-type Foreign = Box<dyn std::error::Error>;
+/// What libraries say of a file.
+pub(super) type Foreign = Box<dyn std::error::Error>;
 
 /// Runs a reader that trusts its file more than we do: where it stops short, the file is damaged.
 fn guarded<T>(path: &Path, kind: &str, work: impl FnOnce() -> Result<T, Foreign>) -> Result<T> {

@@ -277,3 +277,25 @@ fn a_cell_that_is_no_place_is_named_by_its_row() {
         }
     }
 }
+
+/// A length that a file says of its parts is not believed: memory for it would end the program.
+#[test]
+fn parts_longer_than_the_file_are_refused() {
+    let read = |name: &str, bytes: Vec<u8>| {
+        tables::read_bytes(Path::new(name), bytes, &TableOptions::default())
+    };
+    // A stream whose first message has a gigabyte and a half.
+    let stream = b"\xff\xff\xff\xff# \xdaX\x02\x07\0\0".to_vec();
+    let error = read("points.arrow", stream).unwrap_err().to_string();
+    assert!(error.contains("longer than the file"), "{error}");
+    for name in ["points.arrow", "points.parquet"] {
+        let good = tables::encode(&plain(), Path::new(name)).unwrap();
+        let mut refused = 0;
+        for place in 0..good.len() - 8 {
+            let mut bytes = good.clone();
+            bytes[place..place + 8].copy_from_slice(&(0x7fff_ffff_ffff_u64).to_le_bytes());
+            refused += usize::from(read(name, bytes).is_err());
+        }
+        assert!(refused > good.len() / 20, "{refused} of {} {name}", good.len());
+    }
+}
