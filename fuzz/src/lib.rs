@@ -6,10 +6,11 @@ use std::{
 };
 use wheatstone::{FORMATS, Format, Given, InputFile, tables};
 
-/// Ends the program where a single allocation is larger than a gigabyte: no input of a fuzzer needs one.
+/// Ends the program where a single allocation is larger than two gigabytes, which is what the sizes of a page in Parquet reach: no input of a fuzzer
+/// needs one.
 struct Bounded;
 
-const LARGEST: usize = 1 << 30;
+const LARGEST: usize = 1 << 31;
 
 #[global_allocator]
 static ALLOCATOR: Bounded = Bounded;

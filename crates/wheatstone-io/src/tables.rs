@@ -14,6 +14,7 @@ mod layout;
 mod lines;
 mod names;
 mod numbers;
+mod parquet_lengths;
 mod points;
 mod reader;
 mod rows;

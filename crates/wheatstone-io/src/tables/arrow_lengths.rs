@@ -2,7 +2,7 @@
 //!
 //! Source: the Apache Arrow specification, "Columnar format", serialisation and inter-process communication.
 
-use super::columnar::Foreign;
+use super::cells::Foreign;
 use arrow_ipc::{Message, RecordBatch, root_as_footer, root_as_message};
 use std::io::{Read, Seek, SeekFrom};
 

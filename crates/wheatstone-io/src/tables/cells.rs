@@ -3,6 +3,9 @@
 use std::path::Path;
 use wheatstone_core::Error;
 
+/// What libraries say of a file.
+pub(super) type Foreign = Box<dyn std::error::Error>;
+
 /// What is wrong with a cell, and what to do about it.
 #[derive(Debug)]
 pub(super) struct Fault {

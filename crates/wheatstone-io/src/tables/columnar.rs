@@ -2,9 +2,10 @@
 
 use super::{
     arrow_lengths,
-    cells::malformed,
+    cells::{Foreign, malformed},
     layout::{Header, Layout},
     names::ColumnNames,
+    parquet_lengths,
     rows::{Rows, Table},
 };
 use arrow_array::{RecordBatch, RecordBatchReader};
@@ -48,7 +49,10 @@ impl ColumnTable {
         told: Option<&ColumnNames>,
     ) -> Result<Self> {
         let (schema, unit, batches) = guarded(path, "Parquet", || {
+            parquet_lengths::check_footer(&file)?;
+            let size = file.len();
             let builder = ParquetRecordBatchReaderBuilder::try_new(file)?.with_batch_size(ROWS);
+            parquet_lengths::check_columns(&builder, size)?;
             let pairs = builder.metadata().file_metadata().key_value_metadata();
             let unit = pairs.and_then(|pairs| {
                 pairs.iter().find(|pair| pair.key == UNIT).and_then(|pair| pair.value.clone())
@@ -139,9 +143,6 @@ impl ColumnTable {
 pub(super) fn in_memory(bytes: Vec<u8>) -> Bytes {
     bytes.into()
 }
-
-/// What libraries say of a file.
-pub(super) type Foreign = Box<dyn std::error::Error>;
 
 /// Runs a reader that trusts its file more than we do: where it stops short, the file is damaged.
 fn guarded<T>(path: &Path, kind: &str, work: impl FnOnce() -> Result<T, Foreign>) -> Result<T> {

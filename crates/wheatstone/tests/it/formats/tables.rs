@@ -288,6 +288,11 @@ fn parts_longer_than_the_file_are_refused() {
     let stream = b"\xff\xff\xff\xff# \xdaX\x02\x07\0\0".to_vec();
     let error = read("points.arrow", stream).unwrap_err().to_string();
     assert!(error.contains("longer than the file"), "{error}");
+    // A footer of one structure, whose first field is a list of 2^31 - 1 structures.
+    let mut footer = b"PAR1\x19\xfc\xff\xff\xff\xff\x07\0".to_vec();
+    footer.extend(*b"\x08\0\0\0PAR1");
+    let error = read("points.parquet", footer).unwrap_err().to_string();
+    assert!(error.contains("more members than the file has bytes"), "{error}");
     for name in ["points.arrow", "points.parquet"] {
         let good = tables::encode(&plain(), Path::new(name)).unwrap();
         let mut refused = 0;
