@@ -78,7 +78,7 @@ impl Preparing {
             baseline: self.expect_baseline,
             keep_outliers: self.keep_outliers,
             stage: self.stage(&loaded.sigmas()),
-            placing: self.placing(method)?,
+            bundle_settings: self.bundle_settings(method)?,
         };
         let unit = loaded.data.unit.clone();
         let points = loaded.data.correspondences.len();
@@ -141,7 +141,7 @@ impl Preparing {
     }
 
     /// With the lens of the method that will be fitted, where it has one.
-    fn placing(&self, method: Option<&AnyMethod>) -> Outcome<BundleSettings> {
+    fn bundle_settings(&self, method: Option<&AnyMethod>) -> Outcome<BundleSettings> {
         let (lenses, all_terms) = match method {
             Some(AnyMethod::Brown(brown)) => (Lenses::Brown, !brown.choose),
             Some(AnyMethod::KannalaBrandt(_)) => (Lenses::KannalaBrandt, false),

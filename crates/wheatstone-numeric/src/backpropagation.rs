@@ -96,7 +96,7 @@ impl<T: Real> MeanSquareError<T> {
     }
 
     fn at(&mut self, weights: &[f64], gradient: &mut [f64]) -> f64 {
-        self.pass.pass(weights, &self.factors, gradient).iter().sum::<f64>() / self.count
+        self.pass.run(weights, &self.factors, gradient).iter().sum::<f64>() / self.count
     }
 }
 

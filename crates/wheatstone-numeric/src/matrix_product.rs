@@ -1,5 +1,6 @@
 //! Products of matrices with the same bits on every machine: nalgebra hands those of more than five rows and
 //! columns to kernels that are chosen by what the processor has, and fused multiplication rounds otherwise.
+//! Large products of inner loops are those of a [`BlockedMatrix`](super::blocked_matrix::BlockedMatrix).
 
 use nalgebra::{DMatrix, DMatrixView};
 

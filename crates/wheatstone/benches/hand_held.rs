@@ -47,23 +47,23 @@ fn main() {
     let times: usize = given.get(1).map_or(9, |times| times.parse().unwrap());
     let data = tables::read(Path::new(path), "mm", Duplicates::Refuse).unwrap();
     // All terms and all points, as OpenCV has them: the same minimum.
-    let placing = BundleSettings {
+    let bundle_settings = BundleSettings {
         lenses: Lenses::Brown,
         all_terms: true,
         keep_gross: true,
         ..BundleSettings::default()
     };
     let lens = |camera: usize| -> BrownConrady {
-        let own = bundle::solve(&of_one(&data, camera), placing, &Silent).unwrap();
+        let own = bundle::solve(&of_one(&data, camera), bundle_settings, &Silent).unwrap();
         match &own.cameras[0] {
             AnyCamera::BrownConrady(lens) => *lens,
             other => panic!("{other:?}"),
         }
     };
     let lenses: Vec<BrownConrady> = (0..data.cameras).map(lens).collect();
-    let (whole, found) = timed(times, || bundle::solve(&data, placing, &Silent).unwrap());
+    let (whole, found) = timed(times, || bundle::solve(&data, bundle_settings, &Silent).unwrap());
     let (joint, near) =
-        timed(times, || bundle::solve_near(&data, &lenses, placing, &Silent).unwrap());
+        timed(times, || bundle::solve_near(&data, &lenses, bundle_settings, &Silent).unwrap());
     println!(
         "{{\"median\": {}, \"least\": {}, \"joint\": {}, \"joint_least\": {}, \"rms\": {}, \"joint_rms\": {}, \"baseline\": {}}}",
         whole[whole.len() / 2],

@@ -79,8 +79,8 @@ fn kernels(network: &Perceptron, batch: &Batch, random: &mut Random) {
     let factors = Cholesky::of(positive.clone(), |_| 1.0).unwrap();
     let mut buffer = gradient.clone();
     let figures = [
-        ("pass_single", median(1000, || _ = single.pass(weights, &[1.0; 3], &mut gradient))),
-        ("pass_double", median(500, || _ = double.pass(weights, &[1.0; 3], &mut gradient))),
+        ("pass_single", median(1000, || _ = single.run(weights, &[1.0; 3], &mut gradient))),
+        ("pass_double", median(500, || _ = double.run(weights, &[1.0; 3], &mut gradient))),
         (
             "pass_plain",
             median(100, || _ = network.mean_square_error(batch, &mut gradient, &mut work)),

@@ -18,8 +18,9 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let (data, _) = hand_held_correspondences(&rig, &chart, &places, (Noise::Normal(0.1), 0));
 
     // Bundle adjustment places the charts. The world is the frame of the first camera.
-    let placing = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
-    let prepared = Preparation { placing, ..Preparation::default() }.run(data, 0, &Silent)?;
+    let bundle_settings = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
+    let prepared =
+        Preparation { bundle_settings, ..Preparation::default() }.run(data, 0, &Silent)?;
     let placed = prepared.placed.as_ref().ok_or("no chart was placed")?;
     println!("{} views placed with the lens `{}`", placed.views.len(), placed.lens);
     println!("reprojection error {:.3} px rms", placed.rms);

@@ -61,7 +61,7 @@ struct Map<'a> {
 /// So many points are worth sheets over the whole picture, which take some milliseconds.
 const MANY: usize = 4 * PIECES[0];
 
-/// Rays that miss each other by more pixels than this curvature a point in ways that a single step does not
+/// Rays that miss each other by more pixels than this bend a point in ways that a single step does not
 /// follow to a thousandth of a standard deviation: judged from how far weights change over so many pixels.
 const MOST_RESIDUAL: f64 = 4.0;
 

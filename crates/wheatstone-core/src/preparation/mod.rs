@@ -69,7 +69,7 @@ pub struct Preparation {
     /// How well the charts' places are known; without it they are taken as they are given.
     pub stage: Option<StagePrior>,
     /// How charts held by hand are placed.
-    pub placing: BundleSettings,
+    pub bundle_settings: BundleSettings,
 }
 
 /// Data ready for a fit, and what was done to them.
@@ -208,14 +208,17 @@ impl Preparation {
         data: &Dataset,
         progress: &dyn Progress,
     ) -> Result<(Dataset, Option<EstimatedPoses>)> {
-        let mut solved = bundle::solve(data, self.placing, progress)?;
-        let freed =
-            if self.placing.lenses == Lenses::Either { freed(&solved, progress)? } else { None };
+        let mut solved = bundle::solve(data, self.bundle_settings, progress)?;
+        let freed = if self.bundle_settings.lenses == Lenses::Either {
+            freed(&solved, progress)?
+        } else {
+            None
+        };
         let is_free = freed.is_some();
         let known = data.known().next().is_some();
-        let gauge = (!known).then_some(self.placing.gauge);
+        let gauge = (!known).then_some(self.bundle_settings.gauge);
         if let Some(freed) = freed {
-            solved.adopt(freed, self.placing.gauge);
+            solved.adopt(freed, self.bundle_settings.gauge);
         }
         // A point with a place on the chart and one in the world tells that the place was found.
         let data = solved.data;

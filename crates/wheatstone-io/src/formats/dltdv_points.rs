@@ -102,8 +102,7 @@ fn height(given: &Given, camera: usize) -> Result<f64> {
     given.size(camera).map(|[_, height]| f64::from(height)).ok_or_else(|| {
         Format::unsupported(
             FORMAT.name,
-            "pixels whose v counts up from the bottom, and the height of the pictures is unknown"
-                .into(),
+            "pixels that count up from the bottom of pictures of unknown height".into(),
             Hint::new("give their size", Remedy::ImageSize),
         )
     })

@@ -1,5 +1,5 @@
 //! NumPy's `.npy`: a matrix with the columns x1, y1, x2, y2, …, and X, Y, Z where their number is odd; three
-//! columns are X, Y, Z alone. write NaN for unknown values.
+//! columns are X, Y, Z alone. NaN stands for unknown values.
 //!
 //! Source: NumPy Enhancement Proposal 1, "A simple file format for NumPy arrays".
 

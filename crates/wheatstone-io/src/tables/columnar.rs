@@ -161,6 +161,6 @@ fn damaged(path: &Path, kind: &str, what: &str) -> Error {
             "write it with Snappy (the default of pandas), Zstandard or gzip, or uncompressed";
         return malformed(path, None, problem, hint);
     }
-    let problem = format!("not a complete {kind} file: {what}");
+    let problem = format!("not a readable {kind} file: {what}");
     malformed(path, None, problem, "is this the file that you meant? Was it copied completely?")
 }

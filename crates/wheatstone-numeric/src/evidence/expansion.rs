@@ -44,7 +44,7 @@ impl Expansion {
     pub(super) fn at(&mut self, weights: &[f64], noise: &[f64]) {
         self.curvature.hessian(weights, noise, &mut self.hessian);
         if self.ready.take().is_none_or(|ready| ready != noise) {
-            self.pass.pass(weights, &inverses(noise), &mut self.gradient);
+            self.pass.run(weights, &inverses(noise), &mut self.gradient);
         }
     }
 
@@ -57,7 +57,7 @@ impl Expansion {
 
     /// The sum of squared errors of each output.
     pub(super) fn squared_errors(&mut self, weights: &[f64], noise: &[f64]) -> &[f64] {
-        self.pass.pass(weights, &inverses(noise), &mut self.other)
+        self.pass.run(weights, &inverses(noise), &mut self.other)
     }
 
     /// Where a step leads from the weights about which this was expanded, and by how much a straight one would

@@ -69,26 +69,26 @@ impl<T: Real> GradientPass<T> {
 
     /// The sum of squared errors of each output with these weights; `gradient` gets the derivatives by
     /// the weights of half their sum, each times its `factor`.
-    pub fn pass(&mut self, weights: &[f64], factors: &[f64], gradient: &mut [f64]) -> &[f64] {
+    pub fn run(&mut self, weights: &[f64], factors: &[f64], gradient: &mut [f64]) -> &[f64] {
         self.packed.set(weights);
-        on_widest(Pass { pass: self, factors, gradient });
+        on_widest(Kernel { pass: self, factors, gradient });
         &self.totals
     }
 }
 
 /// One pass over all samples.
-struct Pass<'a, T> {
+struct Kernel<'a, T> {
     pass: &'a mut GradientPass<T>,
     factors: &'a [f64],
     gradient: &'a mut [f64],
 }
 
-impl<T: Real> WithSimd for Pass<'_, T> {
+impl<T: Real> WithSimd for Kernel<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Pass { pass, factors, gradient } = self;
+        let Kernel { pass, factors, gradient } = self;
         pass.sums.fill(T::default());
         pass.squares.fill(T::default());
         if group::<T>() == SINGLES {
@@ -236,7 +236,7 @@ mod tests {
         let count = (143 * outputs) as f64;
         let mut pass = GradientPass::<T>::new(&network, &batch);
         let mut found = wanted.clone();
-        let totals = pass.pass(network.weights(), &vec![2.0 / count; outputs], &mut found);
+        let totals = pass.run(network.weights(), &vec![2.0 / count; outputs], &mut found);
         let total = totals.iter().sum::<f64>() / count;
         let greatest = wanted.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
         let gaps = wanted.iter().zip(&found).map(|(a, b)| (a - b).abs() / greatest);
@@ -266,7 +266,7 @@ mod tests {
         let mut next = results.iter_mut();
         let widths = on_each(|| {
             let (pass, gradient) = next.next().unwrap();
-            Pass { pass, factors: &[1.0, 2.0, 0.5], gradient }
+            Kernel { pass, factors: &[1.0, 2.0, 0.5], gradient }
         });
         let used = results.into_iter().take(widths.len());
         used.map(|(pass, gradient)| (pass.totals, gradient)).collect()

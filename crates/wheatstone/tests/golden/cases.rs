@@ -167,13 +167,13 @@ pub(crate) fn hand_held(figures: &mut Figures) {
     let waved = HandHeld { views: 8, ..HandHeld::default() };
     let placements = waved.placements(&chart, 4).unwrap();
     let (data, _) = hand_held_correspondences(&rig(), &chart, &placements, (NOISE, 4));
-    let placing = BundleSettings { lenses: Lenses::Brown, ..BundleSettings::default() };
-    let solved = bundle::solve(&data, placing, &Silent).unwrap();
+    let bundle_settings = BundleSettings { lenses: Lenses::Brown, ..BundleSettings::default() };
+    let solved = bundle::solve(&data, bundle_settings, &Silent).unwrap();
     figures.number("rms", solved.rms);
     figures.numbers("baselines", &solved.baselines);
     figures.value("cameras", &solved.cameras);
     figures.value("views", &solved.views);
-    let preparation = Preparation { placing, ..Preparation::default() };
+    let preparation = Preparation { bundle_settings, ..Preparation::default() };
     let prepared: Prepared = preparation.run(data, 0, &Silent).unwrap();
     for name in ["neural-camera", "network", "brown"] {
         let fit = named(name).fit_checked(&prepared.data, 0, &Silent).unwrap();

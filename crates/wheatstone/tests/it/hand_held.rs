@@ -32,8 +32,8 @@ fn waved(rig: &Rig, views: usize, noise: Noise, seed: u64) -> (Dataset, Vec<Poin
 }
 
 fn prepared(data: &Dataset, lenses: Lenses) -> Prepared {
-    let placing = BundleSettings { lenses, ..BundleSettings::default() };
-    Preparation { placing, ..Preparation::default() }.run(data.clone(), 0, &Silent).unwrap()
+    let bundle_settings = BundleSettings { lenses, ..BundleSettings::default() };
+    Preparation { bundle_settings, ..Preparation::default() }.run(data.clone(), 0, &Silent).unwrap()
 }
 
 /// Root mean square error of a method after the best rigid motion, over the floor of the pixels.
@@ -78,9 +78,9 @@ fn the_model_free_camera_reaches_the_floor_on_any_optics() {
 fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing() {
     let rig = Rig::named("paper", 2).unwrap();
     let (data, _) = waved(&rig, 12, NOISE, 6);
-    let placing =
+    let bundle_settings =
         BundleSettings { lenses: Lenses::Brown, all_terms: true, ..BundleSettings::default() };
-    let whole = bundle::solve(&data, placing, &Silent).unwrap();
+    let whole = bundle::solve(&data, bundle_settings, &Silent).unwrap();
     let mut lenses: Vec<BrownConrady> = Vec::new();
     for camera in &whole.cameras {
         let AnyCamera::BrownConrady(lens) = camera else { panic!("{camera:?}") };
@@ -88,10 +88,10 @@ fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing()
         off.pinhole.focal = lens.pinhole.focal.map(|focal| 1.02 * focal);
         lenses.push(off);
     }
-    let near = bundle::solve_near(&data, &lenses, placing, &Silent).unwrap();
+    let near = bundle::solve_near(&data, &lenses, bundle_settings, &Silent).unwrap();
     assert!((near.rms - whole.rms).abs() < 1e-6 * whole.rms);
     assert!((near.baselines[0] - whole.baselines[0]).abs() < 1e-3 * whole.baselines[0]);
-    let few = bundle::solve_near(&data, &lenses[..1], placing, &Silent);
+    let few = bundle::solve_near(&data, &lenses[..1], bundle_settings, &Silent);
     assert!(matches!(few, Err(Error::TooFew { got: 1, need: 2, .. })));
 }
 
@@ -105,8 +105,8 @@ fn three_cameras_of_which_each_view_has_two() {
     let seen: Vec<bool> = data.correspondences.iter().map(|row| row.seen_by() > 0).collect();
     let data = data.subset(|index, _| seen[index]);
     let places = places.into_iter().zip(seen).filter(|(_, seen)| *seen).map(|(place, _)| place);
-    let placing = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
-    let solved = bundle::solve(&data, placing, &Silent).unwrap();
+    let bundle_settings = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
+    let solved = bundle::solve(&data, bundle_settings, &Silent).unwrap();
     assert_eq!(solved.baselines.len(), 2);
     let pairs: Vec<(Point3, Point3)> =
         solved.data.known().map(|(world, _)| world).zip(places).collect();
@@ -119,7 +119,7 @@ fn three_cameras_of_which_each_view_has_two() {
 fn sigmas_of_places_are_those_of_repeated_solutions() {
     const TIMES: u64 = 30;
     let rig = Rig::named("paper", 2).unwrap();
-    let placing = BundleSettings {
+    let bundle_settings = BundleSettings {
         gauge: Gauge::FirstCamera,
         lenses: Lenses::Brown,
         ..BundleSettings::default()
@@ -131,7 +131,7 @@ fn sigmas_of_places_are_those_of_repeated_solutions() {
             let waving = HandHeld { views: 10, ..HandHeld::default() };
             let placements = waving.placements(&chart, 4).unwrap();
             let (data, _) = hand_held_correspondences(&rig, &chart, &placements, (NOISE, seed));
-            bundle::solve(&data, placing, &Silent).unwrap()
+            bundle::solve(&data, bundle_settings, &Silent).unwrap()
         })
         .collect();
     for axis in 0..3 {
@@ -156,8 +156,8 @@ fn the_first_views_chart_is_the_world_or_the_first_camera() {
     for row in ready.data.correspondences.iter().filter(first) {
         assert!(row.world.unwrap().z.abs() < 1e-6, "{row:?}");
     }
-    let placing = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
-    let solved = bundle::solve(&data, placing, &Silent).unwrap();
+    let bundle_settings = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
+    let solved = bundle::solve(&data, bundle_settings, &Silent).unwrap();
     // In front of the first camera, at about the distance at which it was held.
     let depths: Vec<f64> = solved.views.iter().map(|view| view.translation[2]).collect();
     assert!(depths.iter().all(|depth| (40.0..160.0).contains(depth)), "{depths:?}");
@@ -312,7 +312,7 @@ const EXPECTED: [Expected; 3] = [
 
 #[test]
 fn the_minimum_is_that_of_other_tools() {
-    let placing = BundleSettings {
+    let bundle_settings = BundleSettings {
         lenses: Lenses::Brown,
         all_terms: true,
         keep_gross: true,
@@ -320,7 +320,7 @@ fn the_minimum_is_that_of_other_tools() {
     };
     for (name, id, rms, baseline, lenses) in EXPECTED {
         let Some(data) = corners(name, id) else { continue };
-        let solved = bundle::solve(&data, placing, &Silent).unwrap();
+        let solved = bundle::solve(&data, bundle_settings, &Silent).unwrap();
         assert!((solved.rms / rms - 1.0).abs() < 1e-3, "{name}: {} for {rms}", solved.rms);
         let found = solved.baselines[0];
         assert!((found / baseline - 1.0).abs() < 1e-3, "{name}: {found} for {baseline}");

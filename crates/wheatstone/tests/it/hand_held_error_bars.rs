@@ -25,10 +25,14 @@ fn chart(rig: &Rig) -> AnyChart {
 
 /// Charts placed with a lens whose terms are all there, or as if nothing were known of the optics.
 fn placed(data: Dataset, lenses: Lenses) -> Dataset {
-    let placing =
+    let bundle_settings =
         BundleSettings { lenses, all_terms: lenses != Lenses::Either, ..BundleSettings::default() };
-    let preparation =
-        Preparation { placing, keep_outliers: true, insist: true, ..Preparation::default() };
+    let preparation = Preparation {
+        bundle_settings,
+        keep_outliers: true,
+        insist: true,
+        ..Preparation::default()
+    };
     preparation.run(data, 0, &Silent).unwrap().data
 }
 

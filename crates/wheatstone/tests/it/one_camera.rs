@@ -46,13 +46,13 @@ fn corners() -> Option<Dataset> {
 fn a_fisheye_predicts_better_than_the_rational_model() {
     let Some(data) = corners() else { return };
     let held_out = |view: usize| view % 5 == 2;
-    let placing = BundleSettings {
+    let bundle_settings = BundleSettings {
         gauge: Gauge::FirstCamera,
         lenses: Lenses::KannalaBrandt,
         ..BundleSettings::default()
     };
     let train = data.subset(|_, row| !held_out(row.view));
-    let placed = bundle::solve(&train, placing, &Silent).unwrap().data;
+    let placed = bundle::solve(&train, bundle_settings, &Silent).unwrap().data;
     let clean = outliers::screen(&placed, 0, &Silent).unwrap().clean(&placed);
     let fit = NeuralCamera::default().fit(&clean, 0, &Silent).unwrap();
     let exam = data.subset(|_, row| held_out(row.view));

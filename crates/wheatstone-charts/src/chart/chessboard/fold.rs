@@ -9,7 +9,7 @@ use wheatstone_numeric::statistics::median;
 /// photographed walls at a right angle have 0.44 to 0.51, flat boards up to 0.02, and 0.12 at the rim of a
 /// full-circle fisheye.
 const LEAST_JUMP: f64 = 0.15;
-/// The same, in those of the lines elsewhere: lenses, tilt and wavy paper curvature everywhere.
+/// The same, in those of the lines elsewhere: lenses, tilt and wavy paper bend edges everywhere.
 const MOST_SMOOTH: f64 = 4.0;
 /// Places of a line that must tell of a fold.
 const LEAST_TELLING: usize = 3;

@@ -36,7 +36,7 @@ const MOST_ROUNDS: usize = 60;
 /// Disorder above which marks are a crowd and no body: those of a crowd lie evenly within
 /// [`MOST_DEVIATION`], which makes 0.2.
 const MOST_DISORDER: f64 = 0.06;
-/// Of [`Matched::curvature`]: lenses and water curvature by a third of a step where marks are dense; a body that is laid
+/// Of [`Matched::curvature`]: lenses and water bend them by a third of a step where marks are dense; a body that is laid
 /// askew bends by its own depth.
 const MOST_CURVATURE: f64 = 1.0;
 /// Matched neighbours that say where a point is.

@@ -17,7 +17,7 @@ use nalgebra::Matrix3;
 /// The data as an adjustment wants them.
 #[derive(Clone, Debug)]
 pub(super) struct Gathered {
-    pub(super) placing: BundleSettings,
+    pub(super) bundle_settings: BundleSettings,
     pub(super) cameras: usize,
     pub(super) names: Vec<String>,
     /// By view, then camera.
@@ -32,10 +32,10 @@ pub(super) struct Gathered {
 const VIEWS_NEEDED: usize = 3;
 
 impl Gathered {
-    pub(super) fn new(data: &Dataset, placing: BundleSettings) -> Result<Self> {
+    pub(super) fn new(data: &Dataset, bundle_settings: BundleSettings) -> Result<Self> {
         let count = data.views.len().max(1);
         let mut gathered = Self {
-            placing,
+            bundle_settings,
             cameras: data.cameras,
             names: (0..count)
                 .map(|view| data.views.get(view).cloned().unwrap_or_default())

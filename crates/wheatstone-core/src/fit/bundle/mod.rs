@@ -50,12 +50,14 @@ pub fn needed(data: &Dataset) -> bool {
 /// parallel, for cameras that no view links, and where nothing fits, [`Error::Cancelled`].
 pub fn solve(
     data: &Dataset,
-    placing: BundleSettings,
+    bundle_settings: BundleSettings,
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
-    let gathered = Gathered::new(data, placing)?;
-    let gauge = placing.gauge;
-    let of = |wanted: Lenses| placing.lenses == Lenses::Either || placing.lenses == wanted;
+    let gathered = Gathered::new(data, bundle_settings)?;
+    let gauge = bundle_settings.gauge;
+    let of = |wanted: Lenses| {
+        bundle_settings.lenses == Lenses::Either || bundle_settings.lenses == wanted
+    };
     let (brown, kannala) = rayon::join(
         || of(Lenses::Brown).then(|| place::<BrownConrady>(&gathered, data, progress)),
         || of(Lenses::KannalaBrandt).then(|| place::<KannalaBrandt>(&gathered, data, progress)),
@@ -86,7 +88,7 @@ pub fn solve(
 pub fn solve_near(
     data: &Dataset,
     lenses: &[BrownConrady],
-    placing: BundleSettings,
+    bundle_settings: BundleSettings,
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
     if lenses.len() < data.cameras {
@@ -97,10 +99,10 @@ pub fn solve_near(
             got: lenses.len(),
         });
     }
-    let gathered = Gathered::new(data, placing)?;
+    let gathered = Gathered::new(data, bundle_settings)?;
     let near = rig::solve_near(&gathered, lenses, progress)?;
     let brown = kept_to(&gathered, data, near, progress)?;
-    finish(&gathered, data, placing.gauge, (brown, "brown-conrady"), progress)
+    finish(&gathered, data, bundle_settings.gauge, (brown, "brown-conrady"), progress)
 }
 
 fn place<L: Terms>(

@@ -294,7 +294,8 @@ pub(super) fn refine<L: Terms>(
         let joined = bundle.adjust(state, JOINING, progress)?;
         (state, damping) = (joined.state, joined.damping);
     }
-    let clean = if gathered.placing.keep_gross { usable } else { without_gross(&state, &usable) };
+    let clean =
+        if gathered.bundle_settings.keep_gross { usable } else { without_gross(&state, &usable) };
     chosen(gathered, (&state, damping), (clean, loose), progress)
 }
 
@@ -311,7 +312,8 @@ fn chosen<L: Terms>(
     (clean, loose): (Vec<Shot>, Vec<bool>),
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
-    let rungs = if gathered.placing.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
+    let rungs =
+        if gathered.bundle_settings.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
     let few = thinned(&clean, SCOUTED);
     let points: usize = clean.iter().flatten().map(Vec::len).sum();
     let of = |shots, terms, damping| Bundle {

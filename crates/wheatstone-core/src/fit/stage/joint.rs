@@ -32,16 +32,16 @@ impl CameraObservations {
     }
 
     fn of(data: &Dataset, placements: &[ChartPosition], camera: usize) -> Self {
-        let mut sight = Self { pairs: Vec::new(), of_point: Vec::new() };
+        let mut observation = Self { pairs: Vec::new(), of_point: Vec::new() };
         for (index, placement) in placements.iter().enumerate() {
             for row in placement.rows.iter().map(|row| &data.correspondences[*row]) {
                 if let (Some(world), Some(Some(pixel))) = (row.world, row.pixels.get(camera)) {
-                    sight.pairs.push((world, *pixel));
-                    sight.of_point.push(index);
+                    observation.pairs.push((world, *pixel));
+                    observation.of_point.push(index);
                 }
             }
         }
-        sight
+        observation
     }
 }
 
@@ -73,16 +73,16 @@ const STILL: f64 = 0.02;
 impl<'a> JointAdjustment<'a> {
     /// Cameras fitted each for itself, and where all of them together see the charts.
     pub(super) fn new(
-        sights: &'a [CameraObservations],
+        observations: &'a [CameraObservations],
         charts: Vec<UncertainPose>,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let fit = |(camera, sight): (usize, &'a CameraObservations)| {
-            let of_point = sight.of_point.clone();
+        let fit = |(camera, observation): (usize, &'a CameraObservations)| {
+            let of_point = observation.of_point.clone();
             let loose = UncertainPoses { charts: charts.clone(), of_point, held: false };
-            CameraNormalEquations::fit(&sight.pairs, loose, camera, progress)
+            CameraNormalEquations::fit(&observation.pairs, loose, camera, progress)
         };
-        let fitted: Vec<Result<_>> = sights.par_iter().enumerate().map(fit).collect();
+        let fitted: Vec<Result<_>> = observations.par_iter().enumerate().map(fit).collect();
         let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
         let (cameras, said): (Vec<_>, Vec<_>) = fitted.into_iter().unzip();
         let count = MOTION * charts.len();
@@ -170,7 +170,7 @@ impl<'a> JointAdjustment<'a> {
         let first = self.charts.clone();
         for round in 1..=MOST_ROUNDS {
             progress.check()?;
-            progress.report("placing charts", round as u64, MOST_ROUNDS as u64);
+            progress.report("estimating chart poses", round as u64, MOST_ROUNDS as u64);
             let learning = round <= LEARNING;
             if learning && free_rotations {
                 self.learn_rotations(&first);
@@ -221,7 +221,7 @@ fn most_likely(information: &Information) -> Option<(DVector<f64>, DMatrix<f64>)
     Some((factors.solve(&information.vector), factors.inverse()))
 }
 
-/// How strongly pixels score at charts that have moved by `motions`, as a sum of squares of standard
+/// The score (gradient of the log likelihood) that is left at charts moved by `motions`, as a sum of squares of standard
 /// deviations, and in how many directions they can: each counts by how much more of it the pixels say
 /// than the prior does.
 fn score(information: &Information, motions: &DVector<f64>) -> (f64, f64) {

@@ -64,8 +64,8 @@ pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Res
     prior.check(data)?;
     let placements = charts::placements(data)?;
     let charts = charts::loose(&placements, prior);
-    let sights = CameraObservations::of_all(data, &placements);
-    let mut joint = JointAdjustment::new(&sights, charts, progress)?;
+    let observations = CameraObservations::of_all(data, &placements);
+    let mut joint = JointAdjustment::new(&observations, charts, progress)?;
     let rounds = joint.solve(prior.rotation_sigma.is_none(), progress)?;
     let covariance = joint.covariance().ok_or_else(joint::lost)?;
     let offsets = observable::offsets(&placements, &joint.charts, &covariance);
@@ -93,7 +93,7 @@ pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> 
     let placements = charts::placements(data)?;
     let sigma = SUPPOSED * ChartPosition::extent(&placements);
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
-    let sights = CameraObservations::of_all(data, &placements);
-    let joint = JointAdjustment::new(&sights, charts, progress)?;
+    let observations = CameraObservations::of_all(data, &placements);
+    let joint = JointAdjustment::new(&observations, charts, progress)?;
     Ok(joint.significance(sigma))
 }

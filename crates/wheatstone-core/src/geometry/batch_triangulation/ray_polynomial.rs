@@ -11,7 +11,7 @@ pub(crate) struct StraightCamera {
     pub(crate) nearness: f64,
     /// What a squared pixel of error counts.
     pub(crate) weight: f64,
-    /// Between which nearnesses its ray_polynomials hold.
+    /// Between which nearnesses its ray polynomials hold.
     pub(crate) range: [f64; 2],
 }
 
@@ -47,7 +47,7 @@ pub(crate) struct Triangulated<N> {
     /// X, Y, Z.
     pub(crate) point: [N; 3],
     /// Sum of squared errors over all pixel coordinates; not a number where the point lies nowhere, or
-    /// where some camera's ray_polynomials do not hold.
+    /// where some camera's ray polynomials do not hold.
     pub(crate) squares: N,
     /// The nearness to the first camera.
     pub(crate) nearness: N,
@@ -63,7 +63,7 @@ pub(crate) const ALONG: u8 = 2;
 /// and with its square.
 pub(crate) const BENT: u8 = 4;
 
-/// A ray_polynomial as one of a straight ray, with the curvature taken as it is at this nearness: where on the plane, and
+/// A ray polynomial as one of a straight ray, with the curvature taken as it is at this nearness: where on the plane, and
 /// how that goes with the nearness.
 #[inline(always)]
 pub(super) fn straight<N: Number, const KIND: u8>(

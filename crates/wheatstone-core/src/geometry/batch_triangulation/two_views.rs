@@ -30,7 +30,7 @@ pub(super) struct TwoViews {
     ease: [f64; 2],
     /// About the nearness of what each observes.
     nearness: [f64; 2],
-    /// Between which nearnesses each camera's ray_polynomials hold.
+    /// Between which nearnesses each camera's ray polynomials hold.
     ranges: [[f64; 2]; 2],
 }
 
@@ -347,7 +347,7 @@ mod tests {
     fn rays_without_errors_meet_where_they_come_from() {
         assert!(largest_gap::<SCALED>(0.0) < 1e-12);
         assert!(largest_gap::<{ SCALED | ALONG }>(0.0) < 1e-12);
-        // One step of the curvature's.
+        // Of the curvature one step is taken.
         assert!(largest_gap::<{ SCALED | ALONG | BENT }>(0.0) < 1e-7);
     }
 

@@ -67,7 +67,7 @@ impl ChebyshevUndistortion {
         for (order, place) in PLACES.into_iter().enumerate() {
             let mut coefficients = coefficients(&values[place]);
             if let Some(plane) = plane.get_mut(order) {
-                // The first coefficients are the powers themselves.
+                // The first polynomials are the powers themselves.
                 for (value, wave) in plane.iter_mut().zip([(1, 0), (0, 1), (0, 0)]) {
                     *value = std::mem::take(&mut coefficients[wave]);
                 }
@@ -167,7 +167,7 @@ impl ChebyshevUndistortion {
 const PLACES: [usize; 6] = [0, 1, 6, 7, 8, 9];
 
 impl Polynomial {
-    /// A short one that departs from coefficients by no more than `tolerance`; `None` where it would be too long.
+    /// A short one that departs from the whole sum by no more than `tolerance`; `None` where it would be too long.
     fn new(coefficients: &DMatrix<f64>, tolerance: f64) -> Option<Self> {
         // No wave is ever larger than one.
         let all = || (0..NODES).flat_map(|i| (0..NODES).map(move |j| (i, j)));

@@ -104,7 +104,7 @@ impl CovarianceTable {
         }
     }
 
-    /// The table of points that the first camera observes at x and y with this nearness; not numbers where
+    /// The covariances of points that the first camera observes at x and y with this nearness; not numbers where
     /// no box says them.
     pub(super) fn columns(
         &self,

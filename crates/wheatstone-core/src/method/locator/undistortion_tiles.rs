@@ -21,7 +21,7 @@ const SIDE: usize = 256;
 const BEFORE: f64 = 64.0;
 
 /// A patch takes at most this angle, in radians: a cubic then follows a lens to a millionth of a pixel,
-/// and a correction by coefficients of a sixth of the picture to a ten thousandth.
+/// and a correction by waves of a sixth of the picture to a ten thousandth.
 const WIDTH: f64 = 0.05;
 
 /// Places of a pixel worked out for a patch.

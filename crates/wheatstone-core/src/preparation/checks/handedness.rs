@@ -1,5 +1,5 @@
 //! What is alike in all views of a camera, so that the camera takes it up: mirrored pictures or frames,
-//! boards read turned or transposed in every picture. CameraEvidence by comparing the cameras.
+//! boards read turned or transposed in every picture. Found by comparing the cameras.
 
 use super::{
     Fault,

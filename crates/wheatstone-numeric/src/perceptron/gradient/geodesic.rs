@@ -15,23 +15,23 @@ impl<T: Real> GradientPass<T> {
     ) {
         self.packed.set(weights);
         self.along.set(direction);
-        on_widest(Pass { pass: self, factors, gradient });
+        on_widest(Kernel { pass: self, factors, gradient });
     }
 }
 
 /// One pass over all samples.
-struct Pass<'a, T> {
+struct Kernel<'a, T> {
     pass: &'a mut GradientPass<T>,
     factors: &'a [f64],
     gradient: &'a mut [f64],
 }
 
-impl<T: Real> WithSimd for Pass<'_, T> {
+impl<T: Real> WithSimd for Kernel<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Pass { pass, factors, gradient } = self;
+        let Kernel { pass, factors, gradient } = self;
         pass.sums.fill(T::default());
         if group::<T>() == SINGLES {
             pass.second_derivatives_of_all::<S, SINGLES>(simd, factors);
@@ -156,7 +156,7 @@ mod tests {
         let mut next = results.iter_mut();
         let widths = on_each(|| {
             let (pass, gradient) = next.next().unwrap();
-            Pass { pass, factors: &[1.0, 2.0, 0.5], gradient }
+            Kernel { pass, factors: &[1.0, 2.0, 0.5], gradient }
         });
         assert!(widths.len() > 1);
         assert!(results[..widths.len()].iter().all(|other| other.1 == results[0].1));
