@@ -5,14 +5,16 @@ use super::{
     cells::{Foreign, malformed},
     layout::{Header, Layout},
     names::ColumnNames,
-    parquet_lengths,
+    parquet_lengths::{self, CheckedPages},
     rows::{Rows, Table},
 };
 use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_ipc::reader::{FileReader, StreamReader};
 use arrow_schema::{ArrowError, SchemaRef};
 use bytes::Bytes;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
+};
 use parquet::file::reader::ChunkReader;
 use std::{
     io::{Read, Seek},
@@ -50,9 +52,11 @@ impl ColumnTable {
     ) -> Result<Self> {
         let (schema, unit, batches) = guarded(path, "Parquet", || {
             parquet_lengths::check_footer(&file)?;
-            let size = file.len();
-            let builder = ParquetRecordBatchReaderBuilder::try_new(file)?.with_batch_size(ROWS);
-            parquet_lengths::check_columns(&builder, size)?;
+            let metadata = ArrowReaderMetadata::load(&file, ArrowReaderOptions::default())?;
+            parquet_lengths::check_columns(&metadata, file.len())?;
+            let file = CheckedPages(file);
+            let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
+                .with_batch_size(ROWS);
             let pairs = builder.metadata().file_metadata().key_value_metadata();
             let unit = pairs.and_then(|pairs| {
                 pairs.iter().find(|pair| pair.key == UNIT).and_then(|pair| pair.value.clone())

@@ -288,11 +288,15 @@ fn parts_longer_than_the_file_are_refused() {
     let stream = b"\xff\xff\xff\xff# \xdaX\x02\x07\0\0".to_vec();
     let error = read("points.arrow", stream).unwrap_err().to_string();
     assert!(error.contains("longer than the file"), "{error}");
-    // A footer of one structure, whose first field is a list of 2^31 - 1 structures.
-    let mut footer = b"PAR1\x19\xfc\xff\xff\xff\xff\x07\0".to_vec();
-    footer.extend(*b"\x08\0\0\0PAR1");
-    let error = read("points.parquet", footer).unwrap_err().to_string();
-    assert!(error.contains("more members than the file has bytes"), "{error}");
+    // A footer whose second field, the schema, is a list of 2^31 - 1 structures; and one where it is said to be a
+    // number.
+    for (kind, words) in [(9, "more members than the file has bytes"), (5, "footer is damaged")] {
+        let mut footer = b"PAR1".to_vec();
+        footer.extend([2 << 4 | kind, 0xFC, 0xFF, 0xFF, 0xFF, 0xFF, 0x07, 0]);
+        footer.extend(*b"\x08\0\0\0PAR1");
+        let error = read("points.parquet", footer).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
     for name in ["points.arrow", "points.parquet"] {
         let good = tables::encode(&plain(), Path::new(name)).unwrap();
         let mut refused = 0;
