@@ -95,14 +95,22 @@ impl Cameras {
     /// In a form that the format holds, with the sizes that were given.
     pub(crate) fn fitted(&self, format: &Format, given: &Given) -> Outcome<Approximation> {
         let bar = Bar::new();
-        let mut found = match self {
-            Self::Model(model) => approximate(model, format.forms(), &bar)?,
-            Self::Rig(rig) => approximate_rig(rig, format.forms(), &bar)?,
-        };
-        for (index, camera) in found.rig.cameras.iter_mut().enumerate() {
-            camera.size = given.size(index).or(camera.size);
-        }
-        Ok(found)
+        // A lens must hold all over the picture, so that its size counts.
+        Ok(match self {
+            Self::Model(model) => {
+                let mut model = (**model).clone();
+                let size = |camera| given.size(camera).or(model.picture_size(camera));
+                model.sizes = (0..model.volume.cameras()).map(size).collect();
+                approximate(&model, format.forms(), &bar)?
+            }
+            Self::Rig(rig) => {
+                let mut rig = rig.clone();
+                for (index, camera) in rig.cameras.iter_mut().enumerate() {
+                    camera.size = given.size(index).or(camera.size);
+                }
+                approximate_rig(&rig, format.forms(), &bar)?
+            }
+        })
     }
 }
 

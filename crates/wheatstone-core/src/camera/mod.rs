@@ -14,6 +14,7 @@ pub mod kannala_brandt;
 pub mod pinhole;
 pub(crate) mod posed_lens;
 mod monotonic;
+pub mod picture_domain;
 pub(crate) mod normal_equations;
 pub(crate) mod batch_projection;
 pub(crate) mod projection;

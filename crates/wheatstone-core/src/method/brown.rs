@@ -9,7 +9,11 @@ use super::{
 };
 use crate::{
     Error, Result,
-    camera::{brown_conrady::BrownConrady, pinhole::Pinhole},
+    camera::{
+        brown_conrady::BrownConrady,
+        picture_domain::{Area, undistorts},
+        pinhole::Pinhole,
+    },
     dataset::Dataset,
 };
 use serde::{Deserialize, Serialize};
@@ -55,27 +59,25 @@ impl Brown {
     const PRESETS: &'static [&'static str] =
         &["default", "pinhole", "radial", "fixed", "rational", "prism", "full", "tilt"];
 
-    /// The terms, in the order in which a camera takes them on: those that real lenses have most of
-    /// come first.
+    /// The terms one by one, in the order in which a camera takes them on: those that real lenses have most
+    /// of come first. p1 and p2 are one lens element off the axis, s1 to s4 one prism, both angles one sensor.
     fn ladder(&self) -> NestedModels {
-        let (k1, k2, k3) = (4, 5, 6);
+        let [k1, k2, k3, p1, p2] = [4, 5, 6, 7, 8];
+        let terms: [(bool, &[usize]); 9] = [
+            (self.radial >= 1, &[k1]),
+            (self.radial >= 2, &[k2]),
+            (self.tangential, &[p1, p2]),
+            (self.radial >= 3, &[k3]),
+            (self.rational, &[9]),
+            (self.rational, &[10]),
+            (self.rational, &[11]),
+            (self.prism, &[12, 13, 14, 15]),
+            (self.tilt, &[16, 17]),
+        ];
         let mut rungs = vec![vec![0, 1, 2, 3]];
-        let mut take = |wanted: bool, terms: &[usize]| {
-            if let (true, Some(last)) = (wanted, rungs.last()) {
-                rungs.push(last.iter().chain(terms).copied().collect());
-            }
-        };
-        take(self.radial >= 1, &[k1]);
-        let second: &[usize] = match (self.radial >= 2, self.tangential) {
-            (true, true) => &[k2, 7, 8],
-            (true, false) => &[k2],
-            (false, _) => &[7, 8],
-        };
-        take(self.radial >= 2 || self.tangential, second);
-        take(self.radial >= 3, &[k3]);
-        take(self.rational, &[9, 10, 11]);
-        take(self.prism, &[12, 13, 14, 15]);
-        take(self.tilt, &[16, 17]);
+        for (_, terms) in terms.into_iter().filter(|(wanted, _)| *wanted) {
+            rungs.extend(rungs.last().map(|last| last.iter().chain(terms).copied().collect()));
+        }
         if !self.choose {
             rungs.drain(..rungs.len() - 1);
         }
@@ -86,6 +88,10 @@ impl Brown {
 impl Lens for BrownConrady {
     fn start(pinhole: Pinhole, first: f64) -> Self {
         Self { radial: [first, 0.0, 0.0], ..Self::ideal(pinhole) }
+    }
+
+    fn holds_over(&self, area: Area) -> bool {
+        undistorts(self, area)
     }
 }
 

@@ -18,6 +18,7 @@ use crate::{
         AdjustableCamera,
         batch_projection::BatchProjection,
         normal_equations::{PosedObservations, Sums},
+        picture_domain::bounding,
         posed_lens::{POSE, PosedLens},
     },
     dataset::Dataset,
@@ -220,16 +221,23 @@ impl NestedModels {
     ) -> Result<Adjusted<L>> {
         let pairs = pairs_of(self.method, camera, self.points_needed(), train)?;
         let linear = linear_camera(camera, &some_of(&pairs, LINEAR))?;
-        let found = self.climb(&pairs, &linear, progress)?;
+        let mut found = self.climb(&pairs, &linear, progress)?;
+        // A search may end in a lens that folds the picture over; such a lens explains nothing.
+        found.retain(|adjusted| adjusted.camera.sees_all(&pairs));
+        let shown = bounding(pairs.iter().map(|(_, pixel)| *pixel));
+        let holds = |adjusted: &Adjusted<L>| {
+            shown.is_some_and(|area| adjusted.camera.lens.holds_over(area))
+        };
+        // One that does so next to where points were seen is taken where there is no other.
+        if found.iter().any(holds) {
+            found.retain(holds);
+        }
+        let criterion = |adjusted: &Adjusted<L>| {
+            information(adjusted.squares, pairs.len(), adjusted.adjusted.len())
+        };
         let best = found
             .into_iter()
-            // A search may end in a lens that folds the picture over; such a lens explains nothing.
-            .filter(|adjusted| adjusted.camera.sees_all(&pairs))
-            .map(|adjusted| {
-                (information(adjusted.squares, pairs.len(), adjusted.adjusted.len()), adjusted)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, adjusted)| adjusted)
+            .min_by(|a, b| criterion(a).total_cmp(&criterion(b)))
             .ok_or_else(|| unexplained(self.method, camera))?;
         best.camera.adjust(&best.adjusted, &pairs, FINAL, progress)
     }

@@ -6,8 +6,12 @@
 use super::radial_alignment::{Aligned, Scaled};
 use crate::{
     camera::{
-        batch_projection::BatchProjection, composed::Composed, pinhole::Pinhole,
-        posed_lens::PosedLens, projection::Projection,
+        batch_projection::BatchProjection,
+        composed::Composed,
+        picture_domain::{Area, has_rays},
+        pinhole::Pinhole,
+        posed_lens::PosedLens,
+        projection::Projection,
     },
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Vector3},
 };
@@ -20,6 +24,11 @@ pub(crate) trait Lens: Composed + BatchProjection {
     /// radius = a + first a^3, where a is the distance from the axis at which the projection lays a point
     /// out.
     fn start(pinhole: Pinhole, first: f64) -> Self;
+
+    /// Whether it holds all over the area and a tenth beyond.
+    fn holds_over(&self, area: Area) -> bool {
+        has_rays(self, area)
+    }
 }
 
 impl<L: Lens> PosedLens<L> {

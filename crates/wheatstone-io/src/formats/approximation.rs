@@ -6,21 +6,25 @@
 //! is fitted to the pixels and places of the model's own points, then to places that the model finds for
 //! the pixels of that rig, so that no noise of the measured pixels is in it. The loss is judged at other
 //! points: how far the rig's pixel of a point lies from the model's.
+//!
+//! Of several lenses the one with the fewest terms is taken whose loss is next to the least. Terms that follow
+//! the model a little nearer where it was shown points do what they like elsewhere in the picture; a lens that
+//! has a pole or a fold there is none at all.
 
-use super::{
-    Error, Form, Optics, Rig, RigCamera,
-    samples::{Samples, of_model, of_rig},
-};
+mod exact;
+mod lens_fit;
+mod samples;
+
+pub use exact::exact;
+
+use super::{Error, Form, Optics, Rig, RigCamera};
+use exact::named;
+use lens_fit::{Distances, cannot_follow, distances, follow, with_own_pose};
+use samples::{Samples, areas, of_model, of_rig};
 use serde::Serialize;
 use wheatstone_core::{
     Calibration, Result,
-    dataset::{Correspondence, Dataset},
-    error::{Hint, Remedy},
-    geometry::{Pixel, Point3},
-    method::{
-        AnyReconstructor, Method, Reconstructor, brown::Brown, dlt::Dlt,
-        kannala_brandt::KannalaBrandt,
-    },
+    camera::picture_domain::{Area, has_rays, undistorts},
 };
 use wheatstone_numeric::{progress::Progress, statistics::root_mean_square};
 
@@ -46,41 +50,8 @@ pub struct Approximation {
     pub loss: Option<Loss>,
 }
 
-/// The cameras of a model, where they are of a kind that a rig has.
-#[must_use]
-pub fn exact(model: &Calibration) -> Option<Rig> {
-    let optics: Vec<Optics> = match &model.reconstructor {
-        AnyReconstructor::Brown(fitted) => {
-            fitted.cameras.iter().cloned().map(Optics::Brown).collect()
-        }
-        AnyReconstructor::KannalaBrandt(fitted) => {
-            fitted.cameras.iter().cloned().map(Optics::KannalaBrandt).collect()
-        }
-        AnyReconstructor::Dlt(fitted) => {
-            fitted.matrices().iter().copied().map(Optics::Linear).collect()
-        }
-        _ => return None,
-    };
-    Some(named(model, optics))
-}
-
-/// Cameras with the names and sizes that the model knows.
-fn named(model: &Calibration, optics: Vec<Optics>) -> Rig {
-    let imported = model.imported.as_ref();
-    let camera = |(index, optics): (usize, Optics)| {
-        let name = imported.and_then(|imported| imported.cameras.get(index).cloned());
-        RigCamera {
-            name: name.unwrap_or_else(|| format!("camera{}", index + 1)),
-            size: model.picture_size(index),
-            optics,
-        }
-    };
-    let cameras = optics.into_iter().enumerate().map(camera).collect();
-    Rig { unit: Some(model.unit.clone()), cameras }
-}
-
-/// A model's cameras in one of several forms: without loss where any of them allows it, otherwise the one
-/// that comes nearest.
+/// A model's cameras in one of several forms: without loss where any of them allows it and the lens holds all
+/// over the picture, otherwise the simplest that comes nearly as near as any. Picture sizes are the model's.
 ///
 /// # Errors
 ///
@@ -96,7 +67,10 @@ pub fn approximate(
         if model.data.world.is_empty() {
             return approximate_rig(&rig, forms, progress);
         }
-        if let Some(rig) = within(&rig, forms) {
+        let areas = areas(model);
+        let holds = |(camera, areas): (&RigCamera, &[Area; 2])| holds_over(&camera.optics, *areas);
+        let usable = |rig: &Rig| rig.cameras.iter().zip(&areas).all(holds);
+        if let Some(rig) = within(&rig, forms).filter(usable) {
             return Ok(Approximation { rig, loss: None });
         }
     }
@@ -135,179 +109,102 @@ fn within(rig: &Rig, forms: &[Form]) -> Option<Rig> {
     Some(Rig { unit: rig.unit.clone(), cameras })
 }
 
-/// More coefficients must make the loss smaller than this share of it: what is simple travels better. A
-/// model that is no lens at all, such as Soloff's polynomials, is off any lens by so much that distortion
-/// shows in a few hundredths of it.
-const WORTHWHILE: f64 = 0.97;
+/// A lens with fewer terms may lose so many pixels more than the best, or this share of the noise of a pixel:
+/// nobody sees that.
+const UNSEEN: f64 = 0.02;
+const UNSEEN_OF_NOISE: f64 = 0.05;
 
-/// The form that follows best; of nearly equal ones the first and simplest.
+/// Or this share of the least loss. A model that is no lens at all, such as Soloff's polynomials, is off any
+/// lens by so much that distortion shows in a few hundredths of it.
+const SHARE_OF_LOSS: f64 = 0.03;
+
+/// Cameras of one form beside the model.
+struct Candidate {
+    form: Form,
+    optics: Vec<Optics>,
+    off: Distances,
+}
+
+/// The simplest of the forms that follow nearly best.
 fn nearest(
     lesson: &Samples,
     exam: &Samples,
     forms: &[Form],
     progress: &dyn Progress,
 ) -> Result<(Vec<Optics>, Loss)> {
-    let mut best: Option<(Vec<Optics>, Loss)> = None;
-    let mut why = None;
+    let (mut candidates, mut why) = (Vec::new(), None);
     for form in forms.iter().flat_map(|form| simpler(*form)) {
         progress.check()?;
-        match follow(lesson, exam, form, progress) {
-            Ok(found) => {
-                let better = |best: &(Vec<Optics>, Loss)| found.1.rms < WORTHWHILE * best.1.rms;
-                if best.as_ref().is_none_or(better) {
-                    best = Some(found);
-                }
+        for optics in
+            with_own(lesson, form).into_iter().map(Ok).chain([follow(lesson, form, progress)])
+        {
+            let judged = optics.and_then(|optics| {
+                let off = distances(exam, &optics)?;
+                let holds = optics.iter().zip(&lesson.areas).all(|(o, area)| holds_over(o, *area));
+                holds.then_some(Candidate { form, optics, off }).ok_or_else(cannot_follow)
+            });
+            match judged {
+                Ok(candidate) => candidates.push(candidate),
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(other) => why = why.or(Some(other)),
             }
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(other) => why = why.or(Some(other)),
         }
     }
-    best.ok_or_else(|| why.unwrap_or_else(cannot_follow))
+    let least = candidates.iter().map(|found| found.off.worst()).fold(f64::INFINITY, f64::min);
+    let noise = lesson.noise.iter().copied().fold(f64::INFINITY, f64::min);
+    let noise = if noise.is_finite() { noise } else { 0.0 };
+    let more = UNSEEN.max(UNSEEN_OF_NOISE * noise).max(SHARE_OF_LOSS * least);
+    candidates
+        .into_iter()
+        .find(|found| found.off.worst() <= least + more)
+        .map(Candidate::with_loss)
+        .ok_or_else(|| why.unwrap_or_else(cannot_follow))
 }
 
-fn cannot_follow() -> Error {
-    Error::Unsupported {
-        format: "this format".into(),
-        what: "anything like this model".into(),
-        hint: Hint::new(
-            "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; for other models fit a parametric one, such as `brown`",
-            Remedy::Method,
-        ),
+/// The model's own cameras, where it has them, behind a lens of this form.
+fn with_own(samples: &Samples, form: Form) -> Option<Vec<Optics>> {
+    let Form::Brown(count) = form else { return None };
+    let own = samples.own.as_ref()?.iter().zip(&samples.pairs);
+    own.map(|(own, pairs)| with_own_pose(*own, pairs, count)).collect()
+}
+
+/// Whether a camera can be used all over the area. A fisheye has no light in the corners of its picture, and
+/// rays that no undistorted picture holds: it is asked only where points were seen.
+fn holds_over(optics: &Optics, [picture, shown]: [Area; 2]) -> bool {
+    match optics {
+        Optics::Brown(camera) => undistorts(&camera.model, picture),
+        Optics::KannalaBrandt(camera) => has_rays(&camera.model, shown),
+        Optics::Linear(_) => true,
     }
 }
 
 /// A form and what it holds that is simpler, the simplest first.
 fn simpler(form: Form) -> Vec<Form> {
     match form {
-        Form::Brown(most) => {
-            [0, 4, 5, 8, 12].into_iter().filter(|count| *count <= most).map(Form::Brown).collect()
-        }
+        Form::Brown(most) => [0, 1, 2, 4, 5, 8, 12]
+            .into_iter()
+            .filter(|count| *count <= most)
+            .map(Form::Brown)
+            .collect(),
         other => vec![other],
     }
 }
 
-/// The best cameras of one form, and how far they are off.
-fn follow(
-    lesson: &Samples,
-    exam: &Samples,
-    form: Form,
-    progress: &dyn Progress,
-) -> Result<(Vec<Optics>, Loss)> {
-    let mut optics = fit(&lesson.pairs, form, progress)?;
-    if let Some((locate, points)) = &lesson.intersection {
-        // Twice is enough: the second rig differs from the first by a hundredth of the loss.
-        for _ in 0..2 {
-            let pairs = met(*locate, &optics, points);
-            optics = fit(&pairs, form, progress)?;
-        }
+impl Candidate {
+    fn with_loss(self) -> (Vec<Optics>, Loss) {
+        let all = self.off.cameras.concat();
+        let loss = Loss {
+            form: match self.form {
+                Form::Brown(0) => "pinhole without distortion".into(),
+                Form::Brown(1) => "pinhole with 1 distortion coefficient".into(),
+                Form::Brown(count) => format!("pinhole with {count} distortion coefficients"),
+                Form::KannalaBrandt => "fisheye".into(),
+                Form::Linear => "projection matrix".into(),
+            },
+            rms: root_mean_square(&all),
+            largest: all.iter().copied().fold(0.0, f64::max),
+            points: all.len(),
+        };
+        (self.optics, loss)
     }
-    let pairs = match &exam.intersection {
-        Some((locate, points)) => met(*locate, &optics, points),
-        None => exam.pairs.clone(),
-    };
-    let mut distances = Vec::new();
-    for (camera, pairs) in optics.iter().zip(&pairs) {
-        for (world, pixel) in pairs {
-            let at = camera.project(*world).ok_or_else(cannot_follow)?;
-            distances.push((at - pixel).norm());
-        }
-    }
-    let loss = Loss {
-        form: match form {
-            Form::Brown(count) => format!("pinhole with {count} coefficients"),
-            Form::KannalaBrandt => "fisheye".into(),
-            Form::Linear => "projection matrix".into(),
-        },
-        rms: root_mean_square(&distances),
-        largest: distances.iter().copied().fold(0.0, f64::max),
-        points: distances.len(),
-    };
-    if distances.is_empty() || !loss.rms.is_finite() {
-        return Err(cannot_follow());
-    }
-    Ok((optics, loss))
-}
-
-/// Where the model meets the pixels at which a rig observes points, with those pixels, a camera each.
-fn met(
-    locate: &dyn Reconstructor,
-    optics: &[Optics],
-    points: &[Point3],
-) -> Vec<Vec<(Point3, Pixel)>> {
-    let mut pairs = vec![Vec::with_capacity(points.len()); optics.len()];
-    for point in points {
-        let pixels: Vec<Option<Pixel>> =
-            optics.iter().map(|camera| camera.project(*point)).collect();
-        let Some(found) = locate.locate(&pixels) else { continue };
-        for (pairs, pixel) in pairs.iter_mut().zip(pixels) {
-            pairs.extend(pixel.map(|pixel| (found.point, pixel)));
-        }
-    }
-    pairs
-}
-
-/// Cameras of one form that see points nearest to their pixels.
-fn fit(pairs: &[Vec<(Point3, Pixel)>], form: Form, progress: &dyn Progress) -> Result<Vec<Optics>> {
-    let data = dataset(pairs);
-    let brown = |count: usize| Brown {
-        radial: match count {
-            0..4 => 0,
-            4 => 2,
-            _ => 3,
-        },
-        tangential: count >= 4,
-        rational: count >= 8,
-        prism: count >= 12,
-        tilt: false,
-        choose: false,
-    };
-    let fitted = match form {
-        Form::Brown(count) => brown(count).fit(&data, 0, progress),
-        Form::KannalaBrandt => KannalaBrandt { terms: 4, choose: false }.fit(&data, 0, progress),
-        Form::Linear => Dlt::default().fit(&data, 0, progress),
-    }?;
-    let (optics, mirrored): (Vec<Optics>, bool) = match fitted.reconstructor {
-        AnyReconstructor::Brown(found) => {
-            let mirrored = found.cameras.iter().any(|camera| camera.mirrored);
-            (found.cameras.into_iter().map(Optics::Brown).collect(), mirrored)
-        }
-        AnyReconstructor::KannalaBrandt(found) => {
-            let mirrored = found.cameras.iter().any(|camera| camera.mirrored);
-            (found.cameras.into_iter().map(Optics::KannalaBrandt).collect(), mirrored)
-        }
-        AnyReconstructor::Dlt(found) => {
-            (found.matrices().iter().copied().map(Optics::Linear).collect(), false)
-        }
-        _ => (Vec::new(), false),
-    };
-    if mirrored {
-        return Err(Error::Unsupported {
-            format: "this format".into(),
-            what: "a left-handed world, or a camera that sees a mirrored world".into(),
-            hint: "reverse one axis of the world (Z to -Z in the data), then fit again; `dlt` holds it".into(),
-        });
-    }
-    Ok(optics)
-}
-
-/// Every pair a point that one camera saw.
-fn dataset(pairs: &[Vec<(Point3, Pixel)>]) -> Dataset {
-    let mut correspondences = Vec::new();
-    for (camera, pairs) in pairs.iter().enumerate() {
-        for (world, pixel) in pairs {
-            let mut pixels = vec![None; camera + 1];
-            pixels[camera] = Some(*pixel);
-            correspondences.push(Correspondence {
-                view: 0,
-                id: None,
-                pixels,
-                world: Some(*world),
-                board: None,
-            });
-        }
-    }
-    for row in &mut correspondences {
-        row.pixels.resize(pairs.len(), None);
-    }
-    Dataset { unit: String::new(), cameras: pairs.len(), views: Vec::new(), correspondences }
 }

@@ -74,6 +74,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         findings: Vec::new(),
         sizes: Vec::new(),
         data: (&data).into(),
+        start: None,
         imported: Some(imported),
     })
 }

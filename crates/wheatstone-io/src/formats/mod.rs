@@ -23,7 +23,6 @@ mod proptv;
 mod remap;
 mod rig;
 mod ros;
-mod samples;
 mod table;
 mod targets;
 mod text;

@@ -5,7 +5,10 @@
 //! Brandt 2006, doi:10.1109/TPAMI.2006.153), stand Brown's radial and tangential terms
 //! (Brown 1971, Photogrammetric Engineering 37:855-866).
 
-use crate::geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3};
+use crate::{
+    camera::pinhole::Pinhole,
+    geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3},
+};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -286,6 +289,13 @@ impl Lens {
         ]);
         numbers[FIRST_RADIAL..].copy_from_slice(&self.distortion);
         numbers
+    }
+
+    /// Pose and pinhole, without skew and distortion.
+    pub(super) fn pinhole(&self) -> Option<(Pose, Pinhole)> {
+        let [fx, fy, _, cx, cy] = self.plane;
+        let pinhole = Pinhole { focal: [fx, fy], principal: [cx, cy] };
+        (fx > 0.0 && fy > 0.0).then_some((self.camera_from_world, pinhole))
     }
 
     pub(super) fn is_consistent(&self) -> bool {

@@ -2,13 +2,15 @@
 
 use wheatstone::{
     Calibration,
+    camera::picture_domain::undistorts,
     chart::AnyChart,
-    formats::{Form, approximate, approximate_rig},
+    formats::{Form, Optics, approximate, approximate_rig, coefficients},
     geometry::Pixel,
     method::AnyMethod,
     numeric::progress::Silent,
     preparation::Preparation,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
+    tables::{self, Duplicates},
 };
 
 /// A model of a rig with distorting lenses.
@@ -75,4 +77,23 @@ fn the_same_model_leaves_as_the_same_bytes() {
         super::format("opencv").write_rig(&found.rig).unwrap()
     };
     assert_eq!(write(), write());
+}
+
+/// A real rig in a water tank, of which no lens is the model. Five terms follow it nearly as well as twelve do, and
+/// twelve have a pole in the picture.
+#[test]
+fn a_lens_has_as_few_terms_as_follow_and_holds_over_the_whole_picture() {
+    let Some(folder) = crate::data::folder("myptv-vee") else { return };
+    let data = tables::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
+    let prepared = Preparation::default().run(data, 0, &Silent).unwrap();
+    let method = AnyMethod::named("neural-camera").unwrap();
+    let mut model = Calibration::fit(&method, &prepared, 0, false, &Silent).unwrap();
+    model.sizes = vec![Some([1024, 1024]); 3];
+    let found = approximate(&model, &[Form::Brown(14)], &Silent).unwrap();
+    assert!(found.loss.unwrap().rms < 0.15);
+    for camera in &found.rig.cameras {
+        let Optics::Brown(lens) = &camera.optics else { panic!("{camera:?}") };
+        assert!(coefficients(&lens.model, 0).len() <= 5, "{lens:?}");
+        assert!(undistorts(&lens.model, [-0.5, -0.5, 1023.5, 1023.5]));
+    }
 }
