@@ -1,6 +1,7 @@
 //! From what the user recorded to what a method is fitted to: faults are named, or put right where
 //! that is asked for and certain; charts of unknown place are placed; gross outliers are set aside; charts are moved to where they stood.
 
+mod chart_poses;
 pub mod checks;
 pub mod outliers;
 
@@ -9,7 +10,7 @@ use crate::{
     dataset::Dataset,
     error::{Hint, Remedy},
     fit::{
-        bundle::{self, BundleSettings, Gauge, Lenses, SolvedPoses, ViewPose},
+        bundle::{self, BundleSettings, Gauge, ViewPose},
         stage::{self, StagePrior, ViewOffset},
     },
 };
@@ -175,7 +176,8 @@ impl Preparation {
         progress.check()?;
         let mut placed = None;
         if bundle::needed(&data) {
-            (data, placed) = self.place(&data, progress)?;
+            let (solved, estimated) = chart_poses::place(&data, self.bundle_settings, progress)?;
+            (data, placed) = (solved, Some(estimated));
             add_findings(&mut examination, checks::examine(&data));
         }
         if let Some((length, tolerance)) = self.baseline {
@@ -199,63 +201,6 @@ impl Preparation {
             (data, offsets) = (solved.data, solved.offsets);
         }
         Ok(Prepared { data, examination, repaired: self.repair, outliers, stage: offsets, placed })
-    }
-
-    /// Places charts of unknown place: with cameras of a known lens first, then, where any lens may
-    /// be, together with the model-free camera.
-    fn place(
-        &self,
-        data: &Dataset,
-        progress: &dyn Progress,
-    ) -> Result<(Dataset, Option<EstimatedPoses>)> {
-        let mut solved = bundle::solve(data, self.bundle_settings, progress)?;
-        let freed = if self.bundle_settings.lenses == Lenses::Either {
-            freed(&solved, progress)?
-        } else {
-            None
-        };
-        let is_free = freed.is_some();
-        let known = data.known().next().is_some();
-        let gauge = (!known).then_some(self.bundle_settings.gauge);
-        if let Some(freed) = freed {
-            solved.adopt(freed, self.bundle_settings.gauge);
-        }
-        // A point with a place on the chart and one in the world tells that the place was found.
-        let data = solved.data;
-        let placed = EstimatedPoses {
-            views: solved.views,
-            unplaced: solved.unplaced,
-            lens: solved.lens.into(),
-            rms: solved.rms,
-            baselines: solved.baselines,
-            freed: is_free,
-            gauge,
-        };
-        Ok((data, Some(placed)))
-    }
-}
-
-/// How far charts may go from where a known lens put them, as a share of their distance, and in
-/// radians: behind water or glass they are off by a three-hundredth.
-const FREEDOM: f64 = 0.01;
-
-/// Charts and model-free cameras adjusted together; `None` where that does not apply.
-fn freed(solved: &SolvedPoses, progress: &dyn Progress) -> Result<Option<Dataset>> {
-    let held = |view: usize| {
-        let mut rows = solved.data.correspondences.iter().filter(|row| row.view == view);
-        rows.all(|row| row.board.is_none())
-    };
-    let names = solved.data.views.iter().enumerate();
-    let prior = StagePrior {
-        offset_sigma: FREEDOM * solved.distance,
-        rotation_sigma: Some(FREEDOM),
-        // Known places are kept.
-        views: names.filter(|(view, _)| held(*view)).map(|(_, name)| (name.clone(), 0.0)).collect(),
-    };
-    match stage::solve(&solved.data, &prior, progress) {
-        Ok(freed) => Ok(Some(freed.data)),
-        Err(Error::Degenerate { .. } | Error::TooFew { .. }) => Ok(None),
-        Err(other) => Err(other),
     }
 }
 

@@ -32,7 +32,8 @@ fn waved(rig: &Rig, views: usize, noise: Noise, seed: u64) -> (Dataset, Vec<Poin
 }
 
 fn prepared(data: &Dataset, lenses: Lenses) -> Prepared {
-    let bundle_settings = BundleSettings { lenses, ..BundleSettings::default() };
+    let always_model_free = true;
+    let bundle_settings = BundleSettings { lenses, always_model_free, ..BundleSettings::default() };
     Preparation { bundle_settings, ..Preparation::default() }.run(data.clone(), 0, &Silent).unwrap()
 }
 
@@ -334,6 +335,32 @@ fn the_minimum_is_that_of_other_tools() {
                 let found = pinhole[part][index % 2].as_f64().unwrap();
                 let off = (found / known - 1.0).abs();
                 assert!(off < 1e-3, "{name}, camera {}: {part} {found} for {known}", camera + 1);
+            }
+        }
+    }
+}
+
+/// Where a lens explains the corners as well as the model-free camera does, its focal lengths and baseline are those
+/// of other tools, whose standard deviations (from the adjustment's own covariance) these are.
+#[test]
+fn charts_stay_where_a_lens_that_holds_puts_them() {
+    const SIGMAS: [(&str, f64, f64); 2] =
+        [("boofcv-bumblebee2", 0.86, 0.116), ("calibration-rs-stereo", 2.41, 0.253)];
+    for (name, focal_sigma, baseline_sigma) in SIGMAS {
+        let (_, id, _, baseline, lenses) = EXPECTED.into_iter().find(|set| set.0 == name).unwrap();
+        let Some(data) = corners(name, id) else { continue };
+        let ready = Preparation::default().run(data, 0, &Silent).unwrap();
+        let placed = ready.placed.as_ref().unwrap();
+        assert!(!placed.freed, "{name}");
+        let off = (placed.baselines[0] - baseline) / baseline_sigma;
+        assert!(off.abs() < 2.0, "{name}: the baseline is off by {off} standard deviations");
+        let fit = AnyMethod::named("brown").unwrap().fit_checked(&ready.data, 0, &Silent).unwrap();
+        let text = serde_json::to_value(&fit.reconstructor).unwrap();
+        for (camera, known) in lenses.iter().enumerate() {
+            for (axis, known) in known[..2].iter().enumerate() {
+                let found = text["cameras"][camera]["model"]["pinhole"]["focal"][axis].as_f64();
+                let off = (found.unwrap() - known) / focal_sigma;
+                assert!(off.abs() < 2.0, "{name}, camera {}: {found:?} for {known}", camera + 1);
             }
         }
     }

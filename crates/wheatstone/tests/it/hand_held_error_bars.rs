@@ -25,8 +25,12 @@ fn chart(rig: &Rig) -> AnyChart {
 
 /// Charts placed with a lens whose terms are all there, or as if nothing were known of the optics.
 fn placed(data: Dataset, lenses: Lenses) -> Dataset {
-    let bundle_settings =
-        BundleSettings { lenses, all_terms: lenses != Lenses::Either, ..BundleSettings::default() };
+    let bundle_settings = BundleSettings {
+        lenses,
+        all_terms: lenses != Lenses::Either,
+        always_model_free: true,
+        ..BundleSettings::default()
+    };
     let preparation = Preparation {
         bundle_settings,
         keep_outliers: true,

@@ -61,4 +61,7 @@ pub struct BundleSettings {
     pub all_terms: bool,
     /// Whether points count that stand out as gross errors.
     pub keep_gross: bool,
+    /// Whether charts are adjusted together with the model-free camera even where a lens predicts as well as it
+    /// does: for who fits that camera, whose error bars then hold what both do not know.
+    pub always_model_free: bool,
 }

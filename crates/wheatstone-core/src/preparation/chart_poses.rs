@@ -1,0 +1,82 @@
+//! Where charts of unknown place stood.
+//!
+//! Cameras and charts are adjusted together twice: with parametric lenses, then, from there, with the
+//! model-free camera. The second is right behind any optics; the first is surer where its lens is that of the
+//! cameras, because it has fewer numbers to find: a model-free camera tells focal length from distance by
+//! little. So the first stays where its lens, by `auto`'s own rule, predicts views left out as well as the
+//! model-free camera does, all charts being where that one puts them.
+
+use super::EstimatedPoses;
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    fit::{
+        bundle::{self, BundleSettings, Lenses, SolvedPoses},
+        stage::{self, StagePrior},
+    },
+    method::auto,
+};
+use wheatstone_numeric::progress::Progress;
+
+/// How far charts may go from where a known lens put them, as a share of their distance, and in
+/// radians: behind water or glass they are off by a three-hundredth.
+const FREEDOM: f64 = 0.01;
+
+/// The data with all charts placed, and where they stood.
+pub(super) fn place(
+    data: &Dataset,
+    bundle_settings: BundleSettings,
+    progress: &dyn Progress,
+) -> Result<(Dataset, EstimatedPoses)> {
+    let mut solved = bundle::solve(data, bundle_settings, progress)?;
+    let mut freed = None;
+    if bundle_settings.lenses == Lenses::Either {
+        freed = model_free(&solved, bundle_settings.always_model_free, progress)?;
+    }
+    let is_free = freed.is_some();
+    let known = data.known().next().is_some();
+    if let Some(freed) = freed {
+        solved.adopt(freed, bundle_settings.gauge);
+    }
+    // A point with a place on the chart and one in the world tells that the place was found.
+    let estimated = EstimatedPoses {
+        views: solved.views,
+        unplaced: solved.unplaced,
+        lens: solved.lens.into(),
+        rms: solved.rms,
+        baselines: solved.baselines,
+        freed: is_free,
+        gauge: (!known).then_some(bundle_settings.gauge),
+    };
+    Ok((solved.data, estimated))
+}
+
+/// Charts and model-free cameras adjusted together; `None` where that does not apply, and where the lens does
+/// as well.
+fn model_free(
+    solved: &SolvedPoses,
+    always: bool,
+    progress: &dyn Progress,
+) -> Result<Option<Dataset>> {
+    let held = |view: usize| {
+        let mut rows = solved.data.correspondences.iter().filter(|row| row.view == view);
+        rows.all(|row| row.board.is_none())
+    };
+    let names = solved.data.views.iter().enumerate();
+    let prior = StagePrior {
+        offset_sigma: FREEDOM * solved.distance,
+        rotation_sigma: Some(FREEDOM),
+        // Known places are kept.
+        views: names.filter(|(view, _)| held(*view)).map(|(_, name)| (name.clone(), 0.0)).collect(),
+    };
+    match stage::solve(&solved.data, &prior, progress) {
+        Ok(freed) if always => Ok(Some(freed.data)),
+        Ok(freed) => {
+            let lens = if solved.lens == "kannala-brandt" { "kannala-brandt" } else { "brown" };
+            let does_as_well = auto::does_as_well(lens, "neural-camera", &freed.data, progress)?;
+            Ok((!does_as_well).then_some(freed.data))
+        }
+        Err(Error::Degenerate { .. } | Error::TooFew { .. }) => Ok(None),
+        Err(other) => Err(other),
+    }
+}
