@@ -11,7 +11,7 @@ use clap::{Args, builder::PossibleValuesParser};
 use wheatstone::{
     fit::{
         bundle::{BundleSettings, Gauge, Lenses},
-        stage::{StagePrior, ViewOffset},
+        stage::{Significance, StagePrior, ViewOffset, suspect},
     },
     method::AnyMethod,
     preparation::{EstimatedPoses, Preparation, Prepared, checks::Severity, outliers::Outlier},
@@ -148,7 +148,10 @@ impl Preparing {
             _ => (Lenses::Either, false),
         };
         let gauge = Gauge::named(&self.gauge)?;
-        Ok(BundleSettings { gauge, lenses, all_terms, keep_gross: self.keep_outliers })
+        // Only where the method is to be chosen may a lens be good enough.
+        let always_model_free = !matches!(method, None | Some(AnyMethod::Auto(_)));
+        let keep_gross = self.keep_outliers;
+        Ok(BundleSettings { gauge, lenses, all_terms, keep_gross, always_model_free })
     }
 
     /// The prior of the charts' places: that of the option, and each view's own.
@@ -184,6 +187,25 @@ fn tell_placed(placed: &EstimatedPoses, unit: &str) {
             "warning",
             "too few points to estimate the chart pose in: {}",
             placed.unplaced.join(", ")
+        );
+    }
+}
+
+/// Whether charts seem to have stood elsewhere than was said; none where that was solved for, where nobody said it, and
+/// where data do not tell (one view, too few points).
+pub(crate) fn suspected_stage(prepared: &Prepared, bar: &Bar) -> Option<Significance> {
+    let is_given = prepared.stage.is_empty() && prepared.placed.is_none();
+    let found = if is_given { suspect(&prepared.data, bar).ok() } else { None };
+    found.filter(Significance::is_clear)
+}
+
+/// Warns of it.
+pub(crate) fn warn_of_stage(stage: Option<Significance>, unit: &str) {
+    if let Some(stage) = stage {
+        let size = figure(stage.estimated_sigma);
+        remark!(
+            "warning",
+            "the held-out errors suggest that the chart poses are off by about {size} {unit}: `--stage-sigma {size}` estimates them"
         );
     }
 }

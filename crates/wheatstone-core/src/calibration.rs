@@ -13,7 +13,7 @@ use crate::{
     },
     fit::stage::ViewOffset,
     geometry::Point3,
-    method::{AnyMethod, AnyReconstructor, Choice, Reconstructor},
+    method::{AnyMethod, AnyReconstructor, Choice, Fit, Reconstructor},
     preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
     storage,
 };
@@ -77,6 +77,9 @@ pub struct Calibration {
     pub sizes: Vec<Option<[u32; 2]>>,
     /// The points that it was fitted to.
     pub data: SavedDataset,
+    /// Which of several starts was best, for methods that try some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<u64>,
     /// Where it comes from, where another program made it: then it has no points of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imported: Option<Imported>,
@@ -157,8 +160,24 @@ impl Calibration {
             findings: prepared.findings(),
             sizes: Vec::new(),
             data: data.into(),
+            start: fit.start,
             imported: None,
         })
+    }
+
+    /// The method whose fit this is, and that fit, as they were held against views left out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`] where the method that was chosen is not known.
+    pub fn fitted(&self) -> Result<(AnyMethod, Fit)> {
+        let method = match &self.choice {
+            Some(choice) => choice.method()?,
+            None => self.method.clone(),
+        };
+        let mut fit = Fit::of(self.reconstructor.clone());
+        fit.start = self.start;
+        Ok((method, fit))
     }
 
     /// Why this model is worthless, if it is: where its error on held-out views (on the fitted points,

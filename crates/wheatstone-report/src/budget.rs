@@ -2,7 +2,6 @@
 
 use super::{
     Validation,
-    points::refitted,
     sections::{BudgetShare, PointFigures},
 };
 use wheatstone_core::{
@@ -32,9 +31,9 @@ pub(super) fn of_model(
     (data, points): (&Dataset, &[PointFigures]),
     judgement: Validation,
     progress: &dyn Progress,
-) -> Result<Vec<BudgetShare>> {
+) -> Result<Option<Budget>> {
     if judgement != Validation::HeldOut {
-        return Ok(Vec::new());
+        return Ok(None);
     }
     let every = data.correspondences.len().div_ceil(MOST_POINTS).max(1);
     let mut errors = Vec::new();
@@ -50,11 +49,10 @@ pub(super) fn of_model(
         errors.extend(rows.into_iter().filter_map(error));
     }
     // The neural camera is what others are divided by: where it is the model, it is held out already.
-    let is_reference = refitted(model)? == AnyMethod::named("neural-camera")?;
+    let is_reference = model.fitted()?.0 == AnyMethod::named("neural-camera")?;
     let reference = is_reference.then_some(&errors[..]);
     let some = data.subset(|row, _| row.is_multiple_of(every));
-    let budget = divide(&some, &errors, reference, (model.seed, progress))?;
-    Ok(budget.as_ref().map(shares).unwrap_or_default())
+    divide(&some, &errors, reference, (model.seed, progress))
 }
 
 /// A share a cause.

@@ -75,7 +75,13 @@ impl Report {
             (report.pictures, report.crops) = (gallery.pictures, gallery.crops);
             report.outlier_crops = gallery.outlier_crops;
         }
-        report.budget = budget::of_model(model, (&data, &points), judgement, progress)?;
+        if let Some(budget) = budget::of_model(model, (&data, &points), judgement, progress)? {
+            report.budget = budget::shares(&budget);
+            // Where the true cameras are not known, the pixel noise that the most flexible fit leaves tells.
+            if let Some(accuracy) = report.accuracy.as_mut().filter(|all| all.floor_rms.is_none()) {
+                accuracy.floor_rms = Some(accuracy.rms / budget.ratio_to_floor);
+            }
+        }
         report.points = points;
         report.verdict = verdict::of(&report, model.choice.as_ref(), material.wording);
         Ok(report)

@@ -13,7 +13,7 @@ use wheatstone_core::{
     evaluate::FoldScore,
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
     method::{
-        AnyMethod, AnyReconstructor,
+        AnyMethod, AnyReconstructor, Fit,
         network::{Network, Training},
     },
 };
@@ -57,14 +57,6 @@ pub(super) fn dataset(saved: &SavedDataset) -> Dataset {
 /// Passes over the points that a training by back-propagation may take for each held-out view: more
 /// are minutes on two cores (4e7 take 15 s).
 const MOST_PASSES: f64 = 5e6;
-
-/// The settings that are fitted once more without each view.
-pub(super) fn refitted(model: &Calibration) -> Result<AnyMethod> {
-    match &model.choice {
-        Some(choice) => AnyMethod::named(&choice.chosen),
-        None => Ok(model.method.clone()),
-    }
-}
 
 fn is_quick(method: &AnyMethod, data: &Dataset) -> bool {
     match method {
@@ -170,10 +162,10 @@ pub(super) fn judge(
 ) -> Result<EvaluatedPoints> {
     let data = scene.data;
     let mut points: Vec<PointFigures> = data.correspondences.iter().map(unlocated).collect();
-    let method = refitted(model)?;
+    let fitted = model.fitted()?;
     let mut views = Vec::new();
-    if held_out && is_quick(&method, data) {
-        for fold in held_out_folds(&method, model.seed, scene, progress)? {
+    if held_out && is_quick(&fitted.0, data) {
+        for fold in held_out_folds(&fitted, model.seed, scene, progress)? {
             for (row, located) in fold.rows.into_iter().zip(fold.located) {
                 points[row].located = located;
             }
@@ -214,8 +206,9 @@ fn unlocated(row: &Correspondence) -> PointFigures {
     }
 }
 
+/// The method's fits without each view, made as they are for the held-out error of the model.
 fn held_out_folds(
-    method: &AnyMethod,
+    (method, whole): &(AnyMethod, Fit),
     seed: u64,
     scene: &Scene,
     progress: &dyn Progress,
@@ -230,7 +223,7 @@ fn held_out_folds(
         .map(|fold| {
             progress.check()?;
             let (train, _) = fold.divide(scene.data);
-            let fit = method.fit_checked(&train, seed, &Muted(progress));
+            let fit = method.fit_fold_checked(&train, Some(whole), seed, &Muted(progress));
             progress.check()?;
             let row = |index: &usize| &scene.data.correspondences[*index];
             let located: Vec<Option<LocatedFigures>> = fold

@@ -39,13 +39,13 @@ pub struct Accuracy {
     pub working_distance: f64,
     /// Root mean square that the error bars predict.
     pub predicted_rms: Option<f64>,
-    /// Root mean square that the pixels' noise alone allows, where the true cameras are known.
+    /// Root mean square that the pixels' noise alone allows: by the true cameras where they are known, otherwise
+    /// by the noise that the most flexible fit leaves.
     pub floor_rms: Option<f64>,
 }
 
 impl Accuracy {
-    /// `rms` over the floor: by the true cameras where they are known, else by the
-    /// fit's own error bars.
+    /// `rms` over the floor, where it is known, else over what the fit's own error bars predict.
     #[must_use]
     pub fn ratio(&self) -> Option<f64> {
         self.floor_rms.or(self.predicted_rms).filter(|least| *least > 0.0).map(|it| self.rms / it)

@@ -4,12 +4,12 @@ use super::{
     methods_named, print_json,
     report::{quoted, write as write_report},
 };
-use crate::verbosity::{remark, say};
+use crate::verbosity::say;
 use crate::{
     browser::Showing,
     failure::{Failure, Outcome, worded},
     input::{Loaded, Reading, load},
-    prepare::Preparing,
+    prepare::{Preparing, suspected_stage, warn_of_stage},
     progress::Bar,
     table::{figure, figure_or_dash, table},
 };
@@ -19,7 +19,6 @@ use wheatstone::{
     Calibration, Error,
     dataset::split::FoldKind,
     evaluate::{Budget, Comparison, MethodScore, Part, compare},
-    fit::stage::{Significance, suspect},
     method::AnyMethod,
     numeric::statistics::root_mean_square,
     preparation::Prepared,
@@ -66,9 +65,7 @@ impl Compare {
         let cameras = loaded.truth.as_ref().map(|truth| truth.rig.cameras.as_slice());
         let prepared = self.preparing.run(&loaded, None, self.seed, &bar)?;
         let found = compare(&methods, &prepared.data, cameras, self.seed, &bar)?;
-        // Where that cannot be asked (one view, too few points) there is nothing to warn of.
-        let stage =
-            if prepared.stage.is_empty() { suspect(&prepared.data, &bar).ok() } else { None };
+        let stage = suspected_stage(&prepared, &bar);
         if found.methods.iter().all(|row| row.rms.is_none()) {
             return Err(no_method_worked(&found));
         }
@@ -87,13 +84,7 @@ impl Compare {
         if self.json {
             return print_json(&found);
         }
-        if let Some(stage) = stage.filter(Significance::is_clear) {
-            let (size, unit) = (figure(stage.estimated_sigma), &found.unit);
-            remark!(
-                "warning",
-                "the held-out errors suggest that the chart poses are off by about {size} {unit}: `--stage-sigma {size}` estimates them"
-            );
-        }
+        warn_of_stage(stage, &found.unit);
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use crate::{
     input::{Reading, load},
     progress::Bar,
     table::figure,
-    verbosity::say,
+    verbosity::{remark, say},
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -110,6 +110,7 @@ impl Evaluate {
         let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
         // A model of other cameras, or of these in another order, shows in the pixels alone.
         refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
+        let fitted = model.data.share_of(&data);
         let held = coverage(&*model.reconstructor, &data, &model.ellipsoids);
         let budget = model.budget(&data, &bar)?;
         drop(bar);
@@ -123,6 +124,23 @@ impl Evaluate {
             });
         }
         tell(&found, held, budget.as_ref());
+        if fitted > 0.5 {
+            let held_out = model.validation.as_ref().map_or_else(
+                || "the held-out error is not known: it was fitted without cross-validation".into(),
+                |v| {
+                    format!(
+                        "the held-out error (leave-one-view-out) is {} {} rms",
+                        figure(v.all.rms),
+                        model.unit
+                    )
+                },
+            );
+            remark!(
+                "note",
+                "the model was fitted to {:.0} % of these points, and errors on new points are larger; {held_out}",
+                100.0 * fitted
+            );
+        }
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use crate::{
     conversion::PictureSizes,
     failure::{Failure, Outcome},
     input::{Reading, load},
-    prepare::Preparing,
+    prepare::{Preparing, suspected_stage, warn_of_stage},
     progress::Bar,
     table::figure,
 };
@@ -76,10 +76,13 @@ impl Fit {
         let prepared = self.preparing.run(&loaded, Some(&method), self.seed, &bar)?;
         let mut model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
         model.sizes = self.told.sizes(loaded.sizes(), prepared.data.cameras);
+        // Who names a method knows the data; who leaves the choice to us is told what `compare` tells.
+        let stage = model.choice.as_ref().and_then(|_| suspected_stage(&prepared, &bar));
         drop(bar);
         self.refuse_broken(&model)?;
         model.save(&self.output)?;
         self.tell(&model, &prepared);
+        warn_of_stage(stage, &model.unit);
         Ok(())
     }
 

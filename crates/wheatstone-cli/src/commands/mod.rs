@@ -11,6 +11,7 @@ pub(crate) mod drive;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod fit;
+pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
@@ -52,6 +53,7 @@ verbs! {
     locate::Locate,
     evaluate::Evaluate,
     compare::Compare,
+    info::Info,
     report::Report,
     export::Export,
     convert::Convert,

@@ -24,6 +24,17 @@ fn from_a_table_to_located_points() {
     assert_eq!(scores["rms_xyz"].as_array().unwrap().len(), 3);
     assert!(scores["budget"]["lens_model"]["rms"].as_f64().unwrap() >= 0.0);
 
+    done(at, &["fit", "train.csv", "--method", "brown", "-o", "brown.json"]);
+    let (text, _) = done(at, &["info", "brown.json"]);
+    for word in ["Held-out error", "fx", "standard deviation", "Baseline of cameras 1 and 2: 7.0"] {
+        assert!(text.contains(word), "{word} is not in {text}");
+    }
+    let told = json(&done(at, &["info", "brown.json", "--json"]).0);
+    assert_eq!(told["intrinsics"][1]["parameters"][2]["name"], "cx");
+    assert!(told["intrinsics"][1]["parameters"][2]["sigma"].as_f64().unwrap() > 0.0);
+    assert!(told["held_out"]["rms"].as_f64().unwrap() > 0.0);
+    assert!(json(&done(at, &["info", "model.json", "--json"]).0)["intrinsics"].is_null());
+
     let exam = std::fs::read_to_string(at.join("exam.csv")).unwrap();
     done(at, &["locate", "model.json", "exam.csv", "-o", "points.csv"]);
     let points = std::fs::read_to_string(at.join("points.csv")).unwrap();

@@ -10,6 +10,7 @@ use crate::{
     unit,
 };
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use wheatstone_numeric::{least_squares::null_vector, random::Random};
 
 /// One physical point as each camera saw it.
@@ -150,6 +151,31 @@ impl SavedDataset {
         let between: Vec<Point3> = between.collect();
         let stride = own.len().div_ceil(count.max(1));
         own.iter().skip(seed as usize % stride).step_by(stride).copied().chain(between).collect()
+    }
+
+    /// Which share of another dataset's points are among these, with the same pixels and the same place: 0 to 1.
+    #[must_use]
+    pub fn share_of(&self, data: &Dataset) -> f64 {
+        let bits = |pixels: &[Option<[f64; 2]>], world: Option<[f64; 3]>| -> Vec<Option<u64>> {
+            let pixels = pixels.iter().flat_map(|pixel| match pixel {
+                Some(place) => place.map(|value| Some(value.to_bits())),
+                None => [None; 2],
+            });
+            let world = world.map_or([None; 3], |place| place.map(|value| Some(value.to_bits())));
+            pixels.chain(world).collect()
+        };
+        let own: HashSet<Vec<Option<u64>>> = self
+            .pixels
+            .iter()
+            .zip(&self.world)
+            .map(|(pixels, world)| bits(pixels, *world))
+            .collect();
+        let among = data.known().filter(|(world, row)| {
+            let pixels: Vec<Option<[f64; 2]>> =
+                row.pixels.iter().map(|pixel| pixel.map(Into::into)).collect();
+            own.contains(&bits(&pixels, Some((*world).into())))
+        });
+        among.count() as f64 / data.known().count().max(1) as f64
     }
 
     /// The dataset again; places on charts whose own place is not known are not kept.

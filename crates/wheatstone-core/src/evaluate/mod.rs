@@ -4,15 +4,15 @@
 mod budget;
 mod compare;
 mod coverage;
+mod cross_validation;
 mod floor;
 mod one_camera;
 
 pub use budget::{Budget, HeldOut, Part, Reference};
-pub(crate) use compare::hold_out_of;
-pub use compare::{
-    Comparison, CrossValidation, FoldScore, MethodScore, compare, cross_validate, divide, hold_out,
-};
+pub use compare::{Comparison, MethodScore, compare, divide};
 pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};
+pub(crate) use cross_validation::hold_out_of;
+pub use cross_validation::{CrossValidation, FoldScore, cross_validate, hold_out};
 pub use floor::floor;
 pub use one_camera::evaluate_one_camera;
 pub(crate) use one_camera::{hold_out_one_camera, on_its_own_points};

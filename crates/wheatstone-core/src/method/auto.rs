@@ -14,10 +14,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::{
-    progress::{Muted, Progress},
-    statistics::root_mean_square,
-};
+use wheatstone_numeric::progress::{Muted, Progress};
 
 /// There is nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,6 +64,8 @@ pub struct Score<'a> {
     pub method: &'a str,
     /// Root mean square error on each fold, in world units.
     pub folds: Vec<f64>,
+    /// That over all points of views left out: the held-out error, as it is reported.
+    pub rms: f64,
     /// Root mean square of the errors over what the error bars predict.
     pub surprise: f64,
     /// Points located.
@@ -81,15 +80,15 @@ struct Tally {
     located: usize,
 }
 
-/// Fits without the fold, and adds up the errors on it.
+/// Fits without the fold, and adds up the errors on it; `whole` is the fit to all points.
 fn examine(
-    method: &AnyMethod,
+    (method, whole): (&AnyMethod, &Fit),
     data: &Dataset,
     fold: &Fold,
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<Tally> {
     let (train, exam) = fold.divide(data);
-    let fit = method.fit_fold_checked(&train, None, seed, progress)?;
+    let fit = method.fit_fold_checked(&train, Some(whole), seed, progress)?;
     let mut tally = Tally::default();
     for (world, row) in exam.known() {
         let Some(found) = fit.reconstructor.locate(&row.pixels) else { continue };
@@ -108,45 +107,89 @@ fn candidate(name: &str) -> Result<AnyMethod> {
     if name == TILTED { AnyMethod::named("brown")?.preset("tilt") } else { AnyMethod::named(name) }
 }
 
-/// Whether pixels say that sensors are tilted: by the margin by which a method must be better. Optics that
-/// are no such lens may say so too, and are told by their errors.
-fn seems_tilted(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<bool> {
-    let sigma = |name: &str| match candidate(name)?.fit(data, seed, &Muted(progress)) {
-        Ok(Fit { reconstructor: AnyReconstructor::Brown(fitted), .. }) => Ok(fitted.pixel_sigma),
-        Err(Error::Cancelled) => Err(Error::Cancelled),
-        _ => Ok(f64::NAN),
-    };
-    Ok(sigma(TILTED)? * MARGIN < sigma("brown")?)
+impl Choice {
+    /// The method that was chosen, with its settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`] where it is none of this library's.
+    pub fn method(&self) -> Result<AnyMethod> {
+        candidate(&self.chosen)
+    }
 }
 
-/// How each candidate does; those that cannot be fitted without some fold are left out.
+/// A method that was tried.
+struct Tried {
+    score: Score<'static>,
+    /// Fitted to all points.
+    whole: Fit,
+}
+
+impl Tried {
+    fn named<'a>(tried: &'a [Self], name: &str) -> Option<&'a Self> {
+        tried.iter().find(|tried| tried.score.method == name)
+    }
+
+    /// Standard deviation of a pixel coordinate about the lens model.
+    fn pixel_sigma(&self) -> f64 {
+        match &self.whole.reconstructor {
+            AnyReconstructor::Brown(fitted) => fitted.pixel_sigma,
+            _ => f64::NAN,
+        }
+    }
+}
+
+/// What is left out: views first, then slabs across them.
+struct Folds {
+    all: Vec<Fold>,
+    views: usize,
+}
+
+/// How each candidate does; those that cannot be fitted, or not without some fold, are left out.
 fn scores(
     names: &[&'static str],
     data: &Dataset,
-    folds: &[Fold],
+    folds: &Folds,
     (seed, progress): (u64, &dyn Progress),
-) -> Result<Vec<Score<'static>>> {
+) -> Result<Vec<Tried>> {
+    let count = folds.all.len();
     let methods = names.iter().map(|name| candidate(name)).collect::<Result<Vec<AnyMethod>>>()?;
-    let tallies: Vec<Result<Tally>> = (0..methods.len() * folds.len())
+    let wholes: Vec<Result<Fit>> =
+        methods.par_iter().map(|method| method.fit_checked(data, seed, &Muted(progress))).collect();
+    progress.check()?;
+    let tallies: Vec<Option<Tally>> = (0..methods.len() * count)
         .into_par_iter()
         .map(|task| {
-            let (method, fold) = (&methods[task / folds.len()], &folds[task % folds.len()]);
-            examine(method, data, fold, (seed, &Muted(progress)))
+            let (method, fold) = (task / count, &folds.all[task % count]);
+            let fitted = (&methods[method], wholes[method].as_ref().ok()?);
+            examine(fitted, data, fold, (seed, &Muted(progress))).ok()
         })
         .collect();
     progress.check()?;
-    let score = |(name, tallies): (&&'static str, &[Result<Tally>])| {
-        let (mut surprise, mut located, mut rms) = (0.0, 0, Vec::new());
-        for tally in tallies {
-            let tally = tally.as_ref().ok().filter(|tally| tally.located > 0)?;
-            rms.push((tally.squares / tally.located as f64).sqrt());
-            surprise += tally.surprise;
-            located += tally.located;
-        }
-        let surprise = (surprise / f64::max(located as f64, 1.0)).sqrt();
-        Some(Score { method: name, folds: rms, surprise, located })
+    let tried = |((name, whole), tallies): ((&&'static str, Result<Fit>), &[Option<Tally>])| {
+        let all = |tally: &Option<Tally>| tally.filter(|tally| tally.located > 0);
+        let tallies: Vec<Tally> = tallies.iter().map(all).collect::<Option<_>>()?;
+        let mean = |tallies: &[Tally], of: fn(&Tally) -> f64| {
+            let located: usize = tallies.iter().map(|tally| tally.located).sum();
+            (tallies.iter().map(of).sum::<f64>() / f64::max(located as f64, 1.0)).sqrt()
+        };
+        let views = if folds.views > 0 { &tallies[..folds.views] } else { &tallies };
+        let score = Score {
+            method: name,
+            folds: tallies.iter().map(|t| (t.squares / t.located as f64).sqrt()).collect(),
+            rms: mean(views, |tally| tally.squares),
+            surprise: mean(&tallies, |tally| tally.surprise),
+            located: tallies.iter().map(|tally| tally.located).sum(),
+        };
+        Some(Tried { score, whole: whole.ok()? })
     };
-    Ok(names.iter().zip(tallies.chunks(folds.len())).filter_map(score).collect())
+    Ok(names.iter().zip(wholes).zip(tallies.chunks(count)).filter_map(tried).collect())
+}
+
+/// By the rule for scores.
+fn best(tried: &[Tried]) -> Option<&'static str> {
+    let scores: Vec<Score<'static>> = tried.iter().map(|tried| tried.score.clone()).collect();
+    simplest_near_best(&scores)
 }
 
 /// The simplest of those that are nearly best, of scores on the same folds ordered by simplicity.
@@ -176,47 +219,74 @@ pub fn simplest_near_best<'a>(scores: &[Score<'a>]) -> Option<&'a str> {
     whole.iter().find(near).map(|score| score.method)
 }
 
+/// Groups of views that are left out together where one comparison of two methods is enough.
+const GROUPS: usize = 6;
+
+/// Whether `simple` locates points of views left out as well as `other` does, by the rule above. Not so where
+/// there are too few views to leave any out.
+pub(crate) fn does_as_well(
+    simple: &'static str,
+    other: &'static str,
+    data: &Dataset,
+    progress: &dyn Progress,
+) -> Result<bool> {
+    let mut groups: Vec<Fold> = Vec::new();
+    for (index, fold) in folds(data).into_iter().enumerate() {
+        match groups.get_mut(index % GROUPS) {
+            Some(group) => group.held_out.extend(fold.held_out),
+            None => groups.push(fold),
+        }
+    }
+    groups.retain(|fold| depth_is_observable(&fold.divide(data).0).is_ok());
+    if groups.len() < 2 {
+        return Ok(false);
+    }
+    let folds = Folds { views: groups.len(), all: groups };
+    let tried = scores(&[simple, other], data, &folds, (0, progress))?;
+    Ok(best(&tried) == Some(simple))
+}
+
 impl Method for Auto {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        let mut folds = folds(train);
-        let few = folds.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
-        if few {
-            folds.extend(folds_across(train));
-        }
         // What is left without a fold must still tell depth: without one wing of a V it does not.
-        folds.retain(|fold| depth_is_observable(&fold.divide(train).0).is_ok());
+        let tells_depth = |fold: &Fold| depth_is_observable(&fold.divide(train).0).is_ok();
+        let views = folds(train);
+        let few = views.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
+        let mut all: Vec<Fold> = views.into_iter().filter(tells_depth).collect();
+        let views = all.len();
+        if few {
+            all.extend(folds_across(train).into_iter().filter(tells_depth));
+        }
+        let folds = Folds { all, views };
         let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
-        let mut tried = if folds.len() < 2 {
+        let mut tried = if folds.all.len() < 2 {
             Vec::new()
         } else {
             scores(candidates, train, &folds, (seed, progress))?
         };
-        let best = simplest_near_best(&tried);
-        let honest = |score: &Score| Some(score.method) == best && score.surprise < HONEST;
+        let chosen = best(&tried);
+        let honest =
+            |tried: &Tried| Some(tried.score.method) == chosen && tried.score.surprise < HONEST;
         if !few && !tried.is_empty() && !tried.iter().any(honest) {
             tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
         }
-        if !tried.is_empty() && seems_tilted(train, seed, progress)? {
-            let mut with_tilt = tried.clone();
-            let is_simpler = |score: &&Score| ["dlt", "brown"].contains(&score.method);
-            let place = tried.iter().take_while(is_simpler).count();
-            with_tilt.splice(place..place, scores(&[TILTED], train, &folds, (seed, progress))?);
-            if simplest_near_best(&with_tilt) == Some(TILTED) {
-                tried = with_tilt;
-            }
-        }
-        let Some(chosen) = simplest_near_best(&tried) else {
+        try_tilted(&mut tried, (train, &folds), (seed, progress))?;
+        let Some(chosen) = best(&tried) else {
             return without_an_exam(train, seed, progress);
         };
-        let mut fit = candidate(chosen)?.fit(train, seed, progress)?;
         let held_out: Vec<(&str, f64)> =
-            tried.iter().map(|score| (score.method, root_mean_square(&score.folds))).collect();
-        fit.choice = Some(Choice {
+            tried.iter().map(|tried| (tried.score.method, tried.score.rms)).collect();
+        let choice = Choice {
             chosen: chosen.into(),
             reason: reason(chosen, &held_out, &train.unit),
             held_out_rms: held_out.iter().map(|(name, rms)| ((*name).into(), *rms)).collect(),
-        });
-        Ok(fit)
+        };
+        let taken = tried.into_iter().find(|tried| tried.score.method == chosen);
+        let whole = match taken {
+            Some(taken) => taken.whole,
+            None => candidate(chosen)?.fit(train, seed, progress)?,
+        };
+        Ok(Fit { choice: Some(choice), ..whole })
     }
 
     fn summary(&self) -> &'static str {
@@ -226,6 +296,31 @@ impl Method for Auto {
     fn preset(&self, name: &str) -> Result<AnyMethod> {
         only_default(self, name)
     }
+}
+
+/// Tries the tilted sensor beside the upright one, where pixels say that sensors are tilted: by the margin by which
+/// a method must be better. Optics that are no such lens may say so too, and are told by their errors.
+fn try_tilted(
+    tried: &mut Vec<Tried>,
+    (train, folds): (&Dataset, &Folds),
+    (seed, progress): (u64, &dyn Progress),
+) -> Result<()> {
+    let Some(upright) = Tried::named(tried, "brown").map(Tried::pixel_sigma) else { return Ok(()) };
+    let sigma = match candidate(TILTED)?.fit_checked(train, seed, &Muted(progress)) {
+        Ok(Fit { reconstructor: AnyReconstructor::Brown(fitted), .. }) => fitted.pixel_sigma,
+        Err(Error::Cancelled) => return Err(Error::Cancelled),
+        _ => return Ok(()),
+    };
+    if sigma * MARGIN >= upright {
+        return Ok(());
+    }
+    let is_simpler = |tried: &&Tried| ["dlt", "brown"].contains(&tried.score.method);
+    let place = tried.iter().take_while(is_simpler).count();
+    tried.splice(place..place, scores(&[TILTED], train, folds, (seed, progress))?);
+    if best(tried) != Some(TILTED) {
+        tried.retain(|tried| tried.score.method != TILTED);
+    }
+    Ok(())
 }
 
 /// Why `chosen` was, in one sentence.
@@ -266,7 +361,7 @@ mod tests {
     use super::{Score, simplest_near_best};
 
     fn score(method: &str, folds: [f64; 2], located: usize) -> Score<'_> {
-        Score { method, folds: folds.to_vec(), surprise: 1.0, located }
+        Score { method, folds: folds.to_vec(), rms: folds[0], surprise: 1.0, located }
     }
 
     #[test]

@@ -83,6 +83,12 @@ impl CameraUncertainty {
         self.about
     }
 
+    /// Covariance of two of the model's own numbers; `None` where one was not adjusted.
+    pub(super) fn of_model(&self, first: usize, second: usize) -> Option<f64> {
+        let place = |number: usize| self.adjusted.iter().position(|own| *own == POSE + number);
+        self.covariance.between(place(first)?, place(second)?)
+    }
+
     /// How many numbers were adjusted.
     pub(super) fn numbers(&self) -> usize {
         self.adjusted.len()

@@ -11,11 +11,13 @@ mod resection;
 mod resection_start;
 mod camera_uncertainty;
 mod checks;
+mod choice;
 pub mod dlt;
 mod fitted_camera;
 mod fitted_cameras;
 mod chart_pose_uncertainty;
 pub mod interpolation;
+mod intrinsics;
 pub mod kannala_brandt;
 mod locator;
 mod matrix_uncertainty;
@@ -31,8 +33,10 @@ pub mod tsai;
 
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
+pub use choice::Choice;
 pub use fitted_camera::FittedCamera;
 pub use fitted_cameras::FittedCameras;
+pub use intrinsics::{IntrinsicParameter, Intrinsics};
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
 pub use pixel_noise::PixelNoise;
@@ -48,7 +52,6 @@ use crate::{
 };
 use nalgebra::{Matrix2x3, Matrix3};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
 
 /// Settings that can be fitted.
@@ -119,19 +122,6 @@ impl Fit {
     pub fn of(reconstructor: impl Into<AnyReconstructor>) -> Self {
         Self { reconstructor: reconstructor.into(), curve: Vec::new(), choice: None, start: None }
     }
-}
-
-/// Which method was chosen among several, and why.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct Choice {
-    /// The method's name.
-    pub chosen: String,
-    /// Why, in one sentence.
-    pub reason: String,
-    /// Root mean square error of each method tried, on views left out, in world units.
-    pub held_out_rms: Vec<(String, f64)>,
 }
 
 /// A point found from its pixels.
@@ -359,7 +349,7 @@ impl AnyMethod {
     /// # Errors
     ///
     /// As [`AnyMethod::fit_checked`].
-    pub(crate) fn fit_fold_checked(
+    pub fn fit_fold_checked(
         &self,
         train: &Dataset,
         whole: Option<&Fit>,

@@ -117,3 +117,41 @@ fn left_handed_worlds_are_as_good_as_right_handed_ones() {
         assert!((left / right - 1.0).abs() < 0.05, "{}: {left} against {right}", method.name());
     }
 }
+
+/// Standard deviations of intrinsic parameters, and their correlation, against fits to the same points with other
+/// noise.
+#[test]
+fn sigmas_of_intrinsics_are_those_of_repeated_fits() {
+    const TIMES: u64 = 60;
+    let rig = Rig::named("brown", 2).unwrap();
+    let chart: AnyChart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let views = Stage::default().views().unwrap();
+    let brown = AnyMethod::named("brown").unwrap().preset("fixed").unwrap();
+    let (mut values, mut told, mut correlation) = (Vec::new(), Vec::new(), 0.0);
+    for seed in 0..TIMES {
+        let noise = (Noise::Normal(0.1), seed);
+        let train = chart_correspondences(&rig, &chart, &views, noise, None);
+        let fit = brown.fit_checked(&train, 0, &Silent).unwrap();
+        let camera = fit.reconstructor.intrinsics().unwrap().swap_remove(0);
+        let names: Vec<&str> = camera.parameters.iter().map(|parameter| parameter.name).collect();
+        assert_eq!(names, ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "p1", "p2"]);
+        values.push(camera.parameters.iter().map(|own| own.value).collect::<Vec<f64>>());
+        told.push(camera.parameters.iter().map(|own| own.sigma.unwrap()).collect::<Vec<f64>>());
+        correlation += camera.correlation[4][5] / TIMES as f64;
+    }
+    let mean = |rows: &[Vec<f64>], of: usize| {
+        rows.iter().map(|row| row[of]).sum::<f64>() / rows.len() as f64
+    };
+    let product = |a: usize, b: usize| {
+        let (first, second) = (mean(&values, a), mean(&values, b));
+        values.iter().map(|row| (row[a] - first) * (row[b] - second)).sum::<f64>()
+            / (values.len() - 1) as f64
+    };
+    // Sixty fits know a standard deviation to nine percent.
+    for of in 0..9 {
+        let ratio = mean(&told, of) / product(of, of).sqrt();
+        assert!((0.75..1.35).contains(&ratio), "parameter {of}: {ratio:.2}");
+    }
+    let seen = product(4, 5) / (product(4, 4) * product(5, 5)).sqrt();
+    assert!((correlation - seen).abs() < 0.1, "k1 and k2: {correlation:.2}, {seen:.2}");
+}

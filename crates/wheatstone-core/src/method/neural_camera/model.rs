@@ -3,14 +3,15 @@
 use super::{
     correction_basis::{Field, chained},
     evidence::Posterior,
-    fit::{displaced, refit_state, undetermined},
+    fit::{State, displaced, refit_state, undetermined},
     jacobian::Sloped,
     lens::{Lens, PARAMETERS},
     settings::{NOISE, Settings},
 };
 use crate::{
     Result,
-    geometry::{Pixel, Point3, ProjectionMatrix, Ray},
+    camera::pinhole::Pinhole,
+    geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray},
     method::PlacedCamera,
 };
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
@@ -148,9 +149,18 @@ impl NeuralCameraModel {
         camera.is_consistent().then_some(camera)
     }
 
+    /// The state of a fit from here to points that are nearly those it was fitted to.
+    pub(super) fn refit_state<'a>(
+        &self,
+        pairs: &'a [(Point3, Pixel)],
+        progress: &dyn Progress,
+    ) -> Result<(State<'a>, Posterior)> {
+        refit_state(pairs, (&self.optics.lens, self.settings), progress)
+    }
+
     /// Fitted anew, from here, to points that are nearly those it was fitted to.
     pub(super) fn refit(&self, pairs: &[(Point3, Pixel)], progress: &dyn Progress) -> Result<Self> {
-        let (state, posterior) = refit_state(pairs, (&self.optics.lens, self.settings), progress)?;
+        let (state, posterior) = self.refit_state(pairs, progress)?;
         Self::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
     }
 
@@ -172,6 +182,11 @@ impl NeuralCameraModel {
     /// Takes over what it does with the motions of charts.
     pub(super) fn follow(&mut self, modes: Vec<Mode>) {
         self.modes = modes;
+    }
+
+    /// Pose and pinhole of its lens.
+    pub(super) fn pinhole(&self) -> Option<(Pose, Pinhole)> {
+        self.optics.lens.pinhole()
     }
 
     /// How many motions of charts it follows.
