@@ -125,24 +125,27 @@ impl Evaluate {
         }
         tell(&found, held, budget.as_ref());
         if fitted > 0.5 {
-            let held_out = model.validation.as_ref().map_or_else(
-                || "the held-out error is not known: it was fitted without cross-validation".into(),
-                |v| {
-                    format!(
-                        "the held-out error (leave-one-view-out) is {} {} rms",
-                        figure(v.all.rms),
-                        model.unit
-                    )
-                },
-            );
-            remark!(
-                "note",
-                "the model was fitted to {:.0} % of these points, and errors on new points are larger; {held_out}",
-                100.0 * fitted
-            );
+            tell_fitted(&model, fitted);
         }
         Ok(())
     }
+}
+
+/// Says that points are not new to the model, and what is known of its error on new ones.
+fn tell_fitted(model: &Calibration, share: f64) {
+    let held_out = match &model.validation {
+        Some(validation) => format!(
+            "the held-out error (leave-one-view-out) is {} {} rms",
+            figure(validation.all.rms),
+            model.unit
+        ),
+        None => "the held-out error is unknown, as the fit was not cross-validated".into(),
+    };
+    let percent = 100.0 * share;
+    remark!(
+        "note",
+        "the model was fitted to {percent:.0} % of these points, and errors on new points are larger; {held_out}"
+    );
 }
 
 /// The figures in words.

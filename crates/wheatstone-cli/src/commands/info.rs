@@ -4,11 +4,10 @@ use super::print_json;
 use crate::{
     failure::Outcome,
     table::{figure, table},
-    verbosity::say,
 };
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::{io::Write, path::PathBuf};
 use wheatstone::{
     Calibration,
     geometry::Point3,
@@ -48,16 +47,19 @@ impl Info {
                 "baselines": cameras.as_deref().map(baselines),
             }));
         }
-        tell(&model);
+        let unit = &model.unit;
+        let mut text = heading(&model);
         for (index, camera) in cameras.iter().flatten().enumerate() {
-            say!("\nCamera {}\n\n{}", index + 1, parameters(camera).trim_end());
-            tell_correlations(camera);
             let [x, y, z] = camera.centre.map(figure);
-            say!("Projection centre at X {x}, Y {y}, Z {z} {}", model.unit);
+            text += &format!("\nCamera {}\n\n{}", index + 1, parameters(camera));
+            text += &correlations(camera);
+            text += &format!("Projection centre at X {x}, Y {y}, Z {z} {unit}\n");
         }
         for (index, baseline) in cameras.as_deref().map(baselines).iter().flatten().enumerate() {
-            say!("Baseline of cameras 1 and {}: {} {}", index + 2, figure(*baseline), model.unit);
+            let baseline = figure(*baseline);
+            text += &format!("Baseline of cameras 1 and {}: {baseline} {unit}\n", index + 2);
         }
+        std::io::stdout().write_all(text.as_bytes())?;
         Ok(())
     }
 }
@@ -67,30 +69,31 @@ fn method(model: &Calibration) -> &str {
     model.choice.as_ref().map_or_else(|| model.method.name(), |choice| &choice.chosen)
 }
 
-fn tell(model: &Calibration) {
+/// What it is and how good.
+fn heading(model: &Calibration) -> String {
     let (name, cameras, unit) = (method(model), model.reconstructor.cameras(), &model.unit);
     let chosen = if model.choice.is_some() { ", chosen by auto" } else { "" };
-    say!("Method {name}{chosen}; cameras: {cameras}; lengths in {unit}");
+    let mut text = format!("Method {name}{chosen}; cameras: {cameras}; lengths in {unit}\n");
     if let Some(imported) = &model.imported {
-        say!("Imported from {}: its accuracy is unknown", imported.format);
-        return;
+        return text + &format!("Imported from {}: its accuracy is unknown\n", imported.format);
     }
     let error_unit = &model.training.unit;
-    say!(
-        "Fitted to {} points; error on these points {} {error_unit} rms",
+    text += &format!(
+        "Fitted to {} points; error on these points {} {error_unit} rms\n",
         model.training.located,
         figure(model.training.rms)
     );
-    match &model.validation {
-        Some(validation) => say!(
-            "Held-out error (leave-one-view-out): {} {error_unit} rms",
-            figure(validation.all.rms)
-        ),
-        None => say!("Not cross-validated: the held-out error is unknown"),
-    }
+    text += &match &model.validation {
+        Some(validation) => {
+            let rms = figure(validation.all.rms);
+            format!("Held-out error (leave-one-view-out): {rms} {error_unit} rms\n")
+        }
+        None => "Not cross-validated: the held-out error is unknown\n".into(),
+    };
     if model.reconstructor.intrinsics().is_none() {
-        say!("This model has no intrinsics: `export` approximates it by a parametric camera");
+        text += "This model has no intrinsics: `export` approximates it by a parametric camera\n";
     }
+    text
 }
 
 fn parameters(camera: &Intrinsics) -> String {
@@ -106,17 +109,18 @@ fn parameters(camera: &Intrinsics) -> String {
     table(&["parameter", "value", "standard deviation"], &rows)
 }
 
-/// Names the pairs of parameters that the points hardly tell apart.
-fn tell_correlations(camera: &Intrinsics) {
+/// The pairs of parameters that the points hardly tell apart.
+fn correlations(camera: &Intrinsics) -> String {
     let name = |index: usize| camera.parameters[index].name;
     let mut pairs = Vec::new();
     for (a, row) in camera.correlation.iter().enumerate() {
         let close = row.iter().enumerate().skip(a + 1).filter(|(_, value)| value.abs() >= CLOSE);
         pairs.extend(close.map(|(b, value)| format!("{} and {} {value:.2}", name(a), name(b))));
     }
-    if !pairs.is_empty() {
-        say!("Strong correlations: {}", pairs.join(", "));
+    if pairs.is_empty() {
+        return String::new();
     }
+    format!("Strong correlations: {}\n", pairs.join(", "))
 }
 
 /// Distances of the other cameras from the first.

@@ -75,6 +75,28 @@ pub struct Comparison {
     pub budget: Option<Budget>,
 }
 
+impl MethodScore {
+    /// Without the time of a fit, and the floor.
+    fn new(method: &AnyMethod, outcomes: &[Outcome], (data, folds): (&Dataset, &[Fold])) -> Self {
+        let all = pooled(outcomes, &data.unit).ok();
+        let all = all.as_ref();
+        Self {
+            method: method.name().into(),
+            rms: all.map(|all| all.rms),
+            median: all.map(|all| all.median),
+            p95: all.map(|all| all.p95),
+            mean_percent: all.map(|all| all.mean_percent),
+            rms_xyz: all.map(|all| all.rms_xyz),
+            n: outcomes.iter().map(|outcome| outcome.points).sum(),
+            located: outcomes.iter().map(|outcome| outcome.errors.len()).sum(),
+            fit_seconds: 0.0,
+            folds: fold_scores(folds, outcomes),
+            ratio_to_floor: None,
+            problem: outcomes.iter().find_map(|outcome| outcome.problem.clone()),
+        }
+    }
+}
+
 /// Judges methods on `data`, each view (or slab) left out once. `truth` holds the true cameras where
 /// they are known.
 ///
@@ -120,31 +142,12 @@ pub fn compare(
         })
         .collect::<Result<_>>()?;
     let outcomes = run_all(&judged, data, &folds, seed, progress)?;
-    let rows: Vec<MethodScore> = methods
-        .iter()
-        .zip(&outcomes)
-        .zip(&wholes)
-        .map(|((method, outcomes), (_, seconds))| {
-            let all = pooled(outcomes, &data.unit).ok();
-            MethodScore {
-                method: method.name().into(),
-                rms: all.as_ref().map(|all| all.rms),
-                median: all.as_ref().map(|all| all.median),
-                p95: all.as_ref().map(|all| all.p95),
-                mean_percent: all.as_ref().map(|all| all.mean_percent),
-                rms_xyz: all.as_ref().map(|all| all.rms_xyz),
-                n: outcomes.iter().map(|o| o.points).sum(),
-                located: outcomes.iter().map(|o| o.errors.len()).sum(),
-                fit_seconds: *seconds,
-                folds: fold_scores(&folds, outcomes),
-                ratio_to_floor: all
-                    .as_ref()
-                    .zip(floor.as_ref())
-                    .map(|(all, floor)| all.rms / floor.rms),
-                problem: outcomes.iter().find_map(|o| o.problem.clone()),
-            }
-        })
-        .collect();
+    let row = |((method, outcomes), (_, seconds)): ((&AnyMethod, &Vec<Outcome>), &(_, f64))| {
+        let row = MethodScore::new(method, outcomes, (data, &folds));
+        let ratio_to_floor = row.rms.zip(floor.as_ref()).map(|(rms, floor)| rms / floor.rms);
+        MethodScore { fit_seconds: *seconds, ratio_to_floor, ..row }
+    };
+    let rows: Vec<MethodScore> = methods.iter().zip(&outcomes).zip(&wholes).map(row).collect();
     let chosen = choose(&rows);
     let named = |name: &str| methods.iter().position(|method| method.name() == name);
     let budget = match chosen.as_deref().and_then(named) {
