@@ -34,7 +34,7 @@ impl EpipolarCheck {
         train: &Dataset,
         progress: &dyn Progress,
     ) -> Result<(Self, Option<Motions>)> {
-        let (fitted, motions) = NeuralCamera {}.cameras(train, None, progress)?;
+        let (fitted, motions) = NeuralCamera {}.cameras(train, progress)?;
         let onlooker = |(index, camera): (usize, super::NeuralCameraModel)| {
             let equations = (2 * train.seen_by_camera(index).len()) as f64;
             // The trace of the hat matrix is the effective number of parameters.

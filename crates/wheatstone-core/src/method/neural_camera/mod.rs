@@ -26,7 +26,7 @@ pub(crate) mod uncertain_poses;
 pub(super) use {epipolar_check::EpipolarCheck, pose_uncertainty::Motions};
 
 use super::{
-    AnyMethod, AnyReconstructor, Fit, Located, Method, Plan, Reconstructor,
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
     checks::{enough, linear_camera},
     only_default,
     point_covariance::Observation,
@@ -63,14 +63,10 @@ impl NeuralCamera {
     fn cameras(
         &self,
         train: &Dataset,
-        near: Option<&NeuralCameraReconstructor>,
         progress: &dyn Progress,
     ) -> Result<(Vec<NeuralCameraModel>, Option<Motions>)> {
         let charts = chart_pose_uncertainty(train);
-        let fit = |camera: usize| {
-            let near = near.and_then(|near| near.cameras.get(camera));
-            fit_one((camera, near), (train, charts.as_ref()), progress)
-        };
+        let fit = |camera: usize| fit_one(camera, (train, charts.as_ref()), progress);
         let fitted: Vec<Result<_>> = (0..train.cameras).into_par_iter().map(fit).collect();
         let fitted: Vec<_> = fitted.into_iter().collect::<Result<_>>()?;
         let (mut cameras, following): (Vec<_>, Vec<_>) = fitted.into_iter().unzip();
@@ -93,20 +89,17 @@ fn chart_pose_uncertainty(train: &Dataset) -> Option<FoundCharts> {
     FoundCharts::of(train, centre)
 }
 
-/// One camera fitted to what it saw, from a fit to nearly the same points where there is one, and how it follows
-/// charts that were found.
+/// One camera fitted to what it saw, and how it follows charts that were found.
 fn fit_one(
-    (camera, near): (usize, Option<&NeuralCameraModel>),
+    camera: usize,
     (train, charts): (&Dataset, Option<&FoundCharts>),
     progress: &dyn Progress,
 ) -> Result<(NeuralCameraModel, Option<Following>)> {
     progress.check()?;
     let pairs = train.seen_by_camera(camera);
     enough("neural-camera", Some(camera), POINTS_NEEDED, pairs.len())?;
-    let (state, posterior) = match near {
-        Some(near) => near.refit_state(&pairs, progress)?,
-        None => fit::fit_state(&pairs, &linear_camera(camera, &pairs)?, None, progress)?,
-    };
+    let start = linear_camera(camera, &pairs)?;
+    let (state, posterior) = fit::fit_state(&pairs, &start, None, progress)?;
     let fitted = NeuralCameraModel::new(state.lens.clone(), &state.field, &posterior);
     let following =
         charts.and_then(|charts| Following::of(state, &posterior, charts.loosened(camera, train)));
@@ -115,21 +108,7 @@ fn fit_one(
 
 impl Method for NeuralCamera {
     fn fit(&self, train: &Dataset, _seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, None, progress)?.0 }))
-    }
-
-    fn fit_fold(
-        &self,
-        train: &Dataset,
-        whole: Option<&Fit>,
-        _seed: u64,
-        progress: &dyn Progress,
-    ) -> Result<Fit> {
-        let near = match whole.map(|whole| &whole.reconstructor) {
-            Some(AnyReconstructor::NeuralCamera(near)) => Some(near),
-            _ => None,
-        };
-        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, near, progress)?.0 }))
+        Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, progress)?.0 }))
     }
 
     fn summary(&self) -> &'static str {

@@ -3,7 +3,7 @@
 use super::{
     correction_basis::{Field, chained},
     evidence::Posterior,
-    fit::{State, displaced, refit_state, undetermined},
+    fit::{displaced, refit_state, undetermined},
     jacobian::Sloped,
     lens::{Lens, PARAMETERS},
     settings::{NOISE, Settings},
@@ -149,18 +149,9 @@ impl NeuralCameraModel {
         camera.is_consistent().then_some(camera)
     }
 
-    /// The state of a fit from here to points that are nearly those it was fitted to.
-    pub(super) fn refit_state<'a>(
-        &self,
-        pairs: &'a [(Point3, Pixel)],
-        progress: &dyn Progress,
-    ) -> Result<(State<'a>, Posterior)> {
-        refit_state(pairs, (&self.optics.lens, self.settings), progress)
-    }
-
     /// Fitted anew, from here, to points that are nearly those it was fitted to.
     pub(super) fn refit(&self, pairs: &[(Point3, Pixel)], progress: &dyn Progress) -> Result<Self> {
-        let (state, posterior) = self.refit_state(pairs, progress)?;
+        let (state, posterior) = refit_state(pairs, (&self.optics.lens, self.settings), progress)?;
         Self::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
     }
 
