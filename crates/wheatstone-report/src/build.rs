@@ -17,7 +17,7 @@ use super::{
 use nalgebra::Matrix3;
 use wheatstone_core::{
     Calibration, Result,
-    camera::PosedCamera,
+    camera::{PosedCamera, picture_domain::bounding},
     dataset::Dataset,
     evaluate::{Comparison, PointError, floor, summarise},
     geometry::{Point3, Vector3},
@@ -123,10 +123,8 @@ fn areas(material: &Material, data: &Dataset) -> Vec<([f64; 4], bool)> {
     };
     let of_points = |camera: usize| {
         let pixels = data.correspondences.iter().filter_map(|row| row.pixels[camera]);
-        let none = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        let area =
-            pixels.fold(none, |[l, t, r, b], p| [l.min(p.x), t.min(p.y), r.max(p.x), b.max(p.y)]);
-        (if area[0] < area[2] { area } else { [0.0, 0.0, 1.0, 1.0] }, false)
+        let area = bounding(pixels).filter(|[left, _, right, _]| left < right);
+        (area.unwrap_or([0.0, 0.0, 1.0, 1.0]), false)
     };
     let known = |camera: usize| {
         if let Some(seen) = &material.seen {

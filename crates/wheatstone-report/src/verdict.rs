@@ -59,7 +59,7 @@ fn grade(ratio: Option<f64>) -> &'static str {
 
 /// Error ellipsoids of 70 % that hold less than this share of the points are too small: nobody should rely on
 /// them. By chance alone a hundred points fall below it one time in ten, so that the grade falls by one only.
-const HONEST: f64 = 0.64;
+pub(super) const HONEST: f64 = 0.64;
 
 /// What share of the points the 70 % ellipsoids hold, where there are enough points to tell.
 fn share_at_70(report: &Report) -> Option<f64> {

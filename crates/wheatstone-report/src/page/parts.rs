@@ -5,8 +5,8 @@ use crate::{
     FindingFigures, OutlierFigures, PictureFigures, Report, Validation,
     figures::{self, Figure},
     plot,
-    text::{escape, figure, round},
-    verdict::{FAIR, SOUND},
+    text::{escape, figure, percent, round},
+    verdict::{FAIR, HONEST, SOUND},
 };
 use maud::{Markup, PreEscaped, html};
 
@@ -80,7 +80,8 @@ pub(super) fn verdict(report: &Report) -> Markup {
         @if report.accuracy.is_some() || !report.methods.is_empty() {
             p.note {
                 "Sound: the held-out error is at most " (SOUND.to_string())
-                " times the floor, the error that pixel noise alone causes; fair: at most " (FAIR.to_string())
+                " times the floor, the error that pixel noise alone causes, and 70 % error ellipsoids hold at least "
+                (percent(HONEST)) " of the points; fair: at most " (FAIR.to_string())
                 " times; doubtful: more; unproven: no points were held out."
             }
         }
