@@ -14,7 +14,11 @@ use wheatstone::{
         stage::{Significance, StagePrior, ViewOffset, suspect},
     },
     method::AnyMethod,
-    preparation::{EstimatedPoses, Preparation, Prepared, checks::Severity, outliers::Outlier},
+    preparation::{
+        EstimatedPoses, Preparation, Prepared,
+        checks::{Examination, Severity, compare_baseline},
+        outliers::Outlier,
+    },
 };
 
 /// How data are prepared.
@@ -110,6 +114,9 @@ impl Preparing {
                     words.join("; ")
                 }
             );
+        }
+        if let Some(holds) = baseline_holds(&prepared.examination, self.expect_baseline, &unit) {
+            say!("{holds}");
         }
         if !prepared.stage.is_empty() {
             say!("{}", stage_table(&prepared.stage, &unit).trim_end());
@@ -240,6 +247,24 @@ fn tell_outliers(outliers: &[Outlier], points: usize) {
     }
 }
 
+/// That the baseline is the one that was measured, where it is.
+pub(crate) fn baseline_holds(
+    examination: &Examination,
+    expected: Option<(f64, f64)>,
+    unit: &str,
+) -> Option<String> {
+    let (length, tolerance) = expected?;
+    if compare_baseline(examination, length, tolerance).is_some() {
+        return None;
+    }
+    let own = examination.layout.first()?.baseline;
+    Some(format!(
+        "The baseline is {} {unit} by these data, as measured (ratio {:.4})",
+        figure(own),
+        own / length
+    ))
+}
+
 /// Where the charts are believed to have stood.
 fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
     let row = |view: &ViewOffset| {
@@ -261,7 +286,9 @@ fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
     format!(
         "Estimated chart positions minus nominal ones, in {unit}:\n\n{}\n\
          observable: the part that the pixels determine. A shift common to all views, or one that grows in\n\
-         proportion along the stage, cannot be distinguished from a change of the cameras\n",
+         proportion along the stage (its scale, its skew), cannot be distinguished from a change of the\n\
+         cameras: it stays at its nominal value, and the error bars of located points include it\n\
+         (`locate --relative` leaves it out)\n",
         table(&heading, &rows)
     )
 }

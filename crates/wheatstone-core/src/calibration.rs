@@ -12,8 +12,8 @@ use crate::{
         self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference,
     },
     fit::stage::ViewOffset,
-    geometry::Point3,
-    method::{AnyMethod, AnyReconstructor, Choice, Fit, Reconstructor},
+    geometry::{Pixel, Point3, StageCovariance},
+    method::{AnyMethod, AnyReconstructor, Choice, Fit, Located, Locator, OnStage, Reconstructor},
     preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
     storage,
 };
@@ -66,6 +66,10 @@ pub struct Calibration {
     pub outliers: Vec<SetAside>,
     /// Where the charts are believed to have stood, where that was solved for.
     pub stage: Vec<ViewOffset>,
+    /// What points are uncertain by where the charts stood, where that was solved for: it adds to the
+    /// covariances of `reconstructor`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage_covariance: Option<StageCovariance>,
     /// Where charts of unknown place were found to have stood, where there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placed: Option<EstimatedPoses>,
@@ -156,6 +160,7 @@ impl Calibration {
             curve: fit.curve,
             outliers: prepared.set_aside(),
             stage: prepared.stage.clone(),
+            stage_covariance: prepared.stage_covariance.clone(),
             placed: prepared.placed.clone(),
             findings: prepared.findings(),
             sizes: Vec::new(),
@@ -163,6 +168,26 @@ impl Calibration {
             start: fit.start,
             imported: None,
         })
+    }
+
+    /// The point that the cameras saw at `pixels` (one entry a camera), with all that is uncertain of it:
+    /// [`Reconstructor::locate`], and what is by the charts' places.
+    #[must_use]
+    pub fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
+        self.on_stage().locate(pixels)
+    }
+
+    /// The same for many points, with the trust that the volume gives each.
+    #[must_use]
+    pub fn locator(&self) -> Locator<'_> {
+        Locator::new(&*self.reconstructor, Some(&self.volume))
+            .with_stage(self.stage_covariance.as_ref())
+    }
+
+    /// The fitted map with all that is uncertain of a point in its covariances.
+    #[must_use]
+    pub fn on_stage(&self) -> OnStage<'_> {
+        OnStage::new(&*self.reconstructor, self.stage_covariance.as_ref())
     }
 
     /// The method whose fit this is, and that fit, as they were held against views left out.
@@ -308,6 +333,7 @@ impl Calibration {
     fn is_whole(&self) -> bool {
         self.reconstructor.is_consistent()
             && self.volume.is_consistent()
+            && self.stage_covariance.as_ref().is_none_or(StageCovariance::is_consistent)
             && self.volume.cameras() == self.reconstructor.cameras()
             && (self.sizes.is_empty() || self.sizes.len() == self.volume.cameras())
     }

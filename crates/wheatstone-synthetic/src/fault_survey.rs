@@ -7,6 +7,7 @@ use super::{
 };
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 use wheatstone_core::{
     dataset::Dataset,
     geometry::{Pixel, Vector3},
@@ -27,6 +28,9 @@ pub struct Tally {
     pub otherwise: usize,
     /// Nothing was named. For captures without fault that is what is right.
     pub missed: usize,
+    /// What was named, and how often: a row of the confusion matrix. Several names of one capture are one
+    /// entry.
+    pub named: BTreeMap<String, usize>,
     /// Which captures were not right: seed, and what was said.
     pub wrong: Vec<String>,
 }
@@ -43,16 +47,17 @@ pub struct Survey {
 /// What is done to captures that have no fault.
 const DISTRACTIONS: [&str; 3] = ["clean", "stage errors", "gross outliers (10 %)"];
 
-/// Tries the clinic on so many captures with faults, and on a quarter as many of each kind without.
+/// Tries the clinic on so many captures with faults, and on a quarter as many of each kind without; where
+/// `scattered`, on points at random places instead of charts, of which no two views share one.
 #[must_use]
-pub fn survey(captures: usize, seed: u64) -> Survey {
+pub fn survey(captures: usize, seed: u64, scattered: bool) -> Survey {
+    let draw = if scattered { RandomCapture::scattered } else { RandomCapture::new };
     let outcomes: Vec<(usize, Outcome)> = (0..captures)
         .into_par_iter()
         .filter_map(|index| {
             let fault = index % names().len();
             let mut random = Random::stream(seed, index as u64);
-            let capture =
-                RandomCapture::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
+            let capture = draw(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
             let faulty = inject(&capture, fault, random.below(3), &mut random)?;
             Some((fault, judged(&capture, &faulty, index)))
         })
@@ -63,14 +68,20 @@ pub fn survey(captures: usize, seed: u64) -> Survey {
     let clean = DISTRACTIONS.iter().enumerate().map(|(kind, name)| {
         let outcomes: Vec<Outcome> = (0..captures.div_ceil(4))
             .into_par_iter()
-            .map(|index| harmless(kind, seed, index))
+            .map(|index| harmless(kind, draw, (seed, index)))
             .collect();
         tally(name, outcomes.iter())
     });
     Survey { faults: faults.collect(), clean: clean.collect() }
 }
 
-enum Outcome {
+/// What the findings were called, and whether that was right.
+struct Outcome {
+    named: String,
+    kind: Kind,
+}
+
+enum Kind {
     Rightly,
     Otherwise(String),
     Missed(String),
@@ -80,13 +91,14 @@ fn tally<'a>(name: &str, outcomes: impl Iterator<Item = &'a Outcome>) -> Tally {
     let mut tally = Tally { fault: name.into(), ..Tally::default() };
     for outcome in outcomes {
         tally.captures += 1;
-        match outcome {
-            Outcome::Rightly => tally.rightly += 1,
-            Outcome::Otherwise(said) => {
+        *tally.named.entry(outcome.named.clone()).or_default() += 1;
+        match &outcome.kind {
+            Kind::Rightly => tally.rightly += 1,
+            Kind::Otherwise(said) => {
                 tally.otherwise += 1;
                 tally.wrong.push(said.clone());
             }
-            Outcome::Missed(which) => {
+            Kind::Missed(which) => {
                 tally.missed += 1;
                 tally.wrong.push(which.clone());
             }
@@ -100,6 +112,14 @@ fn alarms(data: &Dataset) -> Vec<Finding> {
     let mut findings = examine(data).findings;
     findings.retain(|finding| finding.severity > Severity::Information);
     findings
+}
+
+fn names_of(findings: &[Finding]) -> String {
+    let codes: BTreeSet<&str> = findings.iter().map(|finding| finding.code).collect();
+    if codes.is_empty() {
+        return "nothing".into();
+    }
+    codes.into_iter().collect::<Vec<_>>().join(" + ")
 }
 
 fn said(findings: &[Finding]) -> String {
@@ -137,21 +157,26 @@ fn judged(capture: &RandomCapture, faulty: &Faulty, index: usize) -> Outcome {
         said(&findings)
     );
     // Naming it and crying about something else too is no right answer.
-    if right && findings.iter().all(|finding| named(&finding)) {
-        Outcome::Rightly
+    let kind = if right && findings.iter().all(|finding| named(&finding)) {
+        Kind::Rightly
     } else if findings.is_empty() {
-        Outcome::Missed(expected)
+        Kind::Missed(expected)
     } else {
-        Outcome::Otherwise(expected)
-    }
+        Kind::Otherwise(expected)
+    };
+    Outcome { named: names_of(&findings), kind }
 }
 
-fn harmless(kind: usize, seed: u64, index: usize) -> Outcome {
+fn harmless(
+    distraction: usize,
+    draw: fn(u64) -> RandomCapture,
+    (seed, index): (u64, usize),
+) -> Outcome {
     let capture_seed = seed.wrapping_mul(1_000_003).wrapping_add(500_000 + index as u64);
-    let mut capture = RandomCapture::new(capture_seed);
+    let mut capture = draw(capture_seed);
     let mut random = Random::stream(seed ^ 0x5eed, index as u64);
     let mut data = capture.dataset();
-    if kind == 1 {
+    if distraction == 1 {
         // 0.4 mm at a metre: a good ruler's and a bad stage's.
         let distance = capture.placements[0].translation.norm();
         let truth = data.clone();
@@ -168,7 +193,7 @@ fn harmless(kind: usize, seed: u64, index: usize) -> Outcome {
             row.world = place(row).or(row.world);
         }
     }
-    if kind == 2 {
+    if distraction == 2 {
         for row in &mut data.correspondences {
             for pixel in row.pixels.iter_mut().flatten() {
                 if random.uniform(0.0, 1.0) < 0.1 {
@@ -179,9 +204,10 @@ fn harmless(kind: usize, seed: u64, index: usize) -> Outcome {
         }
     }
     let findings = alarms(&capture.as_filed(data));
-    if findings.is_empty() {
-        Outcome::Rightly
+    let kind = if findings.is_empty() {
+        Kind::Rightly
     } else {
-        Outcome::Otherwise(format!("#{index} said: {}", said(&findings)))
-    }
+        Kind::Otherwise(format!("#{index} said: {}", said(&findings)))
+    };
+    Outcome { named: names_of(&findings), kind }
 }

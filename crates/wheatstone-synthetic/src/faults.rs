@@ -10,48 +10,61 @@ use super::random_capture::RandomCapture;
 use alteration::{Draw, all, altered, faulty, relabelled};
 use recorded::{
     column_unit, corner, duplicated, identical, left_handed, list_reversed, misplaced, moved,
-    offset, permuted, quarter_turn, resized, shifted, single_view, thin, units_mixed,
-    unsynchronised, wrong_pitch, y_up, y_up_everywhere,
+    offset, permuted, pixels_shifted, pixels_shifted_on, quarter_turn, resized, shifted,
+    single_view, thin, units_mixed, unsynchronised, wrong_pitch, y_up, y_up_everywhere,
+    y_up_in_views,
 };
 use wheatstone_core::dataset::Correspondence;
 use wheatstone_numeric::random::Random;
 
 type Inject = fn(Draw) -> Option<Faulty>;
 
+/// What captures can have a fault.
+#[derive(Clone, Copy, PartialEq)]
+enum Points {
+    /// All.
+    Any,
+    /// Those of a lattice, whose points have the same labels in every view.
+    Lattice,
+}
+
 /// The faults, by name.
-const FAULTS: &[(&str, Inject)] = &[
-    ("cameras swapped in some views", swapped),
-    ("board turned by 180 degrees in one camera, some views", turned_in_a_camera),
-    ("board turned by 180 degrees in a view, all cameras", turned_in_a_view),
-    ("board turned by 90 degrees in a view, all cameras", quarter_turn),
-    ("order of rows reversed in one camera, some views", rows_reversed),
-    ("rows and columns swapped in one camera, some views", transposed),
-    ("list reversed in one camera, some views", list_reversed),
-    ("board turned in one camera, all views", turned_everywhere),
-    ("points permuted in one camera of a view", permuted),
-    ("wrong pitch in a view", wrong_pitch),
-    ("units mixed in a view", units_mixed),
-    ("one column in another unit, all views", column_unit),
-    ("view elsewhere than the file says", misplaced),
-    ("one picture of the next view", unsynchronised),
-    ("pairs shifted by one from a view on", shifted),
-    ("camera moved from a view on", moved),
-    ("left-handed world", left_handed),
-    ("y up in one camera", y_up),
-    ("y up in all cameras", y_up_everywhere),
-    ("pixels off by a half or one in one camera, some views", offset),
-    ("picture resized in one camera, some views", resized),
-    ("single plane", single_view),
-    ("thin depth", thin),
-    ("points in a corner of the picture", corner),
-    ("duplicate view", duplicated),
-    ("identical cameras", identical),
+const FAULTS: &[(&str, Inject, Points)] = &[
+    ("cameras swapped in some views", swapped, Points::Any),
+    ("board turned by 180 degrees in one camera, some views", turned_in_a_camera, Points::Lattice),
+    ("board turned by 180 degrees in a view, all cameras", turned_in_a_view, Points::Lattice),
+    ("board turned by 90 degrees in a view, all cameras", quarter_turn, Points::Lattice),
+    ("order of rows reversed in one camera, some views", rows_reversed, Points::Lattice),
+    ("rows and columns swapped in one camera, some views", transposed, Points::Lattice),
+    ("list reversed in one camera, some views", list_reversed, Points::Any),
+    ("board turned in one camera, all views", turned_everywhere, Points::Lattice),
+    ("points permuted in one camera of a view", permuted, Points::Any),
+    ("wrong pitch in a view", wrong_pitch, Points::Any),
+    ("units mixed in a view", units_mixed, Points::Any),
+    ("one column in another unit, all views", column_unit, Points::Any),
+    ("view elsewhere than the file says", misplaced, Points::Any),
+    ("one picture of the next view", unsynchronised, Points::Lattice),
+    ("pairs shifted by one from a view on", shifted, Points::Lattice),
+    ("camera moved from a view on", moved, Points::Any),
+    ("left-handed world", left_handed, Points::Any),
+    ("y up in one camera", y_up, Points::Any),
+    ("y up in all cameras", y_up_everywhere, Points::Any),
+    ("pixels off by a half or one in one camera, some views", offset, Points::Any),
+    ("picture resized in one camera, some views", resized, Points::Any),
+    ("single plane", single_view, Points::Any),
+    ("thin depth", thin, Points::Any),
+    ("points in a corner of the picture", corner, Points::Any),
+    ("duplicate view", duplicated, Points::Any),
+    ("identical cameras", identical, Points::Any),
+    ("y up in one camera, some views", y_up_in_views, Points::Any),
+    ("pixels of one camera shifted from a view on", pixels_shifted_on, Points::Any),
+    ("pixels of one camera shifted in some views", pixels_shifted, Points::Any),
 ];
 
 /// The names of all faults, in their order.
 #[must_use]
 pub fn names() -> Vec<&'static str> {
-    FAULTS.iter().map(|(name, _)| *name).collect()
+    FAULTS.iter().map(|(name, ..)| *name).collect()
 }
 
 /// Puts a fault (its place in [`names`]) into a capture; `strength` counts from 0 (slight) to 2
@@ -63,6 +76,10 @@ pub fn inject(
     strength: usize,
     random: &mut Random,
 ) -> Option<Faulty> {
+    let (_, put, points) = FAULTS.get(fault)?;
+    if *points == Points::Lattice && capture.scattered.is_some() {
+        return None;
+    }
     let data = capture.dataset();
     let views = data.views.len();
     let camera = random.below(data.cameras);
@@ -70,7 +87,6 @@ pub fn inject(
     random.shuffle(&mut some);
     some.truncate((1 + strength).min(views / 3).max(1));
     some.sort_unstable();
-    let (_, put) = FAULTS.get(fault)?;
     put(Draw { capture, data, strength: strength.min(2), random, camera, some })
 }
 

@@ -24,6 +24,9 @@ pub struct RandomCapture {
     pub counts: [usize; 2],
     /// Distance of neighbours.
     pub pitch: f64,
+    /// For points at random places, which no two views share: by how much they lie off the chart's plane, as
+    /// a share of its extent. `None` for a lattice.
+    pub scattered: Option<f64>,
     /// The pixels' error.
     pub noise: Noise,
     /// The unit of lengths.
@@ -40,9 +43,24 @@ impl RandomCapture {
     /// The capture of a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
+        Self::enough(|attempt| Self::drawn(seed, attempt))
+    }
+
+    /// The capture of a seed with points at random places of each view instead of a lattice: on a plane, or
+    /// in a volume about it.
+    #[must_use]
+    pub fn scattered(seed: u64) -> Self {
+        Self::enough(|attempt| {
+            let depth = [0.0, 0.3][(seed % 2) as usize];
+            Self { scattered: Some(depth), ..Self::drawn(seed, attempt) }
+        })
+    }
+
+    /// The first that every camera sees enough of.
+    fn enough(draw: impl Fn(u64) -> Self) -> Self {
         // The common field of view of cameras far apart may be empty: then others are drawn.
         for attempt in 0..50 {
-            let capture = Self::drawn(seed, attempt);
+            let capture = draw(attempt);
             let data = capture.dataset();
             let seen = |view: usize, camera: usize| {
                 let here = data.correspondences.iter().filter(|c| c.view == view);
@@ -54,7 +72,7 @@ impl RandomCapture {
                 return capture;
             }
         }
-        Self::drawn(seed, 0)
+        draw(0)
     }
 
     fn drawn(seed: u64, attempt: u64) -> Self {
@@ -81,6 +99,7 @@ impl RandomCapture {
             placements,
             counts,
             pitch,
+            scattered: None,
             noise,
             unit,
             named: [random.below(10) < 7, random.below(4) > 0 || tilted],
@@ -95,6 +114,17 @@ impl RandomCapture {
         let place =
             |index: usize, count: usize| (index as f64 - (count as f64 - 1.0) / 2.0) * self.pitch;
         Point3::new(place(column, self.counts[0]), place(row, self.counts[1]), 0.0)
+    }
+
+    /// A point of a view in the chart's frame.
+    fn point(&self, view: usize, index: usize) -> Point3 {
+        let Some(depth) = self.scattered else {
+            return self.chart_point(index % self.counts[0], index / self.counts[0]);
+        };
+        let mut random = Random::stream(self.seed ^ 0x5ca7, (view * 10_000 + index) as u64);
+        let half = self.counts.map(|count| (count as f64 - 1.0) / 2.0 * self.pitch);
+        let mut any = |half: f64| random.uniform(-half, half);
+        Point3::new(any(half[0]), any(half[1]), any(depth * half[0]))
     }
 
     /// What the cameras record.
@@ -120,7 +150,7 @@ impl RandomCapture {
                 .map(|(index, camera)| camera_in(view, index, camera))
                 .collect();
             for index in 0..self.counts[0] * self.counts[1] {
-                let on_chart = self.chart_point(index % self.counts[0], index / self.counts[0]);
+                let on_chart = self.point(view, index);
                 let world = placement.transform(on_chart);
                 let real = placement.transform(chart_in(view, on_chart));
                 let pixels: Vec<Option<Pixel>> = cameras
@@ -135,7 +165,7 @@ impl RandomCapture {
                 if pixels.iter().any(Option::is_some) {
                     rows.push(Correspondence {
                         view,
-                        id: Some(index.to_string()),
+                        id: Some(self.name(view, index)),
                         pixels,
                         world: Some(world),
                         board: None,
@@ -149,6 +179,12 @@ impl RandomCapture {
             views: (0..self.placements.len()).map(|view| format!("v{view:02}")).collect(),
             correspondences: rows,
         }
+    }
+
+    /// No two views share the name of a point that they do not share.
+    fn name(&self, view: usize, index: usize) -> String {
+        let first = if self.scattered.is_some() { view * 10_000 } else { 0 };
+        (first + index).to_string()
     }
 
     /// Without the names that this capture's file does not have.

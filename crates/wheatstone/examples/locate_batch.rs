@@ -4,7 +4,7 @@
 
 use std::{error::Error, ops::ControlFlow};
 use wheatstone::{
-    AnyMethod, Calibration, FnProgress, LineGrid, Locator, Prepared, Silent,
+    AnyMethod, Calibration, FnProgress, LineGrid, Prepared, Silent,
     geometry::columns_of,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -32,7 +32,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         ControlFlow::Continue(())
     });
     let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-    let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
+    let mut locator = model.locator();
     let batch = locator.locate_columns(&columns, &progress)?;
 
     println!("{} of {} located", batch.located(), batch.len());

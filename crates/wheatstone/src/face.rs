@@ -14,7 +14,7 @@ pub use wheatstone_core::{
 pub use wheatstone_core::{
     dataset::volume::{Trust, Volume},
     geometry::PixelColumns,
-    method::{LocatedBatch, Locator, locate_all},
+    method::{LocatedBatch, Locator, OnStage, locate_all},
 };
 
 /// Example: `examples/locate_batch.rs`.
@@ -40,6 +40,7 @@ pub use wheatstone_core::{
 #[doc(inline)]
 pub use wheatstone_core::{
     fit::stage::StagePrior,
+    geometry::StageCovariance,
     preparation::{Preparation, Prepared},
 };
 

@@ -23,7 +23,7 @@
 //!
 //! let method = AnyMethod::named("brown")?;
 //! let model = Calibration::fit(&method, &Prepared::as_given(data.clone()), 0, false, &Silent)?;
-//! let located = model.reconstructor.locate(&data.correspondences[0].pixels).ok_or("not seen")?;
+//! let located = model.locate(&data.correspondences[0].pixels).ok_or("not seen")?;
 //! let sigma_z = located.covariance[(2, 2)].sqrt();
 //! println!("Z = {:.2} +- {sigma_z:.2} {}", located.point.z, model.unit);
 //! # }
@@ -33,10 +33,10 @@
 //! # Many points, as plain columns
 //!
 //! ```no_run
-//! use wheatstone::{Calibration, Locator, Silent};
+//! use wheatstone::{Calibration, Silent};
 //!
 //! let model = Calibration::load("model.json".as_ref())?;
-//! let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
+//! let mut locator = model.locator();
 //! // x and y of camera 1, x and y of camera 2; NaN where a camera did not see the point.
 //! let (x1, y1, x2, y2) = ([301.5], [220.25], [284.0], [f64::NAN]);
 //! let batch = locator.locate_columns(&[&x1, &y1, &x2, &y2], &Silent)?;

@@ -4,7 +4,7 @@ use super::print_json;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
-    prepare::baseline,
+    prepare::{baseline, baseline_holds},
     progress::Bar,
     table::figure,
     verbosity::say,
@@ -15,7 +15,11 @@ use std::{io::Write, path::PathBuf};
 use wheatstone::{
     Error,
     dataset::Dataset,
-    preparation::checks::{self, Examination, Finding, Severity},
+    fit::bundle::BundleSettings,
+    preparation::{
+        self,
+        checks::{self, Examination, Finding, Severity},
+    },
     synthetic::fault_survey::{Survey, Tally, survey},
     tables,
 };
@@ -44,6 +48,9 @@ pub(crate) struct Check {
     /// Instead of checking data, test the checks on this many random captures with known faults
     #[arg(long, value_name = "N", conflicts_with_all = ["input", "fix", "expect_baseline"])]
     survey: Option<usize>,
+    /// Let the survey draw points at random places instead of charts: no two views share one
+    #[arg(long, requires = "survey")]
+    scattered: bool,
     /// Seed of the survey
     #[arg(long, default_value_t = 0, requires = "survey")]
     seed: u64,
@@ -54,7 +61,7 @@ pub(crate) struct Check {
 impl Check {
     pub(crate) fn run(self) -> Outcome {
         if let Some(captures) = self.survey {
-            let found = survey(captures, self.seed);
+            let found = survey(captures, self.seed, self.scattered);
             if self.json {
                 return print_json(&found);
             }
@@ -66,18 +73,21 @@ impl Check {
         };
         let bar = Bar::new();
         let data = load(input, &self.reading, &bar)?.data;
+        let examination = self.examine(&data, &bar)?;
         drop(bar);
-        let examination = self.examine(&data);
         if self.json {
             print_json(&as_json(&examination))?;
         } else {
             say!("{}", as_text(&examination, &data).trim_end());
+            if let Some(holds) = baseline_holds(&examination, self.expect_baseline, &data.unit) {
+                say!("{holds}");
+            }
         }
         let mut remaining = fatal(&examination);
         if let Some(output) = &self.fix {
             let repaired = checks::repair_all(&data, &examination.findings);
             tables::save(&repaired, output)?;
-            let after = self.examine(&repaired);
+            let after = self.examine(&repaired, &Bar::new())?;
             remaining = fatal(&after);
             say!(
                 "Wrote {}: {} of {} faults corrected, {} of {} points kept",
@@ -102,13 +112,13 @@ impl Check {
         .into())
     }
 
-    fn examine(&self, data: &Dataset) -> Examination {
-        let mut examination = checks::examine(data);
+    fn examine(&self, data: &Dataset, bar: &Bar) -> Outcome<Examination> {
+        let mut examination = preparation::examine(data, BundleSettings::default(), bar)?;
         if let Some((length, tolerance)) = self.expect_baseline {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
         }
-        examination
+        Ok(examination)
     }
 }
 
@@ -189,22 +199,34 @@ fn as_json(examination: &Examination) -> Value {
     })
 }
 
+/// A row of the confusion matrix, the most frequent name first.
+fn named(row: &Tally) -> String {
+    let mut named: Vec<(&String, &usize)> = row.named.iter().collect();
+    named.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    named.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+}
+
 /// The survey as the table of docs/fault-clinic.md.
 fn as_markdown(found: &Survey) -> String {
     let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
     let mut text =
-        "| fault | captures | identified | misidentified | missed |\n|---|---|---|---|---|\n"
+        "| fault | captures | identified | misidentified | missed | named as |\n|---|---|---|---|---|---|\n"
             .to_owned();
     for row in &found.faults {
         text += &format!(
-            "| {} | {} | {} | {} | {} |\n",
-            row.fault, row.captures, row.rightly, row.otherwise, row.missed
+            "| {} | {} | {} | {} | {} | {} |\n",
+            row.fault,
+            row.captures,
+            row.rightly,
+            row.otherwise,
+            row.missed,
+            named(row)
         );
     }
     let sum = |count: fn(&Tally) -> usize| found.faults.iter().map(count).sum::<usize>();
     let all = sum(|row| row.captures);
     text += &format!(
-        "| all | {all} | {} ({:.1} %) | {} | {} |\n\n",
+        "| all | {all} | {} ({:.1} %) | {} | {} | |\n\n",
         sum(|row| row.rightly),
         share(sum(|row| row.rightly), all),
         sum(|row| row.otherwise),

@@ -33,6 +33,9 @@ pub(crate) struct Evaluate {
     /// models from a hand-held board
     #[arg(long)]
     align: bool,
+    /// Error bars within the frame of the model, as `locate --relative` has them
+    #[arg(long)]
+    relative: bool,
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
@@ -76,7 +79,10 @@ impl Evaluate {
 
     pub(crate) fn run(mut self) -> Outcome {
         let bar = Bar::new();
-        let model = Calibration::load(&self.model)?;
+        let mut model = Calibration::load(&self.model)?;
+        if self.relative {
+            model.stage_covariance = model.stage_covariance.map(|stage| stage.relative());
+        }
         // A points file's numbers are in the model's unit unless it says otherwise.
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
         let mut data = load(&self.input, &self.reading, &bar)?.data;
@@ -111,7 +117,7 @@ impl Evaluate {
         // A model of other cameras, or of these in another order, shows in the pixels alone.
         refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
         let fitted = model.data.share_of(&data);
-        let held = coverage(&*model.reconstructor, &data, &model.ellipsoids);
+        let held = coverage(&model.on_stage(), &data, &model.ellipsoids);
         let budget = model.budget(&data, &bar)?;
         drop(bar);
         if self.json {

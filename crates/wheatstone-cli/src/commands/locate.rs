@@ -25,7 +25,7 @@ use wheatstone::{
     dataset::volume::Trust,
     geometry::{Pixel, PixelColumns},
     method::{
-        LocatedBatch, Locator,
+        LocatedBatch,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
     tables::{
@@ -57,6 +57,10 @@ pub(crate) struct Locate {
     /// Append the covariance matrix of X, Y, Z as well: cXX,cXY,cXZ,cYY,cYZ,cZZ
     #[arg(long)]
     covariance: bool,
+    /// Error bars within the frame of the model, for models fitted with `--stage-sigma`: without the errors
+    /// of shift, scale and skew that all points share
+    #[arg(long)]
+    relative: bool,
     /// Names of the columns in the points file: NAME=COLUMN,… or all names in order (`_`: none)
     #[arg(long, value_name = "NAMES", value_parser = columns)]
     columns: Option<ColumnNames>,
@@ -79,7 +83,10 @@ const COVARIANCE: [&str; 6] = ["cXX", "cXY", "cXZ", "cYY", "cYZ", "cZZ"];
 
 impl Locate {
     pub(crate) fn run(self) -> Outcome {
-        let model = Calibration::load(&self.model)?;
+        let mut model = Calibration::load(&self.model)?;
+        if self.relative {
+            model.stage_covariance = model.stage_covariance.map(|stage| stage.relative());
+        }
         needs_two_cameras(&model, "locate")?;
         let standard = self.output.as_os_str() == "-";
         let options = TableOptions {
@@ -102,7 +109,7 @@ impl Locate {
         let (mut counter, mut done) =
             (Counter::new(standard && std::io::stdout().is_terminal()), 0);
         let test = MismatchTest::new(self.false_alarm, input.cameras());
-        let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
+        let mut locator = model.locator();
         let mut rows = Arriving { rows: tables::start(input), first: VecDeque::new() };
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));

@@ -7,6 +7,7 @@ mod pixel_columns;
 mod pose;
 mod projection;
 mod principal_axes;
+pub(crate) mod stage_covariance;
 pub mod triangulation;
 
 pub use homography::Homography;
@@ -14,6 +15,7 @@ pub use pixel_columns::{PixelColumns, columns_of};
 pub use pose::Pose;
 pub(crate) use principal_axes::principal_axes;
 pub use projection::ProjectionMatrix;
+pub use stage_covariance::StageCovariance;
 
 /// A place in an image, `[x, y]` in pixels: x to the right, y down, `(0, 0)` the **centre** of the
 /// top-left pixel.

@@ -20,7 +20,7 @@ pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 use super::Reconstructor;
 use crate::{
     dataset::volume::Volume,
-    geometry::{Pixel, PixelColumns},
+    geometry::{Pixel, PixelColumns, StageCovariance},
 };
 use covariance_table::CovarianceTable;
 use located_batch::{LOWER, Slots};
@@ -37,6 +37,7 @@ use std::{collections::BTreeMap, ops::Range};
 pub struct Locator<'a> {
     map: Map<'a>,
     volume: Option<&'a Volume>,
+    stage: Option<&'a StageCovariance>,
     with_covariance: bool,
     covariances: Option<CovarianceTable>,
     /// Points located so far.
@@ -106,6 +107,7 @@ impl<'a> Locator<'a> {
         Self {
             map,
             volume,
+            stage: None,
             with_covariance: true,
             covariances,
             done: 0,
@@ -114,8 +116,7 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// As if cameras in closed form did not say themselves how sure points are, so that boxes are made which say
-    /// it; other maps stay as they are. For tests.
+    /// Boxes of covariances for cameras that have them in closed form too. For tests.
     #[doc(hidden)]
     #[must_use]
     pub fn with_boxes(mut self) -> Self {
@@ -131,6 +132,13 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn made_eighths(&self) -> usize {
         self.covariances.as_ref().map_or(0, CovarianceTable::made_eighths)
+    }
+
+    /// With what is uncertain of the places of the charts that the map was fitted to, in every covariance.
+    #[must_use]
+    pub fn with_stage(mut self, stage: Option<&'a StageCovariance>) -> Self {
+        self.stage = stage;
+        self
     }
 
     /// Without covariances and residuals.
@@ -257,6 +265,9 @@ impl<'a> Locator<'a> {
         }
         for index in unsure {
             one_by_one(index, true);
+        }
+        if let Some(stage) = self.stage.filter(|_| full) {
+            slots.widen(stage);
         }
         if let Some(volume) = self.volume {
             slots.trust.copy_from_slice(&volume.trust_columns(pixels));

@@ -13,6 +13,7 @@ use crate::{
         bundle::{self, BundleSettings, Gauge, ViewPose},
         stage::{self, StagePrior, ViewOffset},
     },
+    geometry::StageCovariance,
 };
 use checks::{Examination, Finding, Severity};
 use outliers::Outlier;
@@ -87,6 +88,8 @@ pub struct Prepared {
     pub outliers: Vec<Outlier>,
     /// Where the charts are believed to have stood; none where that was not asked for.
     pub stage: Vec<ViewOffset>,
+    /// What points are uncertain by that.
+    pub stage_covariance: Option<StageCovariance>,
     /// Where charts of unknown place were found to have stood; none where all places were known.
     pub placed: Option<EstimatedPoses>,
 }
@@ -125,6 +128,7 @@ impl Prepared {
             repaired: false,
             outliers: Vec::new(),
             stage: Vec::new(),
+            stage_covariance: None,
             placed: None,
         }
     }
@@ -195,12 +199,50 @@ impl Preparation {
             }
             outliers = screening.outliers;
         }
-        let mut offsets = Vec::new();
+        let (mut stage, mut stage_covariance) = (Vec::new(), None);
         if let Some(prior) = &self.stage {
             let solved = stage::solve(&data, prior, progress)?;
-            (data, offsets) = (solved.data, solved.offsets);
+            (data, stage, stage_covariance) =
+                (solved.data, solved.offsets, Some(solved.uncertainty));
         }
-        Ok(Prepared { data, examination, repaired: self.repair, outliers, stage: offsets, placed })
+        let repaired = self.repair;
+        Ok(Prepared { data, examination, repaired, outliers, stage, stage_covariance, placed })
+    }
+}
+
+/// Looks for faults as [`checks::examine`] does; charts held by hand are placed for that, as before a fit, so that
+/// faults of their poses show too, and where the cameras stand.
+///
+/// # Errors
+///
+/// [`Error::Cancelled`].
+pub fn examine(
+    data: &Dataset,
+    bundle_settings: BundleSettings,
+    progress: &dyn Progress,
+) -> Result<Examination> {
+    let mut examination = checks::examine(data);
+    if bundle::needed(data) {
+        match chart_poses::place(data, bundle_settings, progress) {
+            Ok((placed, _)) => add_findings(&mut examination, checks::examine(&placed)),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => examination.findings.insert(0, undetermined(&error)),
+        }
+    }
+    Ok(examination)
+}
+
+/// Charts that cannot be placed.
+fn undetermined(error: &Error) -> Finding {
+    Finding {
+        code: "poses-undetermined",
+        severity: Severity::Fatal,
+        views: Vec::new(),
+        cameras: Vec::new(),
+        explanation: error.to_string(),
+        figures: Vec::new(),
+        hint: error.hint().map_or_else(String::new, |hint| hint.to_string()),
+        changes: Vec::new(),
     }
 }
 

@@ -70,6 +70,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         curve: Vec::new(),
         outliers: Vec::new(),
         stage: Vec::new(),
+        stage_covariance: None,
         placed: None,
         findings: Vec::new(),
         sizes: Vec::new(),

@@ -70,7 +70,9 @@ pub(super) fn units_mixed(draw: Draw) -> Option<Faulty> {
 }
 
 pub(super) fn column_unit(draw: Draw) -> Option<Faulty> {
-    let (by, axis) = ([0.1, 10.0, 25.4][draw.strength], draw.random.below(3));
+    // Of points that belong to no rigid chart nothing tells how deep they lie before cameras that look along Z.
+    let axes = if draw.capture.scattered.is_some() { 2 } else { 3 };
+    let (by, axis) = ([0.1, 10.0, 25.4][draw.strength], draw.random.below(axes));
     // Of charts that are parallel and before cameras that look along Z nothing would tell.
     let tilt = |pose: &Pose| pose.rotation[(2, 2)] < 0.98;
     if draw.capture.placements.iter().filter(|pose| tilt(pose)).count() < 2 {
@@ -159,6 +161,41 @@ pub(super) fn y_up(draw: Draw) -> Option<Faulty> {
     Some(faulty(data, &["v-axis-up"], views, vec![draw.camera]))
 }
 
+pub(super) fn y_up_in_views(draw: Draw) -> Option<Faulty> {
+    let top = draw.capture.cameras[draw.camera].height as f64 - 1.0;
+    let data = pixels(draw.data, &draw.some, draw.camera, |p| Pixel::new(p.x, top - p.y));
+    Some(faulty(data, &["v-axis-up"], draw.some, vec![draw.camera]))
+}
+
+/// By some pixels that no way of counting differs by, in any direction.
+fn any_shift(draw: &mut Draw) -> [f64; 2] {
+    let by = [4.0, 10.0, 40.0][draw.strength] * draw.random.uniform(0.8, 1.2);
+    let angle = draw.random.uniform(0.0, std::f64::consts::TAU);
+    [by * libm::cos(angle), by * libm::sin(angle)]
+}
+
+pub(super) fn pixels_shifted_on(mut draw: Draw) -> Option<Faulty> {
+    let count = draw.data.views.len();
+    let views: Vec<usize> = (2 + draw.random.below(count - 3)..count).collect();
+    let [x, y] = any_shift(&mut draw);
+    let data = pixels(draw.data, &views, draw.camera, |p| Pixel::new(p.x + x, p.y + y));
+    Some(faulty(data, &["camera-moved"], views, vec![draw.camera]))
+}
+
+pub(super) fn pixels_shifted(mut draw: Draw) -> Option<Faulty> {
+    let [x, y] = any_shift(&mut draw);
+    let count = draw.data.views.len();
+    let data = pixels(draw.data, &draw.some, draw.camera, |p| Pixel::new(p.x + x, p.y + y));
+    // Of the first views nobody can tell: then it moved before the next.
+    let first = draw.some.len();
+    let views = if draw.some[first - 1] == first - 1 && first > 1 {
+        (first..count).collect()
+    } else {
+        draw.some
+    };
+    Some(faulty(data, &["camera-moved"], views, vec![draw.camera]))
+}
+
 pub(super) fn y_up_everywhere(draw: Draw) -> Option<Faulty> {
     let tops: Vec<f64> = draw.capture.cameras.iter().map(|own| own.height as f64 - 1.0).collect();
     let mut data = draw.data;
@@ -183,7 +220,15 @@ pub(super) fn resized(draw: Draw) -> Option<Faulty> {
     Some(faulty(data, &["picture-resized"], draw.some, vec![draw.camera]))
 }
 
+/// Whether its points lie off the chart's plane, so that no view is a plane.
+fn is_volume(draw: &Draw) -> bool {
+    draw.capture.scattered.is_some_and(|depth| depth > 0.0)
+}
+
 pub(super) fn single_view(draw: Draw) -> Option<Faulty> {
+    if is_volume(&draw) {
+        return None;
+    }
     let view = draw.some[0];
     let mut one = draw.data.subset(|_, row| row.view == view);
     one.views = vec![one.views[view].clone()];
@@ -194,6 +239,9 @@ pub(super) fn single_view(draw: Draw) -> Option<Faulty> {
 }
 
 pub(super) fn thin(draw: Draw) -> Option<Faulty> {
+    if is_volume(&draw) {
+        return None;
+    }
     let mut near = draw.capture.clone();
     let count = near.placements.len();
     let middle = near.placements[count / 2].translation.z;

@@ -8,7 +8,7 @@ use wheatstone::{
     numeric::{progress::Silent, random::Random},
     preparation::checks::{Severity, compare_baseline, examine, repair_all},
     synthetic::{
-        fault_survey::survey,
+        fault_survey::{Tally, survey},
         faults::{inject, names},
         random_capture::RandomCapture,
     },
@@ -23,7 +23,7 @@ fn codes(data: &Dataset) -> Vec<&'static str> {
 #[test]
 fn faults_are_named_with_their_place_and_nothing_is_cried_of_clean_captures() {
     // The whole table is in docs/fault-clinic.md; this is a part of it.
-    let found = survey(2 * names().len(), 11);
+    let found = survey(2 * names().len(), 11, false);
     let captures: usize = found.faults.iter().map(|row| row.captures).sum();
     let rightly: usize = found.faults.iter().map(|row| row.rightly).sum();
     let wrong: Vec<_> = found.faults.iter().flat_map(|row| &row.wrong).collect();
@@ -33,6 +33,24 @@ fn faults_are_named_with_their_place_and_nothing_is_cried_of_clean_captures() {
     );
     for row in &found.clean {
         assert_eq!(row.otherwise, 0, "{}: {:#?}", row.fault, row.wrong);
+    }
+}
+
+/// Points at random places have no twins in other views: no explanation may live on that.
+#[test]
+fn faults_of_tables_whose_views_share_no_point_have_their_own_names() {
+    let found = survey(4 * names().len(), 7, true);
+    let captures: usize = found.faults.iter().map(|row| row.captures).sum();
+    let rightly: usize = found.faults.iter().map(|row| row.rightly).sum();
+    let wrong: Vec<_> = found.faults.iter().flat_map(|row| &row.wrong).collect();
+    assert!(
+        captures >= 70 && 100 * rightly >= 94 * captures,
+        "{rightly} of {captures}: {wrong:#?}"
+    );
+    let unsynchronised = |row: &Tally| row.named.keys().any(|name| name.contains("unsynchronised"));
+    assert!(!found.faults.iter().any(unsynchronised), "{:#?}", found.faults);
+    for row in &found.clean {
+        assert!(row.otherwise <= 1, "{}: {:#?}", row.fault, row.wrong);
     }
 }
 

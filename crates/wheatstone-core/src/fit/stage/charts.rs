@@ -7,6 +7,7 @@ use crate::{
     geometry::{Point3, Vector3},
     method::neural_camera::chart_poses::UncertainPose,
 };
+use nalgebra::Matrix3;
 
 /// One placement of the chart.
 #[derive(Clone, Debug)]
@@ -17,6 +18,8 @@ pub(super) struct ChartPosition {
     pub(super) rows: Vec<usize>,
     /// The middle of its points.
     pub(super) centre: Point3,
+    /// Mean of the products of its points' coordinates about the middle, in squared world units.
+    pub(super) spread: Matrix3<f64>,
     /// Half its longest extent along a world axis.
     pub(super) half_extent: f64,
 }
@@ -32,7 +35,10 @@ impl ChartPosition {
         let (low, high) =
             points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
         let centre = points.iter().sum::<Vector3>() / points.len() as f64;
-        Some(Self { name, rows, centre: centre.into(), half_extent: 0.5 * (high - low).amax() })
+        let products = points.iter().map(|p| (p - centre) * (p - centre).transpose());
+        let spread = products.sum::<Matrix3<f64>>() / points.len() as f64;
+        let half_extent = 0.5 * (high - low).amax();
+        Some(Self { name, rows, centre: centre.into(), spread, half_extent })
     }
 
     /// The longest extent of the placements' middles along a world axis.

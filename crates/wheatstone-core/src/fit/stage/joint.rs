@@ -2,6 +2,7 @@
 //! numbers eliminated, and the charts go where all of them together say.
 
 use super::{
+    affine::AffineMaps,
     charts::ChartPosition,
     observable::{Part, Significance, directions, most_likely_scale},
 };
@@ -186,6 +187,15 @@ impl<'a> JointAdjustment<'a> {
             }
         }
         Ok(MOST_ROUNDS)
+    }
+
+    /// Takes out of the charts' motions what no camera can see.
+    pub(super) fn keep_nominal(&mut self, maps: &AffineMaps) -> Option<()> {
+        let motions: Vec<f64> = self.charts.iter().flat_map(|chart| chart.motion).collect();
+        let left = maps.taken_out(&DMatrix::from_vec(motions.len(), 1, motions))?;
+        let numbers = self.charts.iter_mut().flat_map(|chart| &mut chart.motion);
+        numbers.zip(left.iter()).for_each(|(number, left)| *number = *left);
+        Some(())
     }
 
     /// Whether the charts stood elsewhere, by directions of which the pixels say more than the prior;

@@ -16,6 +16,7 @@
 //! taken away. Points located later share the unobservable part: their errors are those of the stage
 //! as a whole, not of one placement.
 
+mod affine;
 mod charts;
 mod joint;
 mod observable;
@@ -24,9 +25,11 @@ mod prior;
 pub use observable::{Significance, ViewOffset};
 pub use prior::StagePrior;
 
-use crate::{Result, dataset::Dataset};
+use crate::{Result, dataset::Dataset, geometry::StageCovariance};
+use affine::AffineMaps;
 use charts::ChartPosition;
 use joint::{CameraObservations, JointAdjustment};
+use nalgebra::DMatrix;
 use wheatstone_numeric::progress::Progress;
 
 /// Charts put where they stood.
@@ -38,6 +41,8 @@ pub struct SolvedStage {
     pub data: Dataset,
     /// Whether that was worth it.
     pub significance: Significance,
+    /// What points located by cameras fitted to `data` are uncertain by the charts' places.
+    pub uncertainty: StageCovariance,
     /// Standard deviation of one pixel coordinate, a camera each, that neither the camera nor any
     /// place of its charts explains.
     pub pixel_noise: Vec<f64>,
@@ -67,16 +72,38 @@ pub fn solve(data: &Dataset, prior: &StagePrior, progress: &dyn Progress) -> Res
     let observations = CameraObservations::of_all(data, &placements);
     let mut joint = JointAdjustment::new(&observations, charts, progress)?;
     let rounds = joint.solve(prior.rotation_sigma.is_none(), progress)?;
+    let maps = AffineMaps::of(&placements, &joint.charts);
     let covariance = joint.covariance().ok_or_else(joint::lost)?;
-    let offsets = observable::offsets(&placements, &joint.charts, &covariance);
+    let settled = settle(&mut joint, &maps, &covariance).ok_or_else(joint::lost)?;
+    let offsets = observable::offsets(&placements, &joint.charts, &settled.motions);
     Ok(SolvedStage {
         offsets,
         data: charts::moved(data, &placements, &joint.charts),
         significance: joint.significance(prior.offset_sigma),
+        uncertainty: settled.uncertainty,
         pixel_noise: joint.pixel_noise(),
         disagreement: joint.disagreement,
         rounds,
     })
+}
+
+/// What is known of adjusted charts whose frame is the nominal one.
+struct Settled {
+    /// Covariance of all their motions.
+    motions: DMatrix<f64>,
+    uncertainty: StageCovariance,
+}
+
+/// Brings adjusted charts back to the nominal frame; `covariance` is that of their motions by the pixels.
+fn settle(
+    joint: &mut JointAdjustment,
+    maps: &AffineMaps,
+    covariance: &DMatrix<f64>,
+) -> Option<Settled> {
+    joint.keep_nominal(maps)?;
+    let within = maps.taken_out(&maps.taken_out(covariance)?.transpose())?;
+    let uncertainty = maps.covariance(&joint.charts, &within)?;
+    Some(Settled { motions: within + maps.shared()?, uncertainty })
 }
 
 /// The share of the views' extent that [`suspect`] supposes as standard deviation of their places:

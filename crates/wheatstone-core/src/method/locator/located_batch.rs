@@ -4,7 +4,7 @@ use super::{
     super::{Located, Residual},
     piece::TASK,
 };
-use crate::dataset::volume::Trust;
+use crate::{dataset::volume::Trust, geometry::StageCovariance};
 use nalgebra::Matrix3;
 use std::ops::Range;
 
@@ -59,6 +59,18 @@ impl Slots<'_> {
         }
         let told = found.residual.map_or([f64::NAN; 2], |Residual { rms, sigma }| [rms, sigma]);
         [self.residual[index], self.residual_sigma[index]] = told;
+    }
+}
+
+impl Slots<'_> {
+    /// Adds what is uncertain of charts' places.
+    pub(super) fn widen(&mut self, stage: &StageCovariance) {
+        for index in 0..self.point[0].len() {
+            let more = stage.at([0, 1, 2].map(|axis: usize| self.point[axis][index]).into());
+            for (place, column) in LOWER.into_iter().zip(&mut self.covariance) {
+                column[index] += more[place];
+            }
+        }
     }
 }
 

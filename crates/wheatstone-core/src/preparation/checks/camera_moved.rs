@@ -3,6 +3,7 @@
 
 use super::{
     Fault,
+    coverage::{THIN, thickness},
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
     pairs::Pair,
@@ -23,17 +24,91 @@ const USED: usize = 14;
 impl Fault for CameraMoved {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
-        for camera in 0..evidence.data.cameras {
-            if let Some(moved) = from_a_view_on(evidence, camera) {
-                found.push(moved);
-                continue;
-            }
-            for view in 0..evidence.views.len() {
-                found.extend(single(evidence, (view, camera)));
+        let cameras = 0..evidence.data.cameras;
+        let splits: Vec<Option<Split>> =
+            cameras.clone().map(|camera| Split::of(evidence, camera)).collect();
+        for camera in cameras {
+            let views = of_views(evidence, camera);
+            match &splits[camera] {
+                Some(split)
+                    if is_clear(evidence, camera, &splits)
+                        && !is_of_views(evidence, camera, &views) =>
+                {
+                    found.push(proposal(evidence, camera, split));
+                }
+                _ => found.extend(views),
             }
         }
         found
     }
+}
+
+/// Pictures of a camera that are explained one by one: shifted as a whole; all from one other place; each from a
+/// place of its own.
+fn of_views(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
+    let cells: Vec<(usize, usize)> = (0..evidence.views.len()).map(|view| (view, camera)).collect();
+    let alone: Vec<Proposal> = cells.iter().filter_map(|cell| single(evidence, *cell)).collect();
+    let from_one_place = from_one_place(evidence, camera, &alone);
+    let explained = |cell: &(usize, usize)| {
+        let among = |all: &[Proposal]| all.iter().find(|one| one.cells.contains(cell)).cloned();
+        shifted(evidence, *cell).or_else(|| among(&from_one_place)).or_else(|| among(&alone))
+    };
+    cells.iter().filter_map(explained).collect()
+}
+
+/// The same pictures, where the camera took two or more of them from one place.
+fn from_one_place(evidence: &Evidence, camera: usize, alone: &[Proposal]) -> Vec<Proposal> {
+    let cells: Vec<(usize, usize)> = alone.iter().flat_map(|one| one.cells.clone()).collect();
+    let Some(seen) = evidence.seen[camera].as_ref().filter(|_| cells.len() > 1) else {
+        return Vec::new();
+    };
+    let points = |cell: &(usize, usize)| &evidence.cells[cell.0][cell.1].pairs;
+    let all: Vec<Pair> = cells.iter().flat_map(points).copied().collect();
+    let there = seen.camera.moved(&all, 20);
+    let left = |cell: &(usize, usize)| there.median_error(points(cell)) / seen.good();
+    if cells.iter().any(|cell| left(cell) > 1.0) {
+        return Vec::new();
+    }
+    let what = "the picture was taken from elsewhere: the camera was moved";
+    cells.iter().map(|cell| elsewhere(evidence, *cell, (left(cell), Freedom::Pose), what)).collect()
+}
+
+/// A picture that the camera took while it stood elsewhere: it is left out.
+fn elsewhere(
+    evidence: &Evidence,
+    cell: (usize, usize),
+    how: (f64, Freedom),
+    what: &str,
+) -> Proposal {
+    let mut found = unsynchronised::proposal(evidence, &[cell], how, "moved".into(), what.into());
+    found.code = "camera-moved";
+    found.hint =
+        "fix the camera's mount and record these views again, or let these pictures be left out"
+            .into();
+    found
+}
+
+/// Whether what is wrong belongs to single views: all cameras see it, or each is explained by itself and they are
+/// neither all the first nor all the last ones, or just one.
+fn is_of_views(evidence: &Evidence, camera: usize, explained: &[Proposal]) -> bool {
+    let present: Vec<usize> =
+        (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
+    let is_bad = |view: &usize| evidence.cells[*view][camera].suspicious;
+    let bad: Vec<usize> = present.iter().copied().filter(is_bad).collect();
+    if bad.is_empty() {
+        return false;
+    }
+    let is_shared = |view: &usize| {
+        let cameras = evidence.present(*view).len();
+        cameras > 1 && evidence.suspects(*view).len() == cameras
+    };
+    if bad.iter().all(is_shared) {
+        return true;
+    }
+    let is_explained =
+        |view: &usize| explained.iter().any(|one| one.cells.contains(&(*view, camera)));
+    let changes = present.windows(2).filter(|pair| is_bad(&pair[0]) != is_bad(&pair[1])).count();
+    bad.iter().all(is_explained) && (changes > 1 || bad.len() == 1)
 }
 
 /// A camera with one lens and two places, and how well it does.
@@ -84,48 +159,94 @@ fn parting(views: usize, error: impl Fn(usize) -> f64) -> Option<usize> {
     if step == 1 { Some(coarse) } else { best(&mut { near }) }
 }
 
-fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
-    let seen = evidence.seen[camera].as_ref()?;
-    let views: Vec<usize> =
-        (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
-    if views.len() < 4 {
-        return None;
+/// A camera's views parted in two where that explains most.
+struct Split {
+    /// The views that it saw enough of.
+    views: Vec<usize>,
+    /// The first of the second part.
+    at: usize,
+    /// Mean over the views of the median error, of one camera for all of them.
+    whole: f64,
+    /// The same with a place for each part.
+    found: Halves,
+}
+
+impl Split {
+    fn of(evidence: &Evidence, camera: usize) -> Option<Self> {
+        let seen = evidence.seen[camera].as_ref()?;
+        let views: Vec<usize> =
+            (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
+        if views.len() < 4 {
+            return None;
+        }
+        let pairs: Vec<Vec<Pair>> = views
+            .iter()
+            .map(|view| {
+                let pairs = &evidence.cells[*view][camera].pairs;
+                pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
+            })
+            .collect();
+        let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
+        let one = seen.camera.without_field().refined(&all, 8);
+        let whole = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());
+        let error = |at: usize| {
+            let both = [&seen.camera, &one].map(|start| halves(start, &pairs, at, false).error);
+            both[0].min(both[1])
+        };
+        let at = parting(views.len(), error)?;
+        let found = [&seen.camera, &one]
+            .map(|start| halves(start, &pairs, at, true))
+            .into_iter()
+            .min_by(|a, b| a.error.total_cmp(&b.error))?;
+        Some(Self { views, at, whole, found })
     }
-    let pairs: Vec<Vec<Pair>> = views
-        .iter()
-        .map(|view| {
-            let pairs = &evidence.cells[*view][camera].pairs;
-            pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
-        })
-        .collect();
-    let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
-    let one = seen.camera.without_field().refined(&all, 8);
-    let whole = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());
-    let error = |at: usize| {
-        let both = [&seen.camera, &one].map(|start| halves(start, &pairs, at, false).error);
-        both[0].min(both[1])
-    };
-    let at = parting(views.len(), error)?;
-    let found = [&seen.camera, &one]
-        .map(|start| halves(start, &pairs, at, true))
-        .into_iter()
-        .min_by(|a, b| a.error.total_cmp(&b.error))?;
-    let sound = whole.min(evidence.mean_error(camera));
-    if found.error > 0.45 * sound || !alone(evidence, camera, (sound, found.error)) {
-        return None;
+
+    /// Error of the camera where it does not move.
+    fn before(&self, evidence: &Evidence, camera: usize) -> f64 {
+        self.whole.min(evidence.mean_error(camera))
     }
-    Some(proposal(evidence, (camera, &views, at), (whole, &found)))
+
+    /// Logarithm of how many times smaller errors are where it may.
+    fn gain(&self, evidence: &Evidence, camera: usize) -> f64 {
+        libm::log(self.before(evidence, camera) / self.found.error)
+    }
+}
+
+/// Whether the camera moved: a second place takes away most of its error, or clearly more than of any other
+/// camera's, and leaves it about as good as they are. Where charts stand off their places all cameras err alike,
+/// and two places of a camera take up part of that.
+fn is_clear(evidence: &Evidence, camera: usize, splits: &[Option<Split>]) -> bool {
+    let Some(split) = &splits[camera] else { return false };
+    let before = split.before(evidence, camera);
+    if split.found.error <= 0.45 * before && alone(evidence, camera, (before, split.found.error)) {
+        return true;
+    }
+    // In a slab a camera's place is known by so little that a second one takes up anything.
+    if thickness(evidence).is_some_and(|share| share < THIN) {
+        return false;
+    }
+    /// What lenses gain at most, where nothing moved.
+    const BY_CHANCE: f64 = 0.1;
+    let others = splits.iter().enumerate().filter(|(other, _)| *other != camera);
+    let gains = others.filter_map(|(other, split)| Some(split.as_ref()?.gain(evidence, other)));
+    let most = gains.fold(BY_CHANCE, f64::max);
+    splits.len() > 1
+        && split.gain(evidence, camera) > 3.0 * most
+        && split.found.error <= 1.3 * best_of_others(evidence, camera).max(0.05)
+}
+
+/// The largest of the other cameras' typical errors.
+fn best_of_others(evidence: &Evidence, camera: usize) -> f64 {
+    let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
+    others.filter_map(|(_, seen)| Some(seen.as_ref()?.typical)).fold(0.0, f64::max)
 }
 
 /// Whether the camera errs clearly more than every other, and is about as good as they are once it may
-/// move. Where charts stand off their places all cameras err alike, and two places of a camera take up
-/// part of that.
+/// move.
 fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool {
-    let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
-    let known: Vec<(usize, f64)> =
-        others.filter_map(|(other, seen)| Some((other, seen.as_ref()?.typical))).collect();
-    let most = known.iter().map(|(_, typical)| *typical).fold(0.0, f64::max);
-    let mean = known.iter().map(|(other, _)| evidence.mean_error(*other)).fold(0.0, f64::max);
+    let most = best_of_others(evidence, camera);
+    let others = (0..evidence.seen.len()).filter(|o| *o != camera && evidence.seen[*o].is_some());
+    let mean = others.map(|other| evidence.mean_error(other)).fold(0.0, f64::max);
     // Two places take up a part of what stages and lenses do, but leave the rest: only where nearly all is
     // gone may something be left.
     let left = if error < 0.35 * whole { 3.0 } else { 1.3 };
@@ -133,23 +254,20 @@ fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool
         && error <= left * most.max(0.05)
 }
 
-fn proposal(
-    evidence: &Evidence,
-    (camera, views, at): (usize, &[usize], usize),
-    (whole, found): (f64, &Halves),
-) -> Proposal {
+fn proposal(evidence: &Evidence, camera: usize, split: &Split) -> Proposal {
+    let Split { views, at, whole, found } = split;
     let distance = (found.after.centre() - found.before.centre()).norm() * evidence.frame.size;
     let turn = found.after.rotation() * found.before.rotation().transpose();
     let angle = libm::acos(((turn.trace() - 1.0) / 2.0).clamp(-1.0, 1.0)).to_degrees();
-    let name = &evidence.views[views[at]].name;
-    let mut figures = unsynchronised::overall_figures(whole, found.error);
+    let name = &evidence.views[views[*at]].name;
+    let mut figures = unsynchronised::overall_figures(*whole, found.error);
     figures.push((format!("moved, {}", evidence.data.unit), distance));
     figures.push(("turned, degrees".into(), angle));
     Proposal {
         freedom: Freedom::Scale,
         // Simpler explanations of slight errors come first.
         left: 0.9,
-        cells: views[at..].iter().map(|view| (*view, camera)).collect(),
+        cells: views[*at..].iter().map(|view| (*view, camera)).collect(),
         also: views.iter().map(|view| (*view, camera)).collect(),
         key: "segment".into(),
         code: "camera-moved",
@@ -164,6 +282,29 @@ fn proposal(
         figures,
         changes: Vec::new(),
     }
+}
+
+/// One picture that fits when it is moved as a whole, while the other cameras' pictures of the view fit: a camera
+/// that was touched turns by little more than that.
+fn shifted(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
+    /// Ways of counting pixels differ by one at most.
+    const COUNTING: f64 = 1.5;
+    let (view, camera) = cell;
+    let by = evidence.at(view, camera)?.0.offset;
+    if evidence.suspects(view) != [camera]
+        || evidence.excess(cell) < CLEARLY
+        || by.norm() < COUNTING
+    {
+        return None;
+    }
+    let left = evidence.explained(cell, |_, (world, pixel)| Some((world, pixel - by)));
+    if left > 1.0 || left > 0.3 * evidence.excess(cell) {
+        return None;
+    }
+    let what = "the picture is shifted as a whole: the camera was moved";
+    let mut found = elsewhere(evidence, cell, (left, Freedom::Scale), what);
+    found.figures = vec![("shift of x, px".into(), by.x), ("shift of y, px".into(), by.y)];
+    Some(found)
 }
 
 /// One picture that fits from another place, while the other cameras' pictures of the view fit.

@@ -80,8 +80,11 @@ impl Stretch {
         let own = place - self.middle;
         let [a, b] = [0, 1].map(|axis| own.dot(&self.along[axis]));
         let height = own - self.along[0] * a - self.along[1] * b;
-        let stretched =
-            self.along[0] * (a * self.scale[0]) + self.along[1] * (b * self.scale[1]) + height;
+        let [by_a, by_b] = self.scale;
+        // Points off the plane belong to the same body.
+        let stretched = self.along[0] * (a * by_a)
+            + self.along[1] * (b * by_b)
+            + height * (by_a * by_b).abs().sqrt();
         let turn = Pose::from_rotation_vector(Vector3::zeros(), self.turn);
         self.middle + turn.rotation * stretched + self.by
     }
@@ -89,6 +92,11 @@ impl Stretch {
     /// Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
     fn is_slip(&self) -> bool {
         self.by.norm() >= 0.03 || self.turn.norm() >= 0.03
+    }
+
+    /// A tenth of a percent is as well as one view of a chart tells its size.
+    fn is_sized(&self) -> bool {
+        self.scale.iter().any(|scale| (scale - 1.0).abs() > 3e-3)
     }
 
     fn stepped(&self, step: &SVector<f64, 8>) -> Self {
@@ -104,18 +112,23 @@ impl Stretch {
 /// The view's points with each camera.
 type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
 
-/// Adjusts a stretch to the pixels. The scales stay as they are where it is `rigid`.
-fn adjusted(shots: &Shots, start: Stretch, rigid: bool) -> Stretch {
+/// Numbers of a stretch: the scales, the turn, the move; and those that a hypothesis adjusts.
+const RIGID: &[usize] = &[2, 3, 4, 5, 6, 7];
+const SIZED: &[usize] = &[0, 1, 5, 6, 7];
+const ANY: &[usize] = &[0, 1, 2, 3, 4, 5, 6, 7];
+
+/// Adjusts these numbers of a stretch to the pixels.
+fn adjusted(shots: &Shots, start: Stretch, free: &'static [usize]) -> Stretch {
     const PATIENCE: Patience = Patience { steps: 25, least_gain: 1e-5 };
     let how = (PATIENCE, Damping::marquardt(1e-3));
-    let found = search(&Stretching { shots, rigid }, start.clone(), how, &Silent);
+    let found = search(&Stretching { shots, free }, start.clone(), how, &Silent);
     found.ok().flatten().map_or(start, |found| found.state)
 }
 
 /// A stretch found from pixels, under Cauchy's weight.
 struct Stretching<'a> {
     shots: &'a Shots<'a>,
-    rigid: bool,
+    free: &'static [usize],
 }
 
 struct Equations {
@@ -153,13 +166,13 @@ impl Problem for Stretching<'_> {
         let errors = self.errors(stretch);
         let lengths: Vec<f64> = errors.iter().map(|error| error.norm()).collect();
         let scale = (1.2 * median(&lengths)).max(1e-3);
-        let free = if self.rigid { 2..8 } else { 0..8 };
         let ahead = |index: usize| {
             let mut step = SVector::<f64, 8>::zeros();
             step[index] = STEP;
             self.errors(&stretch.stepped(&step))
         };
-        let moved: Vec<(usize, Vec<Vector2<f64>>)> = free.map(|k| (k, ahead(k))).collect();
+        let moved: Vec<(usize, Vec<Vector2<f64>>)> =
+            self.free.iter().map(|k| (*k, ahead(*k))).collect();
         let mut matrix = SMatrix::<f64, 8, 8>::zeros();
         let mut gradient = SVector::<f64, 8>::zeros();
         for (row, error) in errors.iter().enumerate() {
@@ -228,15 +241,22 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     };
     let left_by =
         |stretch: &Stretch| explained(evidence, view, cameras, &|place| stretch.map(place));
-    // A chart that only stood elsewhere is the simpler story.
-    let moved = adjusted(&shots, start(1.0), true);
+    // A chart that only stood elsewhere is the simpler story; but for one of another size where it should be.
+    let moved = adjusted(&shots, start(1.0), RIGID);
     let left = if moved.is_slip() { left_by(&moved) } else { f64::INFINITY };
     let mut best = (left, moved);
+    if best.0 <= 1.0 {
+        let sized = adjusted(&shots, start(1.0), SIZED);
+        let left = left_by(&sized);
+        if sized.is_sized() && !sized.is_slip() && left < best.0 {
+            best = (left, sized);
+        }
+    }
     for scale in [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54] {
         if best.0 <= 1.0 || scale != 1.0 && evidence.is_slight(view, cameras) {
             break;
         }
-        let stretch = adjusted(&shots, start(scale), false);
+        let stretch = adjusted(&shots, start(scale), ANY);
         let left = left_by(&stretch);
         if left < 0.7 * best.0 {
             best = (left, stretch);
@@ -257,8 +277,7 @@ fn named(
     stretch: &Stretch,
 ) -> Option<Proposal> {
     let [a, b] = stretch.scale;
-    // A tenth of a percent is as well as one view of a chart tells its size.
-    let sized = (a - 1.0).abs() > 3e-3 || (b - 1.0).abs() > 3e-3;
+    let sized = stretch.is_sized();
     let alike = (a / b - 1.0).abs() < 0.01;
     let distance = stretch.by.norm() * evidence.frame.size;
     let angle = stretch.turn.norm().to_degrees();

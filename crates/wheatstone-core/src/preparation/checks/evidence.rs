@@ -170,19 +170,28 @@ impl<'a> Evidence<'a> {
         other.median_error(&known) / seen.good()
     }
 
-    /// Mean over a camera's views of the median error, for one camera fitted to all views whose points
-    /// are read in some way (by view, index in the cell, pair).
+    /// Mean over a camera's views of the median error, for one camera fitted to all views, but one that may be
+    /// left out, whose points are read in some way (by view, index in the cell, pair). `None` for a reading
+    /// that says nothing of most points of a view: it would be judged by the points that it likes.
     pub(super) fn overall(
         &self,
         camera: usize,
+        left_out: Option<usize>,
         read: impl Fn(usize, usize, Pair) -> Option<Pair>,
     ) -> Option<f64> {
         let mut views: Vec<Vec<Pair>> = Vec::new();
         for (view, cells) in self.cells.iter().enumerate() {
+            if Some(view) == left_out {
+                continue;
+            }
             let pairs = &cells[camera].pairs;
             let step = pairs.len().div_ceil(SCOUTED).max(1);
-            let some = (0..pairs.len()).step_by(step).filter_map(|i| read(view, i, pairs[i]));
-            views.push(some.collect());
+            let asked = (0..pairs.len()).step_by(step);
+            let told: Vec<Pair> = asked.clone().filter_map(|i| read(view, i, pairs[i])).collect();
+            if 2 * told.len() < asked.len() {
+                return None;
+            }
+            views.push(told);
         }
         let all: Vec<Pair> = views.iter().flatten().copied().collect();
         let mut fitted = RobustCamera::fit(&all, 10)?;

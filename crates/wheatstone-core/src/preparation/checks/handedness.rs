@@ -59,7 +59,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
         return None;
     }
     // Labels so wrong that no camera fits at all leave the sound views' error.
-    let plain = evidence.overall(camera, |_, _, pair| Some(pair)).unwrap_or(own.typical);
+    let plain = evidence.overall(camera, None, |_, _, pair| Some(pair)).unwrap_or(own.typical);
     let before = plain.min(evidence.mean_error(camera));
     if EXPLAINED * before < evidence.floor() {
         return None;
@@ -73,7 +73,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
         if is_taken_up(evidence, camera, mixed) {
             continue;
         }
-        let Some(left) = evidence.overall(camera, mixed) else { continue };
+        let Some(left) = evidence.overall(camera, None, mixed) else { continue };
         // Read rightly it is about as good as the best of the others.
         if left < EXPLAINED * before
             && left < 4.0 * best + 0.5
@@ -266,9 +266,9 @@ fn rolled(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
 /// Whether labels turned back fit as well, so that they may be what is wrong; their error then. Where
 /// charts are tilted only one of the two fits.
 fn tells_apart(evidence: &Evidence, camera: usize, quarters: u8) -> Option<f64> {
-    let plain = evidence.overall(camera, |_, _, pair| Some(pair))?;
+    let plain = evidence.overall(camera, None, |_, _, pair| Some(pair))?;
     let turned = [quarters, (4 - quarters) % 4].into_iter().filter_map(|quarters| {
-        evidence.overall(camera, |view, _, (world, pixel)| {
+        evidence.overall(camera, None, |view, _, (world, pixel)| {
             let board = evidence.views[view].board.as_ref()?;
             Some((board.mixed(world, Mixing::Turned(quarters))?, pixel))
         })

@@ -129,7 +129,7 @@ fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
     let cameras: Vec<usize> = (0..evidence.data.cameras).collect();
     let before: Vec<f64> = cameras
         .iter()
-        .map(|camera| evidence.overall(*camera, |_, _, pair| Some(pair)))
+        .map(|camera| evidence.overall(*camera, None, |_, _, pair| Some(pair)))
         .collect::<Option<_>>()?;
     if before.iter().any(|error| EXPLAINED * error < evidence.floor()) {
         return None;
@@ -142,7 +142,7 @@ fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
         };
         let mut worst: f64 = 0.0;
         for camera in &cameras {
-            let left = evidence.overall(*camera, read).unwrap_or(f64::INFINITY);
+            let left = evidence.overall(*camera, None, read).unwrap_or(f64::INFINITY);
             worst = worst.max(left / before[*camera]);
             if worst > EXPLAINED {
                 break;

@@ -123,13 +123,13 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     }
     let own = evidence.mean_error(camera);
     // Of all views, of which one may have no partner: that changes it little.
-    let all = evidence.overall(camera, |_, _, pair| Some(pair)).unwrap_or(f64::INFINITY);
+    let all = evidence.overall(camera, None, |_, _, pair| Some(pair)).unwrap_or(f64::INFINITY);
     if EXPLAINED * own.max(all) < evidence.floor() {
         return None;
     }
     let (left, from, offset) = best_pairing(evidence, camera)?;
     let lone = if offset > 0 { count - 1 } else { from };
-    let plain = evidence.overall(camera, |view, _, pair| (view != lone).then_some(pair));
+    let plain = evidence.overall(camera, Some(lone), |_, _, pair| Some(pair));
     let before = own.max(plain.unwrap_or(0.0));
     let good = evidence.seen.iter().flatten().map(|seen| seen.good()).fold(f64::INFINITY, f64::min);
     if left > EXPLAINED * before
@@ -178,8 +178,8 @@ fn best_pairing(evidence: &Evidence, camera: usize) -> Option<(f64, usize, i64)>
             if lone_is_sound || paired < 2 {
                 continue;
             }
-            let left = evidence.overall(camera, |view, index, (world, pixel)| {
-                if view < from && view != lone {
+            let left = evidence.overall(camera, Some(lone), |view, index, (world, pixel)| {
+                if view < from {
                     Some((world, pixel))
                 } else {
                     Some(((*shifted[view].get(index)?)?, pixel))
