@@ -73,6 +73,21 @@ fn a_measured_baseline_is_compared() {
 }
 
 #[test]
+fn a_measured_baseline_is_compared_for_boards_in_the_hand() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    let synth =
+        ["synth", "--hand-held", "8", "--chart", "chessboard", "--seed", "2", "-o", "waved"];
+    assert!(wheatstone(at, &synth).status.success());
+    let right = wheatstone(at, &["check", "waved", "--expect-baseline", "7:1%"]);
+    assert!(right.status.success(), "{}", said(&right));
+    assert!(said(&right).contains("by these data, as measured (ratio"), "{}", said(&right));
+    let wrong = wheatstone(at, &["check", "waved", "--expect-baseline", "7.7:1%"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    assert!(said(&wrong).contains("baseline-differs"), "{}", said(&wrong));
+}
+
+#[test]
 fn the_survey_prints_its_table() {
     let dir = tempfile::tempdir().unwrap();
     let output = wheatstone(dir.path(), &["check", "--survey", "4", "--seed", "1"]);
