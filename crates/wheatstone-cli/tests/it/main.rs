@@ -15,4 +15,5 @@ mod program;
 mod reports;
 mod rows;
 mod silent_failures;
+mod stage;
 mod tutorials;
