@@ -226,24 +226,10 @@ pub fn examine(
         match chart_poses::place(data, bundle_settings, progress) {
             Ok((placed, _)) => add_findings(&mut examination, checks::examine(&placed)),
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => examination.findings.insert(0, undetermined(&error)),
+            Err(error) => examination.findings.insert(0, checks::undetermined_poses(&error)),
         }
     }
     Ok(examination)
-}
-
-/// Charts that cannot be placed.
-fn undetermined(error: &Error) -> Finding {
-    Finding {
-        code: "poses-undetermined",
-        severity: Severity::Fatal,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation: error.to_string(),
-        figures: Vec::new(),
-        hint: error.hint().map_or_else(String::new, |hint| hint.to_string()),
-        changes: Vec::new(),
-    }
 }
 
 /// What shows only where charts have places. Data are put right before that, not after.

@@ -5,6 +5,7 @@ use super::{
     evidence::Evidence,
     finding::{Examination, Finding, Layout, Severity, Statement},
 };
+use crate::Error;
 
 /// A camera farther away than so many times the points' median distance from their middle observes them within
 /// a thousandth of parallel projection.
@@ -117,4 +118,18 @@ pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> O
             .into(),
         changes: Vec::new(),
     })
+}
+
+/// Charts held by hand that cannot be placed, for this reason.
+pub(crate) fn undetermined_poses(error: &Error) -> Finding {
+    Finding {
+        code: "poses-undetermined",
+        severity: Severity::Fatal,
+        views: Vec::new(),
+        cameras: Vec::new(),
+        explanation: error.to_string(),
+        figures: Vec::new(),
+        hint: error.hint().map_or_else(String::new, |hint| hint.to_string()),
+        changes: Vec::new(),
+    }
 }
