@@ -20,10 +20,12 @@ use wheatstone_numeric::random::Random;
 type Inject = fn(Draw) -> Option<Faulty>;
 
 /// What captures can have a fault.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Points {
     /// All.
     Any,
+    /// Those whose views are planes.
+    Plane,
     /// Those of a lattice, whose points have the same labels in every view.
     Lattice,
 }
@@ -51,8 +53,8 @@ const FAULTS: &[(&str, Inject, Points)] = &[
     ("y up in all cameras", y_up_everywhere, Points::Any),
     ("pixels off by a half or one in one camera, some views", offset, Points::Any),
     ("picture resized in one camera, some views", resized, Points::Any),
-    ("single plane", single_view, Points::Any),
-    ("thin depth", thin, Points::Any),
+    ("single plane", single_view, Points::Plane),
+    ("thin depth", thin, Points::Plane),
     ("points in a corner of the picture", corner, Points::Any),
     ("duplicate view", duplicated, Points::Any),
     ("identical cameras", identical, Points::Any),
@@ -77,7 +79,12 @@ pub fn inject(
     random: &mut Random,
 ) -> Option<Faulty> {
     let (_, put, points) = FAULTS.get(fault)?;
-    if *points == Points::Lattice && capture.scattered.is_some() {
+    let can_have_it = match points {
+        Points::Any => true,
+        Points::Plane => capture.scattered.is_none_or(|depth| depth == 0.0),
+        Points::Lattice => capture.scattered.is_none(),
+    };
+    if !can_have_it {
         return None;
     }
     let data = capture.dataset();

@@ -220,15 +220,7 @@ pub(super) fn resized(draw: Draw) -> Option<Faulty> {
     Some(faulty(data, &["picture-resized"], draw.some, vec![draw.camera]))
 }
 
-/// Whether its points lie off the chart's plane, so that no view is a plane.
-fn is_volume(draw: &Draw) -> bool {
-    draw.capture.scattered.is_some_and(|depth| depth > 0.0)
-}
-
 pub(super) fn single_view(draw: Draw) -> Option<Faulty> {
-    if is_volume(&draw) {
-        return None;
-    }
     let view = draw.some[0];
     let mut one = draw.data.subset(|_, row| row.view == view);
     one.views = vec![one.views[view].clone()];
@@ -239,9 +231,6 @@ pub(super) fn single_view(draw: Draw) -> Option<Faulty> {
 }
 
 pub(super) fn thin(draw: Draw) -> Option<Faulty> {
-    if is_volume(&draw) {
-        return None;
-    }
     let mut near = draw.capture.clone();
     let count = near.placements.len();
     let middle = near.placements[count / 2].translation.z;

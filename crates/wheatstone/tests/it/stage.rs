@@ -299,6 +299,13 @@ fn a_view_may_be_known_better_than_the_others() {
     let view = solved.offsets.iter().find(|offset| offset.view == "035").unwrap();
     assert_eq!((view.offset, view.sigma), ([0.0; 3], [0.0; 3]));
     assert!(root_mean_square(&world.errors(&solved).0) < 0.002);
+    // Nor need it turn, and two views that are held leave nothing of the frame to be uncertain.
+    let unturned = StagePrior { rotation_sigma: Some(0.0), ..prior() };
+    let solved = solve(&world.given, &unturned, &Silent).unwrap();
+    assert!(solved.offsets.iter().all(|offset| offset.rotation == [0.0; 3]));
+    let ends = ["020", "050"].map(|view| (view.to_owned(), 0.0)).into();
+    let solved = solve(&world.given, &StagePrior { views: ends, ..prior() }, &Silent).unwrap();
+    assert_eq!(solved.uncertainty.frame(Point3::origin()), nalgebra::Matrix3::zeros());
     let unknown = StagePrior { views: vec![("35".into(), 0.1)], ..prior() };
     assert!(matches!(solve(&world.given, &unknown, &Silent), Err(Error::UnknownName { .. })));
     for sigma in [0.0, -1.0, f64::NAN] {

@@ -38,12 +38,14 @@ impl AffineMaps {
         let mut motions = DMatrix::zeros(MOTION * charts.len(), AFFINE);
         let (mut moved, mut seen) = (Square::zeros(), Square::zeros());
         for (view, (placement, chart)) in placements.iter().zip(charts).enumerate() {
-            let Followed { own, by, deformed } = Followed::of(placement, centre);
-            moved += by;
+            let Followed { own, shifted, turned, deformed } = Followed::of(placement, centre);
+            moved += shifted + turned + deformed;
             seen += deformed;
-            // A chart that is held where it is shows every map that moves it.
-            if chart.sigma.iter().all(|sigma| *sigma <= 0.0) {
-                seen += by - deformed;
+            // A chart that is held shows every map that would move or turn it.
+            for (held, part) in [(chart.sigma[0], shifted), (chart.sigma[3], turned)] {
+                if held <= 0.0 {
+                    seen += part;
+                }
             }
             for (number, row) in own.row_iter().enumerate() {
                 let sigma = chart.sigma[number];
@@ -105,8 +107,10 @@ type Square = SMatrix<f64, AFFINE, AFFINE>;
 struct Followed {
     /// Its offset, then its rotation vector.
     own: SMatrix<f64, MOTION, AFFINE>,
-    /// Mean square by which its points move, and by which they miss that motion: quadratic forms.
-    by: Square,
+    /// Mean squares by which its points move with the offset and with the rotation, and by which they miss that
+    /// motion: quadratic forms.
+    shifted: Square,
+    turned: Square,
     deformed: Square,
 }
 
@@ -134,9 +138,9 @@ impl Followed {
         }
         let offsets = own.fixed_rows::<3>(0);
         let turns = own.fixed_rows::<3>(3);
-        let by = offsets.transpose() * offsets + about;
-        let deformed = about - turns.transpose() * inertia * turns;
-        Self { own, by, deformed }
+        let shifted = offsets.transpose() * offsets;
+        let turned = turns.transpose() * inertia * turns;
+        Self { own, shifted, turned, deformed: about - turned }
     }
 }
 

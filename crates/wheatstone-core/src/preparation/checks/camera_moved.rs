@@ -225,18 +225,20 @@ fn is_clear(evidence: &Evidence, camera: usize, splits: &[Option<Split>]) -> boo
     if thickness(evidence).is_some_and(|share| share < THIN) {
         return false;
     }
-    /// What lenses gain at most, where nothing moved.
+    /// What lenses gain at most, where nothing moved, and how many times as much the camera must, by surveys of
+    /// captures with and without stage errors.
     const BY_CHANCE: f64 = 0.1;
+    const MORE: f64 = 3.0;
     let others = splits.iter().enumerate().filter(|(other, _)| *other != camera);
     let gains = others.filter_map(|(other, split)| Some(split.as_ref()?.gain(evidence, other)));
     let most = gains.fold(BY_CHANCE, f64::max);
     splits.len() > 1
-        && split.gain(evidence, camera) > 3.0 * most
-        && split.found.error <= 1.3 * best_of_others(evidence, camera).max(0.05)
+        && split.gain(evidence, camera) > MORE * most
+        && split.found.error <= 1.3 * worst_of_others(evidence, camera).max(0.05)
 }
 
 /// The largest of the other cameras' typical errors.
-fn best_of_others(evidence: &Evidence, camera: usize) -> f64 {
+fn worst_of_others(evidence: &Evidence, camera: usize) -> f64 {
     let others = evidence.seen.iter().enumerate().filter(|(other, _)| *other != camera);
     others.filter_map(|(_, seen)| Some(seen.as_ref()?.typical)).fold(0.0, f64::max)
 }
@@ -244,7 +246,7 @@ fn best_of_others(evidence: &Evidence, camera: usize) -> f64 {
 /// Whether the camera errs clearly more than every other, and is about as good as they are once it may
 /// move.
 fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool {
-    let most = best_of_others(evidence, camera);
+    let most = worst_of_others(evidence, camera);
     let others = (0..evidence.seen.len()).filter(|o| *o != camera && evidence.seen[*o].is_some());
     let mean = others.map(|other| evidence.mean_error(other)).fold(0.0, f64::max);
     // Two places take up a part of what stages and lenses do, but leave the rest: only where nearly all is
