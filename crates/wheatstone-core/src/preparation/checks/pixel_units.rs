@@ -63,29 +63,25 @@ fn line(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     (!slopes.is_empty() && slope != 0.0).then(|| (slope, median(&rest)))
 }
 
-/// What the measure is called, in words; `None` where it is none that people make.
-fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
+/// What the measure is called, in words, and the scales that are meant; `None` where it is none that people make.
+fn naming(measure: &Measure) -> Option<(&'static str, String, [f64; 2])> {
     let [sx, sy] = measure.scale;
     let one = |scale: f64| (scale - 1.0).abs() < 0.01;
     let minus = |scale: f64| (scale + 1.0).abs() < 0.02;
     if measure.exchanged {
-        let right = one(sx) && one(sy);
-        return right.then(|| {
-            ("pixel-axes-swapped", "x and y of the pixels are exchanged".into(), *measure)
-        });
+        let (code, what) = ("pixel-axes-swapped", "x and y of the pixels are exchanged");
+        return (one(sx) && one(sy)).then(|| (code, what.into(), [1.0, 1.0]));
     }
     if one(sx) && minus(sy) {
-        return Some(("v-axis-up", "y of the pixels points up".into(), *measure));
+        return Some(("v-axis-up", "y of the pixels points up".into(), [1.0, -1.0]));
     }
     if minus(sx) && one(sy) {
-        return Some((
-            "picture-mirrored",
-            "the picture is mirrored left to right".into(),
-            *measure,
-        ));
+        let what = "the picture is mirrored left to right";
+        return Some(("picture-mirrored", what.into(), [-1.0, 1.0]));
     }
     if minus(sx) && minus(sy) {
-        return Some(("picture-turned", "the picture is turned by 180 degrees".into(), *measure));
+        let what = "the picture is turned by 180 degrees";
+        return Some(("picture-turned", what.into(), [-1.0, -1.0]));
     }
     let changed = |scale: f64| (scale - 1.0).abs() > 0.02;
     let resized = (changed(sx) || changed(sy))
@@ -94,16 +90,13 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, Measure)> {
         && (0.05..20.0).contains(&sx)
         && (0.05..20.0).contains(&sy);
     resized.then(|| {
-        let exact = Measure { scale: [clean(sx), clean(sy)], ..*measure };
-        let what = if (exact.scale[0] - exact.scale[1]).abs() < 0.01 {
-            format!("the picture is resized by a factor of {:.4}", exact.scale[0])
+        let [x, y] = [clean(sx), clean(sy)];
+        let what = if (x - y).abs() < 0.01 {
+            format!("the picture is resized by a factor of {x:.4}")
         } else {
-            format!(
-                "the picture is resized by factors of {:.4} in x and {:.4} in y",
-                exact.scale[0], exact.scale[1]
-            )
+            format!("the picture is resized by factors of {x:.4} in x and {y:.4} in y")
         };
-        ("picture-resized", what, exact)
+        ("picture-resized", what, [x, y])
     })
 }
 
@@ -119,6 +112,19 @@ fn clean(scale: f64) -> f64 {
     scale
 }
 
+/// The offset that goes with a scale: of points that were seen where others expect them, and where it is near to
+/// what programs make of a picture, that. Flips move by whole pixels; resizing keeps the middle or the corner of the
+/// first pixel.
+fn offset(points: &[(f64, f64)], scale: f64) -> f64 {
+    /// The other views say it to this, in pixels of the altered picture.
+    const NEAR: f64 = 0.5;
+    let rest: Vec<f64> = points.iter().map(|(x, y)| y - scale * x).collect();
+    let found = median(&rest);
+    let usual = if scale.abs() == 1.0 { [found.round(); 2] } else { [0.0, 0.5 * (scale - 1.0)] };
+    let nearest = usual.into_iter().min_by(|a, b| (a - found).abs().total_cmp(&(b - found).abs()));
+    nearest.filter(|usual| (usual - found).abs() <= NEAR).unwrap_or(found)
+}
+
 fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Option<Proposal> {
     let (points, _, other) = evidence.at(cell.0, cell.1)?;
     let along = |axis: usize| {
@@ -126,15 +132,18 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
             let expected = other.project(*world)?;
             Some((expected[axis], if exchanged { pixel[1 - axis] } else { pixel[axis] }))
         });
-        line(&pairs.collect::<Vec<_>>())
+        pairs.collect::<Vec<_>>()
     };
-    let (x, y) = (along(0)?, along(1)?);
+    let seen = [along(0), along(1)];
+    let (x, y) = (line(&seen[0])?, line(&seen[1])?);
     let fitted = Measure { scale: [x.0, y.0], offset: [x.1, y.1], exchanged };
     // A lens or a stage makes a cell seem a little larger or smaller too.
     if evidence.excess(cell) < CLEARLY || points.pairs.len() < 2 * LEAST {
         return None;
     }
-    let (code, what, measure) = naming(&fitted)?;
+    let (code, what, scale) = naming(&fitted)?;
+    let offset = std::array::from_fn(|axis| offset(&seen[axis], scale[axis]));
+    let measure = Measure { scale, offset, exchanged };
     let mut left =
         evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
     let mut undo = measure;
