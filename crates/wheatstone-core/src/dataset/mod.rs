@@ -62,6 +62,16 @@ impl Dataset {
         }
     }
 
+    /// The same points as some of the cameras saw them, in the order given.
+    pub(crate) fn of_cameras(&self, cameras: &[usize]) -> Self {
+        let mut part = self.subset(|_, _| true);
+        part.cameras = cameras.len();
+        for row in &mut part.correspondences {
+            row.pixels = cameras.iter().map(|camera| row.pixels[*camera]).collect();
+        }
+        part
+    }
+
     /// The same points with lengths in another unit; as they are where it is their own.
     ///
     /// # Errors

@@ -5,39 +5,43 @@
 //! Science): world coordinates as targets, initial weights of Nguyen & Widrow 1990
 //! (doi:10.1109/IJCNN.1990.137819), back-propagation with an adaptive rate.
 //!
-//! The default keeps its layers, and changes what they learn and how: directions and inverse depth
-//! as seen from the cameras, which are smooth in the pixels where world coordinates are not, and
-//! whose noise is even; counted from what distortion-free cameras would say, so that between few
+//! The default keeps its layers, and changes what they learn and how: directions and inverse
+//! distance as seen from the cameras, which are smooth in the pixels where world coordinates are not,
+//! and whose noise is even; counted from what distortion-free cameras would say, so that between few
 //! chart planes nothing is left to invent; and second-order training that weighs fit against
-//! smoothness by the evidence.
+//! smoothness by the evidence. Points that only some of three cameras or more saw are located by
+//! networks of pairs of cameras.
 
-mod evidence;
 mod batch;
 mod covariance;
+mod evidence;
+mod fusion;
 mod noise;
 mod paper;
 mod pose_uncertainty;
+mod scale;
+mod set_network;
 mod targets;
 
 use super::{
-    AnyMethod, Fit, Located, Method, Plan, Reconstructor, chart_pose_uncertainty,
-    checks::enough,
-    dlt::{Dlt, DltReconstructor},
-    neural_camera::EpipolarCheck,
-    unknown,
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor, chart_pose_uncertainty, checks::enough,
+    neural_camera::EpipolarCheck, unknown,
 };
 use crate::{
     Error, Result,
-    dataset::{Correspondence, Dataset},
+    dataset::Dataset,
     geometry::{Pixel, Point3},
 };
-use noise::{Noise, direction};
+use noise::Noise;
+use rayon::prelude::*;
+use scale::{Scale, scaled, scales};
 use serde::{Deserialize, Serialize};
+use set_network::SetNetwork;
 use targets::Targets;
 use wheatstone_numeric::{
     backpropagation::{Backpropagation, CurvePoint},
     evidence::Evidence,
-    perceptron::{OutputActivation, Perceptron, weight_count},
+    perceptron::{OutputActivation, weight_count},
     progress::Progress,
 };
 
@@ -72,97 +76,48 @@ impl Default for Network {
     }
 }
 
-/// Maps a range of values to 0..1 and back.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Scale {
-    low: f64,
-    high: f64,
-}
-
-impl Scale {
-    fn to_unit(self, value: f64) -> f64 {
-        (value - self.low) / (self.high - self.low)
-    }
-
-    fn restore(self, value: f64) -> f64 {
-        self.low + value * (self.high - self.low)
-    }
-
-    fn is_sound(self) -> bool {
-        self.high > self.low && (self.high - self.low).is_finite()
-    }
-}
-
-/// How `(column of values) -> scale` is chosen.
-type Scaling = fn(&[f64]) -> Scale;
-
-/// A scale a column; refuses columns that are all equal.
-fn scales(rows: &[Vec<f64>], what: &[&str], scaling: Scaling) -> Result<Vec<Scale>> {
-    let of = |column: usize| {
-        let values: Vec<f64> = rows.iter().map(|row| row[column]).collect();
-        let scale = scaling(&values);
-        if scale.is_sound() {
-            return Ok(scale);
-        }
-        Err(Error::Degenerate {
-            problem: format!("{} is the same for all points", what[column % what.len()]),
-            hint: "points must differ in every coordinate".into(),
-        })
-    };
-    (0..rows.first().map_or(0, Vec::len)).map(of).collect()
-}
-
-fn scaled(rows: &[Vec<f64>], scales: &[Scale]) -> Vec<Vec<f64>> {
-    let row = |row: &Vec<f64>| {
-        row.iter().zip(scales).map(|(value, scale)| scale.to_unit(*value)).collect()
-    };
-    rows.iter().map(row).collect()
-}
-
-/// The trained network with its scales.
+/// The trained networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "Stored")]
 pub struct NetworkReconstructor {
-    perceptron: Perceptron,
-    /// x and y of each camera.
-    inputs: Vec<Scale>,
-    /// The three targets.
-    outputs: [Scale; 3],
-    /// What the targets mean.
-    targets: Targets,
-    /// What the targets are counted from: the point that distortion-free cameras would locate.
-    base: Option<DltReconstructor>,
-    /// Of located points about their places.
-    noise: Noise,
-    /// Lower triangle of the weights' covariance, row by row; empty where it is not known.
-    weight_covariance: Vec<f64>,
+    /// The cameras whose pixels it takes.
+    cameras: usize,
+    /// That of all cameras first, where as many points as it needs were seen by all; then those of pairs.
+    sets: Vec<SetNetwork>,
     /// What says whether pixels belong together: the map has no rays.
-    #[serde(alias = "witness")]
     epipolar_check: Option<EpipolarCheck>,
-    /// How it follows charts whose places were found; nothing where they were known.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    modes: Vec<pose_uncertainty::Mode>,
-    /// How many of the weights the data determine.
-    effective_parameters: Option<f64>,
 }
 
-/// A point that the map is asked for.
-struct Query<'a> {
-    pixels: &'a [Option<Pixel>],
-    /// x and y of each camera, scaled.
-    unit: Vec<f64>,
-    /// Where the base locates it, if there is one.
-    base: Option<Point3>,
+/// Networks as files have them.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Stored {
+    Sets {
+        cameras: usize,
+        sets: Vec<SetNetwork>,
+        epipolar_check: Option<EpipolarCheck>,
+    },
+    /// Written when there was one network, of all cameras.
+    One {
+        #[serde(flatten)]
+        network: SetNetwork,
+        #[serde(alias = "witness")]
+        epipolar_check: Option<EpipolarCheck>,
+    },
 }
 
-/// The pixels of all cameras in one row; `None` where one did not see the point.
-fn input_row(pixels: &[Option<Pixel>]) -> Option<Vec<f64>> {
-    pixels
-        .iter()
-        .copied()
-        .collect::<Option<Vec<Pixel>>>()
-        .map(|all| all.iter().flat_map(|pixel| [pixel.x, pixel.y]).collect())
+impl From<Stored> for NetworkReconstructor {
+    fn from(stored: Stored) -> Self {
+        match stored {
+            Stored::Sets { cameras, sets, epipolar_check } => {
+                Self { cameras, sets, epipolar_check }
+            }
+            Stored::One { mut network, epipolar_check } => {
+                network.cameras = (0..network.inputs.len() / 2).collect();
+                Self { cameras: network.cameras.len(), sets: vec![network], epipolar_check }
+            }
+        }
+    }
 }
 
 /// What a fit is asked for.
@@ -173,16 +128,6 @@ enum Asked {
     Points {
         start: Option<u64>,
     },
-}
-
-/// Points that all cameras saw.
-struct Samples {
-    /// x and y of each camera.
-    inputs: Vec<Vec<f64>>,
-    /// Where each is.
-    points: Vec<Point3>,
-    /// Which chart placement each belongs to.
-    views: Vec<usize>,
 }
 
 impl Network {
@@ -230,42 +175,102 @@ impl Network {
         observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
     ) -> Result<Fit> {
         self.refuse_odd_settings()?;
-        let Samples { inputs, points, views } = self.samples(train)?;
         match &self.training {
             Training::Backpropagation(training) => {
-                paper::fit(self, training, (&inputs, &points), (seed, progress), observe)
+                let all = Samples::of(train, &Vec::from_iter(0..train.cameras));
+                enough("network", None, self.points_needed(train.cameras), all.points.len())?;
+                paper::fit(self, training, &all, (seed, progress), observe)
             }
             Training::Evidence(training) => {
-                let base = Dlt::default().cameras(train, progress).ok().map(DltReconstructor::bare);
-                // Charts whose places were found move with the cameras that watch over the network.
-                let watched = asked == Asked::Everything
-                    || chart_pose_uncertainty::middles(train).iter().any(Option::is_some);
-                let epipolar_check =
-                    watched.then(|| EpipolarCheck::fit(train, progress).ok()).flatten();
-                let lesson = evidence::TrainingRun { inputs, points, views, base, epipolar_check };
-                let frame = Targets::from_cameras(train, &lesson.points);
                 let starts = match asked {
                     Asked::Points { start: Some(start) } => start..start + 1,
                     _ => 0..training.starts.max(1),
                 };
-                evidence::fit(self, (training, starts), lesson, (frame, train), (seed, progress))
+                // Charts whose places were found move with the cameras that watch over the network.
+                let watched = asked == Asked::Everything
+                    || chart_pose_uncertainty::middles(train).iter().any(Option::is_some);
+                let check = watched.then(|| EpipolarCheck::fit(train, progress).ok()).flatten();
+                let (epipolar_check, motions) = check.unzip();
+                let lesson = evidence::Lesson {
+                    train,
+                    targets: Targets::from_cameras(train),
+                    motions: motions.flatten(),
+                };
+                let learn = |set: &Vec<usize>| {
+                    let starts = (training, starts.clone());
+                    evidence::fit(self, starts, (&lesson, set), (seed, progress))
+                };
+                let sets = self.camera_sets(train, asked)?;
+                let fits = sets.par_iter().map(learn).collect::<Result<Vec<_>>>()?;
+                let cameras = train.cameras;
+                let (mut sets, mut courses): (Vec<SetNetwork>, Vec<_>) = fits.into_iter().unzip();
+                if !follow_alike(&sets) {
+                    sets.iter_mut().for_each(|set| set.modes.clear());
+                }
+                let (start, curve) = courses.swap_remove(0);
+                let fitted = NetworkReconstructor { cameras, sets, epipolar_check };
+                Ok(Fit { curve, start: Some(start), ..Fit::of(fitted) })
             }
         }
     }
 
-    /// The points that all cameras saw.
-    fn samples(&self, train: &Dataset) -> Result<Samples> {
-        let mut views = Vec::new();
-        let usable = |(world, row): (Point3, &Correspondence)| {
-            let input = input_row(&row.pixels)?;
-            views.push(row.view);
-            Some((input, world))
+    /// Three equations a point must at least be as many as the weights.
+    fn points_needed(&self, cameras: usize) -> usize {
+        weight_count(&self.sizes(cameras)).div_ceil(3)
+    }
+
+    /// The sets of cameras that get a network: all, and every pair where there are more than two, as far as enough
+    /// points were seen by all of the set.
+    fn camera_sets(&self, train: &Dataset, asked: Asked) -> Result<Vec<Vec<usize>>> {
+        let all = train.cameras;
+        let seen = |set: &[usize]| {
+            let by_all =
+                |pixels: &[Option<Pixel>]| set.iter().all(|camera| pixels[*camera].is_some());
+            train.known().filter(|(_, row)| by_all(&row.pixels)).count()
         };
-        let (inputs, points): (Vec<_>, Vec<_>) = train.known().filter_map(usable).unzip();
-        // Three equations a point must at least be as many as the weights.
-        let need = weight_count(&self.sizes(train.cameras)).div_ceil(3);
-        enough("network", None, need, inputs.len())?;
-        Ok(Samples { inputs, points, views })
+        let mut sets = vec![Vec::from_iter(0..all)];
+        // Who is asked for points alone is asked for those at hand.
+        let in_part = asked == Asked::Everything
+            || train.known().any(|(_, row)| (2..all).contains(&row.seen_by()));
+        if all > 2 && in_part {
+            sets.extend((0..all).flat_map(|a| (a + 1..all).map(move |b| vec![a, b])));
+        }
+        let counts: Vec<usize> = sets.iter().map(|set| seen(set)).collect();
+        let enough_of = |index: usize| counts[index] >= self.points_needed(sets[index].len());
+        // Where all saw few of the points, pairs know more together.
+        let most = counts.iter().skip(1).copied().max().unwrap_or(0);
+        let kept = |index: usize| enough_of(index) && (index > 0 || 4 * counts[0] >= 3 * most);
+        let sets: Vec<Vec<usize>> =
+            (0..sets.len()).filter(|index| kept(*index)).map(|index| sets[index].clone()).collect();
+        if sets.is_empty() {
+            enough("network", None, self.points_needed(all), counts[0])?;
+        }
+        Ok(sets)
+    }
+}
+
+/// Points that all of a set of cameras saw.
+struct Samples {
+    /// x and y of each camera.
+    inputs: Vec<Vec<f64>>,
+    /// Where each is.
+    points: Vec<Point3>,
+    /// Which chart placement each belongs to.
+    views: Vec<usize>,
+}
+
+impl Samples {
+    fn of(train: &Dataset, cameras: &[usize]) -> Self {
+        let mut samples = Self { inputs: Vec::new(), points: Vec::new(), views: Vec::new() };
+        for (world, row) in train.known() {
+            let pixels = cameras.iter().map(|camera| row.pixels[*camera]);
+            if let Some(pixels) = pixels.collect::<Option<Vec<Pixel>>>() {
+                samples.inputs.push(pixels.iter().flat_map(|pixel| [pixel.x, pixel.y]).collect());
+                samples.points.push(world);
+                samples.views.push(row.view);
+            }
+        }
+        samples
     }
 }
 
@@ -302,54 +307,49 @@ impl Method for Network {
     }
 }
 
+/// Whether all networks follow the same motions of the charts.
+fn follow_alike(sets: &[SetNetwork]) -> bool {
+    sets.windows(2).all(|two| two[0].modes.len() == two[1].modes.len())
+}
+
 impl NetworkReconstructor {
-    fn scaled_inputs(&self, inputs: &[f64]) -> Vec<f64> {
-        inputs.iter().zip(&self.inputs).map(|(value, scale)| scale.to_unit(*value)).collect()
-    }
-
-    /// A point seen at `pixels`; `None` where a camera did not see it, or the base has nothing to say of it.
-    fn query<'a>(&self, pixels: &'a [Option<Pixel>]) -> Option<Query<'a>> {
-        let unit = self.scaled_inputs(&input_row(pixels)?);
-        let base = match &self.base {
-            Some(base) => Some(base.point(pixels)?),
-            None => None,
-        };
-        Some(Query { pixels, unit, base })
-    }
-
-    /// The targets of a point.
-    fn predict(&self, Query { unit, base, .. }: &Query<'_>) -> [f64; 3] {
-        let outputs = self.perceptron.evaluate(unit);
-        let base = base.map_or([0.0; 3], |point| self.targets.of(point));
-        [0, 1, 2].map(|axis| base[axis] + self.outputs[axis].restore(outputs[axis]))
+    /// The networks whose word on a point counts: that of just the cameras that saw it, or those of pairs of them.
+    fn called_on(&self, pixels: &[Option<Pixel>]) -> Vec<&SetNetwork> {
+        let seen: Vec<usize> =
+            (0..pixels.len()).filter(|camera| pixels[*camera].is_some()).collect();
+        if let Some(own) = self.sets.iter().find(|set| set.cameras == seen) {
+            return vec![own];
+        }
+        let is_within = |set: &&SetNetwork| set.cameras.iter().all(|camera| seen.contains(camera));
+        self.sets.iter().filter(is_within).collect()
     }
 }
 
 impl Reconstructor for NetworkReconstructor {
     fn cameras(&self) -> usize {
-        self.inputs.len() / 2
+        self.cameras
     }
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        let query = self.query(pixels)?;
-        let targets = self.predict(&query);
-        let (point, jacobian) = self.targets.point(targets)?;
-        let covariance = jacobian * self.target_covariance(&query, targets)? * jacobian.transpose();
+        let sets = self.called_on(pixels);
+        let targets = &sets.first()?.targets;
+        let estimates = sets.iter().map(|set| set.estimate(pixels)).collect::<Option<Vec<_>>>()?;
+        let (found, covariance) = fusion::fused(&estimates)?;
+        let (point, jacobian) = targets.point(found)?;
+        let covariance = jacobian * covariance * jacobian.transpose();
         let residual = self.epipolar_check.as_ref().and_then(|check| check.residual(point, pixels));
         Some(Located { point, covariance, residual })
     }
 
     fn locate_point(&self, pixels: &[Option<Pixel>]) -> Option<Point3> {
-        Some(self.targets.point(self.predict(&self.query(pixels)?))?.0)
+        match &*self.called_on(pixels) {
+            [set] => Some(set.targets.point(set.predict(&set.query(pixels)?))?.0),
+            _ => Some(self.locate(pixels)?.point),
+        }
     }
 
     fn pixel_sigma(&self, camera: usize, _pixel: Pixel, world: Point3) -> Option<f64> {
-        match &self.noise {
-            Noise::Pixels { noise } if camera < self.cameras() => {
-                Some(noise.variance(direction(self.targets.of(world))).sqrt())
-            }
-            _ => None,
-        }
+        self.sets.iter().find(|set| set.cameras.contains(&camera))?.pixel_sigma(world)
     }
 
     fn plan(&self) -> Plan<'_> {
@@ -357,30 +357,22 @@ impl Reconstructor for NetworkReconstructor {
     }
 
     fn effective_parameters(&self) -> Option<f64> {
-        self.effective_parameters.map(|weights| weights / 3.0)
+        Some(self.sets.first()?.effective_parameters? / 3.0)
     }
 
     fn is_consistent(&self) -> bool {
-        let sizes = self.perceptron.sizes();
-        let count = self.perceptron.weights().len();
-        let base = self.base.as_ref().map_or(0, Reconstructor::cameras);
-        self.perceptron.is_consistent()
-            && sizes.first() == Some(&self.inputs.len())
-            && sizes.last() == Some(&3)
-            && self.inputs.len() >= 4
-            && self.inputs.len().is_multiple_of(2)
-            && self.inputs.iter().chain(&self.outputs).all(|scale| scale.is_sound())
-            && self.targets.is_consistent()
+        let fits = |set: &SetNetwork| {
+            set.is_consistent()
+                && set.cameras.iter().all(|camera| *camera < self.cameras)
+                && set.targets == self.sets[0].targets
+        };
+        self.cameras >= 2
+            && !self.sets.is_empty()
+            && self.sets.iter().all(fits)
+            && follow_alike(&self.sets)
             && self
-                .base
+                .epipolar_check
                 .as_ref()
-                .is_none_or(|base| base.is_consistent() && base.cameras() == self.cameras())
-            && self.noise.is_consistent()
-            && self.epipolar_check.as_ref().is_none_or(|epipolar_check| {
-                epipolar_check.is_consistent() && epipolar_check.cameras() == self.cameras()
-            })
-            && self.modes.iter().all(|mode| mode.is_consistent(count, base))
-            && [0, count * (count + 1) / 2].contains(&self.weight_covariance.len())
-            && self.weight_covariance.iter().all(|value| value.is_finite())
+                .is_none_or(|check| check.is_consistent() && check.cameras() == self.cameras)
     }
 }

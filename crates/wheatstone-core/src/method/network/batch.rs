@@ -1,9 +1,9 @@
 //! The network over many points: its outputs in single precision, for they are small corrections, or as
 //! coarse as the paper's; all else in double.
 
-use super::{NetworkReconstructor, Noise, Scale, Targets};
+use super::{NetworkReconstructor, Noise, Scale, SetNetwork, Targets};
 use crate::{
-    geometry::{PixelColumns, Pose},
+    geometry::PixelColumns,
     method::{Learned, PlacedCamera},
 };
 use nalgebra::Matrix3;
@@ -13,13 +13,15 @@ use wheatstone_numeric::{
 };
 
 impl NetworkReconstructor {
-    /// The map, for who locates many points; `None` where its base cannot be made ready.
+    /// The network of all cameras, for who locates many points; `None` where there is none, or its base cannot be made
+    /// ready.
     pub(super) fn learned(&self) -> Option<Learned<'_>> {
-        let base: Vec<PlacedCamera> = match &self.base {
+        let network = self.sets.first().filter(|set| set.cameras.len() == self.cameras)?;
+        let base: Vec<PlacedCamera> = match &network.base {
             Some(base) => base.placed()?,
             None => Vec::new(),
         };
-        let forward = Forward::<f32>::new(&self.perceptron);
+        let forward = Forward::<f32>::new(&network.perceptron);
         let epipolar_check = self
             .epipolar_check
             .as_ref()
@@ -27,12 +29,14 @@ impl NetworkReconstructor {
             .unwrap_or_default();
         Some(Learned {
             base,
-            correct: Box::new(move |pixels, points| self.correct(&forward, pixels, points)),
+            correct: Box::new(move |pixels, points| network.correct(&forward, pixels, points)),
             epipolar_check,
-            covariance: self.even_covariance(),
+            covariance: network.even_covariance(),
         })
     }
+}
 
+impl SetNetwork {
     /// The covariance of all points where it is the same for all.
     fn even_covariance(&self) -> Option<Matrix3<f64>> {
         let known = self.weight_covariance.is_empty() && self.modes.is_empty();
@@ -60,7 +64,7 @@ impl NetworkReconstructor {
 
 /// Points on their way through the network.
 struct Points<'a, 'p> {
-    map: &'a NetworkReconstructor,
+    map: &'a SetNetwork,
     /// Pixels, the least of them, and one over their range.
     inputs: Vec<(&'a [f64], [f64; 2])>,
     /// The least of each output and its range.
@@ -93,11 +97,8 @@ impl Samples<f32> for Points<'_, '_> {
     #[inline(always)]
     fn write(&mut self, first: usize, outputs: &[[f32; TOGETHER]]) {
         let [a, b, c] = outputs else { return };
-        let frame = match &self.map.targets {
-            Targets::World {} => None,
-            Targets::InverseDepth { frame_from_world } => Some(frame_from_world),
-        };
-        if frame.is_none() && self.map.base.is_none() {
+        let targets = &self.map.targets;
+        if *targets == (Targets::World {}) && self.map.base.is_none() {
             for ((points, output), scale) in self.points.iter_mut().zip([a, b, c]).zip(self.outputs)
             {
                 let points = &mut points[first..];
@@ -122,16 +123,12 @@ impl Samples<f32> for Points<'_, '_> {
                 let mut part = [0.0; TOGETHER];
                 *base = *part_of(points, first, &mut part);
             }
-            if let Some(frame) = frame {
-                into_frame(frame, &mut base);
-            }
+            into_targets(targets, &mut base);
             for (own, base) in own.as_flattened_mut().iter_mut().zip(base.as_flattened()) {
                 *own += base;
             }
         }
-        if let Some(frame) = frame {
-            out_of_frame(frame, &mut own);
-        }
+        out_of_targets(targets, &mut own);
         for (points, own) in self.points.iter_mut().zip(&own) {
             let last = points.len().min(first + TOGETHER);
             points[first..last].copy_from_slice(&own[..last - first]);
@@ -160,29 +157,47 @@ fn part_of<'c>(column: &'c [f64], first: usize, part: &'c mut Together) -> &'c T
     }
 }
 
-/// World points to X / Z, Y / Z and 1 / Z of the frame.
+/// World points to targets.
 #[inline(always)]
-fn into_frame(frame_from_world: &Pose, points: &mut [Together; 3]) {
-    let Pose { rotation: r, translation: t } = frame_from_world;
+fn into_targets(targets: &Targets, points: &mut [Together; 3]) {
+    let (pose, is_stereographic) = match targets {
+        Targets::World {} => return,
+        Targets::InverseDepth { frame_from_world } => (frame_from_world, false),
+        Targets::InverseDistance { frame_from_world } => (frame_from_world, true),
+    };
+    let (r, t) = (&pose.rotation, &pose.translation);
     let [x, y, z] = points;
     for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
         let mut turned = [0.0; 3];
         for (row, turned) in turned.iter_mut().enumerate() {
             *turned = r[(row, 0)] * *x + r[(row, 1)] * *y + r[(row, 2)] * *z + t[row];
         }
-        let near = 1.0 / turned[2];
-        (*x, *y, *z) = (turned[0] * near, turned[1] * near, near);
+        let [a, b, depth] = turned;
+        let (by, far) = if is_stereographic {
+            let distance = (a * a + b * b + depth * depth).sqrt();
+            (2.0 / (distance + depth), distance)
+        } else {
+            (1.0 / depth, depth)
+        };
+        (*x, *y, *z) = (a * by, b * by, 1.0 / far);
     }
 }
 
-/// X / Z, Y / Z and 1 / Z of the frame to world points; what lies behind it is no point.
+/// Targets to world points; what lies behind the cameras or infinitely far is no point.
 #[inline(always)]
-fn out_of_frame(frame_from_world: &Pose, points: &mut [Together; 3]) {
-    let Pose { rotation: r, translation: t } = frame_from_world;
+fn out_of_targets(targets: &Targets, points: &mut [Together; 3]) {
+    let (pose, is_stereographic) = match targets {
+        Targets::World {} => return,
+        Targets::InverseDepth { frame_from_world } => (frame_from_world, false),
+        Targets::InverseDistance { frame_from_world } => (frame_from_world, true),
+    };
+    let (r, t) = (&pose.rotation, &pose.translation);
     let [x, y, z] = points;
     for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
-        let depth = if *z > 0.0 { 1.0 / *z } else { f64::NAN };
-        let moved = [*x * depth - t[0], *y * depth - t[1], depth - t[2]];
+        let far = if *z > 0.0 { 1.0 / *z } else { f64::NAN };
+        let square = if is_stereographic { 0.25 * (*x * *x + *y * *y) } else { 0.0 };
+        let by = far / (1.0 + square);
+        let moved = [*x * by - t[0], *y * by - t[1], (1.0 - square) * by - t[2]];
         let mut turned = [0.0; 3];
         for (axis, turned) in turned.iter_mut().enumerate() {
             *turned = r[(0, axis)] * moved[0] + r[(1, axis)] * moved[1] + r[(2, axis)] * moved[2];

@@ -2,20 +2,85 @@
 //! is not known about the weights.
 
 use super::{
-    NetworkReconstructor, Query,
-    noise::{Noise, direction},
+    Samples,
+    fusion::Estimate,
+    noise::{Noise, direction, place},
+    set_network::{Query, SetNetwork},
 };
-use crate::{
-    geometry::{Pixel, Point3},
-    method::PixelNoise,
-};
+use crate::{geometry::Pixel, method::PixelNoise};
 use nalgebra::{DMatrix, Matrix3, Point2, Vector3};
-use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
+use wheatstone_numeric::{
+    evidence::Trained,
+    matrix_product::product,
+    simd::{Simd, WithSimd, on_widest},
+};
 
-impl NetworkReconstructor {
+impl SetNetwork {
+    /// What it says of a point seen at `pixels`, one entry a camera of the rig.
+    pub(super) fn estimate(&self, pixels: &[Option<Pixel>]) -> Option<Estimate> {
+        let query = self.query(pixels)?;
+        let targets = self.predict(&query);
+        let by_places = self.motions_of_places(&query)?;
+        let weights = self.covariance_of_weights(&query.unit);
+        let mut by_pixels = DMatrix::zeros(3, 2 * pixels.len());
+        if let Noise::Targets { variance } = &self.noise {
+            let noise = self.scale() * Matrix3::from_diagonal(&(*variance).into()) * self.scale();
+            return Some(Estimate {
+                targets,
+                by_pixels,
+                sigma: 0.0,
+                by_places,
+                own: noise + weights,
+            });
+        }
+        let slopes = self.slopes(&query)?;
+        for (index, camera) in self.cameras.iter().enumerate() {
+            by_pixels.columns_mut(2 * camera, 2).copy_from(&slopes.columns(2 * index, 2));
+        }
+        let sigmas = self.pixel_sigmas(targets);
+        let sigma = sigmas.into_iter().fold(f64::INFINITY, f64::min);
+        let unit = product(&slopes, &slopes.transpose()).fixed_view::<3, 3>(0, 0).into_owned();
+        let by_target = Matrix3::from_diagonal(&sigmas.into());
+        let noise = by_target * unit * by_target;
+        let local = self.local_noise(&noise);
+        let missed = noise - unit * sigma.powi(2);
+        Some(Estimate {
+            targets,
+            by_pixels,
+            sigma,
+            by_places,
+            own: missed + local * weights * local,
+        })
+    }
+
+    /// Standard deviations of a pixel coordinate that explain the errors of each target.
+    fn pixel_sigmas(&self, targets: [f64; 3]) -> [f64; 3] {
+        let variances = match &self.noise {
+            Noise::Targets { .. } => [0.0; 3],
+            Noise::Pixels { noise } => [noise.variance(direction(targets)); 3],
+            Noise::PixelsByTarget { by_target, .. } => {
+                by_target.each_ref().map(|noise| noise.variance(place(targets)))
+            }
+        };
+        variances.map(f64::sqrt)
+    }
+
+    /// Standard deviations of a point's targets, by the covariance that `noise` makes, over those that the
+    /// covariance of the weights goes by: what the weights say of a place they have learned from points near it.
+    fn local_noise(&self, noise: &Matrix3<f64>) -> Matrix3<f64> {
+        let Noise::PixelsByTarget { trained, .. } = &self.noise else { return Matrix3::identity() };
+        let ratio = |target: usize| {
+            let scale = self.outputs[target].high - self.outputs[target].low;
+            let here = noise[(target, target)];
+            let everywhere = trained[target] * scale * scale;
+            if everywhere > 0.0 { (here / everywhere).sqrt() } else { 1.0 }
+        };
+        Matrix3::from_diagonal(&[0, 1, 2].map(ratio).into())
+    }
+
     /// Derivatives of the targets by the pixels' coordinates, three rows; that of the base neglects
     /// how its rays' misses bend it.
-    fn slopes(&self, query: &Query<'_>) -> Option<DMatrix<f64>> {
+    fn slopes(&self, query: &Query) -> Option<DMatrix<f64>> {
         let width = query.unit.len();
         let mut rows = vec![0.0; 3 * width];
         self.perceptron.input_jacobian(&query.unit, &mut rows);
@@ -27,7 +92,7 @@ impl NetworkReconstructor {
             slopes.column_mut(column).unscale_mut(scale.high - scale.low);
         }
         if let Some(base) = self.base.as_ref().zip(query.base) {
-            slopes += self.sloped_base(base, query.pixels)?.slopes;
+            slopes += self.sloped_base(base, &query.pixels)?.slopes;
         }
         Some(slopes)
     }
@@ -52,47 +117,25 @@ impl NetworkReconstructor {
         Matrix3::from_diagonal(&self.outputs.map(|scale| scale.high - scale.low).into())
     }
 
-    /// Covariance of the `targets` of a point.
-    pub(super) fn target_covariance(
-        &self,
-        query: &Query<'_>,
-        targets: [f64; 3],
-    ) -> Option<Matrix3<f64>> {
-        let noise = match &self.noise {
-            Noise::Targets { variance } => {
-                let scale = self.scale();
-                scale * Matrix3::from_diagonal(&(*variance).into()) * scale
+    /// Takes for the noise of the pixels what explains the errors of each target at known points best, in the sense
+    /// of maximum likelihood; the weights that the data determine have made those smaller.
+    pub(super) fn learn_noise(&mut self, samples: &Samples, queries: &[Query], trained: &Trained) {
+        let mut squares: [Vec<(Point2<f64>, f64)>; 3] = Default::default();
+        for (query, point) in queries.iter().zip(&samples.points) {
+            let wanted = self.targets.of(*point);
+            let error = Vector3::from(self.predict(query)) - Vector3::from(wanted);
+            let Some(slopes) = self.slopes(query) else { continue };
+            for (target, squares) in squares.iter_mut().enumerate() {
+                let unit = slopes.row(target).norm_squared();
+                // Of one coordinate, where the noise counts two.
+                squares.push((place(wanted), 2.0 * error[target] * error[target] / unit));
             }
-            Noise::Pixels { noise } => {
-                carried(&self.slopes(query)?) * noise.variance(direction(targets))
-            }
+        }
+        let determined = trained.effective_parameters * (2.0 / 3.0);
+        self.noise = Noise::PixelsByTarget {
+            by_target: squares.map(|squares| PixelNoise::fit(&squares, determined)),
+            trained: [0, 1, 2].map(|target| trained.noise[target]),
         };
-        let places = self.covariance_of_places(query)?;
-        Some(noise + self.covariance_of_weights(&query.unit) + places)
-    }
-
-    /// Takes for the pixels' noise what explains the errors at known points best, in the sense of
-    /// maximum likelihood; `determined` weights have made those smaller. `base`: where the base locates each
-    /// point.
-    pub(super) fn learn_noise(
-        &mut self,
-        (inputs, base): (&[Vec<f64>], &[Option<Point3>]),
-        points: &[Point3],
-        determined: f64,
-    ) {
-        let square = |((row, base), point): ((&Vec<f64>, &Option<Point3>), &Point3)| {
-            let pixels: Vec<Option<Pixel>> =
-                row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
-            let query = Query { pixels: &pixels, unit: self.scaled_inputs(row), base: *base };
-            let (found, wanted) = (self.predict(&query), self.targets.of(*point));
-            let error = Vector3::from(found) - Vector3::from(wanted);
-            let inverse = carried(&self.slopes(&query)?).try_inverse()?;
-            // Of three coordinates, where the noise counts two.
-            Some((direction(wanted), error.dot(&(inverse * error)) * (2.0 / 3.0)))
-        };
-        let squares: Vec<(Point2<f64>, f64)> =
-            inputs.iter().zip(base).zip(points).filter_map(square).collect();
-        self.noise = Noise::Pixels { noise: PixelNoise::fit(&squares, determined * (2.0 / 3.0)) };
     }
 }
 
@@ -153,12 +196,6 @@ fn dots(row: &[f64], others: [&[f64]; 3]) -> [f64; 3] {
     found
 }
 
-/// J J': the covariance that unit noise of the pixels makes.
-fn carried(slopes: &DMatrix<f64>) -> Matrix3<f64> {
-    let product = slopes * slopes.transpose();
-    product.fixed_view::<3, 3>(0, 0).into_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use crate::{
@@ -179,6 +216,7 @@ mod tests {
         }
         let fit = method.fit_checked(&data, 0, &Silent).unwrap();
         let AnyReconstructor::Network(fitted) = fit.reconstructor else { unreachable!() };
+        let fitted = &fitted.sets[0];
         let targets = |pixels: &[Option<Pixel>]| {
             Vector3::from(fitted.predict(&fitted.query(pixels).unwrap()))
         };

@@ -1,13 +1,17 @@
 //! The default recipe: inverse depth, second-order steps, decay by the evidence, several starts.
 
 use super::{
-    EpipolarCheck, Fit, Network, NetworkReconstructor, Noise, Scale, Targets, scaled, scales,
+    Network, Noise, Samples, Scale, Targets, scaled, scales,
+    set_network::{Query, SetNetwork},
 };
 use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::{PixelNoise, dlt::DltReconstructor, neural_camera::Motions},
+    method::{
+        dlt::{Dlt, DltReconstructor},
+        neural_camera::Motions,
+    },
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -90,34 +94,32 @@ const ROUND: u64 = 10;
 /// steps in thirteen, and in seventeen where all but one were given up after sixty steps.
 const LOOK_BACK: usize = 20;
 
-/// What is learned from: pixels of all cameras, places, and the cameras without distortion.
-pub(super) struct TrainingRun {
-    pub(super) inputs: Vec<Vec<f64>>,
-    pub(super) points: Vec<Point3>,
-    /// The view of each point.
-    pub(super) views: Vec<usize>,
-    pub(super) base: Option<DltReconstructor>,
-    /// Who says whether pixels belong together, and how charts may have stood otherwise.
-    pub(super) epipolar_check: Option<(EpipolarCheck, Option<Motions>)>,
+/// What the networks of all sets of cameras learn from.
+pub(super) struct Lesson<'a> {
+    pub(super) train: &'a Dataset,
+    /// What the targets mean.
+    pub(super) targets: Targets,
+    /// How charts may have stood otherwise.
+    pub(super) motions: Option<Motions>,
 }
 
-impl TrainingRun {
-    /// Where `base` locates each point; no base where it has nothing to say of one.
-    fn based(&mut self, frame: &Targets) -> Vec<Option<Point3>> {
-        let of = |base: &DltReconstructor, row: &Vec<f64>| {
+impl Lesson<'_> {
+    /// Cameras without distortion, and where they locate each sample; none where they have nothing to say of one.
+    fn base(
+        &self,
+        cameras: &[usize],
+        samples: &Samples,
+        progress: &dyn Progress,
+    ) -> Option<(DltReconstructor, Vec<Point3>)> {
+        let own = Dlt::default().cameras(&self.train.of_cameras(cameras), progress).ok()?.bare();
+        let place = |row: &Vec<f64>| {
             let pixels: Vec<Option<Pixel>> =
                 row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect();
-            let point = base.point(&pixels)?;
-            frame.of(point).iter().all(|value| value.is_finite()).then_some(Some(point))
+            let point = own.point(&pixels)?;
+            self.targets.of(point).iter().all(|value| value.is_finite()).then_some(point)
         };
-        let all = self
-            .base
-            .as_ref()
-            .and_then(|base| self.inputs.iter().map(|row| of(base, row)).collect());
-        all.unwrap_or_else(|| {
-            self.base = None;
-            vec![None; self.inputs.len()]
-        })
+        let places = samples.inputs.iter().map(place).collect::<Option<_>>()?;
+        Some((own, places))
     }
 }
 
@@ -191,60 +193,63 @@ fn silence(perceptron: &mut Perceptron, trained: &mut Trained, nothing: &[f64]) 
     trained.effective_parameters = 0.0;
 }
 
+/// The network of a set of cameras; from which start it was trained, and how its errors fell.
 pub(super) fn fit(
     settings: &Network,
     (training, starts): (&Evidence, Range<u64>),
-    mut lesson: TrainingRun,
-    (frame, dataset): (Targets, &Dataset),
+    (lesson, cameras): (&Lesson<'_>, &[usize]),
     (seed, progress): (u64, &dyn Progress),
-) -> Result<Fit> {
-    let base = lesson.based(&frame);
-    let (epipolar_check, motions) = lesson.epipolar_check.take().unzip();
-    let TrainingRun { inputs, points, .. } = &lesson;
-    let from_base = |(point, base): (&Point3, &Option<Point3>)| {
-        let (of, base) = (frame.of(*point), base.map_or([0.0; 3], |base| frame.of(base)));
+) -> Result<(SetNetwork, (u64, Vec<CurvePoint>))> {
+    let samples = Samples::of(lesson.train, cameras);
+    let frame = &lesson.targets;
+    let (base, places) = lesson.base(cameras, &samples, progress).unzip();
+    let from_base = |(index, point): (usize, &Point3)| {
+        let base = places.as_ref().map_or([0.0; 3], |places| frame.of(places[index]));
+        let of = frame.of(*point);
         [0, 1, 2].map(|axis| of[axis] - base[axis]).to_vec()
     };
-    let targets: Vec<Vec<f64>> = points.iter().zip(&base).map(from_base).collect();
-    let input_scales = scales(inputs, &["a camera's x", "a camera's y"], standard)?;
-    let output_scales = scales(&targets, &["the direction", "the direction", "depth"], standard)?;
-    let unit = (scaled(inputs, &input_scales), scaled(&targets, &output_scales));
+    let targets: Vec<Vec<f64>> = samples.points.iter().enumerate().map(from_base).collect();
+    let inputs = scales(&samples.inputs, &["a camera's x", "a camera's y"], standard)?;
+    let outputs = scales(&targets, &["the direction", "the direction", "distance"], standard)?;
+    let unit = (scaled(&samples.inputs, &inputs), scaled(&targets, &outputs));
     let batch = Batch::new(&unit.0, &unit.1);
-    let cameras = inputs[0].len() / 2;
+    let start_from = (cameras.len(), seed);
     let (mut perceptron, mut trained, start) =
-        train(settings, (training, starts), &batch, (cameras, seed), progress)?;
-    let nothing: Vec<f64> = output_scales.iter().map(|scale| scale.to_unit(0.0)).collect();
-    let few = FewViews { settings, training, unit: (&unit.0, &unit.1), views: &lesson.views };
-    if lesson.base.is_some() && few.network_does_harm(&nothing, start, (cameras, seed), progress)? {
+        train(settings, (training, starts), &batch, start_from, progress)?;
+    let nothing: Vec<f64> = outputs.iter().map(|scale| scale.to_unit(0.0)).collect();
+    let few = FewViews { settings, training, unit: (&unit.0, &unit.1), views: &samples.views };
+    if base.is_some() && few.network_does_harm(&nothing, start, start_from, progress)? {
         silence(&mut perceptron, &mut trained, &nothing);
     }
     let covariance = &trained.covariance;
     let triangle = (0..covariance.nrows())
         .flat_map(|row| (0..=row).map(move |column| covariance[(row, column)]))
         .collect();
-    let curve = trained.curve.iter().enumerate();
-    let count = (3 * inputs.len()) as f64;
-    let mut reconstructor = NetworkReconstructor {
+    let mut network = SetNetwork {
+        cameras: cameras.to_vec(),
         perceptron,
-        inputs: input_scales,
-        outputs: [output_scales[0], output_scales[1], output_scales[2]],
-        targets: frame,
-        base: lesson.base,
-        noise: Noise::Pixels { noise: PixelNoise::even(0.0) },
+        inputs,
+        outputs: [outputs[0], outputs[1], outputs[2]],
+        targets: frame.clone(),
+        base,
+        noise: Noise::Targets { variance: [0.0; 3] },
         weight_covariance: triangle,
-        epipolar_check,
         modes: Vec::new(),
         effective_parameters: Some(trained.effective_parameters),
     };
-    reconstructor.learn_noise(
-        (&lesson.inputs, &base),
-        &lesson.points,
-        trained.effective_parameters,
-    );
-    if let Some(motions) = motions.flatten() {
-        reconstructor.follow(dataset, &motions, &trained);
+    let query = |(index, row): (usize, &Vec<f64>)| Query {
+        pixels: row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect(),
+        unit: unit.0[index].clone(),
+        base: places.as_ref().map(|places| places[index]),
+    };
+    let queries: Vec<Query> = samples.inputs.iter().enumerate().map(query).collect();
+    network.learn_noise(&samples, &queries, &trained);
+    if let Some(motions) = &lesson.motions {
+        network.follow(lesson.train, motions, &trained);
     }
+    let count = (3 * samples.inputs.len()) as f64;
+    let curve = trained.curve.iter().enumerate();
     let curve = curve
         .map(|(step, square)| CurvePoint { epoch: step as u64, mean_square_error: square / count });
-    Ok(Fit { curve: curve.collect(), start: Some(start), ..Fit::of(reconstructor) })
+    Ok((network, (start, curve.collect())))
 }

@@ -10,17 +10,42 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Noise {
     /// Each target has a variance of its own, in scaled units, the same everywhere.
     Targets { variance: [f64; 3] },
-    /// All cameras' pixels have the same variance, which may depend on the direction.
+    /// All cameras' pixels have the same variance, which may depend on the direction. Of older files.
     Pixels { noise: PixelNoise },
+    /// Noise of the pixels, and what the network misses of the optics: it errs more in directions, which pixels fix
+    /// well, than in the distance.
+    PixelsByTarget {
+        /// The variance of a pixel coordinate that explains the errors of each target, as a function of its
+        /// [`place`].
+        by_target: [PixelNoise; 3],
+        /// Variance of each target's errors that the covariance of the weights goes by, in scaled units, the same
+        /// everywhere.
+        trained: [f64; 3],
+    },
 }
 
 impl Noise {
-    pub(super) fn is_consistent(&self) -> bool {
+    /// Standard deviation that is assumed of a pixel coordinate of a point with these targets.
+    pub(super) fn pixel_sigma(&self, targets: [f64; 3]) -> Option<f64> {
         match self {
-            Self::Targets { variance } => {
-                variance.iter().all(|value| *value >= 0.0 && value.is_finite())
+            Self::Targets { .. } => None,
+            Self::Pixels { noise } => Some(noise.variance(direction(targets)).sqrt()),
+            Self::PixelsByTarget { by_target, .. } => {
+                let variances = by_target.each_ref().map(|noise| noise.variance(place(targets)));
+                // What is missed comes on top of the noise of the pixels.
+                Some(variances.into_iter().fold(f64::INFINITY, f64::min).sqrt())
             }
+        }
+    }
+
+    pub(super) fn is_consistent(&self) -> bool {
+        let positive = |values: &[f64; 3]| values.iter().all(|v| *v >= 0.0 && v.is_finite());
+        match self {
+            Self::Targets { variance } => positive(variance),
             Self::Pixels { noise } => noise.is_consistent(),
+            Self::PixelsByTarget { by_target, trained } => {
+                by_target.iter().all(PixelNoise::is_consistent) && positive(trained)
+            }
         }
     }
 }
@@ -28,4 +53,9 @@ impl Noise {
 /// Where a point with these targets is seen from the cameras' middle.
 pub(super) fn direction([across, down, _]: [f64; 3]) -> Point2<f64> {
     Point2::new(across, down)
+}
+
+/// How far aside it is seen, and how near it is.
+pub(super) fn place([across, down, near]: [f64; 3]) -> Point2<f64> {
+    Point2::new((across * across + down * down).sqrt(), near)
 }

@@ -1,7 +1,10 @@
 //! The paper's recipe.
 
-use super::{Fit, Network, NetworkReconstructor, Noise, Scale, Targets, Training, scaled, scales};
-use crate::{Result, geometry::Point3};
+use super::{
+    Fit, Network, NetworkReconstructor, Noise, Samples, Scale, SetNetwork, Targets, Training,
+    scaled, scales,
+};
+use crate::Result;
 use wheatstone_numeric::{
     backpropagation::{Backpropagation, CurvePoint},
     perceptron::{Batch, OutputActivation, Perceptron},
@@ -33,7 +36,7 @@ fn range(values: &[f64]) -> Scale {
 pub(super) fn fit(
     settings: &Network,
     training: &Backpropagation,
-    (inputs, points): (&[Vec<f64>], &[Point3]),
+    Samples { inputs, points, .. }: &Samples,
     (seed, progress): (u64, &dyn Progress),
     observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
 ) -> Result<Fit> {
@@ -48,7 +51,9 @@ pub(super) fn fit(
         settings.output,
         &mut Random::new(seed),
     );
-    let mut fitted = NetworkReconstructor {
+    let cameras = inputs[0].len() / 2;
+    let network = SetNetwork {
+        cameras: (0..cameras).collect(),
         perceptron: perceptron.clone(),
         inputs: input_scales,
         outputs: [output_scales[0], output_scales[1], output_scales[2]],
@@ -56,26 +61,26 @@ pub(super) fn fit(
         base: None,
         noise: Noise::Targets { variance: [0.0; 3] },
         weight_covariance: Vec::new(),
-        epipolar_check: None,
         modes: Vec::new(),
         effective_parameters: None,
     };
+    let mut fitted = NetworkReconstructor { cameras, sets: vec![network], epipolar_check: None };
     let mut curve = Vec::new();
     let batch = Batch::new(&unit_inputs, &unit_targets);
     training.train(&mut perceptron, &batch, progress, &mut |point, network| {
         curve.push(point);
-        fitted.perceptron.clone_from(network);
+        fitted.sets[0].perceptron.clone_from(network);
         observe(point, &fitted);
     })?;
-    fitted.perceptron = perceptron;
     // The spread about the training points is all that is known of the error.
     let mut variance = [0.0; 3];
     for (input, target) in unit_inputs.iter().zip(&unit_targets) {
-        let out = fitted.perceptron.evaluate(input);
+        let out = perceptron.evaluate(input);
         for ((sum, out), wanted) in variance.iter_mut().zip(out).zip(target) {
             *sum += (out - wanted) * (out - wanted) / inputs.len() as f64;
         }
     }
-    fitted.noise = Noise::Targets { variance };
+    let network = &mut fitted.sets[0];
+    (network.perceptron, network.noise) = (perceptron, Noise::Targets { variance });
     Ok(Fit { curve, ..Fit::of(fitted) })
 }

@@ -5,13 +5,13 @@
 //! times what the changed targets pull at them, the base's cameras by being fitted again. The motions
 //! are those of the neural cameras that watch over the network.
 
-use super::{NetworkReconstructor, Query};
+use super::set_network::{Query, SetNetwork};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix},
     method::{dlt::DltReconstructor, neural_camera::Motions},
 };
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x4, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3x4, Vector3};
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{evidence::Trained, matrix_product::product};
 
@@ -36,15 +36,15 @@ impl Mode {
 
 /// By how much each camera's matrix changes when its points do; each list is one motion.
 fn base_modes(
-    base: &DltReconstructor,
+    (base, cameras): (&DltReconstructor, &[usize]),
     (train, motions): (&Dataset, &Motions),
 ) -> Option<Vec<Vec<Matrix3x4<f64>>>> {
     let mut modes = vec![Vec::new(); motions.len()];
-    for (camera, matrix) in base.matrices().iter().enumerate() {
+    for (camera, matrix) in cameras.iter().zip(base.matrices()) {
         let seen: Vec<(Point3, Pixel, Vec<Vector3<f64>>)> = train
             .known()
             .filter_map(|(world, row)| {
-                Some((world, (*row.pixels.get(camera)?)?, motions.of_point(row.view, world)))
+                Some((world, (*row.pixels.get(*camera)?)?, motions.of_point(row.view, world)))
             })
             .collect();
         for (index, mode) in modes.iter_mut().enumerate() {
@@ -83,7 +83,7 @@ impl SlopedBase<'_> {
     }
 }
 
-impl NetworkReconstructor {
+impl SetNetwork {
     /// The base at the point that it locates at these pixels.
     pub(super) fn sloped_base<'a>(
         &self,
@@ -97,20 +97,20 @@ impl NetworkReconstructor {
         Some(SlopedBase { base, point, slopes })
     }
 
-    /// Covariance of targets by the charts' motions.
-    pub(super) fn covariance_of_places(&self, query: &Query<'_>) -> Option<Matrix3<f64>> {
-        let mut sum = Matrix3::zeros();
+    /// By how much the targets of a point err with each of the charts' motions, a column each.
+    pub(super) fn motions_of_places(&self, query: &Query) -> Option<DMatrix<f64>> {
+        let mut all = DMatrix::zeros(3, self.modes.len());
         if self.modes.is_empty() {
-            return Some(sum);
+            return Some(all);
         }
         let count = self.perceptron.weights().len();
         let mut rows = vec![0.0; 3 * count];
         self.perceptron.jacobian(&query.unit, &mut rows);
         let base = match self.base.as_ref().zip(query.base) {
-            Some(base) => Some(self.sloped_base(base, query.pixels)?),
+            Some(base) => Some(self.sloped_base(base, &query.pixels)?),
             None => None,
         };
-        for mode in &self.modes {
+        for (mode, mut column) in self.modes.iter().zip(all.column_iter_mut()) {
             let mut by = Vector3::from_fn(|output, _| {
                 let slopes = rows[output * count..][..count].iter().zip(&mode.weights);
                 let change: f64 = slopes.map(|(slope, weight)| slope * weight).sum();
@@ -119,9 +119,9 @@ impl NetworkReconstructor {
             if let Some(base) = &base {
                 by += base.shifted(&mode.base);
             }
-            sum += by * by.transpose();
+            column.copy_from(&by);
         }
-        Some(sum)
+        Some(all)
     }
 
     /// Works out how the map follows charts that move; nothing where it cannot.
@@ -135,20 +135,20 @@ impl NetworkReconstructor {
         trained: &Trained,
     ) -> Option<Vec<Mode>> {
         let base = match &self.base {
-            Some(base) => base_modes(base, (train, motions))?,
+            Some(base) => base_modes((base, &self.cameras), (train, motions))?,
             None => vec![Vec::new(); motions.len()],
         };
         let count = self.perceptron.weights().len();
         let mut pulls = DMatrix::zeros(count, motions.len());
         let mut rows = vec![0.0; 3 * count];
         for (world, row) in train.known() {
-            if row.pixels.iter().any(Option::is_none) {
+            if self.cameras.iter().any(|camera| row.pixels[*camera].is_none()) {
                 continue;
             }
             let query = self.query(&row.pixels)?;
             self.perceptron.jacobian(&query.unit, &mut rows);
             let own = match self.base.as_ref().zip(query.base) {
-                Some(own) => Some(self.sloped_base(own, query.pixels)?),
+                Some(own) => Some(self.sloped_base(own, &query.pixels)?),
                 None => None,
             };
             let here = Vector3::from(self.targets.of(world));

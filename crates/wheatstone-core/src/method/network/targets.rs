@@ -13,24 +13,31 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Targets {
     /// X, Y and Z, as in the paper.
     World {},
-    /// `x / z`, `y / z` and `1 / z` in a frame that sits at the cameras and looks where they look.
-    /// Pixel noise makes these uncertain alike wherever the point is, and they are nearly linear in
-    /// the pixels of any optics.
+    /// `x / z`, `y / z` and `1 / z` in a frame that sits at the cameras and looks where they look. Of older files.
     InverseDepth {
+        /// World to that frame.
+        frame_from_world: Pose,
+    },
+    /// The direction in stereographic projection, `2 x / (r + z)` and `2 y / (r + z)`, and `1 / r`, where `r` is the
+    /// distance, in that frame. Pixel noise makes these uncertain alike wherever the point is, out to directions
+    /// aside, and they are nearly linear in the pixels of any optics.
+    InverseDistance {
         /// World to that frame.
         frame_from_world: Pose,
     },
 }
 
 /// The nearest point's depth in the frame as a share of the median depth, at least: nearer than that
-/// inverse depths grow out of proportion, and the frame is moved back.
+/// inverse distances grow out of proportion, and the frame is moved back.
 const NEAREST: f64 = 0.2;
 
 impl Targets {
     /// The frame in which the cameras stand, from what each saw: centres and axes follow in closed
     /// form by the direct linear transformation, wherever the world's origin is. Where the points do
     /// not determine the cameras, the frame stands off the points along their shortest axis.
-    pub(super) fn from_cameras(train: &Dataset, points: &[Point3]) -> Self {
+    pub(super) fn from_cameras(train: &Dataset) -> Self {
+        let matched = train.known().filter(|(_, row)| row.seen_by() >= 2);
+        let points: Vec<Point3> = matched.map(|(world, _)| world).collect();
         let cameras: Vec<ProjectionMatrix> = (0..train.cameras)
             .filter_map(|camera| ProjectionMatrix::fit(&train.seen_by_camera(camera)))
             .collect();
@@ -57,7 +64,7 @@ impl Targets {
         let back = ((NEAREST * median - nearest) / (1.0 - NEAREST)).max(0.0);
         let centre = centre - forward * back;
         let translation = -(rotation * centre);
-        Self::InverseDepth { frame_from_world: Pose { rotation, translation } }
+        Self::InverseDistance { frame_from_world: Pose { rotation, translation } }
     }
 
     /// The targets of a point.
@@ -67,6 +74,12 @@ impl Targets {
             Self::InverseDepth { frame_from_world } => {
                 let p = frame_from_world.transform(point);
                 [p.x / p.z, p.y / p.z, 1.0 / p.z]
+            }
+            Self::InverseDistance { frame_from_world } => {
+                let p = frame_from_world.transform(point);
+                let distance = p.coords.norm();
+                let by = 2.0 / (distance + p.z);
+                [p.x * by, p.y * by, 1.0 / distance]
             }
         }
     }
@@ -88,13 +101,30 @@ impl Targets {
                 jacobian.set_column(2, &by_inverse);
                 Some((world_from_frame.transform(point), world_from_frame.rotation * jacobian))
             }
+            Self::InverseDistance { frame_from_world } => {
+                if !(c > 0.0 && c.is_finite()) {
+                    return None;
+                }
+                let (distance, square) = (1.0 / c, 0.25 * (a * a + b * b));
+                let direction = Vector3::new(a, b, 1.0 - square) / (1.0 + square);
+                let across = distance / (1.0 + square);
+                let by = |axis: usize, value: f64| {
+                    (Vector3::ith(axis, 1.0) - (direction + Vector3::z()) * (0.5 * value)) * across
+                };
+                let along = -direction * (distance * distance);
+                let jacobian = Matrix3::from_columns(&[by(0, a), by(1, b), along]);
+                let world_from_frame = frame_from_world.inverse();
+                let point = Point3::from(direction * distance);
+                Some((world_from_frame.transform(point), world_from_frame.rotation * jacobian))
+            }
         }
     }
 
     pub(super) fn is_consistent(&self) -> bool {
         match self {
             Self::World {} => true,
-            Self::InverseDepth { frame_from_world: pose } => {
+            Self::InverseDepth { frame_from_world: pose }
+            | Self::InverseDistance { frame_from_world: pose } => {
                 let gap = pose.rotation * pose.rotation.transpose() - Matrix3::identity();
                 gap.norm() < 1e-6 && pose.translation.iter().all(|value| value.is_finite())
             }
@@ -110,22 +140,34 @@ mod tests {
     fn points_come_back_with_their_derivatives() {
         let frame_from_world =
             Pose::from_rotation_vector(Vector3::new(3.0, -2.0, 80.0), Vector3::new(0.1, 0.2, -0.3));
-        let targets = Targets::InverseDepth { frame_from_world };
         let world = Point3::new(5.0, -7.0, 30.0);
-        let of = targets.of(world);
-        let (back, jacobian) = targets.point(of).unwrap();
-        assert!((back - world).norm() < 1e-12);
-        for axis in 0..3 {
-            let step = 1e-6 * of[axis].abs();
-            let at = |by: f64| {
-                let mut moved = of;
-                moved[axis] += by;
-                targets.point(moved).unwrap().0
-            };
-            let difference = (at(step) - at(-step)) / (2.0 * step);
-            let gap = (difference - jacobian.column(axis)).norm();
-            assert!(gap < 1e-5 * jacobian.column(axis).norm(), "{axis}: {gap}");
+        for targets in [
+            Targets::InverseDepth { frame_from_world },
+            Targets::InverseDistance { frame_from_world },
+        ] {
+            let of = targets.of(world);
+            let (back, jacobian) = targets.point(of).unwrap();
+            assert!((back - world).norm() < 1e-12);
+            for axis in 0..3 {
+                let step = 1e-6 * of[axis].abs();
+                let at = |by: f64| {
+                    let mut moved = of;
+                    moved[axis] += by;
+                    targets.point(moved).unwrap().0
+                };
+                let difference = (at(step) - at(-step)) / (2.0 * step);
+                let gap = (difference - jacobian.column(axis)).norm();
+                assert!(gap < 1e-5 * jacobian.column(axis).norm(), "{axis}: {gap}");
+            }
+            assert!(targets.point([0.1, 0.1, -1.0]).is_none());
         }
-        assert!(targets.point([0.1, 0.1, -1.0]).is_none());
+    }
+
+    /// A fisheye sees more than half a sphere.
+    #[test]
+    fn directions_beside_the_frame_have_targets() {
+        let targets = Targets::InverseDistance { frame_from_world: Pose::identity() };
+        let world = Point3::new(40.0, -10.0, -15.0);
+        assert!((targets.point(targets.of(world)).unwrap().0 - world).norm() < 1e-12);
     }
 }
