@@ -16,6 +16,7 @@ mod methods;
 mod one_figure;
 mod one_camera;
 mod paper;
+mod partly_seen;
 mod pipeline;
 mod real_charts;
 mod real_points;
