@@ -5,7 +5,7 @@ use wheatstone::{
     dataset::Dataset,
     fit::bundle::{BundleSettings, Lenses},
     geometry::{Point3, Pose, Vector3},
-    method::{AnyMethod, network::Training},
+    method::AnyMethod,
     numeric::progress::Silent,
     preparation::Preparation,
     synthetic::{HandHeld, Noise, Rig, hand_held_correspondences},
@@ -104,12 +104,8 @@ fn sigmas_of_model_free_cameras_have_the_charts_places_in_them() {
 
 #[test]
 fn sigmas_of_the_network_have_the_charts_places_in_them() {
-    let mut method = AnyMethod::named("network").unwrap();
-    if let AnyMethod::Network(network) = &mut method
-        && let Training::Evidence(training) = &mut network.training
-    {
-        (training.starts, training.steps) = (1, 60);
+    for rig in ["paper", "fisheye", "water"] {
+        let ratio = told(&AnyMethod::named("network").unwrap(), rig, Lenses::Either, TIMES);
+        assert!((0.75..1.15).contains(&ratio), "{rig}: {ratio:.3}");
     }
-    let ratio = told(&method, "paper", Lenses::Either, TIMES);
-    assert!((0.9..1.15).contains(&ratio), "{ratio:.3}");
 }

@@ -4,7 +4,7 @@
 use super::{
     Samples,
     fusion::Estimate,
-    noise::{Noise, direction, place},
+    noise::{DISTANCE, Noise, direction, place},
     set_network::{Query, SetNetwork},
 };
 use crate::{geometry::Pixel, method::PixelNoise};
@@ -38,12 +38,11 @@ impl SetNetwork {
             by_pixels.columns_mut(2 * camera, 2).copy_from(&slopes.columns(2 * index, 2));
         }
         let sigmas = self.pixel_sigmas(targets);
-        let sigma = sigmas.into_iter().fold(f64::INFINITY, f64::min);
+        let sigma = sigmas[DISTANCE];
         let unit = product(&slopes, &slopes.transpose()).fixed_view::<3, 3>(0, 0).into_owned();
-        let by_target = Matrix3::from_diagonal(&sigmas.into());
-        let noise = by_target * unit * by_target;
-        let local = self.local_noise(&noise);
-        let missed = noise - unit * sigma.powi(2);
+        let missed = sigmas.map(|of_target| (of_target.powi(2) - sigma.powi(2)).max(0.0));
+        let missed = Matrix3::from_diagonal(&missed.into()).component_mul(&unit);
+        let local = self.local_noise(&(unit * sigma.powi(2) + missed));
         Some(Estimate {
             targets,
             by_pixels,
@@ -132,11 +131,27 @@ impl SetNetwork {
             }
         }
         let determined = trained.effective_parameters * (2.0 / 3.0);
+        let by_target = if is_even(&squares) {
+            let noise = PixelNoise::fit(&squares.concat(), 3.0 * determined);
+            [noise.clone(), noise.clone(), noise]
+        } else {
+            squares.map(|squares| PixelNoise::fit(&squares, determined))
+        };
         self.noise = Noise::PixelsByTarget {
-            by_target: squares.map(|squares| PixelNoise::fit(&squares, determined)),
+            by_target,
             trained: [0, 1, 2].map(|target| trained.noise[target]),
         };
     }
+}
+
+/// Whether the same noise explains the squared errors of all targets, by Schwarz's criterion (1978,
+/// doi:10.1214/aos/1176344136).
+fn is_even(squares: &[Vec<(Point2<f64>, f64)>; 3]) -> bool {
+    let count = squares[0].len() as f64;
+    let means = squares.each_ref().map(|of| of.iter().map(|(_, s)| s).sum::<f64>() / count);
+    let pooled = means.iter().sum::<f64>() / 3.0;
+    let gain = count * means.iter().map(|mean| libm::log(pooled / mean)).sum::<f64>();
+    gain < 2.0 * libm::log(3.0 * count)
 }
 
 /// Twice the symmetric part of `slopes' C slopes` adds up in this, of a matrix that is kept as the rows of its

@@ -26,7 +26,7 @@ pub(super) struct Estimate {
 /// Networks know their slopes to a tenth or two, and what differs by less than that between two of them would make
 /// points seem surer than they are: each has this share of its covariance once more as its own. Without it the 70 %
 /// ellipsoids of points that three pairs located held 60 %.
-const SLOPES: f64 = 0.3;
+const SLOPES: f64 = 0.2;
 
 /// The product of a matrix with itself, turned: what unit errors make.
 fn square(matrix: &DMatrix<f64>) -> DMatrix<f64> {

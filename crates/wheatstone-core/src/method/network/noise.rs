@@ -4,6 +4,10 @@ use crate::method::PixelNoise;
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
+/// The target whose errors are those of the pixels: the distance follows from small differences of directions, so
+/// that what a network misses of the optics is little beside the noise.
+pub(super) const DISTANCE: usize = 2;
+
 /// Where the errors of located points come from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "of", rename_all = "kebab-case", deny_unknown_fields)]
@@ -31,9 +35,7 @@ impl Noise {
             Self::Targets { .. } => None,
             Self::Pixels { noise } => Some(noise.variance(direction(targets)).sqrt()),
             Self::PixelsByTarget { by_target, .. } => {
-                let variances = by_target.each_ref().map(|noise| noise.variance(place(targets)));
-                // What is missed comes on top of the noise of the pixels.
-                Some(variances.into_iter().fold(f64::INFINITY, f64::min).sqrt())
+                Some(by_target[DISTANCE].variance(place(targets)).sqrt())
             }
         }
     }

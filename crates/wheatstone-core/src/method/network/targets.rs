@@ -166,7 +166,9 @@ mod tests {
     /// A fisheye sees more than half a sphere.
     #[test]
     fn directions_beside_the_frame_have_targets() {
-        let targets = Targets::InverseDistance { frame_from_world: Pose::identity() };
+        let targets = Targets::InverseDistance {
+            frame_from_world: Pose::from_rotation_vector(Vector3::zeros(), Vector3::zeros()),
+        };
         let world = Point3::new(40.0, -10.0, -15.0);
         assert!((targets.point(targets.of(world)).unwrap().0 - world).norm() < 1e-12);
     }
