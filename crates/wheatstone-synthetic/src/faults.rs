@@ -10,8 +10,8 @@ use super::random_capture::RandomCapture;
 use alteration::{Draw, all, altered, faulty, relabelled};
 use recorded::{
     column_unit, corner, duplicated, identical, left_handed, list_reversed, misplaced, moved,
-    offset, permuted, pixels_shifted, pixels_shifted_on, quarter_turn, resized, shifted,
-    single_view, thin, units_mixed, unsynchronised, wrong_pitch, y_up, y_up_everywhere,
+    offset, other_pose, permuted, pixels_shifted, pixels_shifted_on, quarter_turn, resized,
+    shifted, single_view, thin, units_mixed, unsynchronised, wrong_pitch, y_up, y_up_everywhere,
     y_up_in_views,
 };
 use wheatstone_core::dataset::Correspondence;
@@ -61,6 +61,7 @@ const FAULTS: &[(&str, Inject, Points)] = &[
     ("y up in one camera, some views", y_up_in_views, Points::Any),
     ("pixels of one camera shifted from a view on", pixels_shifted_on, Points::Any),
     ("pixels of one camera shifted in some views", pixels_shifted, Points::Any),
+    ("chart in the other of its two poses, a view", other_pose, Points::Plane),
 ];
 
 /// The names of all faults, in their order.

@@ -9,6 +9,7 @@ mod projection;
 mod principal_axes;
 pub(crate) mod stage_covariance;
 pub mod triangulation;
+mod two_fold_pose;
 
 pub use homography::Homography;
 pub use pixel_columns::{PixelColumns, columns_of};
@@ -16,6 +17,7 @@ pub use pose::Pose;
 pub(crate) use principal_axes::principal_axes;
 pub use projection::ProjectionMatrix;
 pub use stage_covariance::StageCovariance;
+pub use two_fold_pose::other_tilt;
 
 /// A place in an image, `[x, y]` in pixels: x to the right, y down, `(0, 0)` the **centre** of the
 /// top-left pixel.

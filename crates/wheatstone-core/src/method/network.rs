@@ -16,11 +16,13 @@ mod batch;
 mod covariance;
 mod evidence;
 mod fusion;
+mod mode;
 mod noise;
 mod paper;
 mod pose_uncertainty;
 mod scale;
 mod set_network;
+mod stored;
 mod targets;
 
 use super::{
@@ -78,7 +80,7 @@ impl Default for Network {
 
 /// The trained networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Stored")]
+#[serde(from = "stored::Stored")]
 pub struct NetworkReconstructor {
     /// The cameras whose pixels it takes.
     cameras: usize,
@@ -86,38 +88,6 @@ pub struct NetworkReconstructor {
     sets: Vec<SetNetwork>,
     /// What says whether pixels belong together: the map has no rays.
     epipolar_check: Option<EpipolarCheck>,
-}
-
-/// Networks as files have them.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Stored {
-    Sets {
-        cameras: usize,
-        sets: Vec<SetNetwork>,
-        epipolar_check: Option<EpipolarCheck>,
-    },
-    /// Written when there was one network, of all cameras.
-    One {
-        #[serde(flatten)]
-        network: SetNetwork,
-        #[serde(alias = "witness")]
-        epipolar_check: Option<EpipolarCheck>,
-    },
-}
-
-impl From<Stored> for NetworkReconstructor {
-    fn from(stored: Stored) -> Self {
-        match stored {
-            Stored::Sets { cameras, sets, epipolar_check } => {
-                Self { cameras, sets, epipolar_check }
-            }
-            Stored::One { mut network, epipolar_check } => {
-                network.cameras = (0..network.inputs.len() / 2).collect();
-                Self { cameras: network.cameras.len(), sets: vec![network], epipolar_check }
-            }
-        }
-    }
 }
 
 /// What a fit is asked for.

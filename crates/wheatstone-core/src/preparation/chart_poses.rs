@@ -42,6 +42,7 @@ pub(super) fn place(
     let estimated = EstimatedPoses {
         views: solved.views,
         unplaced: solved.unplaced,
+        undecided: solved.undecided,
         lens: solved.lens.into(),
         rms: solved.rms,
         baselines: solved.baselines,

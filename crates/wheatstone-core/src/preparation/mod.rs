@@ -103,6 +103,9 @@ pub struct EstimatedPoses {
     pub views: Vec<ViewPose>,
     /// Views that could not be placed, for too few points.
     pub unplaced: Vec<String>,
+    /// Views whose chart may be tilted to either of two sides: their pixels do not tell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undecided: Vec<String>,
     /// The lens with which they were placed: a name of the registry of cameras.
     pub lens: String,
     /// Root mean square distance, in pixels, of detections from where cameras and charts say, with
@@ -181,8 +184,9 @@ impl Preparation {
         let mut placed = None;
         if bundle::needed(&data) {
             let (solved, estimated) = chart_poses::place(&data, self.bundle_settings, progress)?;
+            add_findings(&mut examination, checks::examine(&solved));
+            examination.findings.extend(checks::undecided_poses(&estimated.undecided));
             (data, placed) = (solved, Some(estimated));
-            add_findings(&mut examination, checks::examine(&data));
         }
         if let Some((length, tolerance)) = self.baseline {
             let differs = checks::compare_baseline(&examination, length, tolerance);
@@ -224,7 +228,10 @@ pub fn examine(
     let mut examination = checks::examine(data);
     if bundle::needed(data) {
         match chart_poses::place(data, bundle_settings, progress) {
-            Ok((placed, _)) => add_findings(&mut examination, checks::examine(&placed)),
+            Ok((placed, estimated)) => {
+                add_findings(&mut examination, checks::examine(&placed));
+                examination.findings.extend(checks::undecided_poses(&estimated.undecided));
+            }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => examination.findings.insert(0, checks::undetermined_poses(&error)),
         }

@@ -3,7 +3,7 @@
 use super::alteration::{Draw, Faulty, all, altered, faulty, pixels};
 use wheatstone_core::{
     dataset::{Correspondence, Dataset},
-    geometry::{Pixel, Point3, Pose, Vector3},
+    geometry::{Pixel, Point3, Pose, Vector3, other_tilt},
 };
 
 pub(super) fn quarter_turn(draw: Draw) -> Option<Faulty> {
@@ -95,6 +95,24 @@ pub(super) fn misplaced(draw: Draw) -> Option<Faulty> {
     let cameras = all(draw.data.cameras);
     let data = altered(draw.data, &[view], |row| row.world = row.world.map(|w| w + by));
     Some(faulty(data, &["view-misplaced"], vec![view], cameras))
+}
+
+/// A view whose pose was found from one camera's picture, which shows the chart nearly alike in two.
+pub(super) fn other_pose(draw: Draw) -> Option<Faulty> {
+    let centre = draw.capture.cameras[draw.camera].centre();
+    let turn = |view: usize| {
+        let placement = &draw.capture.placements[view];
+        let sight = placement.translation - centre.coords;
+        let rotation = other_tilt(sight, placement.rotation.column(2).into());
+        Pose { rotation, translation: placement.translation - rotation * placement.translation }
+    };
+    // Less is no fault; more is seen.
+    let is_two_fold = |view: &usize| (0.1..0.7).contains(&turn(*view).rotation_vector().norm());
+    let view = (0..draw.data.views.len()).find(is_two_fold)?;
+    let moved = turn(view);
+    let cameras = all(draw.data.cameras);
+    let data = altered(draw.data, &[view], |row| row.world = row.world.map(|w| moved.transform(w)));
+    Some(faulty(data, &["pose-two-fold"], vec![view], cameras))
 }
 
 /// The pixels of a camera's view `from` where `view`'s should be.

@@ -20,6 +20,7 @@ mod scale;
 mod solved;
 mod state;
 mod sums;
+mod two_fold;
 
 pub(crate) use planar::placed;
 pub use settings::{BundleSettings, Gauge, Lenses};
@@ -152,6 +153,8 @@ fn finish<L: Terms>(
     let charts = choice.state.charts.iter().zip(&choice.loose).filter(|(_, loose)| **loose);
     let distances: Vec<f64> =
         charts.map(|(chart, _)| first.after(chart).translation.norm()).collect();
+    let undecided =
+        two_fold::undecided(&choice.state, (&choice.clean, &choice.loose), choice.sigma, progress);
     let all: usize = gathered.shots.iter().flatten().map(Vec::len).sum();
     let views = gathered.placed(&choice, &to_world, &poses);
     let unplaced = (0..gathered.shots.len())
@@ -161,6 +164,7 @@ fn finish<L: Terms>(
         data: gathered.in_world(data, &choice.loose, &poses),
         views,
         unplaced: unplaced.collect(),
+        undecided: undecided.into_iter().map(|view| gathered.names[view].clone()).collect(),
         lens,
         cameras: choice.state.cameras.iter().map(|camera| camera.lens.clone().into()).collect(),
         rms: (2.0 * choice.cost / choice.points.max(1) as f64).sqrt(),

@@ -5,6 +5,7 @@ use super::{
     gather::Gathered,
     planar::{self, LEAST, view_error},
     state::{Choice, Shot, State, thinned},
+    two_fold,
 };
 use crate::{
     Error, Result,
@@ -294,6 +295,8 @@ pub(super) fn refine<L: Terms>(
         let joined = bundle.adjust(state, JOINING, progress)?;
         (state, damping) = (joined.state, joined.damping);
     }
+    let loss = Loss::Cauchy(scale(&errors(&state, &few)));
+    state = two_fold::better(state, (&few, &loose), loss, progress)?;
     let clean =
         if gathered.bundle_settings.keep_gross { usable } else { without_gross(&state, &usable) };
     chosen(gathered, (&state, damping), (clean, loose), progress)

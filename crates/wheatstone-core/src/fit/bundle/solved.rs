@@ -39,6 +39,8 @@ pub struct SolvedPoses {
     pub views: Vec<ViewPose>,
     /// Views that could not be placed, for too few points.
     pub unplaced: Vec<String>,
+    /// Views whose chart may be tilted to either of two sides: their pixels do not tell.
+    pub undecided: Vec<String>,
     /// The lens that was used: a name of the registry of cameras.
     pub lens: &'static str,
     /// The cameras, each in its own frame.

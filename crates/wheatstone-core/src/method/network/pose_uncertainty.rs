@@ -5,34 +5,17 @@
 //! times what the changed targets pull at them, the base's cameras by being fitted again. The motions
 //! are those of the neural cameras that watch over the network.
 
-use super::set_network::{Query, SetNetwork};
+use super::{
+    mode::Mode,
+    set_network::{Query, SetNetwork},
+};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, ProjectionMatrix},
     method::{dlt::DltReconstructor, neural_camera::Motions},
 };
 use nalgebra::{DMatrix, DVector, Matrix3x4, Vector3};
-use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{evidence::Trained, matrix_product::product};
-
-/// What the map does in one of the charts' independent motions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Mode {
-    /// By how much the weights change.
-    weights: Vec<f64>,
-    /// By how much the base's projection matrices do, a camera each; none without a base.
-    base: Vec<Matrix3x4<f64>>,
-}
-
-impl Mode {
-    pub(super) fn is_consistent(&self, weights: usize, base: usize) -> bool {
-        let numbers = self.weights.iter().chain(self.base.iter().flatten());
-        self.weights.len() == weights
-            && self.base.len() == base
-            && numbers.into_iter().all(|value| value.is_finite())
-    }
-}
 
 /// By how much each camera's matrix changes when its points do; each list is one motion.
 fn base_modes(

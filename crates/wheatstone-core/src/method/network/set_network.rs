@@ -1,6 +1,6 @@
 //! The network of a set of cameras: it locates points that all of them saw.
 
-use super::{Noise, Scale, pose_uncertainty::Mode, targets::Targets};
+use super::{Noise, Scale, mode::Mode, targets::Targets};
 use crate::{
     geometry::{Pixel, Point3},
     method::{Reconstructor, dlt::DltReconstructor},
@@ -10,9 +10,9 @@ use wheatstone_numeric::perceptron::Perceptron;
 
 /// A trained network with its scales.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct SetNetwork {
     /// Which cameras, counted from 0, in rising order.
-    #[serde(default)]
     pub(super) cameras: Vec<usize>,
     pub(super) perceptron: Perceptron,
     /// x and y of each camera.

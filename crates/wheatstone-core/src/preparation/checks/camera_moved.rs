@@ -53,7 +53,26 @@ fn of_views(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
         let among = |all: &[Proposal]| all.iter().find(|one| one.cells.contains(cell)).cloned();
         shifted(evidence, *cell).or_else(|| among(&from_one_place)).or_else(|| among(&alone))
     };
-    cells.iter().filter_map(explained).collect()
+    let mut found: Vec<Proposal> = cells.iter().filter_map(explained).collect();
+    if is_at_an_end(evidence, camera, &found) {
+        for one in &mut found {
+            one.changes.clear();
+            one.hint = "fix the camera's mount and record again, or use only the views in which it stands where it will stay".into();
+        }
+    }
+    found
+}
+
+/// Whether two pictures or more are explained, which are the first or the last ones: only who took them knows in which
+/// place the camera is to be calibrated.
+fn is_at_an_end(evidence: &Evidence, camera: usize, explained: &[Proposal]) -> bool {
+    let present = (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some());
+    let bad: Vec<bool> = present
+        .map(|view| explained.iter().any(|one| one.cells.contains(&(view, camera))))
+        .collect();
+    let ends = bad.first().is_some_and(|first| *first) || bad.last().is_some_and(|last| *last);
+    let changes = bad.windows(2).filter(|two| two[0] != two[1]).count();
+    explained.len() > 1 && ends && changes == 1
 }
 
 /// The same pictures, where the camera took two or more of them from one place.

@@ -2,13 +2,13 @@
 
 use super::{
     Fault,
-    evidence::Evidence,
+    evidence::{CameraEvidence, Evidence},
     finding::{Change, Freedom, Proposal, Severity},
     pairs::Pair,
     robust_camera::RobustCamera,
     unit_ratios::{is_ratio, tidy},
 };
-use crate::geometry::{Point3, Pose, Vector3, principal_axes};
+use crate::geometry::{Point3, Pose, Vector3, other_tilt, principal_axes};
 use nalgebra::{SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
     levenberg_marquardt::{Damping, Patience, Problem, search},
@@ -242,9 +242,17 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     let left_by =
         |stretch: &Stretch| explained(evidence, view, cameras, &|place| stretch.map(place));
     // A chart that only stood elsewhere is the simpler story; but for one of another size where it should be.
-    let moved = adjusted(&shots, start(1.0), RIGID);
-    let left = if moved.is_slip() { left_by(&moved) } else { f64::INFINITY };
-    let mut best = (left, moved);
+    let rigid = |turn: Vector3| {
+        let moved = adjusted(&shots, Stretch { turn, ..start(1.0) }, RIGID);
+        (if moved.is_slip() { left_by(&moved) } else { f64::INFINITY }, moved)
+    };
+    let mut best = rigid(Vector3::zeros());
+    for turn in other_tilts(evidence, cameras, (middle, along)) {
+        if best.0 > 1.0 {
+            let tilted = rigid(turn);
+            best = if tilted.0 < best.0 { tilted } else { best };
+        }
+    }
     if best.0 <= 1.0 {
         let sized = adjusted(&shots, start(1.0), SIZED);
         let left = left_by(&sized);
@@ -266,7 +274,56 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
         return None;
     }
+    let (left, stretch) = simpler(evidence, view, (left, stretch), &left_by);
     named(evidence, view, cameras, (left, before), &stretch)
+}
+
+/// The same where a chart of another size would do that stands where it should, its size a whole number of percent if
+/// that will do: what is not adjusted does not err.
+fn simpler(
+    evidence: &Evidence,
+    view: usize,
+    (left, stretch): (f64, Stretch),
+    left_by: &impl Fn(&Stretch) -> f64,
+) -> (f64, Stretch) {
+    const AS_WELL: f64 = 1.02;
+    let [a, b] = stretch.scale;
+    if !stretch.is_sized() || stretch.is_slip() || (a / b - 1.0).abs() >= 0.01 {
+        return (left, stretch);
+    }
+    let middle = evidence.views[view].board.as_ref().map_or(stretch.middle, |board| board.centre);
+    let found = 0.5 * (a + b);
+    let sizes = [(100.0 * found).round() / 100.0, found];
+    for scale in sizes {
+        let (turn, by) = (Vector3::zeros(), Vector3::zeros());
+        let simple = Stretch { middle, scale: [scale; 2], turn, by, ..stretch.clone() };
+        let own = left_by(&simple);
+        if own <= AS_WELL * left {
+            return (own, simple);
+        }
+    }
+    (left, stretch)
+}
+
+/// The turns, about its middle, that take a chart to the other pose in which each of these cameras sees it nearly alike.
+fn other_tilts(
+    evidence: &Evidence,
+    cameras: &[usize],
+    (middle, along): (Point3, [Vector3; 2]),
+) -> Vec<Vector3> {
+    let normal = along[0].cross(&along[1]);
+    let seen = cameras.iter().filter_map(|camera| evidence.seen[*camera].as_ref());
+    let turn = |seen: &CameraEvidence| {
+        let rotation = other_tilt(middle - seen.camera.centre(), normal);
+        Pose { rotation, ..Pose::default() }.rotation_vector()
+    };
+    seen.map(turn).collect()
+}
+
+/// Whether a chart that stood elsewhere is tilted as one of these turns tilts it, and where it should be.
+fn is_other_tilt(stretch: &Stretch, turns: &[Vector3]) -> bool {
+    let near = |turn: &Vector3| (stretch.turn - turn).norm() < 0.4 * turn.norm();
+    stretch.by.norm() < 0.08 && turns.iter().any(near)
 }
 
 fn named(
@@ -286,10 +343,18 @@ fn named(
         if before < 4.0 || !stretch.is_slip() {
             return None;
         }
-        let what = format!(
-            "the chart is {distance:.3} {unit} from its given pose, rotated by {angle:.2} degrees"
-        );
-        ("view-misplaced", Severity::Fatal, what, Freedom::Pose, false)
+        let tilts = other_tilts(evidence, cameras, (stretch.middle, stretch.along));
+        if is_other_tilt(stretch, &tilts) {
+            let what = format!(
+                "the chart is tilted to the other side, by {angle:.2} degrees: its given pose is the wrong one of the two in which a camera sees a flat chart nearly alike"
+            );
+            ("pose-two-fold", Severity::Fatal, what, Freedom::Pose, false)
+        } else {
+            let what = format!(
+                "the chart is {distance:.3} {unit} from its given pose, rotated by {angle:.2} degrees"
+            );
+            ("view-misplaced", Severity::Fatal, what, Freedom::Pose, false)
+        }
     } else if alike && is_ratio(a) {
         let what =
             format!("the chart positions are {} times too large: another unit", tidy(1.0 / a));

@@ -38,7 +38,7 @@ mod whole_board;
 
 pub use finding::{Change, Examination, Finding, Layout, Severity, Statement, repair_all};
 pub use unseeable::compare_baseline;
-pub(super) use unseeable::undetermined_poses;
+pub(super) use unseeable::{undecided_poses, undetermined_poses};
 
 use crate::dataset::Dataset;
 use evidence::Evidence;

@@ -133,3 +133,17 @@ pub(crate) fn undetermined_poses(error: &Error) -> Finding {
         changes: Vec::new(),
     }
 }
+
+/// Charts held by hand that may be tilted to either of two sides.
+pub(crate) fn undecided_poses(views: &[String]) -> Option<Finding> {
+    (!views.is_empty()).then(|| Finding {
+        code: "pose-two-fold",
+        severity: Severity::Warning,
+        views: views.to_vec(),
+        cameras: Vec::new(),
+        explanation: "two poses of the chart, tilted to either side, explain the pixels alike: the better one was taken".into(),
+        figures: Vec::new(),
+        hint: "tilt the chart more, show it nearer, or to two cameras at once; or leave the view out".into(),
+        changes: Vec::new(),
+    })
+}

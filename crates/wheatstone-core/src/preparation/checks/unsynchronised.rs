@@ -34,26 +34,35 @@ pub(super) fn places_in(
     (view, camera): (usize, usize),
     other: usize,
 ) -> Vec<Option<Point3>> {
+    let place = |row: usize| Some(evidence.frame.scaled(evidence.data.correspondences[row].world?));
+    let rows = evidence.cells[view][camera].rows.iter();
+    rows.map(|row| {
+        if is_matched(evidence, view, other, *row) {
+            row_in(evidence, view, other, *row).and_then(place)
+        } else {
+            by_place(evidence, view, other, place(*row)?)
+        }
+    })
+    .collect()
+}
+
+/// Whether names or numbers say which point of another view a row's is.
+fn is_matched(evidence: &Evidence, view: usize, other: usize, row: usize) -> bool {
+    evidence.data.correspondences[row].id.is_some()
+        || evidence.views[other].rows.len() == evidence.views[view].rows.len()
+}
+
+/// The row of the same point in another view: of the same name, or, where points have none, of the same number.
+fn row_in(evidence: &Evidence, view: usize, other: usize, row: usize) -> Option<usize> {
     let data = evidence.data;
     let there = &evidence.views[other].rows;
+    if let Some(id) = &data.correspondences[row].id {
+        let is_named = |r: &&usize| data.correspondences[**r].id.as_ref() == Some(id);
+        return there.iter().find(is_named).copied();
+    }
     let own = &evidence.views[view].rows;
-    let place = |row: usize| Some(evidence.frame.scaled(data.correspondences[row].world?));
-    let same_rank = there.len() == own.len();
-    let cell = &evidence.cells[view][camera];
-    cell.rows
-        .iter()
-        .map(|row| match &data.correspondences[*row].id {
-            Some(id) => {
-                let named = |r: &&usize| data.correspondences[**r].id.as_ref() == Some(id);
-                there.iter().find(named).and_then(|r| place(*r))
-            }
-            None if same_rank => {
-                let rank = own.iter().position(|r| r == row)?;
-                place(there[rank])
-            }
-            None => by_place(evidence, view, other, place(*row)?),
-        })
-        .collect()
+    let rank = own.iter().position(|r| *r == row)?;
+    (there.len() == own.len()).then(|| there[rank])
 }
 
 /// The point at the same place of the chart, where the chart moved without turning much.
@@ -154,7 +163,25 @@ fn from_a_view_on(evidence: &Evidence, camera: usize) -> Option<Proposal> {
         proposal(evidence, &cells, (0.0, Freedom::Choice), format!("from {from}"), what);
     found.also = (0..count).map(|view| (view, camera)).collect();
     found.figures = overall_figures(before, left);
+    found.hint = "pair pictures of the same instant (by time stamp, with a hardware trigger, or with the chart at rest), or let them be paired so".into();
+    found.changes.extend(paired(evidence, &cells, offset));
     Some(found)
+}
+
+/// The pixels of these pictures at the same points of the views that they belong to.
+fn paired(evidence: &Evidence, cells: &[(usize, usize)], offset: i64) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for (view, camera) in cells {
+        let other = usize::try_from(*view as i64 + offset).ok();
+        let Some(other) = other.filter(|other| *other < evidence.views.len()) else { continue };
+        for row in &evidence.cells[*view][*camera].rows {
+            let to = evidence.data.correspondences[*row].pixels[*camera];
+            if let Some(row) = row_in(evidence, *view, other, *row) {
+                changes.push(Change::Pixel { row, camera: *camera, to });
+            }
+        }
+    }
+    changes
 }
 
 /// What is left of a camera's error where pictures from some view on are paired with the view after (or before),
