@@ -53,7 +53,7 @@ use wheatstone_numeric::{
 pub enum Training {
     /// As in the paper: world coordinates scaled to 0..1 as targets, gradient descent.
     Backpropagation(Backpropagation),
-    /// Directions and inverse depth as targets, Levenberg-Marquardt steps, weight decay by the
+    /// Directions and inverse distance as targets, Levenberg-Marquardt steps, weight decay by the
     /// evidence; the best of several starts.
     Evidence(Evidence),
 }

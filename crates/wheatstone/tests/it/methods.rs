@@ -1,5 +1,5 @@
-//! Methods against the floor, on rigs whose truth is known. Bars are those of the project's aims;
-//! one seed here, where the aims speak of the median of five.
+//! Methods against the floor, on rigs whose truth is known. Bars are those of the project's aims, of the median of five
+//! seeds for the network, which is quick to fit and whose starts are drawn; one seed for others.
 
 use rayon::prelude::*;
 use wheatstone::{
@@ -8,20 +8,24 @@ use wheatstone::{
     evaluate::{evaluate, floor},
     geometry::Point3,
     method::AnyMethod,
-    numeric::progress::Silent,
+    numeric::{progress::Silent, statistics::median},
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 
 /// Rms error over the floor, between 50 and 140 cm and between 150 and 200 cm, of a method fitted to
 /// 400 pairs of charts `step` apart.
 fn ratios(method: &str, rig: &str, noise: Noise, step: f64) -> (f64, f64) {
+    ratios_of(method, rig, noise, (step, 21))
+}
+
+fn ratios_of(method: &str, rig: &str, noise: Noise, (step, seed): (f64, u64)) -> (f64, f64) {
     let rig = Rig::named(rig, 2).unwrap();
     let chart: AnyChart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
     let views = Stage { step, ..Stage::default() }.views().unwrap();
-    let train = chart_correspondences(&rig, &chart, &views, (noise, 21), Some(400));
+    let train = chart_correspondences(&rig, &chart, &views, (noise, seed), Some(400));
     let fit = AnyMethod::named(method).unwrap().fit_checked(&train, 0, &Silent).unwrap();
     let ratio = |near: f64, far: f64| {
-        let exam = random_correspondences(&rig, &chart, (near, far), (noise, 22), 2000);
+        let exam = random_correspondences(&rig, &chart, (near, far), (noise, seed + 1), 2000);
         let found = evaluate(&*fit.reconstructor, &exam, None).unwrap();
         assert_eq!(found.located, found.n, "{method}");
         found.rms / floor(&rig.cameras, &exam).unwrap().rms
@@ -37,7 +41,11 @@ fn holds(method: &str, bars: (f64, f64), bump: (f64, f64)) {
     let tasks: Vec<(&str, Noise)> =
         RIGS.iter().flat_map(|rig| NOISES.map(|noise| (*rig, noise))).collect();
     tasks.into_par_iter().for_each(|(rig, noise)| {
-        let (inside, beyond) = ratios(method, rig, noise, 15.0);
+        let seeds = if method == "network" { 21..26 } else { 21..22 };
+        let each: Vec<(f64, f64)> =
+            seeds.map(|seed| ratios_of(method, rig, noise, (15.0, seed))).collect();
+        let of = |part: fn(&(f64, f64)) -> f64| median(&each.iter().map(part).collect::<Vec<_>>());
+        let (inside, beyond) = (of(|ratio| ratio.0), of(|ratio| ratio.1));
         let (most_inside, most_beyond) = if rig == "bump" { bump } else { bars };
         assert!(inside <= most_inside, "{method}, {rig}, {noise}: {inside} in range");
         assert!(beyond <= most_beyond, "{method}, {rig}, {noise}: {beyond} beyond");

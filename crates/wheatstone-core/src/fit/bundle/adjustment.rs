@@ -28,6 +28,11 @@ use wheatstone_numeric::{
     progress::Progress,
 };
 
+/// Damping where nothing is known of how far the start is off.
+pub(super) fn first_damping() -> Damping {
+    Damping::nielsen(1e-3, 1.0 / 3.0)
+}
+
 /// An adjustment: what was seen, and what of it may change.
 pub(super) struct Bundle<'a> {
     pub(super) shots: &'a [Shot],

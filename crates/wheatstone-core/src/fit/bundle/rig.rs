@@ -1,7 +1,7 @@
 //! From single cameras to all of them in one frame.
 
 use super::{
-    adjustment::{Adjusted, Bundle, lost},
+    adjustment::{Adjusted, Bundle, first_damping, lost},
     gather::Gathered,
     planar::{self, LEAST, view_error},
     state::{Choice, Shot, State, thinned},
@@ -32,11 +32,6 @@ const SCOUTING: Patience = Patience { steps: 25, least_gain: 1e-3 };
 const JOINING: Patience = Patience { steps: 40, least_gain: 1e-4 };
 const JUDGING: Patience = Patience { steps: 100, least_gain: 1e-6 };
 const FINAL: Patience = Patience { steps: 100, least_gain: 1e-8 };
-
-/// Damping where nothing is known of how far the start is off.
-pub(super) fn first_damping() -> Damping {
-    Damping::nielsen(1e-3, 1.0 / 3.0)
-}
 
 /// Views that tell where one camera's search begins, and points of each: more cost time, and the
 /// adjustment of everything follows.

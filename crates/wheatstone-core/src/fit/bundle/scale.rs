@@ -3,9 +3,9 @@
 //! with confident figures; so what is asked is how much worse other focal lengths would do.
 
 use super::{
-    adjustment::Bundle,
+    adjustment::{Bundle, first_damping},
     gather::Gathered,
-    rig::{Terms, first_damping, unknowns},
+    rig::{Terms, unknowns},
     state::{Choice, Shot, thinned},
 };
 use crate::{Error, Result, geometry::Vector3};

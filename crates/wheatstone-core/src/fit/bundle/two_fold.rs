@@ -1,8 +1,7 @@
 //! Both poses in which a chart may stand that its cameras see nearly alike: each is tried.
 
 use super::{
-    adjustment::Bundle,
-    rig::first_damping,
+    adjustment::{Bundle, first_damping},
     state::{Shot, State},
 };
 use crate::{

@@ -1,4 +1,4 @@
-//! The default recipe: inverse depth, second-order steps, decay by the evidence, several starts.
+//! The default recipe: inverse distance, second-order steps, decay by the evidence, several starts.
 
 use super::{
     Network, Noise, Samples, Scale, Targets, scaled, scales,

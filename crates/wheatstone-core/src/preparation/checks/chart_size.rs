@@ -368,6 +368,11 @@ fn named(
         );
         ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
     };
+    let hint = if code == "pose-two-fold" {
+        "take the other of the two solutions of the pose, or leave the pose out so that bundle adjustment finds it; tilt charts more"
+    } else {
+        "measure the chart and give its true size and pose, or let the program correct what it can"
+    };
     let changes =
         if fixable { places(evidence, view, |place| stretch.map(place)) } else { Vec::new() };
     Some(Proposal {
@@ -379,8 +384,7 @@ fn named(
         code,
         severity,
         what,
-        hint: "measure the chart and give its true size and pose, or let the program correct what it can"
-            .into(),
+        hint: hint.into(),
         figures: vec![
             ("size along rows, relative to the given one".into(), a),
             ("size along columns, relative to the given one".into(), b),
