@@ -80,7 +80,7 @@ impl Default for Network {
 
 /// The trained networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "stored::Stored")]
+#[serde(try_from = "stored::Stored")]
 pub struct NetworkReconstructor {
     /// The cameras whose pixels it takes.
     cameras: usize,

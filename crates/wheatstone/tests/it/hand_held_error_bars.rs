@@ -104,8 +104,9 @@ fn sigmas_of_model_free_cameras_have_the_charts_places_in_them() {
 
 #[test]
 fn sigmas_of_the_network_have_the_charts_places_in_them() {
-    for rig in ["paper", "fisheye"] {
+    // Before a fisheye a little of what it misses of the lens counts as noise of the pixels.
+    for (rig, least) in [("paper", 0.9), ("fisheye", 0.75)] {
         let ratio = told(&AnyMethod::named("network").unwrap(), rig, Lenses::Either, TIMES);
-        assert!((0.75..1.15).contains(&ratio), "{rig}: {ratio:.3}");
+        assert!((least..1.15).contains(&ratio), "{rig}: {ratio:.3}");
     }
 }

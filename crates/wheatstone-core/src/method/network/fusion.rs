@@ -9,7 +9,6 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use wheatstone_numeric::matrix_product::product;
 
 /// What one network says of a point.
-#[derive(Clone)]
 pub(super) struct Estimate {
     pub(super) targets: [f64; 3],
     /// Derivatives of the targets by both coordinates of each camera's pixel, three rows; 0 for cameras that are not

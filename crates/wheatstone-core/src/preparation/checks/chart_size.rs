@@ -278,8 +278,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     named(evidence, view, cameras, (left, before), &stretch)
 }
 
-/// The same where a chart of another size would do that stands where it should, its size a whole number of percent if
-/// that will do: what is not adjusted does not err.
+/// The same where a chart of another size would do that stands where it should: what is not adjusted does not err.
 fn simpler(
     evidence: &Evidence,
     view: usize,
@@ -292,17 +291,10 @@ fn simpler(
         return (left, stretch);
     }
     let middle = evidence.views[view].board.as_ref().map_or(stretch.middle, |board| board.centre);
-    let found = 0.5 * (a + b);
-    let sizes = [(100.0 * found).round() / 100.0, found];
-    for scale in sizes {
-        let (turn, by) = (Vector3::zeros(), Vector3::zeros());
-        let simple = Stretch { middle, scale: [scale; 2], turn, by, ..stretch.clone() };
-        let own = left_by(&simple);
-        if own <= AS_WELL * left {
-            return (own, simple);
-        }
-    }
-    (left, stretch)
+    let (scale, turn, by) = ([0.5 * (a + b); 2], Vector3::zeros(), Vector3::zeros());
+    let simple = Stretch { middle, scale, turn, by, ..stretch.clone() };
+    let own = left_by(&simple);
+    if own <= AS_WELL * left { (own, simple) } else { (left, stretch) }
 }
 
 /// The turns, about its middle, that take a chart to the other pose in which each of these cameras sees it nearly alike.
