@@ -13,7 +13,10 @@ use crate::{
     },
     fit::stage::ViewOffset,
     geometry::{Pixel, Point3, StageCovariance},
-    method::{AnyMethod, AnyReconstructor, Choice, Fit, Located, Locator, OnStage, Reconstructor},
+    method::{
+        AnyMethod, AnyReconstructor, CalibratedMap, Choice, Fit, Located, Locator, PointNoise,
+        Reconstructor,
+    },
     preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
     storage,
 };
@@ -70,6 +73,10 @@ pub struct Calibration {
     /// covariances of `reconstructor`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage_covariance: Option<StageCovariance>,
+    /// How much the pixel noise differs from point to point, where it does: it scales the covariances of
+    /// `reconstructor`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_noise: Option<PointNoise>,
     /// Where charts of unknown place were found to have stood, where there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placed: Option<EstimatedPoses>,
@@ -142,7 +149,9 @@ impl Calibration {
             let (validation, held_out) = if validate { judge()? } else { None }.unzip();
             (training, validation, held_out.unwrap_or_default())
         };
-        let ellipsoids = Ellipsoids::estimate(&*fit.reconstructor, data, &held_out);
+        let point_noise = PointNoise::fit(&*fit.reconstructor, data);
+        let map = CalibratedMap::new(&*fit.reconstructor).with_noise(point_noise);
+        let ellipsoids = Ellipsoids::estimate(&map, data, &held_out);
         Ok(Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -161,6 +170,7 @@ impl Calibration {
             outliers: prepared.set_aside(),
             stage: prepared.stage.clone(),
             stage_covariance: prepared.stage_covariance.clone(),
+            point_noise,
             placed: prepared.placed.clone(),
             findings: prepared.findings(),
             sizes: Vec::new(),
@@ -171,23 +181,26 @@ impl Calibration {
     }
 
     /// The point that the cameras saw at `pixels` (one entry a camera), with all that is uncertain of it:
-    /// [`Reconstructor::locate`], and what is by the charts' places.
+    /// [`Reconstructor::locate`] by [`Calibration::map`].
     #[must_use]
     pub fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        self.on_stage().locate(pixels)
+        self.map().locate(pixels)
     }
 
     /// The same for many points, with the trust that the volume gives each.
     #[must_use]
     pub fn locator(&self) -> Locator<'_> {
         Locator::new(&*self.reconstructor, Some(&self.volume))
+            .with_noise(self.point_noise)
             .with_stage(self.stage_covariance.as_ref())
     }
 
     /// The fitted map with all that is uncertain of a point in its covariances.
     #[must_use]
-    pub fn on_stage(&self) -> OnStage<'_> {
-        OnStage::new(&*self.reconstructor, self.stage_covariance.as_ref())
+    pub fn map(&self) -> CalibratedMap<'_> {
+        CalibratedMap::new(&*self.reconstructor)
+            .with_noise(self.point_noise)
+            .with_stage(self.stage_covariance.as_ref())
     }
 
     /// The method whose fit this is, and that fit, as they were held against views left out.
@@ -334,6 +347,7 @@ impl Calibration {
         self.reconstructor.is_consistent()
             && self.volume.is_consistent()
             && self.stage_covariance.as_ref().is_none_or(StageCovariance::is_consistent)
+            && self.point_noise.as_ref().is_none_or(PointNoise::is_consistent)
             && self.volume.cameras() == self.reconstructor.cameras()
             && (self.sizes.is_empty() || self.sizes.len() == self.volume.cameras())
     }

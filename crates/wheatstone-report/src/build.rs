@@ -44,7 +44,7 @@ impl Report {
             .collect();
         let forward: Vector3 = stands.iter().flatten().map(Stand::forward).sum();
         let forward = (forward.norm() > 0.0).then(|| forward.normalize());
-        let scene = Scene::new(&data, model.viewpoint, forward);
+        let scene = Scene::new(&data, model, forward);
         let EvaluatedPoints { judgement, points, views } =
             judge(model, &scene, material.held_out, progress)?;
         let mut report = Self {

@@ -13,7 +13,7 @@ use wheatstone_core::{
     evaluate::FoldScore,
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
     method::{
-        AnyMethod, AnyReconstructor, Fit,
+        AnyMethod, AnyReconstructor, CalibratedMap, Fit, PointNoise, Reconstructor,
         network::{Network, Training},
     },
 };
@@ -73,19 +73,18 @@ pub(super) struct Scene<'a> {
     /// The middle of the cameras, and where they look; none where the points do not tell.
     pub(super) viewpoint: Option<Point3>,
     pub(super) forward: Option<Vector3>,
+    /// What scales the covariances of maps.
+    noise: Option<PointNoise>,
     /// The linear cameras.
     matrices: Vec<Option<ProjectionMatrix>>,
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(
-        data: &'a Dataset,
-        viewpoint: Option<Point3>,
-        forward: Option<Vector3>,
-    ) -> Self {
+    pub(super) fn new(data: &'a Dataset, model: &Calibration, forward: Option<Vector3>) -> Self {
         let matrix = |camera| ProjectionMatrix::fit(&data.seen_by_camera(camera));
         let matrices = (0..data.cameras).map(matrix).collect();
-        Self { data, viewpoint, forward, matrices }
+        let (viewpoint, noise) = (model.viewpoint, model.point_noise);
+        Self { data, viewpoint, forward, noise, matrices }
     }
 
     /// How far before the cameras a point lies.
@@ -120,7 +119,7 @@ impl<'a> Scene<'a> {
         if row.pixels.len() != map.cameras() {
             return None;
         }
-        let found = map.locate(&row.pixels)?;
+        let found = CalibratedMap::new(&**map).with_noise(self.noise).locate(&row.pixels)?;
         let c = found.covariance;
         let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
         let all_finite = found.point.iter().chain(&covariance).all(|value| value.is_finite());

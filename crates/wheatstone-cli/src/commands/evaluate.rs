@@ -117,7 +117,7 @@ impl Evaluate {
         // A model of other cameras, or of these in another order, shows in the pixels alone.
         refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
         let fitted = model.data.share_of(&data);
-        let held = coverage(&model.on_stage(), &data, &model.ellipsoids);
+        let held = coverage(&model.map(), &data, &model.ellipsoids);
         let budget = model.budget(&data, &bar)?;
         drop(bar);
         if self.json {

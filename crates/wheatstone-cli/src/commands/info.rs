@@ -43,6 +43,7 @@ impl Info {
                 "fitted_points": model.training.located,
                 "fitted_rms": model.training.rms,
                 "held_out": model.validation.as_ref().map(|validation| &validation.all),
+                "point_noise": model.point_noise,
                 "intrinsics": cameras,
                 "baselines": cameras.as_deref().map(baselines),
             }));
@@ -90,6 +91,12 @@ fn heading(model: &Calibration) -> String {
         }
         None => "Not cross-validated: the held-out error is unknown\n".into(),
     };
+    if let Some(noise) = model.point_noise {
+        let freedom = noise.freedom();
+        text += &format!(
+            "Pixel noise differs from point to point: Student's t with {freedom:.1} degrees of freedom\n"
+        );
+    }
     if model.reconstructor.intrinsics().is_none() {
         text += "This model has no intrinsics: `export` approximates it by a parametric camera\n";
     }

@@ -9,7 +9,7 @@ use crate::{
         split::{Fold, FoldKind, folds},
     },
     geometry::Point3,
-    method::{AnyMethod, Fit},
+    method::{AnyMethod, CalibratedMap, Fit, PointNoise, Reconstructor},
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ fn run(
     Ok(match fitted {
         Ok(fit) => Outcome {
             errors: in_whole(fold, point_errors(&*fit.reconstructor, &exam, from)),
-            distances: mahalanobis2(&*fit.reconstructor, &exam)
+            distances: mahalanobis2(&with_point_noise(&*fit.reconstructor, &train), &exam)
                 .into_iter()
                 .map(|distance2| Distance { kind: fold.kind, distance2 })
                 .collect(),
@@ -79,6 +79,11 @@ fn run(
             Outcome { errors: Vec::new(), distances: Vec::new(), points, problem }
         }
     })
+}
+
+/// A map with the noise that the points it was fitted to show.
+fn with_point_noise<'a>(map: &'a dyn Reconstructor, train: &Dataset) -> CalibratedMap<'a> {
+    CalibratedMap::new(map).with_noise(PointNoise::fit(map, train))
 }
 
 /// The errors on a fold with their places in the whole dataset.

@@ -18,6 +18,9 @@ use wheatstone_numeric::covariance::{Covariance, LeastSquaresCovariance};
 pub struct CameraUncertainty {
     /// About its predictions.
     pub noise: PixelNoise,
+    /// What a squared pixel of its error counts beside those of other cameras: one over its noise's variance.
+    #[serde(default = "one")]
+    pub weight: f64,
     /// The numbers that were adjusted: 0 to 2 a turn of the world about `about`, 3 to 5 a move, in
     /// the lens's frame; then the model's own.
     adjusted: Vec<usize>,
@@ -31,6 +34,21 @@ pub struct CameraUncertainty {
     shared: Vec<f64>,
 }
 
+/// Of cameras fitted before they were weighed.
+fn one() -> f64 {
+    1.0
+}
+
+/// One over the mean squared error of pixels, each given with the sum of its two coordinates' squares, of a fit
+/// with so many unknowns.
+fn weight(seen: &[(Pixel, f64)], unknowns: f64) -> f64 {
+    /// Squared pixels. Errors of rounding say nothing of a camera.
+    const LEAST: f64 = 1e-8;
+    let total: f64 = seen.iter().map(|(_, square)| square).sum();
+    let freedom = (2.0 * seen.len() as f64 - unknowns).max(1.0);
+    1.0 / (total / freedom).max(LEAST)
+}
+
 impl CameraUncertainty {
     /// Of a camera adjusted to `pairs`, the best fit for its `adjusted` numbers; `beside` them so many
     /// others were fitted to its pixels.
@@ -40,13 +58,16 @@ impl CameraUncertainty {
         pairs: &[(Point3, Pixel)],
     ) -> Option<Self> {
         let middle = pairs.iter().map(|(world, _)| world.coords).sum::<Vector3>();
-        let seen = pairs.iter().filter_map(|(world, pixel)| {
+        let error = |(world, pixel): &(Point3, Pixel)| {
             Some((*pixel, (camera.project(*world)? - pixel).norm_squared()))
-        });
+        };
+        let seen: Vec<(Pixel, f64)> = pairs.iter().filter_map(error).collect();
+        let unknowns = adjusted.len() as f64 + beside;
         let mut rising = adjusted.to_vec();
         rising.sort_unstable();
         let mut found = Self {
-            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64 + beside),
+            noise: PixelNoise::fit(&seen, unknowns),
+            weight: weight(&seen, unknowns),
             adjusted: rising,
             about: Point3::from(middle / pairs.len() as f64),
             covariance: Covariance::default(),
@@ -71,6 +92,7 @@ impl CameraUncertainty {
     pub fn known(pixel_sigma: f64) -> Self {
         Self {
             noise: PixelNoise::even(pixel_sigma * pixel_sigma),
+            weight: 1.0,
             adjusted: Vec::new(),
             about: Point3::origin(),
             covariance: Covariance::default(),
@@ -160,6 +182,8 @@ impl CameraUncertainty {
     /// adjusted ones.
     pub(super) fn is_consistent(&self, numbers: usize, earlier: usize) -> bool {
         self.noise.is_consistent()
+            && self.weight > 0.0
+            && self.weight.is_finite()
             && self.adjusted.len() <= MOST_UNKNOWNS
             && self.adjusted.windows(2).all(|pair| pair[0] < pair[1])
             && self.adjusted.iter().all(|index| *index < POSE + numbers)

@@ -55,14 +55,14 @@ impl<L: CameraModel> FittedCamera<L> {
     }
 
     /// Made ready for many points about `middle`; `None` for a lens that does not see along its axis.
-    pub(super) fn placed(&self, middle: Point3) -> Option<PlacedCamera<'_>> {
+    pub(super) fn placed(&self, middle: Point3, weight: f64) -> Option<PlacedCamera<'_>> {
         let projection = self.straight();
         let depth = (projection.0 * middle.to_homogeneous()).z;
         let nearness = if depth > 0.0 { 1.0 / depth } else { 1.0 };
         PlacedCamera::new(
             projection,
             ([nearness, 0.0], true),
-            1.0,
+            weight,
             Box::new(|world| self.project_with_jacobian(world)),
             Box::new(move |pixel| Some(self.ray(pixel)?.at(1.0 / nearness))),
         )

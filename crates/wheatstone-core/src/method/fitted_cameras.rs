@@ -43,7 +43,7 @@ impl<L: AdjustableCamera> FittedCameras<L> {
             let own: Vec<Vector3<f64>> = match seen.and_then(|place| observations.get(place)) {
                 Some(observation) => {
                     let slopes = open.slopes(camera, point)?;
-                    let turned = observation.slopes.transpose();
+                    let turned = observation.slopes.transpose() * observation.weight;
                     let by = |slope: &[f64; 2]| turned * Vector2::from(*slope);
                     slopes[..open.numbers()].iter().map(by).collect()
                 }
@@ -78,14 +78,19 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
             rays.push(ray);
         }
         let start = triangulation::nearest(rays.into_iter(), 0.0)?;
-        let found = triangulation::refine(start, &seen, |index, point| {
-            cameras[index].0.project_with_jacobian(point)
+        // In units of each camera's noise.
+        let unit = |index: usize| cameras[index].1.weight.sqrt();
+        let scaled: Vec<Pixel> =
+            seen.iter().enumerate().map(|(index, pixel)| pixel * unit(index)).collect();
+        let found = triangulation::refine(start, &scaled, |index, point| {
+            let (pixel, slopes) = cameras[index].0.project_with_jacobian(point)?;
+            Some((pixel * unit(index), slopes * unit(index)))
         })?;
         let observation =
             |((camera, open), pixel): (&(&FittedCamera<L>, &CameraUncertainty), Pixel)| {
                 let (predicted, slopes) = camera.project_with_jacobian(found.point)?;
                 let covariance = open.pixel_covariance(camera, found.point, pixel)?;
-                Some(Observation { pixel, predicted, slopes, covariance, weight: 1.0 })
+                Some(Observation { pixel, predicted, slopes, covariance, weight: open.weight })
             };
         let observations: Option<Vec<Observation>> =
             cameras.iter().zip(seen).map(observation).collect();
@@ -109,7 +114,7 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
     fn plan(&self) -> Plan<'_> {
         let each = self.cameras.iter().zip(&self.uncertainty);
         let cameras: Option<Vec<_>> =
-            each.map(|(camera, open)| camera.placed(open.middle())).collect();
+            each.map(|(camera, open)| camera.placed(open.middle(), open.weight)).collect();
         cameras.map_or(Plan::PointByPoint, Plan::Cameras)
     }
 

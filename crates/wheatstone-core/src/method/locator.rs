@@ -17,7 +17,7 @@ pub use located_batch::LocatedBatch;
 pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 
-use super::Reconstructor;
+use super::{PointNoise, Reconstructor};
 use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns, StageCovariance},
@@ -37,6 +37,7 @@ use std::{collections::BTreeMap, ops::Range};
 pub struct Locator<'a> {
     map: Map<'a>,
     volume: Option<&'a Volume>,
+    noise: Option<PointNoise>,
     stage: Option<&'a StageCovariance>,
     with_covariance: bool,
     covariances: Option<CovarianceTable>,
@@ -107,6 +108,7 @@ impl<'a> Locator<'a> {
         Self {
             map,
             volume,
+            noise: None,
             stage: None,
             with_covariance: true,
             covariances,
@@ -132,6 +134,13 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn made_eighths(&self) -> usize {
         self.covariances.as_ref().map_or(0, CovarianceTable::made_eighths)
+    }
+
+    /// With noise that differs from point to point.
+    #[must_use]
+    pub fn with_noise(mut self, noise: Option<PointNoise>) -> Self {
+        self.noise = noise;
+        self
     }
 
     /// With what is uncertain of the places of the charts that the map was fitted to, in every covariance.
@@ -265,6 +274,9 @@ impl<'a> Locator<'a> {
         }
         for index in unsure {
             one_by_one(index, true);
+        }
+        if let Some(noise) = self.noise.filter(|_| full) {
+            slots.scale(noise, pixels);
         }
         if let Some(stage) = self.stage.filter(|_| full) {
             slots.widen(stage);

@@ -7,6 +7,7 @@
 
 pub mod auto;
 pub mod brown;
+mod calibrated_map;
 mod resection;
 mod resection_start;
 mod camera_uncertainty;
@@ -24,14 +25,15 @@ mod matrix_uncertainty;
 pub mod mismatch;
 pub mod network;
 pub mod neural_camera;
-mod on_stage;
 mod pixel_noise;
+mod point_noise;
 mod projection;
 mod radial_alignment;
 mod point_covariance;
 pub mod soloff;
 pub mod tsai;
 
+pub use calibrated_map::CalibratedMap;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use choice::Choice;
@@ -40,8 +42,8 @@ pub use fitted_cameras::FittedCameras;
 pub use intrinsics::{IntrinsicParameter, Intrinsics};
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
-pub use on_stage::OnStage;
 pub use pixel_noise::PixelNoise;
+pub use point_noise::PointNoise;
 pub(crate) use resection::information;
 pub(crate) use resection_start::Lens;
 
@@ -147,6 +149,15 @@ pub struct Residual {
     pub sigma: f64,
 }
 
+impl Residual {
+    /// [`Located::misfit`].
+    fn misfit(self, cameras: usize) -> Option<(f64, usize)> {
+        let coordinates = 2 * cameras;
+        let chi_square = coordinates as f64 * (self.rms / self.sigma).powi(2);
+        (chi_square.is_finite() && coordinates > 3).then_some((chi_square, coordinates - 3))
+    }
+}
+
 impl Located {
     /// Of a method that has no rays, and so no residual.
     #[must_use]
@@ -159,10 +170,7 @@ impl Located {
     /// belong together. `None` where there are no rays, or no error is expected.
     #[must_use]
     pub fn misfit(&self, cameras: usize) -> Option<(f64, usize)> {
-        let coordinates = 2 * cameras;
-        let Residual { rms, sigma } = self.residual?;
-        let chi_square = coordinates as f64 * (rms / sigma).powi(2);
-        (chi_square.is_finite() && coordinates > 3).then_some((chi_square, coordinates - 3))
+        self.residual?.misfit(cameras)
     }
 }
 

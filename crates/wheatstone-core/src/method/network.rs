@@ -164,6 +164,7 @@ impl Network {
                 let lesson = evidence::Lesson {
                     train,
                     targets: Targets::from_cameras(train),
+                    check: epipolar_check.as_ref(),
                     motions: motions.flatten(),
                 };
                 let learn = |set: &Vec<usize>| {

@@ -71,6 +71,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         outliers: Vec::new(),
         stage: Vec::new(),
         stage_covariance: None,
+        point_noise: None,
         placed: None,
         findings: Vec::new(),
         sizes: Vec::new(),

@@ -13,6 +13,7 @@ mod error_bars;
 mod hand_held;
 mod hand_held_error_bars;
 mod methods;
+mod moving;
 mod one_figure;
 mod one_camera;
 mod paper;

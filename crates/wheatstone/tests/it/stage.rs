@@ -11,7 +11,7 @@ use wheatstone::{
     evaluate::cross_validate,
     fit::stage::{SolvedStage, StagePrior, solve, suspect},
     geometry::{Point3, StageCovariance},
-    method::{AnyMethod, OnStage, Reconstructor},
+    method::{AnyMethod, CalibratedMap, Reconstructor},
     numeric::{least_squares, progress::Silent, statistics::root_mean_square},
     synthetic::{
         Noise, Rig, Stage, StageError, chart_correspondences, misplaced_correspondences,
@@ -132,7 +132,7 @@ impl World {
         let exam = random_correspondences(&self.rig, &self.chart, range, (NOISE, 78), 400);
         let method = AnyMethod::named("neural-camera").unwrap();
         let fit = method.fit_checked(data, 0, &Silent).unwrap().reconstructor;
-        let map = OnStage::new(&*fit, stage);
+        let map = CalibratedMap::new(&*fit).with_stage(stage);
         let mut held = Held::default();
         for (world, row) in exam.known() {
             let found = map.locate(&row.pixels).unwrap();

@@ -1,10 +1,13 @@
 //! Located points in columns, and the parts of those that a task fills.
 
 use super::{
-    super::{Located, Residual},
+    super::{Located, PointNoise, Residual},
     piece::TASK,
 };
-use crate::{dataset::volume::Trust, geometry::StageCovariance};
+use crate::{
+    dataset::volume::Trust,
+    geometry::{PixelColumns, StageCovariance},
+};
 use nalgebra::Matrix3;
 use std::ops::Range;
 
@@ -63,6 +66,19 @@ impl Slots<'_> {
 }
 
 impl Slots<'_> {
+    /// Scales covariances by what each point's misfit lets expect of its noise.
+    pub(super) fn scale(&mut self, noise: PointNoise, pixels: &PixelColumns) {
+        for index in 0..self.residual.len() {
+            let residual =
+                Residual { rms: self.residual[index], sigma: self.residual_sigma[index] };
+            let seen = pixels.point(index).flatten().count();
+            if let Some(misfit) = residual.misfit(seen) {
+                let scale = noise.scale(misfit);
+                self.covariance.iter_mut().for_each(|column| column[index] *= scale);
+            }
+        }
+    }
+
     /// Adds what is uncertain of charts' places.
     pub(super) fn widen(&mut self, stage: &StageCovariance) {
         for index in 0..self.point[0].len() {

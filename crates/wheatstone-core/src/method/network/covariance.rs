@@ -38,11 +38,13 @@ impl SetNetwork {
             by_pixels.columns_mut(2 * camera, 2).copy_from(&slopes.columns(2 * index, 2));
         }
         let sigmas = self.pixel_sigmas(targets);
-        let sigma = sigmas[DISTANCE];
+        let distance = sigmas[DISTANCE];
+        let sigma = self.noise.pixel_sigma(targets)?;
         let unit = product(&slopes, &slopes.transpose()).fixed_view::<3, 3>(0, 0).into_owned();
-        let missed = sigmas.map(|of_target| (of_target.powi(2) - sigma.powi(2)).max(0.0));
+        let missed = sigmas.map(|of_target| (of_target.powi(2) - distance.powi(2)).max(0.0));
         let missed = Matrix3::from_diagonal(&missed.into()).component_mul(&unit);
-        let local = self.local_noise(&(unit * sigma.powi(2) + missed));
+        let local = self.local_noise(&(unit * distance.powi(2) + missed));
+        let missed = missed + unit * (distance.powi(2) - sigma.powi(2));
         Some(Estimate {
             targets,
             by_pixels,
@@ -117,8 +119,14 @@ impl SetNetwork {
     }
 
     /// Takes for the noise of the pixels what explains the errors of each target at known points best, in the sense
-    /// of maximum likelihood; the weights that the data determine have made those smaller.
-    pub(super) fn learn_noise(&mut self, samples: &Samples, queries: &[Query], trained: &Trained) {
+    /// of maximum likelihood; the weights that the data determine have made those smaller. `pixel` is the variance of
+    /// a pixel coordinate, where cameras tell it.
+    pub(super) fn learn_noise(
+        &mut self,
+        (samples, queries): (&Samples, &[Query]),
+        trained: &Trained,
+        pixel: Option<f64>,
+    ) {
         let mut squares: [Vec<(Point2<f64>, f64)>; 3] = Default::default();
         for (query, point) in queries.iter().zip(&samples.points) {
             let wanted = self.targets.of(*point);
@@ -140,6 +148,7 @@ impl SetNetwork {
         self.noise = Noise::PixelsByTarget {
             by_target,
             trained: [0, 1, 2].map(|target| trained.noise[target]),
+            pixel,
         };
     }
 }

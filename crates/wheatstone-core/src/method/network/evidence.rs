@@ -10,7 +10,7 @@ use crate::{
     geometry::{Pixel, Point3},
     method::{
         dlt::{Dlt, DltReconstructor},
-        neural_camera::Motions,
+        neural_camera::{EpipolarCheck, Motions},
     },
 };
 use rayon::prelude::*;
@@ -99,6 +99,8 @@ pub(super) struct Lesson<'a> {
     pub(super) train: &'a Dataset,
     /// What the targets mean.
     pub(super) targets: Targets,
+    /// Cameras fitted to the same points.
+    pub(super) check: Option<&'a EpipolarCheck>,
     /// How charts may have stood otherwise.
     pub(super) motions: Option<Motions>,
 }
@@ -243,7 +245,8 @@ pub(super) fn fit(
         base: places.as_ref().map(|places| places[index]),
     };
     let queries: Vec<Query> = samples.inputs.iter().enumerate().map(query).collect();
-    network.learn_noise(&samples, &queries, &trained);
+    let pixel = lesson.check.map(|check| check.pixel_variance(cameras));
+    network.learn_noise((&samples, &queries), &trained, pixel);
     if let Some(motions) = &lesson.motions {
         network.follow(lesson.train, motions, &trained);
     }

@@ -25,6 +25,10 @@ pub(super) enum Noise {
         /// Variance of each target's errors that the covariance of the weights goes by, in scaled units, the same
         /// everywhere.
         trained: [f64; 3],
+        /// Variance of a pixel coordinate, by cameras fitted to the same points, where there are such: what the errors
+        /// of the distance are beyond it, the network misses there too.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pixel: Option<f64>,
     },
 }
 
@@ -34,8 +38,9 @@ impl Noise {
         match self {
             Self::Targets { .. } => None,
             Self::Pixels { noise } => Some(noise.variance(direction(targets)).sqrt()),
-            Self::PixelsByTarget { by_target, .. } => {
-                Some(by_target[DISTANCE].variance(place(targets)).sqrt())
+            Self::PixelsByTarget { by_target, pixel, .. } => {
+                let explained = by_target[DISTANCE].variance(place(targets));
+                Some(pixel.map_or(explained, |pixel| pixel.min(explained)).sqrt())
             }
         }
     }
@@ -45,8 +50,10 @@ impl Noise {
         match self {
             Self::Targets { variance } => positive(variance),
             Self::Pixels { noise } => noise.is_consistent(),
-            Self::PixelsByTarget { by_target, trained } => {
-                by_target.iter().all(PixelNoise::is_consistent) && positive(trained)
+            Self::PixelsByTarget { by_target, trained, pixel } => {
+                by_target.iter().all(PixelNoise::is_consistent)
+                    && positive(trained)
+                    && pixel.is_none_or(|pixel| pixel >= 0.0 && pixel.is_finite())
             }
         }
     }

@@ -80,6 +80,12 @@ impl EpipolarCheck {
         seen.map(observation).collect()
     }
 
+    /// Of one pixel coordinate, the mean over some of the cameras.
+    pub(in crate::method) fn pixel_variance(&self, cameras: &[usize]) -> f64 {
+        let each = cameras.iter().map(|camera| self.cameras[*camera].variance);
+        each.sum::<f64>() / cameras.len() as f64
+    }
+
     /// How many there are.
     pub(in crate::method) fn cameras(&self) -> usize {
         self.cameras.len()

@@ -1,30 +1,49 @@
-//! A map whose error bars hold what is uncertain of the charts that it was fitted to.
+//! A map whose error bars hold what its own do not: noise that differs from point to point, and what is
+//! uncertain of the charts that it was fitted to.
 
-use super::{Located, Reconstructor};
+use super::{Located, PointNoise, Reconstructor};
 use crate::geometry::{Pixel, Point3, Ray, StageCovariance};
 use nalgebra::Matrix2x3;
 
-/// A map, its covariances widened by those of its charts' places; it has no [`super::Plan`] of its own.
-pub struct OnStage<'a> {
+/// A map with all that is known of its error bars; it has no [`super::Plan`] of its own.
+pub struct CalibratedMap<'a> {
     map: &'a dyn Reconstructor,
+    noise: Option<PointNoise>,
     stage: Option<&'a StageCovariance>,
 }
 
-impl<'a> OnStage<'a> {
-    /// Of a map; without a stage it is the map itself.
+impl<'a> CalibratedMap<'a> {
+    /// A map as it is.
     #[must_use]
-    pub fn new(map: &'a dyn Reconstructor, stage: Option<&'a StageCovariance>) -> Self {
-        Self { map, stage }
+    pub fn new(map: &'a dyn Reconstructor) -> Self {
+        Self { map, noise: None, stage: None }
+    }
+
+    /// With noise that differs from point to point.
+    #[must_use]
+    pub fn with_noise(mut self, noise: Option<PointNoise>) -> Self {
+        self.noise = noise;
+        self
+    }
+
+    /// With what is uncertain of the places of the charts that the map was fitted to.
+    #[must_use]
+    pub fn with_stage(mut self, stage: Option<&'a StageCovariance>) -> Self {
+        self.stage = stage;
+        self
     }
 }
 
-impl Reconstructor for OnStage<'_> {
+impl Reconstructor for CalibratedMap<'_> {
     fn cameras(&self) -> usize {
         self.map.cameras()
     }
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
         let mut located = self.map.locate(pixels)?;
+        if let Some(noise) = self.noise {
+            located = noise.scaled(located, pixels.iter().flatten().count());
+        }
         if let Some(stage) = self.stage {
             located.covariance += stage.at(located.point);
         }
