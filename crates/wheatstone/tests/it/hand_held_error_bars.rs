@@ -1,5 +1,6 @@
 //! Error bars of cameras that were fitted to charts held by hand.
 
+use rayon::prelude::*;
 use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::Dataset,
@@ -42,11 +43,10 @@ fn placed(data: Dataset, lenses: Lenses) -> Dataset {
 
 /// Sigmas told over scatter, about their mean, of points located with pixels free of noise, which err as
 /// the cameras do: the root of the mean squares, whatever was taken up by the frame.
-fn told(method: &AnyMethod, rig: &str, lenses: Lenses, times: u64) -> f64 {
+fn told(method: &AnyMethod, (rig, views): (&str, usize), lenses: Lenses, times: u64) -> f64 {
     let rig = Rig::named(rig, 2).unwrap();
     let chart = chart(&rig);
-    let placements =
-        HandHeld { views: VIEWS, ..HandHeld::default() }.placements(&chart, 4).unwrap();
+    let placements = HandHeld { views, ..HandHeld::default() }.placements(&chart, 4).unwrap();
     let (mut clean, mut places) =
         hand_held_correspondences(&rig, &chart, &placements, (Noise::None, 0));
     let both: Vec<bool> = clean.correspondences.iter().map(|row| row.seen_by() == 2).collect();
@@ -89,7 +89,7 @@ fn told(method: &AnyMethod, rig: &str, lenses: Lenses, times: u64) -> f64 {
 #[test]
 fn sigmas_are_those_of_repeated_fits() {
     let method = AnyMethod::named("kannala-brandt").unwrap().preset("fixed").unwrap();
-    let ratio = told(&method, "fisheye", Lenses::KannalaBrandt, 60);
+    let ratio = told(&method, ("fisheye", VIEWS), Lenses::KannalaBrandt, 60);
     assert!((0.9..1.1).contains(&ratio), "{ratio:.3}");
 }
 
@@ -97,16 +97,25 @@ fn sigmas_are_those_of_repeated_fits() {
 #[test]
 fn sigmas_of_model_free_cameras_have_the_charts_places_in_them() {
     for rig in ["fisheye", "water"] {
-        let ratio = told(&AnyMethod::named("neural-camera").unwrap(), rig, Lenses::Either, TIMES);
+        let method = AnyMethod::named("neural-camera").unwrap();
+        let ratio = told(&method, (rig, VIEWS), Lenses::Either, TIMES);
         assert!((0.9..1.15).contains(&ratio), "{rig}: {ratio:.3}");
     }
 }
 
 #[test]
 fn sigmas_of_the_network_have_the_charts_places_in_them() {
-    // Before a fisheye a little of what it misses of the lens counts as noise of the pixels.
-    for (rig, least) in [("paper", 0.9), ("fisheye", 0.75)] {
-        let ratio = told(&AnyMethod::named("network").unwrap(), rig, Lenses::Either, TIMES);
-        assert!((least..1.15).contains(&ratio), "{rig}: {ratio:.3}");
-    }
+    // Before a fisheye noise is fifty times as much as what is not known of the network, so that a hundredth of it
+    // makes a quarter.
+    let bars = [
+        ("paper", VIEWS, 0.9..1.12),
+        ("water", VIEWS, 0.9..1.15),
+        ("fisheye", VIEWS, 0.8..1.3),
+        ("fisheye", 15, 0.8..1.25),
+    ];
+    bars.into_par_iter().for_each(|(rig, views, bar)| {
+        let method = AnyMethod::named("network").unwrap();
+        let ratio = told(&method, (rig, views), Lenses::Either, TIMES);
+        assert!(bar.contains(&ratio), "{rig}, {views} views: {ratio:.3}");
+    });
 }

@@ -25,7 +25,7 @@ pub(super) enum Noise {
         /// Variance of each target's errors that the covariance of the weights goes by, in scaled units, the same
         /// everywhere.
         trained: [f64; 3],
-        /// Variance of a pixel coordinate, by cameras fitted to the same points, where there are such: what the errors
+        /// Variance of a pixel coordinate about cameras fitted to the same points, where there are such: what the errors
         /// of the distance are beyond it, the network misses there too.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pixel: Option<f64>,

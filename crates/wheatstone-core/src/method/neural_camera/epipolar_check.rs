@@ -5,7 +5,9 @@ use crate::{
     Result,
     dataset::Dataset,
     geometry::{Pixel, Point3},
-    method::{Located, PlacedCamera, Residual, point_covariance::Observation},
+    method::{
+        Located, PlacedCamera, Residual, chart_pose_uncertainty, point_covariance::Observation,
+    },
 };
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -35,10 +37,15 @@ impl EpipolarCheck {
         progress: &dyn Progress,
     ) -> Result<(Self, Option<Motions>)> {
         let (fitted, motions) = NeuralCamera {}.cameras(train, progress)?;
+        // Charts whose places were found have taken up a part of the noise.
+        let pixels: usize = train.known().map(|(_, row)| row.seen_by()).sum();
+        let (all, taken) = ((2 * pixels) as f64, chart_pose_uncertainty::unknowns(train) as f64);
+        let by_charts = all / (all - taken).max(1.0);
         let onlooker = |(index, camera): (usize, super::NeuralCameraModel)| {
             let equations = (2 * train.seen_by_camera(index).len()) as f64;
             // The trace of the hat matrix is the effective number of parameters.
-            let variance = camera.noise().powi(2) * (1.0 + camera.effective() / equations);
+            let mean = camera.noise().powi(2) * (1.0 + camera.effective() / equations);
+            let variance = mean * by_charts;
             CheckCamera { optics: camera.optics, variance }
         };
         let cameras = fitted.into_iter().enumerate().map(onlooker).collect();
