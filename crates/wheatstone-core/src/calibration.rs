@@ -191,8 +191,7 @@ impl Calibration {
     #[must_use]
     pub fn locator(&self) -> Locator<'_> {
         Locator::new(&*self.reconstructor, Some(&self.volume))
-            .with_noise(self.point_noise)
-            .with_stage(self.stage_covariance.as_ref())
+            .with_uncertainty(self.point_noise, self.stage_covariance.as_ref())
     }
 
     /// The fitted map with all that is uncertain of a point in its covariances.

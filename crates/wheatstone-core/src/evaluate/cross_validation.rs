@@ -166,8 +166,8 @@ pub fn cross_validate(
     Ok(hold_out(method, data, seed, progress)?.map(|(validation, _)| validation))
 }
 
-/// [`cross_validate`], with how far each point held out lies from its place by its own error bars:
-/// what [`super::Ellipsoids::estimate`] asks for.
+/// [`cross_validate`], with how far each point held out lies from its place by its own error bars, [`PointNoise`]
+/// in them: what [`super::Ellipsoids::estimate`] asks for.
 ///
 /// # Errors
 ///

@@ -22,6 +22,7 @@ use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns, StageCovariance},
 };
+use columns::those;
 use covariance_table::CovarianceTable;
 use located_batch::{LOWER, Slots};
 use piece::{PIECES, Piece};
@@ -136,17 +137,15 @@ impl<'a> Locator<'a> {
         self.covariances.as_ref().map_or(0, CovarianceTable::made_eighths)
     }
 
-    /// With noise that differs from point to point.
+    /// With noise that differs from point to point, and what is uncertain of the places of the charts that the map
+    /// was fitted to, in every covariance.
     #[must_use]
-    pub fn with_noise(mut self, noise: Option<PointNoise>) -> Self {
-        self.noise = noise;
-        self
-    }
-
-    /// With what is uncertain of the places of the charts that the map was fitted to, in every covariance.
-    #[must_use]
-    pub fn with_stage(mut self, stage: Option<&'a StageCovariance>) -> Self {
-        self.stage = stage;
+    pub fn with_uncertainty(
+        mut self,
+        noise: Option<PointNoise>,
+        stage: Option<&'a StageCovariance>,
+    ) -> Self {
+        (self.noise, self.stage) = (noise, stage);
         self
     }
 
@@ -275,11 +274,9 @@ impl<'a> Locator<'a> {
         for index in unsure {
             one_by_one(index, true);
         }
-        if let Some(noise) = self.noise.filter(|_| full) {
-            slots.scale(noise, pixels);
-        }
-        if let Some(stage) = self.stage.filter(|_| full) {
-            slots.widen(stage);
+        if full {
+            self.noise.into_iter().for_each(|noise| slots.scale(noise, pixels));
+            self.stage.into_iter().for_each(|stage| slots.widen(stage));
         }
         if let Some(volume) = self.volume {
             slots.trust.copy_from_slice(&volume.trust_columns(pixels));
@@ -367,19 +364,6 @@ impl<'a> Locator<'a> {
                 .for_each(|(camera, slot)| note(Request::EpipolarCheck(camera, slot)));
         }
     }
-}
-
-/// Where the few values are that a test holds of: many are passed over at once where it holds of none.
-fn those(values: &[f64], test: impl Fn(f64) -> bool) -> Vec<usize> {
-    const PART: usize = 32;
-    let mut found = Vec::new();
-    for (number, part) in values.chunks(PART).enumerate() {
-        if part.iter().fold(false, |any, value| any | test(*value)) {
-            let own = part.iter().enumerate().filter(|(_, value)| test(**value));
-            found.extend(own.map(|(index, _)| number * PART + index));
-        }
-    }
-    found
 }
 
 /// What was made on demand.

@@ -6,7 +6,7 @@ use wheatstone::{
     dataset::Dataset,
     evaluate::{Ellipsoids, coverage, hold_out},
     geometry::{Pixel, Point3},
-    method::{AnyMethod, AnyReconstructor},
+    method::{AnyMethod, AnyReconstructor, CalibratedMap, PointNoise},
     numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -90,11 +90,13 @@ fn ellipsoids_hold_what_they_say_on_every_rig() {
                         chart_correspondences(&rig, &chart(&rig), &views, (noise, seed), Some(400));
                     let map = fit(method, &data);
                     let (_, held_out) = hold_out(&named, &data, seed, &Silent).unwrap().unwrap();
-                    let ellipsoids = Ellipsoids::estimate(&*map, &data, &held_out);
+                    let noise = PointNoise::fit(&*map, &data);
+                    let map = CalibratedMap::new(&*map).with_noise(noise);
+                    let ellipsoids = Ellipsoids::estimate(&map, &data, &held_out);
                     let range = (50.0, 140.0);
                     let exam =
                         random_correspondences(&rig, &chart(&rig), range, (noise, !seed), 1000);
-                    let held = coverage(&*map, &exam, &ellipsoids).unwrap();
+                    let held = coverage(&map, &exam, &ellipsoids).unwrap();
                     (held.p68, held.p95)
                 })
                 .collect();

@@ -23,35 +23,27 @@ impl SetNetwork {
         let by_places = self.motions_of_places(&query)?;
         let weights = self.covariance_of_weights(&query.unit);
         let mut by_pixels = DMatrix::zeros(3, 2 * pixels.len());
+        let placed = product(&by_places, &by_places.transpose());
+        let placed = placed.fixed_view::<3, 3>(0, 0).into_owned();
         if let Noise::Targets { variance } = &self.noise {
             let noise = self.scale() * Matrix3::from_diagonal(&(*variance).into()) * self.scale();
-            return Some(Estimate {
-                targets,
-                by_pixels,
-                sigma: 0.0,
-                by_places,
-                own: noise + weights,
-            });
+            let covariance = noise + weights + placed;
+            return Some(Estimate { targets, by_pixels, sigma: 0.0, by_places, covariance });
         }
         let slopes = self.slopes(&query)?;
         for (index, camera) in self.cameras.iter().enumerate() {
             by_pixels.columns_mut(2 * camera, 2).copy_from(&slopes.columns(2 * index, 2));
         }
-        let sigmas = self.pixel_sigmas(targets);
-        let distance = sigmas[DISTANCE];
         let sigma = self.noise.pixel_sigma(targets)?;
+        let sigmas = self.pixel_sigmas(targets);
+        let least = sigmas[DISTANCE];
         let unit = product(&slopes, &slopes.transpose()).fixed_view::<3, 3>(0, 0).into_owned();
-        let missed = sigmas.map(|of_target| (of_target.powi(2) - distance.powi(2)).max(0.0));
+        let missed = sigmas.map(|of_target| (of_target.powi(2) - least.powi(2)).max(0.0));
         let missed = Matrix3::from_diagonal(&missed.into()).component_mul(&unit);
-        let local = self.local_noise(&(unit * distance.powi(2) + missed));
-        let missed = missed + unit * (distance.powi(2) - sigma.powi(2));
-        Some(Estimate {
-            targets,
-            by_pixels,
-            sigma,
-            by_places,
-            own: missed + local * weights * local,
-        })
+        let noise = unit * least.powi(2) + missed;
+        let local = self.local_noise(&noise);
+        let covariance = noise + local * weights * local + placed;
+        Some(Estimate { targets, by_pixels, sigma, by_places, covariance })
     }
 
     /// Standard deviations of a pixel coordinate that explain the errors of each target.

@@ -18,8 +18,8 @@ pub(super) struct Estimate {
     pub(super) sigma: f64,
     /// By how much the targets err with each of the charts' motions, three rows.
     pub(super) by_places: DMatrix<f64>,
-    /// Covariance of the targets that is the network's own.
-    pub(super) own: Matrix3<f64>,
+    /// Covariance of the targets: what these two make, and what is the network's own.
+    pub(super) covariance: Matrix3<f64>,
 }
 
 /// Networks know their slopes to a tenth or two, and what differs by less than that between two of them would make
@@ -32,18 +32,11 @@ fn square(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     product(matrix, &matrix.transpose())
 }
 
-impl Estimate {
-    fn covariance(&self) -> Matrix3<f64> {
-        let shared = square(&self.by_pixels) * self.sigma.powi(2) + square(&self.by_places);
-        self.own + shared.fixed_view::<3, 3>(0, 0)
-    }
-}
-
 /// The most likely targets, and their covariance; `None` where there is nothing to go by.
 pub(super) fn fused(estimates: &[Estimate]) -> Option<([f64; 3], Matrix3<f64>)> {
     let first = estimates.first()?;
     if estimates.len() == 1 {
-        return Some((first.targets, first.covariance()));
+        return Some((first.targets, first.covariance));
     }
     let count = 3 * estimates.len();
     let mut by_pixels = DMatrix::zeros(count, first.by_pixels.ncols());
@@ -59,7 +52,7 @@ pub(super) fn fused(estimates: &[Estimate]) -> Option<([f64; 3], Matrix3<f64>)> 
     let mut covariance = square(&by_pixels) * variance + square(&by_places);
     for (index, estimate) in estimates.iter().enumerate() {
         let mut block = covariance.fixed_view_mut::<3, 3>(3 * index, 3 * index);
-        block += estimate.own + estimate.covariance() * SLOPES;
+        block.copy_from(&(estimate.covariance * (1.0 + SLOPES)));
     }
     let each = DMatrix::from_fn(count, 3, |row, target| f64::from(u8::from(row % 3 == target)));
     let weights = covariance.cholesky()?.solve(&each);
@@ -75,17 +68,20 @@ mod tests {
     use super::*;
     use wheatstone_numeric::random::Random;
 
+    const OWN: f64 = 1e-4;
+
     /// Three pairs of three cameras, each pair with the noise of four of six pixel coordinates.
     fn pairs(random: &mut Random) -> Vec<Estimate> {
-        let pair = |unseen: usize| Estimate {
-            targets: [0.0; 3],
-            by_pixels: DMatrix::from_fn(3, 6, |_, column| {
-                if column / 2 == unseen { 0.0 } else { random.normal() }
-            }),
-            sigma: 0.1,
-            by_places: DMatrix::zeros(3, 0),
-            own: Matrix3::identity() * 1e-4,
-        };
+        let pair =
+            |unseen: usize| {
+                let by_pixels = DMatrix::from_fn(3, 6, |_, column| {
+                    if column / 2 == unseen { 0.0 } else { random.normal() }
+                });
+                let noise = square(&by_pixels).fixed_view::<3, 3>(0, 0) * 0.01;
+                let covariance = noise + Matrix3::identity() * OWN;
+                let by_places = DMatrix::zeros(3, 0);
+                Estimate { targets: [0.0; 3], by_pixels, sigma: 0.1, by_places, covariance }
+            };
         (0..3).map(pair).collect()
     }
 
@@ -99,7 +95,8 @@ mod tests {
             let noise = DMatrix::from_column_slice(6, 1, &noise);
             for estimate in &mut estimates {
                 let errors = product(&estimate.by_pixels, &noise);
-                let unsure = (SLOPES * estimate.covariance() + estimate.own).cholesky().unwrap();
+                let unsure =
+                    (SLOPES * estimate.covariance + Matrix3::identity() * OWN).cholesky().unwrap();
                 let own = Vector3::from_fn(|_, _| random.normal());
                 let own = unsure.l() * own;
                 estimate.targets = [0, 1, 2].map(|k| errors[k] + own[k]);
@@ -116,7 +113,6 @@ mod tests {
     fn one_network_is_taken_at_its_word() {
         let one = pairs(&mut Random::new(5)).remove(0);
         let (_, covariance) = fused(std::slice::from_ref(&one)).unwrap();
-        let due = square(&one.by_pixels) * 0.01;
-        assert!((covariance - one.own - due.fixed_view::<3, 3>(0, 0)).norm() < 1e-12);
+        assert_eq!(covariance, one.covariance);
     }
 }
