@@ -26,8 +26,8 @@ mod stored;
 mod targets;
 
 use super::{
-    AnyMethod, Fit, Located, Method, Plan, Reconstructor, chart_pose_uncertainty, checks::enough,
-    neural_camera::EpipolarCheck, unknown,
+    AnyMethod, AnyReconstructor, Fit, Located, Method, Plan, Reconstructor, chart_pose_uncertainty,
+    checks::enough, neural_camera::EpipolarCheck, unknown,
 };
 use crate::{
     Error, Result,
@@ -62,7 +62,7 @@ pub enum Training {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Network {
-    /// Units in each hidden layer.
+    /// Units in each hidden layer; the default recipe adds some where the data ask for them.
     pub hidden: Vec<usize>,
     /// Slope of the log-sigmoids.
     pub gain: f64,
@@ -91,12 +91,14 @@ pub struct NetworkReconstructor {
 }
 
 /// What a fit is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asked {
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Asked<'a> {
     Everything,
     /// Where points are and how sure that is, from one start if that is known.
     Points {
         start: Option<u64>,
+        /// A fit to nearly the same points: networks have as many units as its.
+        like: Option<&'a NetworkReconstructor>,
     },
 }
 
@@ -141,7 +143,7 @@ impl Network {
         &self,
         train: &Dataset,
         (seed, progress): (u64, &dyn Progress),
-        asked: Asked,
+        asked: Asked<'_>,
         observe: &mut dyn FnMut(CurvePoint, &NetworkReconstructor),
     ) -> Result<Fit> {
         self.refuse_odd_settings()?;
@@ -153,7 +155,7 @@ impl Network {
             }
             Training::Evidence(training) => {
                 let starts = match asked {
-                    Asked::Points { start: Some(start) } => start..start + 1,
+                    Asked::Points { start: Some(start), .. } => start..start + 1,
                     _ => 0..training.starts.max(1),
                 };
                 // Charts whose places were found move with the cameras that watch over the network.
@@ -169,7 +171,7 @@ impl Network {
                 };
                 let learn = |set: &Vec<usize>| {
                     let starts = (training, starts.clone());
-                    evidence::fit(self, starts, (&lesson, set), (seed, progress))
+                    evidence::fit(&self.like(asked, set), starts, (&lesson, set), (seed, progress))
                 };
                 let sets = self.camera_sets(train, asked)?;
                 let fits = sets.par_iter().map(learn).collect::<Result<Vec<_>>>()?;
@@ -185,6 +187,22 @@ impl Network {
         }
     }
 
+    /// With a quarter more units in each layer.
+    fn larger(&self) -> Self {
+        let hidden = self.hidden.iter().map(|units| units + units.div_ceil(4)).collect();
+        Self { hidden, ..self.clone() }
+    }
+
+    /// With as many units as the network of a set of cameras is asked to have.
+    fn like(&self, asked: Asked<'_>, cameras: &[usize]) -> Self {
+        let Asked::Points { like: Some(like), .. } = asked else { return self.clone() };
+        let Some(set) = like.sets.iter().find(|set| set.cameras == cameras) else {
+            return self.clone();
+        };
+        let sizes = set.perceptron.sizes();
+        Self { hidden: sizes[1..sizes.len() - 1].to_vec(), ..self.clone() }
+    }
+
     /// Three equations a point must at least be as many as the weights.
     fn points_needed(&self, cameras: usize) -> usize {
         weight_count(&self.sizes(cameras)).div_ceil(3)
@@ -192,7 +210,7 @@ impl Network {
 
     /// The sets of cameras that get a network: all, and every pair where there are more than two, as far as enough
     /// points were seen by all of the set.
-    fn camera_sets(&self, train: &Dataset, asked: Asked) -> Result<Vec<Vec<usize>>> {
+    fn camera_sets(&self, train: &Dataset, asked: Asked<'_>) -> Result<Vec<Vec<usize>>> {
         let all = train.cameras;
         let seen = |set: &[usize]| {
             let by_all =
@@ -257,7 +275,11 @@ impl Method for Network {
         seed: u64,
         progress: &dyn Progress,
     ) -> Result<Fit> {
-        let asked = Asked::Points { start: whole.and_then(|whole| whole.start) };
+        let like = whole.and_then(|whole| match &whole.reconstructor {
+            AnyReconstructor::Network(network) => Some(network),
+            _ => None,
+        });
+        let asked = Asked::Points { start: whole.and_then(|whole| whole.start), like };
         self.fit_for(train, (seed, progress), asked, &mut |_, _| ())
     }
 

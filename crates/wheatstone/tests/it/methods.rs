@@ -66,7 +66,7 @@ fn the_neural_camera_reaches_the_floor_on_every_optics() {
 
 #[test]
 fn the_network_reaches_the_floor_on_every_optics() {
-    holds("network", (1.08, 1.20), (1.25, 1.60));
+    holds("network", (1.08, 1.20), (1.10, 1.30));
 }
 
 #[test]

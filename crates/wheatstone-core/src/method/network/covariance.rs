@@ -7,7 +7,10 @@ use super::{
     noise::{DISTANCE, Noise, direction, place},
     set_network::{Query, SetNetwork},
 };
-use crate::{geometry::Pixel, method::PixelNoise};
+use crate::{
+    geometry::{Pixel, Point3},
+    method::PixelNoise,
+};
 use nalgebra::{DMatrix, Matrix3, Point2, Vector3};
 use wheatstone_numeric::{
     evidence::Trained,
@@ -44,6 +47,19 @@ impl SetNetwork {
         let local = self.local_noise(&noise);
         let covariance = noise + local * weights * local + placed;
         Some(Estimate { targets, by_pixels, sigma, by_places, covariance })
+    }
+
+    /// The variance of a pixel coordinate that explains the errors at these points, of the target of which that is most,
+    /// over what cameras leave; `None` where no cameras told.
+    pub(super) fn misfit(&self, points: &[Point3]) -> Option<f64> {
+        let Noise::PixelsByTarget { by_target, pixel: Some(pixel), .. } = &self.noise else {
+            return None;
+        };
+        let at = |noise: &PixelNoise| {
+            let each = points.iter().map(|point| noise.variance(place(self.targets.of(*point))));
+            each.sum::<f64>() / points.len() as f64
+        };
+        Some(by_target.iter().map(at).fold(0.0, f64::max) / pixel)
     }
 
     /// Standard deviations of a pixel coordinate that explain the errors of each target.

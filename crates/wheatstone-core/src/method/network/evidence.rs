@@ -151,9 +151,7 @@ impl FewViews<'_> {
         (cameras, seed): (usize, u64),
         progress: &dyn Progress,
     ) -> Result<bool> {
-        let mut distinct = self.views.to_vec();
-        distinct.sort_unstable();
-        distinct.dedup();
+        let distinct = distinct(self.views);
         if !(3..=FEW).contains(&distinct.len()) {
             return Ok(false);
         }
@@ -195,64 +193,138 @@ fn silence(perceptron: &mut Perceptron, trained: &mut Trained, nothing: &[f64]) 
     trained.effective_parameters = 0.0;
 }
 
-/// The network of a set of cameras; from which start it was trained, and how its errors fell.
+/// What the network of a set of cameras learns from, and what it is made of beside its weights.
+struct Setup<'a> {
+    lesson: &'a Lesson<'a>,
+    cameras: &'a [usize],
+    samples: Samples,
+    base: Option<DltReconstructor>,
+    queries: Vec<Query>,
+    inputs: Vec<Scale>,
+    outputs: [Scale; 3],
+    /// Scaled inputs and targets.
+    unit: (Vec<Vec<f64>>, Vec<Vec<f64>>),
+    batch: Batch,
+}
+
+/// A network as it was trained, and from which start.
+struct Learned {
+    network: SetNetwork,
+    trained: Trained,
+    start: u64,
+}
+
+impl<'a> Setup<'a> {
+    fn new(lesson: &'a Lesson, cameras: &'a [usize], progress: &dyn Progress) -> Result<Self> {
+        let samples = Samples::of(lesson.train, cameras);
+        let frame = &lesson.targets;
+        let (base, places) = lesson.base(cameras, &samples, progress).unzip();
+        let from_base = |(index, point): (usize, &Point3)| {
+            let base = places.as_ref().map_or([0.0; 3], |places| frame.of(places[index]));
+            let of = frame.of(*point);
+            [0, 1, 2].map(|axis| of[axis] - base[axis]).to_vec()
+        };
+        let targets: Vec<Vec<f64>> = samples.points.iter().enumerate().map(from_base).collect();
+        let inputs = scales(&samples.inputs, &["a camera's x", "a camera's y"], standard)?;
+        let outputs = scales(&targets, &["the direction", "the direction", "distance"], standard)?;
+        let unit = (scaled(&samples.inputs, &inputs), scaled(&targets, &outputs));
+        let query = |(index, row): (usize, &Vec<f64>)| Query {
+            pixels: row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect(),
+            unit: unit.0[index].clone(),
+            base: places.as_ref().map(|places| places[index]),
+        };
+        let queries = samples.inputs.iter().enumerate().map(query).collect();
+        let outputs = [outputs[0], outputs[1], outputs[2]];
+        let batch = Batch::new(&unit.0, &unit.1);
+        Ok(Self { lesson, cameras, samples, base, queries, inputs, outputs, unit, batch })
+    }
+
+    /// The network with so many units.
+    fn learn(
+        &self,
+        settings: &Network,
+        (training, starts): (&Evidence, Range<u64>),
+        (seed, progress): (u64, &dyn Progress),
+    ) -> Result<Learned> {
+        let start_from = (self.cameras.len(), seed);
+        let (mut perceptron, mut trained, start) =
+            train(settings, (training, starts), &self.batch, start_from, progress)?;
+        let nothing: Vec<f64> = self.outputs.iter().map(|scale| scale.to_unit(0.0)).collect();
+        let unit = (&self.unit.0[..], &self.unit.1[..]);
+        let few = FewViews { settings, training, unit, views: &self.samples.views };
+        if self.base.is_some() && few.network_does_harm(&nothing, start, start_from, progress)? {
+            silence(&mut perceptron, &mut trained, &nothing);
+        }
+        let covariance = &trained.covariance;
+        let triangle = (0..covariance.nrows())
+            .flat_map(|row| (0..=row).map(move |column| covariance[(row, column)]))
+            .collect();
+        let mut network = SetNetwork {
+            cameras: self.cameras.to_vec(),
+            perceptron,
+            inputs: self.inputs.clone(),
+            outputs: self.outputs,
+            targets: self.lesson.targets.clone(),
+            base: self.base.clone(),
+            noise: Noise::Targets { variance: [0.0; 3] },
+            weight_covariance: triangle,
+            modes: Vec::new(),
+            effective_parameters: Some(trained.effective_parameters),
+        };
+        let pixel = self.lesson.check.map(|check| check.pixel_variance(self.cameras));
+        network.learn_noise((&self.samples, &self.queries), &trained, pixel);
+        Ok(Learned { network, trained, start })
+    }
+
+    /// Whether the network errs by more than the pixels' noise, so that it may have too few units. Of few views the
+    /// evidence does not tell.
+    fn asks_for_units(&self, learned: &Learned) -> bool {
+        /// Of the variance. Fits that are right come to 0.9 to 1.1.
+        const MOST: f64 = 1.1;
+        distinct(&self.samples.views).len() > FEW
+            && learned.network.misfit(&self.samples.points).is_some_and(|misfit| misfit > MOST)
+    }
+}
+
+/// The network of a set of cameras; from which start it was trained, and how its errors fell. It gets more units as
+/// long as it errs by more than the pixels' noise, and the evidence grows (MacKay 1992, doi:10.1162/neco.1992.4.3.448).
 pub(super) fn fit(
     settings: &Network,
     (training, starts): (&Evidence, Range<u64>),
     (lesson, cameras): (&Lesson<'_>, &[usize]),
     (seed, progress): (u64, &dyn Progress),
 ) -> Result<(SetNetwork, (u64, Vec<CurvePoint>))> {
-    let samples = Samples::of(lesson.train, cameras);
-    let frame = &lesson.targets;
-    let (base, places) = lesson.base(cameras, &samples, progress).unzip();
-    let from_base = |(index, point): (usize, &Point3)| {
-        let base = places.as_ref().map_or([0.0; 3], |places| frame.of(places[index]));
-        let of = frame.of(*point);
-        [0, 1, 2].map(|axis| of[axis] - base[axis]).to_vec()
-    };
-    let targets: Vec<Vec<f64>> = samples.points.iter().enumerate().map(from_base).collect();
-    let inputs = scales(&samples.inputs, &["a camera's x", "a camera's y"], standard)?;
-    let outputs = scales(&targets, &["the direction", "the direction", "distance"], standard)?;
-    let unit = (scaled(&samples.inputs, &inputs), scaled(&targets, &outputs));
-    let batch = Batch::new(&unit.0, &unit.1);
-    let start_from = (cameras.len(), seed);
-    let (mut perceptron, mut trained, start) =
-        train(settings, (training, starts), &batch, start_from, progress)?;
-    let nothing: Vec<f64> = outputs.iter().map(|scale| scale.to_unit(0.0)).collect();
-    let few = FewViews { settings, training, unit: (&unit.0, &unit.1), views: &samples.views };
-    if base.is_some() && few.network_does_harm(&nothing, start, start_from, progress)? {
-        silence(&mut perceptron, &mut trained, &nothing);
+    let setup = Setup::new(lesson, cameras, progress)?;
+    let learn =
+        |settings: &Network| setup.learn(settings, (training, starts.clone()), (seed, progress));
+    let (mut settings, mut best) = (settings.clone(), learn(settings)?);
+    let points = setup.samples.points.len();
+    while setup.asks_for_units(&best) {
+        settings = settings.larger();
+        if points < settings.points_needed(cameras.len()) {
+            break;
+        }
+        let next = learn(&settings)?;
+        if next.trained.log_evidence <= best.trained.log_evidence {
+            break;
+        }
+        best = next;
     }
-    let covariance = &trained.covariance;
-    let triangle = (0..covariance.nrows())
-        .flat_map(|row| (0..=row).map(move |column| covariance[(row, column)]))
-        .collect();
-    let mut network = SetNetwork {
-        cameras: cameras.to_vec(),
-        perceptron,
-        inputs,
-        outputs: [outputs[0], outputs[1], outputs[2]],
-        targets: frame.clone(),
-        base,
-        noise: Noise::Targets { variance: [0.0; 3] },
-        weight_covariance: triangle,
-        modes: Vec::new(),
-        effective_parameters: Some(trained.effective_parameters),
-    };
-    let query = |(index, row): (usize, &Vec<f64>)| Query {
-        pixels: row.chunks_exact(2).map(|xy| Some(Pixel::new(xy[0], xy[1]))).collect(),
-        unit: unit.0[index].clone(),
-        base: places.as_ref().map(|places| places[index]),
-    };
-    let queries: Vec<Query> = samples.inputs.iter().enumerate().map(query).collect();
-    let pixel = lesson.check.map(|check| check.pixel_variance(cameras));
-    network.learn_noise((&samples, &queries), &trained, pixel);
+    let Learned { mut network, trained, start } = best;
     if let Some(motions) = &lesson.motions {
         network.follow(lesson.train, motions, &trained);
     }
-    let count = (3 * samples.inputs.len()) as f64;
+    let count = (3 * points) as f64;
     let curve = trained.curve.iter().enumerate();
     let curve = curve
         .map(|(step, square)| CurvePoint { epoch: step as u64, mean_square_error: square / count });
     Ok((network, (start, curve.collect())))
+}
+
+/// The views that there are.
+fn distinct(views: &[usize]) -> Vec<usize> {
+    let mut distinct = views.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+    distinct
 }
