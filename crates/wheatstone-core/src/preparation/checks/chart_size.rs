@@ -2,13 +2,14 @@
 
 use super::{
     Fault,
-    evidence::{CameraEvidence, Evidence},
+    evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
+    other_pose::GivenChart,
     pairs::Pair,
     robust_camera::RobustCamera,
     unit_ratios::{is_ratio, tidy},
 };
-use crate::geometry::{Point3, Pose, Vector3, other_tilt, principal_axes};
+use crate::geometry::{Point3, Pose, Vector3, principal_axes};
 use nalgebra::{SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
     levenberg_marquardt::{Damping, Patience, Problem, search},
@@ -68,8 +69,7 @@ pub(super) fn explained(
 /// How a chart's places are to be changed: stretched in its plane about its middle, turned, moved.
 #[derive(Clone, Debug)]
 struct Stretch {
-    middle: Point3,
-    along: [Vector3; 2],
+    given: GivenChart,
     scale: [f64; 2],
     turn: Vector3,
     by: Vector3,
@@ -77,16 +77,16 @@ struct Stretch {
 
 impl Stretch {
     fn map(&self, place: Point3) -> Point3 {
-        let own = place - self.middle;
-        let [a, b] = [0, 1].map(|axis| own.dot(&self.along[axis]));
-        let height = own - self.along[0] * a - self.along[1] * b;
+        let GivenChart { middle, along, .. } = self.given;
+        let own = place - middle;
+        let [a, b] = along.map(|side| own.dot(&side));
+        let height = own - along[0] * a - along[1] * b;
         let [by_a, by_b] = self.scale;
         // Points off the plane belong to the same body.
-        let stretched = self.along[0] * (a * by_a)
-            + self.along[1] * (b * by_b)
-            + height * (by_a * by_b).abs().sqrt();
+        let stretched =
+            along[0] * (a * by_a) + along[1] * (b * by_b) + height * (by_a * by_b).abs().sqrt();
         let turn = Pose::from_rotation_vector(Vector3::zeros(), self.turn);
-        self.middle + turn.rotation * stretched + self.by
+        middle + turn.rotation * stretched + self.by
     }
 
     /// Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
@@ -227,14 +227,15 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         shots.extend(cell.pairs.iter().step_by(step).map(|pair| (other, *pair)));
         all.extend(cell.pairs.iter().map(|pair| pair.0));
     }
-    let (middle, axes, _) = principal_axes(&all);
+    let (middle, axes, spread) = principal_axes(&all);
     let along = match &evidence.views[view].board {
         Some(board) => board.along,
         None => [axes[0], axes[1]],
     };
+    let spread = along.map(|side| [0, 1].map(|k| side.dot(&axes[k]) * spread[k]));
+    let given = GivenChart { middle, along, spread: spread.map(|[a, b]| (a * a + b * b).sqrt()) };
     let start = |scale: f64| Stretch {
-        middle,
-        along,
+        given,
         scale: [scale; 2],
         turn: Vector3::zeros(),
         by: Vector3::zeros(),
@@ -247,7 +248,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         (if moved.is_slip() { left_by(&moved) } else { f64::INFINITY }, moved)
     };
     let mut best = rigid(Vector3::zeros());
-    for turn in other_tilts(evidence, cameras, (middle, along)) {
+    for turn in given.other_tilts(evidence, cameras, middle) {
         if best.0 > 1.0 {
             let tilted = rigid(turn);
             best = if tilted.0 < best.0 { tilted } else { best };
@@ -290,32 +291,12 @@ fn simpler(
     if !stretch.is_sized() || stretch.is_slip() || (a / b - 1.0).abs() >= 0.01 {
         return (left, stretch);
     }
-    let middle = evidence.views[view].board.as_ref().map_or(stretch.middle, |board| board.centre);
+    let centre = evidence.views[view].board.as_ref().map(|board| board.centre);
+    let given = GivenChart { middle: centre.unwrap_or(stretch.given.middle), ..stretch.given };
     let (scale, turn, by) = ([0.5 * (a + b); 2], Vector3::zeros(), Vector3::zeros());
-    let simple = Stretch { middle, scale, turn, by, ..stretch.clone() };
+    let simple = Stretch { given, scale, turn, by, ..stretch.clone() };
     let own = left_by(&simple);
     if own <= AS_WELL * left { (own, simple) } else { (left, stretch) }
-}
-
-/// The turns, about its middle, that take a chart to the other pose in which each of these cameras sees it nearly alike.
-fn other_tilts(
-    evidence: &Evidence,
-    cameras: &[usize],
-    (middle, along): (Point3, [Vector3; 2]),
-) -> Vec<Vector3> {
-    let normal = along[0].cross(&along[1]);
-    let seen = cameras.iter().filter_map(|camera| evidence.seen[*camera].as_ref());
-    let turn = |seen: &CameraEvidence| {
-        let rotation = other_tilt(middle - seen.camera.centre(), normal);
-        Pose { rotation, ..Pose::default() }.rotation_vector()
-    };
-    seen.map(turn).collect()
-}
-
-/// Whether a chart that stood elsewhere is tilted as one of these turns tilts it, and where it should be.
-fn is_other_tilt(stretch: &Stretch, turns: &[Vector3]) -> bool {
-    let near = |turn: &Vector3| (stretch.turn - turn).norm() < 0.4 * turn.norm();
-    stretch.by.norm() < 0.08 && turns.iter().any(near)
 }
 
 fn named(
@@ -335,8 +316,7 @@ fn named(
         if before < 4.0 || !stretch.is_slip() {
             return None;
         }
-        let tilts = other_tilts(evidence, cameras, (stretch.middle, stretch.along));
-        if is_other_tilt(stretch, &tilts) {
+        if stretch.given.is_in_other_pose(evidence, cameras, (stretch.turn, stretch.by)) {
             let what = format!(
                 "the chart is tilted to the other side, by {angle:.2} degrees: its given pose is the wrong one of the two in which a camera sees a flat chart nearly alike"
             );

@@ -21,6 +21,7 @@ mod field;
 mod finding;
 mod frame;
 mod handedness;
+mod other_pose;
 mod pairs;
 mod pixel_offset;
 mod pixel_units;

@@ -1,0 +1,60 @@
+//! The other of the two poses in which a camera sees a flat chart nearly alike.
+
+use super::evidence::{CameraEvidence, Evidence};
+use crate::geometry::{Point3, Pose, Vector3, other_tilt};
+
+/// Where a view's chart was said to be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GivenChart {
+    /// The middle of its points.
+    pub(super) middle: Point3,
+    /// The directions of its sides.
+    pub(super) along: [Vector3; 2],
+    /// Standard deviations of its points along them.
+    pub(super) spread: [f64; 2],
+}
+
+impl GivenChart {
+    /// The turns, about a point of it, that take it to the other pose in which each of these cameras sees it nearly
+    /// alike.
+    pub(super) fn other_tilts(
+        &self,
+        evidence: &Evidence,
+        cameras: &[usize],
+        about: Point3,
+    ) -> Vec<Vector3> {
+        let normal = self.along[0].cross(&self.along[1]);
+        let seen = cameras.iter().filter_map(|camera| evidence.seen[*camera].as_ref());
+        let turn = |seen: &CameraEvidence| {
+            let rotation = other_tilt(about - seen.camera.centre(), normal);
+            Pose { rotation, ..Pose::default() }.rotation_vector()
+        };
+        seen.map(turn).collect()
+    }
+
+    /// Whether a chart that is turned by so much about its middle, and moved, stands in that other pose, tilted about
+    /// any of its points: a pose may have been found from a part of them.
+    pub(super) fn is_in_other_pose(
+        &self,
+        evidence: &Evidence,
+        cameras: &[usize],
+        (turn, by): (Vector3, Vector3),
+    ) -> bool {
+        /// Of the turn, and of the scene's size.
+        const NEAR: f64 = 0.3;
+        const IN_PLACE: f64 = 0.08;
+        let rotation = Pose::from_rotation_vector(Vector3::zeros(), turn).rotation;
+        let holds = |about: Point3| {
+            let arm = self.middle - about;
+            let tilts = self.other_tilts(evidence, cameras, about);
+            (by - (rotation * arm - arm)).norm() < IN_PLACE
+                && tilts.iter().any(|tilt| (turn - tilt).norm() < NEAR * tilt.norm())
+        };
+        let steps = || [0.0, -1.0, 1.0, -2.0, 2.0].into_iter();
+        let points = steps().flat_map(|a| steps().map(move |b| [a, b]));
+        points.into_iter().any(|shares| {
+            let side = |axis: usize| self.along[axis] * (shares[axis] * self.spread[axis]);
+            holds(self.middle + side(0) + side(1))
+        })
+    }
+}
