@@ -9,7 +9,7 @@ use super::{
     robust_camera::RobustCamera,
     unit_ratios::{is_ratio, tidy},
 };
-use crate::geometry::{Point3, Pose, Vector3, principal_axes};
+use crate::geometry::{Point3, Pose, Vector3};
 use nalgebra::{SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
     levenberg_marquardt::{Damping, Patience, Problem, search},
@@ -227,13 +227,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         shots.extend(cell.pairs.iter().step_by(step).map(|pair| (other, *pair)));
         all.extend(cell.pairs.iter().map(|pair| pair.0));
     }
-    let (middle, axes, spread) = principal_axes(&all);
-    let along = match &evidence.views[view].board {
-        Some(board) => board.along,
-        None => [axes[0], axes[1]],
-    };
-    let spread = along.map(|side| [0, 1].map(|k| side.dot(&axes[k]) * spread[k]));
-    let given = GivenChart { middle, along, spread: spread.map(|[a, b]| (a * a + b * b).sqrt()) };
+    let given = GivenChart::of(&all, evidence.views[view].board.as_ref().map(|board| board.along));
     let start = |scale: f64| Stretch {
         given,
         scale: [scale; 2],
@@ -248,7 +242,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         (if moved.is_slip() { left_by(&moved) } else { f64::INFINITY }, moved)
     };
     let mut best = rigid(Vector3::zeros());
-    for turn in given.other_tilts(evidence, cameras, middle) {
+    for turn in given.other_tilts(evidence, cameras, given.middle) {
         if best.0 > 1.0 {
             let tilted = rigid(turn);
             best = if tilted.0 < best.0 { tilted } else { best };
@@ -294,7 +288,7 @@ fn simpler(
     let centre = evidence.views[view].board.as_ref().map(|board| board.centre);
     let given = GivenChart { middle: centre.unwrap_or(stretch.given.middle), ..stretch.given };
     let (scale, turn, by) = ([0.5 * (a + b); 2], Vector3::zeros(), Vector3::zeros());
-    let simple = Stretch { given, scale, turn, by, ..stretch.clone() };
+    let simple = Stretch { given, scale, turn, by };
     let own = left_by(&simple);
     if own <= AS_WELL * left { (own, simple) } else { (left, stretch) }
 }

@@ -1,7 +1,7 @@
 //! The other of the two poses in which a camera sees a flat chart nearly alike.
 
 use super::evidence::{CameraEvidence, Evidence};
-use crate::geometry::{Point3, Pose, Vector3, other_tilt};
+use crate::geometry::{Point3, Pose, Vector3, other_tilt, principal_axes};
 
 /// Where a view's chart was said to be.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,14 @@ pub(super) struct GivenChart {
 }
 
 impl GivenChart {
+    /// Of its points; `along` is what is known of its sides.
+    pub(super) fn of(points: &[Point3], along: Option<[Vector3; 2]>) -> Self {
+        let (middle, axes, spread) = principal_axes(points);
+        let along = along.unwrap_or([axes[0], axes[1]]);
+        let own = along.map(|side| [0, 1].map(|k| side.dot(&axes[k]) * spread[k]));
+        Self { middle, along, spread: own.map(|[a, b]| (a * a + b * b).sqrt()) }
+    }
+
     /// The turns, about a point of it, that take it to the other pose in which each of these cameras sees it nearly
     /// alike.
     pub(super) fn other_tilts(

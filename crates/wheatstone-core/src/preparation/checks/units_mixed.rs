@@ -11,7 +11,7 @@ use super::{
     unit_ratios::{tidy, unit_ratios},
     views::LEAST,
 };
-use crate::geometry::Point3;
+use crate::geometry::{Point3, ProjectionMatrix};
 use wheatstone_numeric::statistics::median;
 
 pub(super) struct UnitsMixed;
@@ -58,7 +58,7 @@ fn stretches() -> impl Iterator<Item = Stretch> {
 
 /// One or two columns in another unit in all views.
 pub(super) fn units_throughout(evidence: &Evidence) -> Option<Proposal> {
-    by_lattice(evidence).or_else(|| by_pixels(evidence))
+    by_lattice(evidence).or_else(|| by_pixels(evidence)).or_else(|| by_pixel_shape(evidence))
 }
 
 /// Charts that stand askew are lattices of one pitch only in their own unit.
@@ -107,6 +107,48 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
     let share = count as f64 / places.len() as f64;
     let figures = vec![("share of views that are lattices of one pitch then".into(), share)];
     (share > 0.85).then(|| proposal(evidence, best, figures))
+}
+
+/// A stretched world before cameras that look along its axes only makes their pixels oblong: no camera's are square,
+/// and all are once it is put right.
+fn by_pixel_shape(evidence: &Evidence) -> Option<Proposal> {
+    /// Deviations from squares. An anamorphic lens is far from any ratio of units.
+    const OBLONG: f64 = 0.5;
+    const SQUARE: f64 = 0.03;
+    let cameras = 0..evidence.data.cameras;
+    let worst = |which: [bool; 3], ratio: f64| {
+        cameras
+            .clone()
+            .map(|camera| deviation_from_squares(evidence, camera, (which, ratio)))
+            .fold(0.0, f64::max)
+    };
+    if cameras
+        .clone()
+        .any(|camera| deviation_from_squares(evidence, camera, ([false; 3], 1.0)) < OBLONG)
+    {
+        return None;
+    }
+    let tried = stretches().map(|stretch| (worst(stretch.0, stretch.1), stretch));
+    let (left, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let figures = vec![("deviation of pixels from squares then".into(), left)];
+    (left < SQUARE).then(|| proposal(evidence, best, figures))
+}
+
+/// How far the pixels of a distortion-free camera are from squares, in a world some of whose coordinates are divided by
+/// a ratio: skew, or the logarithm of the ratio of its focal lengths.
+fn deviation_from_squares(
+    evidence: &Evidence,
+    camera: usize,
+    (which, ratio): ([bool; 3], f64),
+) -> f64 {
+    let pairs = evidence.cells.iter().flat_map(|view| &view[camera].pairs);
+    let pairs: Vec<Pair> =
+        pairs.map(|(place, pixel)| (in_unit(evidence, which, ratio, *place), *pixel)).collect();
+    let inner = ProjectionMatrix::fit(&pairs).and_then(|matrix| Some(matrix.decompose()?.0));
+    inner.map_or(f64::INFINITY, |inner| {
+        let [x, y] = [inner[(0, 0)], inner[(1, 1)]];
+        libm::log(x / y).abs().max(inner[(0, 1)].abs() / y)
+    })
 }
 
 /// The share of its error that each camera is left with at most in the right unit.
