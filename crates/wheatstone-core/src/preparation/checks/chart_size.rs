@@ -100,10 +100,11 @@ impl Stretch {
     }
 
     fn stepped(&self, step: &SVector<f64, 8>) -> Self {
+        let [right, down] = self.given.along;
         Self {
             scale: [self.scale[0] + step[0], self.scale[1] + step[1]],
             turn: self.turn + Vector3::new(step[2], step[3], step[4]),
-            by: self.by + Vector3::new(step[5], step[6], step[7]),
+            by: self.by + right * step[5] + down * step[6] + right.cross(&down) * step[7],
             ..self.clone()
         }
     }
@@ -112,8 +113,11 @@ impl Stretch {
 /// The view's points with each camera.
 type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
 
-/// Numbers of a stretch: the scales, the turn, the move; and those that a hypothesis adjusts.
+/// Numbers of a stretch: the scales, the turn, the move along the sides and across; and those that a hypothesis adjusts.
 const RIGID: &[usize] = &[2, 3, 4, 5, 6, 7];
+const SCALES: &[usize] = &[0, 1];
+const SHIFT: &[usize] = &[5, 6];
+const SCALES_AND_SHIFT: &[usize] = &[0, 1, 5, 6];
 const SIZED: &[usize] = &[0, 1, 5, 6, 7];
 const ANY: &[usize] = &[0, 1, 2, 3, 4, 5, 6, 7];
 
@@ -269,14 +273,15 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
         return None;
     }
-    let (left, stretch) = simpler(evidence, view, (left, stretch), &left_by);
+    let centre = evidence.views[view].board.as_ref().map(|board| board.centre);
+    let (left, stretch) = simpler((&shots, centre), (left, stretch), &left_by);
     named(evidence, view, cameras, (left, before), &stretch)
 }
 
-/// The same where a chart of another size would do that stands where it should: what is not adjusted does not err.
+/// The same where a chart of another size would do that stands where it should, or is shifted in its plane, as its
+/// size may count from any of its points: what is not adjusted does not err.
 fn simpler(
-    evidence: &Evidence,
-    view: usize,
+    (shots, centre): (&Shots, Option<Point3>),
     (left, stretch): (f64, Stretch),
     left_by: &impl Fn(&Stretch) -> f64,
 ) -> (f64, Stretch) {
@@ -285,12 +290,20 @@ fn simpler(
     if !stretch.is_sized() || stretch.is_slip() || (a / b - 1.0).abs() >= 0.01 {
         return (left, stretch);
     }
-    let centre = evidence.views[view].board.as_ref().map(|board| board.centre);
-    let given = GivenChart { middle: centre.unwrap_or(stretch.given.middle), ..stretch.given };
-    let (scale, turn, by) = ([0.5 * (a + b); 2], Vector3::zeros(), Vector3::zeros());
-    let simple = Stretch { given, scale, turn, by };
-    let own = left_by(&simple);
-    if own <= AS_WELL * left { (own, simple) } else { (left, stretch) }
+    let simple = |middle: Point3, shift: &'static [usize]| {
+        let given = GivenChart { middle, ..stretch.given };
+        let (turn, by) = (Vector3::zeros(), Vector3::zeros());
+        let free = if shift.is_empty() { SCALES } else { SCALES_AND_SHIFT };
+        let sized = adjusted(shots, Stretch { given, turn, by, scale: stretch.scale }, free);
+        let scale = [0.5 * (sized.scale[0] + sized.scale[1]); 2];
+        let alike = adjusted(shots, Stretch { scale, ..sized }, shift);
+        let own = left_by(&alike);
+        (own <= AS_WELL * left).then_some((own, alike))
+    };
+    centre
+        .and_then(|centre| simple(centre, &[]))
+        .or_else(|| simple(stretch.given.middle, SHIFT))
+        .unwrap_or((left, stretch))
 }
 
 fn named(
