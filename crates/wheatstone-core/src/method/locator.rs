@@ -22,9 +22,8 @@ use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns, StageCovariance},
 };
-use columns::those;
 use covariance_table::CovarianceTable;
-use located_batch::{LOWER, Slots};
+use located_batch::{LOWER, Slots, those};
 use piece::{PIECES, Piece};
 use rayon::prelude::*;
 use rig::{BatchOutputs, Rig};

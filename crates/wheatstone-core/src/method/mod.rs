@@ -154,7 +154,7 @@ impl Residual {
     fn misfit(self, cameras: usize) -> Option<(f64, usize)> {
         let coordinates = 2 * cameras;
         let chi_square = coordinates as f64 * (self.rms / self.sigma).powi(2);
-        (chi_square.is_finite() && coordinates > 3).then_some((chi_square, coordinates - 3))
+        (chi_square.is_finite() && coordinates > 3).then(|| (chi_square, coordinates - 3))
     }
 }
 

@@ -6,7 +6,7 @@
 //! Tsai 1989 (doi:10.1093/biomet/76.2.297).
 
 use super::{
-    AnyReconstructor, CameraUncertainty, Fit, chart_pose_uncertainty,
+    AnyReconstructor, CameraUncertainty, Fit, camera_uncertainty, chart_pose_uncertainty,
     checks::{enough, linear_camera},
     fitted_camera::FittedCamera,
     fitted_cameras::FittedCameras,
@@ -348,6 +348,7 @@ where
             first += open.numbers();
         }
     }
+    camera_uncertainty::weigh(&mut uncertainty);
     let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
     Ok(Fit::of(FittedCameras { cameras, uncertainty, pixel_sigma }))
 }

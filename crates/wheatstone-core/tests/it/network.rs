@@ -13,7 +13,7 @@ fn a_fit_of_which_points_are_asked_only_is_the_same_map_and_takes_the_start_it_i
     if let AnyMethod::Network(network) = &mut method
         && let Training::Evidence(training) = &mut network.training
     {
-        (training.starts, training.steps) = (3, 40);
+        (training.starts, training.steps) = (3, 200);
     }
     let whole = method.fit_checked(&data, 0, &Silent).unwrap();
     assert!(whole.start.is_some_and(|start| start < 3));

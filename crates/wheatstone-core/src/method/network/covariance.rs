@@ -37,13 +37,12 @@ impl SetNetwork {
         for (index, camera) in self.cameras.iter().enumerate() {
             by_pixels.columns_mut(2 * camera, 2).copy_from(&slopes.columns(2 * index, 2));
         }
-        let sigma = self.noise.pixel_sigma(targets)?;
         let sigmas = self.pixel_sigmas(targets);
-        let least = sigmas[DISTANCE];
+        let sigma = sigmas[DISTANCE];
         let unit = product(&slopes, &slopes.transpose()).fixed_view::<3, 3>(0, 0).into_owned();
-        let missed = sigmas.map(|of_target| (of_target.powi(2) - least.powi(2)).max(0.0));
+        let missed = sigmas.map(|of_target| (of_target.powi(2) - sigma.powi(2)).max(0.0));
         let missed = Matrix3::from_diagonal(&missed.into()).component_mul(&unit);
-        let noise = unit * least.powi(2) + missed;
+        let noise = unit * sigma.powi(2) + missed;
         let local = self.local_noise(&noise);
         let covariance = noise + local * weights * local + placed;
         Some(Estimate { targets, by_pixels, sigma, by_places, covariance })

@@ -14,7 +14,7 @@ pub(super) struct Estimate {
     /// Derivatives of the targets by both coordinates of each camera's pixel, three rows; 0 for cameras that are not
     /// of its set.
     pub(super) by_pixels: DMatrix<f64>,
-    /// Standard deviation of a pixel coordinate.
+    /// Standard deviation of a pixel coordinate, with what networks miss of the optics alike.
     pub(super) sigma: f64,
     /// By how much the targets err with each of the charts' motions, three rows.
     pub(super) by_places: DMatrix<f64>,

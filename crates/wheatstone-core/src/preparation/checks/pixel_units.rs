@@ -100,24 +100,29 @@ fn naming(measure: &Measure) -> Option<(&'static str, String, [f64; 2])> {
     })
 }
 
-/// The ratio of small whole numbers that is meant, where one is near.
+/// The ratio of small whole numbers that is meant, where one is near: the smaller they are the farther.
 fn clean(scale: f64) -> f64 {
     for below in 1..=9_u32 {
         let above = (scale * f64::from(below)).round();
         let ratio = above / f64::from(below);
-        if above > 0.0 && (scale / ratio - 1.0).abs() < 2e-3 {
+        let near = if below <= 4 && above <= 4.0 { 6e-3 } else { 2e-3 };
+        if above > 0.0 && (scale / ratio - 1.0).abs() < near {
             return ratio;
         }
     }
     scale
 }
 
+/// What is meant explains pixels as well as what was measured, if it leaves no more than this times as much: four numbers
+/// more follow what other views say wrongly of this one.
+const AS_WELL: f64 = 1.5;
+
 /// The offset that goes with a scale: of points that were seen where others expect them, and where it is near to
 /// what programs make of a picture, that. Flips move by whole pixels; resizing keeps the middle or the corner of the
 /// first pixel.
 fn offset(points: &[(f64, f64)], scale: f64) -> f64 {
     /// The other views say it to this, in pixels of the altered picture.
-    const NEAR: f64 = 0.5;
+    const NEAR: f64 = 0.7;
     let rest: Vec<f64> = points.iter().map(|(x, y)| y - scale * x).collect();
     let found = median(&rest);
     let usual = if scale.abs() == 1.0 { [found.round(); 2] } else { [0.0, 0.5 * (scale - 1.0)] };
@@ -144,12 +149,13 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
     let (code, what, scale) = naming(&fitted)?;
     let offset = std::array::from_fn(|axis| offset(&seen[axis], scale[axis]));
     let measure = Measure { scale, offset, exchanged };
-    let mut left =
-        evidence.explained(cell, |_, (world, pixel)| Some((world, measure.undone(pixel))));
-    let mut undo = measure;
-    if left > 1.0 {
-        undo = fitted;
-        left = evidence.explained(cell, |_, (world, pixel)| Some((world, fitted.undone(pixel))));
+    let left_by = |undo: Measure| {
+        evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))))
+    };
+    let (mut left, mut undo) = (left_by(measure), measure);
+    let measured = if left > 1.0 { left_by(fitted) } else { left };
+    if left > AS_WELL * measured || !evidence.accepts(cell, left) {
+        (left, undo) = (measured, fitted);
     }
     if !evidence.accepts(cell, left) {
         return None;

@@ -7,7 +7,7 @@ use super::{
     coverage::{THIN, thickness},
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
-    pairs::Pair,
+    pairs::{Pair, extent},
     unit_ratios::{tidy, unit_ratios},
     views::LEAST,
 };
@@ -115,40 +115,44 @@ fn by_pixel_shape(evidence: &Evidence) -> Option<Proposal> {
     /// Deviations from squares. An anamorphic lens is far from any ratio of units.
     const OBLONG: f64 = 0.5;
     const SQUARE: f64 = 0.03;
-    let cameras = 0..evidence.data.cameras;
-    let worst = |which: [bool; 3], ratio: f64| {
-        cameras
-            .clone()
-            .map(|camera| deviation_from_squares(evidence, camera, (which, ratio)))
-            .fold(0.0, f64::max)
-    };
-    if cameras
-        .clone()
-        .any(|camera| deviation_from_squares(evidence, camera, ([false; 3], 1.0)) < OBLONG)
-    {
+    if thickness(evidence).is_none_or(|share| share < THIN) {
         return None;
     }
-    let tried = stretches().map(|stretch| (worst(stretch.0, stretch.1), stretch));
-    let (left, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let cameras: Vec<Vec<Pair>> = (0..evidence.data.cameras)
+        .map(|camera| evidence.cells.iter().flat_map(|view| &view[camera].pairs).copied().collect())
+        .collect();
+    let shapes = |which: [bool; 3], ratio: f64| {
+        let read = |(place, pixel): &Pair| (in_unit(evidence, which, ratio, *place), *pixel);
+        let shape =
+            |pairs: &Vec<Pair>| deviation_from_squares(&pairs.iter().map(read).collect::<Vec<_>>());
+        cameras.iter().map(shape).collect::<Option<Vec<f64>>>()
+    };
+    if shapes([false; 3], 1.0)?.into_iter().any(|deviation| deviation < OBLONG) {
+        return None;
+    }
+    let worst = |stretch: Stretch| {
+        let shapes = shapes(stretch.0, stretch.1)?;
+        Some((shapes.into_iter().fold(0.0, f64::max), stretch))
+    };
+    let (left, best) = stretches().filter_map(worst).min_by(|a, b| a.0.total_cmp(&b.0))?;
     let figures = vec![("deviation of pixels from squares then".into(), left)];
     (left < SQUARE).then(|| proposal(evidence, best, figures))
 }
 
-/// How far the pixels of a distortion-free camera are from squares, in a world some of whose coordinates are divided by
-/// a ratio: skew, or the logarithm of the ratio of its focal lengths.
-fn deviation_from_squares(
-    evidence: &Evidence,
-    camera: usize,
-    (which, ratio): ([bool; 3], f64),
-) -> f64 {
-    let pairs = evidence.cells.iter().flat_map(|view| &view[camera].pairs);
-    let pairs: Vec<Pair> =
-        pairs.map(|(place, pixel)| (in_unit(evidence, which, ratio, *place), *pixel)).collect();
-    let inner = ProjectionMatrix::fit(&pairs).and_then(|matrix| Some(matrix.decompose()?.0));
-    inner.map_or(f64::INFINITY, |inner| {
-        let [x, y] = [inner[(0, 0)], inner[(1, 1)]];
-        libm::log(x / y).abs().max(inner[(0, 1)].abs() / y)
-    })
+/// How far the pixels of a distortion-free camera are from squares: skew, or the logarithm of the ratio of its focal
+/// lengths. `None` for points that no such camera explains, however the world is stretched.
+fn deviation_from_squares(pairs: &[Pair]) -> Option<f64> {
+    /// Of the picture: room for a lens.
+    const EXPLAINED: f64 = 0.01;
+    let matrix = ProjectionMatrix::fit(pairs)?;
+    let error = |(place, pixel): &Pair| {
+        matrix.project(*place).map_or(f64::INFINITY, |seen| (seen - pixel).norm())
+    };
+    let errors: Vec<f64> = pairs.iter().map(error).collect();
+    let inner = matrix.decompose()?.0;
+    let [x, y] = [inner[(0, 0)], inner[(1, 1)]];
+    let deviation = libm::log(x / y).abs().max(inner[(0, 1)].abs() / y);
+    (median(&errors) < EXPLAINED * extent(pairs)).then_some(deviation)
 }
 
 /// The share of its error that each camera is left with at most in the right unit.
