@@ -43,13 +43,11 @@ pub(super) fn fused(estimates: &[Estimate]) -> Option<([f64; 3], Matrix3<f64>)> 
     let mut by_places = DMatrix::zeros(count, first.by_places.ncols());
     let mut targets = DVector::zeros(count);
     for (index, estimate) in estimates.iter().enumerate() {
-        by_pixels.rows_mut(3 * index, 3).copy_from(&estimate.by_pixels);
+        by_pixels.rows_mut(3 * index, 3).copy_from(&(&estimate.by_pixels * estimate.sigma));
         by_places.rows_mut(3 * index, 3).copy_from(&estimate.by_places);
         targets.rows_mut(3 * index, 3).copy_from_slice(&estimate.targets);
     }
-    // The cameras are the same: so is their noise.
-    let variance = estimates.iter().map(|e| e.sigma.powi(2)).sum::<f64>() / estimates.len() as f64;
-    let mut covariance = square(&by_pixels) * variance + square(&by_places);
+    let mut covariance = square(&by_pixels) + square(&by_places);
     for (index, estimate) in estimates.iter().enumerate() {
         let mut block = covariance.fixed_view_mut::<3, 3>(3 * index, 3 * index);
         block.copy_from(&(estimate.covariance * (1.0 + SLOPES)));
