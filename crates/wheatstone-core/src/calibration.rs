@@ -149,9 +149,9 @@ impl Calibration {
             let (validation, held_out) = if validate { judge()? } else { None }.unzip();
             (training, validation, held_out.unwrap_or_default())
         };
-        let point_noise = PointNoise::fit(&*fit.reconstructor, data);
-        let map = CalibratedMap::new(&*fit.reconstructor).with_noise(point_noise);
+        let map = CalibratedMap::new(&*fit.reconstructor).with_noise_of(data);
         let ellipsoids = Ellipsoids::estimate(&map, data, &held_out);
+        let point_noise = map.noise();
         Ok(Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -198,8 +198,7 @@ impl Calibration {
     #[must_use]
     pub fn map(&self) -> CalibratedMap<'_> {
         CalibratedMap::new(&*self.reconstructor)
-            .with_noise(self.point_noise)
-            .with_stage(self.stage_covariance.as_ref())
+            .with_uncertainty(self.point_noise, self.stage_covariance.as_ref())
     }
 
     /// The method whose fit this is, and that fit, as they were held against views left out.

@@ -119,7 +119,8 @@ impl<'a> Scene<'a> {
         if row.pixels.len() != map.cameras() {
             return None;
         }
-        let found = CalibratedMap::new(&**map).with_noise(self.noise).locate(&row.pixels)?;
+        let found =
+            CalibratedMap::new(&**map).with_uncertainty(self.noise, None).locate(&row.pixels)?;
         let c = found.covariance;
         let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
         let all_finite = found.point.iter().chain(&covariance).all(|value| value.is_finite());

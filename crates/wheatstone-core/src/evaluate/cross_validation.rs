@@ -9,7 +9,7 @@ use crate::{
         split::{Fold, FoldKind, folds},
     },
     geometry::Point3,
-    method::{AnyMethod, CalibratedMap, Fit, PointNoise, Reconstructor},
+    method::{AnyMethod, CalibratedMap, Fit},
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -67,10 +67,13 @@ fn run(
     Ok(match fitted {
         Ok(fit) => Outcome {
             errors: in_whole(fold, point_errors(&*fit.reconstructor, &exam, from)),
-            distances: mahalanobis2(&with_point_noise(&*fit.reconstructor, &train), &exam)
-                .into_iter()
-                .map(|distance2| Distance { kind: fold.kind, distance2 })
-                .collect(),
+            distances: mahalanobis2(
+                &CalibratedMap::new(&*fit.reconstructor).with_noise_of(&train),
+                &exam,
+            )
+            .into_iter()
+            .map(|distance2| Distance { kind: fold.kind, distance2 })
+            .collect(),
             points,
             problem: None,
         },
@@ -79,11 +82,6 @@ fn run(
             Outcome { errors: Vec::new(), distances: Vec::new(), points, problem }
         }
     })
-}
-
-/// A map with the noise that the points it was fitted to show.
-fn with_point_noise<'a>(map: &'a dyn Reconstructor, train: &Dataset) -> CalibratedMap<'a> {
-    CalibratedMap::new(map).with_noise(PointNoise::fit(map, train))
 }
 
 /// The errors on a fold with their places in the whole dataset.
@@ -166,8 +164,8 @@ pub fn cross_validate(
     Ok(hold_out(method, data, seed, progress)?.map(|(validation, _)| validation))
 }
 
-/// [`cross_validate`], with how far each point held out lies from its place by its own error bars, [`PointNoise`]
-/// in them: what [`super::Ellipsoids::estimate`] asks for.
+/// [`cross_validate`], with how far each point held out lies from its place by its own error bars, with noise
+/// that differs from point to point in them: what [`super::Ellipsoids::estimate`] asks for.
 ///
 /// # Errors
 ///

@@ -2,7 +2,10 @@
 //! uncertain of the charts that it was fitted to.
 
 use super::{Located, PointNoise, Reconstructor};
-use crate::geometry::{Pixel, Point3, Ray, StageCovariance};
+use crate::{
+    dataset::Dataset,
+    geometry::{Pixel, Point3, Ray, StageCovariance},
+};
 use nalgebra::Matrix2x3;
 
 /// A map with all that is known of its error bars; it has no [`super::Plan`] of its own.
@@ -19,18 +22,29 @@ impl<'a> CalibratedMap<'a> {
         Self { map, noise: None, stage: None }
     }
 
-    /// With noise that differs from point to point.
+    /// With noise that differs from point to point, and what is uncertain of the places of the charts that the map
+    /// was fitted to, as [`super::Locator::with_uncertainty`].
     #[must_use]
-    pub fn with_noise(mut self, noise: Option<PointNoise>) -> Self {
-        self.noise = noise;
+    pub fn with_uncertainty(
+        mut self,
+        noise: Option<PointNoise>,
+        stage: Option<&'a StageCovariance>,
+    ) -> Self {
+        (self.noise, self.stage) = (noise, stage);
         self
     }
 
-    /// With what is uncertain of the places of the charts that the map was fitted to.
+    /// With the noise that the points show to which the map was fitted.
     #[must_use]
-    pub fn with_stage(mut self, stage: Option<&'a StageCovariance>) -> Self {
-        self.stage = stage;
+    pub fn with_noise_of(mut self, train: &Dataset) -> Self {
+        self.noise = PointNoise::fit(self.map, train);
         self
+    }
+
+    /// How much its noise differs from point to point.
+    #[must_use]
+    pub fn noise(&self) -> Option<PointNoise> {
+        self.noise
     }
 }
 

@@ -18,7 +18,7 @@ use wheatstone_numeric::covariance::{Covariance, LeastSquaresCovariance};
 pub struct CameraUncertainty {
     /// About its predictions.
     pub noise: PixelNoise,
-    /// What a squared pixel of its error counts beside those of other cameras: one over its noise's variance.
+    /// What a squared pixel of its error counts beside those of other cameras.
     #[serde(default = "one")]
     pub weight: f64,
     /// The numbers that were adjusted: 0 to 2 a turn of the world about `about`, 3 to 5 a move, in
@@ -39,29 +39,23 @@ fn one() -> f64 {
     1.0
 }
 
-/// Mean squared error of pixels, each given with the sum of its two coordinates' squares, of a fit with so many
-/// unknowns.
-fn variance(seen: &[(Pixel, f64)], unknowns: f64) -> f64 {
-    let total: f64 = seen.iter().map(|(_, square)| square).sum();
-    total / (2.0 * seen.len() as f64 - unknowns).max(1.0)
-}
-
-/// Cameras count alike, unless their noises clearly differ: one over the variance then.
-pub(super) fn weigh(cameras: &mut [CameraUncertainty]) {
-    /// Ratio of variances. With a hundred points chance makes a fifth; what is lost below is less than a percent.
-    const DIFFERENT: f64 = 1.3;
+/// What a squared pixel of error counts, a camera: one over its noise's variance where the cameras clearly differ, else
+/// all alike. Of each camera the sum of its squared errors and their degrees of freedom.
+pub(super) fn weights(cameras: &[(f64, f64)]) -> Vec<f64> {
+    /// Ratio of variances. What weights gain below it is less than a percent.
+    const WORTH: f64 = 1.3;
+    /// Standard deviations of the logarithm of the ratio of two variances that are the same.
+    const CHANCE: f64 = 3.0;
     /// Squared pixels. Errors of rounding say nothing of a camera.
     const LEAST: f64 = 1e-8;
-    let variances = cameras.iter().map(|camera| 1.0 / camera.weight);
-    let bounds = |(least, most): (f64, f64), variance: f64| {
-        let variance = variance.max(LEAST);
-        (least.min(variance), most.max(variance))
-    };
-    let (least, most) = variances.fold((f64::INFINITY, 0.0), bounds);
-    for camera in cameras {
-        let own = camera.weight.min(1.0 / LEAST);
-        camera.weight = if most > DIFFERENT * least { own } else { 1.0 };
-    }
+    let variances: Vec<f64> =
+        cameras.iter().map(|(squares, freedom)| (squares / freedom.max(1.0)).max(LEAST)).collect();
+    let least = variances.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = variances.iter().copied().fold(0.0, f64::max);
+    let fewest = cameras.iter().map(|(_, freedom)| freedom.max(1.0)).fold(f64::INFINITY, f64::min);
+    let by_chance = libm::exp(CHANCE * (4.0 / fewest).sqrt());
+    let differ = most > least * WORTH.max(by_chance);
+    variances.iter().map(|variance| if differ { 1.0 / variance } else { 1.0 }).collect()
 }
 
 impl CameraUncertainty {
@@ -73,16 +67,14 @@ impl CameraUncertainty {
         pairs: &[(Point3, Pixel)],
     ) -> Option<Self> {
         let middle = pairs.iter().map(|(world, _)| world.coords).sum::<Vector3>();
-        let error = |(world, pixel): &(Point3, Pixel)| {
+        let seen = pairs.iter().filter_map(|(world, pixel)| {
             Some((*pixel, (camera.project(*world)? - pixel).norm_squared()))
-        };
-        let seen: Vec<(Pixel, f64)> = pairs.iter().filter_map(error).collect();
-        let unknowns = adjusted.len() as f64 + beside;
+        });
         let mut rising = adjusted.to_vec();
         rising.sort_unstable();
         let mut found = Self {
-            noise: PixelNoise::fit(&seen, unknowns),
-            weight: 1.0 / variance(&seen, unknowns).max(f64::MIN_POSITIVE),
+            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64 + beside),
+            weight: 1.0,
             adjusted: rising,
             about: Point3::from(middle / pairs.len() as f64),
             covariance: Covariance::default(),
@@ -206,5 +198,20 @@ impl CameraUncertainty {
             && self.covariance.is_sound(self.adjusted.len())
             && (self.shared.is_empty() || self.shared.len() == self.numbers() * earlier)
             && self.shared.iter().all(|value| value.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_are_weighed_where_their_noises_differ_by_more_than_chance() {
+        assert_eq!(weights(&[(8.0, 800.0), (32.0, 800.0)]), [100.0, 25.0]);
+        // A fifth more is not worth it, and twice as much of twenty is chance.
+        assert_eq!(weights(&[(8.0, 800.0), (9.6, 800.0)]), [1.0, 1.0]);
+        assert_eq!(weights(&[(0.2, 20.0), (0.4, 20.0)]), [1.0, 1.0]);
+        // Errors of rounding.
+        assert_eq!(weights(&[(1e-20, 800.0), (1e-24, 800.0)]), [1.0, 1.0]);
     }
 }

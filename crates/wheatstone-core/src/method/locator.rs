@@ -6,6 +6,7 @@
 mod chebyshev_undistortion;
 mod columns;
 mod covariance_table;
+mod indices;
 mod located_batch;
 mod piece;
 mod plan;
@@ -23,7 +24,8 @@ use crate::{
     geometry::{Pixel, PixelColumns, StageCovariance},
 };
 use covariance_table::CovarianceTable;
-use located_batch::{LOWER, Slots, those};
+use indices::indices_where;
+use located_batch::{LOWER, Slots};
 use piece::{PIECES, Piece};
 use rayon::prelude::*;
 use rig::{BatchOutputs, Rig};
@@ -258,7 +260,7 @@ impl<'a> Locator<'a> {
             self.covariance(pixels, &nearness, &mut slots);
         }
         // Where nothing is known there are no error bars either.
-        let mut unsure = those(slots.covariance[0], |value| !value.is_finite());
+        let mut unsure = indices_where(slots.covariance[0], |value| !value.is_finite());
         unsure.retain(|index| lost.binary_search(index).is_err());
         let mut wanted = BTreeMap::new();
         let mut one_by_one = |index: usize, is_met: bool| {
@@ -293,7 +295,7 @@ impl<'a> Locator<'a> {
         if let Some(base) = &map.base {
             let point = Some(slots.point.each_mut().map(|column| &mut **column));
             base.meet(pixels, BatchOutputs { point, residual, nearness });
-            lost = those(residual, is_far);
+            lost = indices_where(residual, is_far);
         }
         let Some(learned) = &map.learned else {
             if map.base.is_none() {
@@ -303,12 +305,12 @@ impl<'a> Locator<'a> {
         };
         (learned.correct)(pixels, &mut slots.point);
         if map.base.is_none() {
-            lost = those(slots.point[2], |z| !z.is_finite());
+            lost = indices_where(slots.point[2], |z| !z.is_finite());
         }
         match &map.epipolar_check {
             Some(epipolar_check) if full => {
                 epipolar_check.meet(pixels, BatchOutputs { point: None, residual, nearness });
-                lost.extend(those(residual, is_far));
+                lost.extend(indices_where(residual, is_far));
                 lost.sort_unstable();
                 lost.dedup();
             }

@@ -6,7 +6,7 @@
 //! surely the more cameras saw it (Smyth 2004, doi:10.2202/1544-6115.1027, does so for genes).
 
 use super::{Located, Reconstructor};
-use crate::dataset::Dataset;
+use crate::dataset::{Correspondence, Dataset};
 use serde::{Deserialize, Serialize};
 
 /// How much the variance of the pixel noise differs from point to point.
@@ -17,9 +17,10 @@ pub struct PointNoise {
     freedom: f64,
 }
 
-/// Degrees of freedom that are tried, each by this factor above 2 as much as the one before.
-const FACTOR: f64 = 1.25;
+/// Degrees of freedom that are tried: how far above 2 they begin, by what factor that grows, and the most, beyond
+/// which t is as good as normal.
 const LEAST_ABOVE: f64 = 0.5;
+const FACTOR: f64 = 1.25;
 const MOST: f64 = 60.0;
 
 /// So many points tell it well enough.
@@ -31,7 +32,7 @@ impl PointNoise {
     #[must_use]
     pub fn fit(map: &dyn Reconstructor, data: &Dataset) -> Option<Self> {
         let rows = &data.correspondences;
-        let misfit = |row: &crate::dataset::Correspondence| {
+        let misfit = |row: &Correspondence| {
             let (square, freedom) = map.locate(&row.pixels)?.misfit(row.seen_by())?;
             (square > 0.0).then_some((square, freedom as f64))
         };

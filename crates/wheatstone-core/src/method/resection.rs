@@ -324,15 +324,14 @@ where
     L: AdjustableCamera,
     FittedCameras<L>: Into<AnyReconstructor>,
 {
-    let (mut squares, mut freedom) = (0.0, 0.0);
+    let mut errors = Vec::with_capacity(found.len());
     let mut cameras = Vec::with_capacity(found.len());
     let mut uncertainty = Vec::with_capacity(found.len());
     // Charts whose places were found have taken up as many equations as they have unknowns.
     let beside = chart_pose_uncertainty::unknowns(train) as f64 / train.cameras.max(1) as f64;
-    for (index, Adjusted { camera, squares: own, adjusted }) in found.into_iter().enumerate() {
+    for (index, Adjusted { camera, squares, adjusted }) in found.into_iter().enumerate() {
         let pairs = train.seen_by_camera(index);
-        squares += own;
-        freedom += (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside;
+        errors.push((squares, (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside));
         let camera = FittedCamera::from(camera);
         let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
         uncertainty.push(open.ok_or_else(|| Error::Degenerate {
@@ -348,7 +347,11 @@ where
             first += open.numbers();
         }
     }
-    camera_uncertainty::weigh(&mut uncertainty);
+    for (open, weight) in uncertainty.iter_mut().zip(camera_uncertainty::weights(&errors)) {
+        open.weight = weight;
+    }
+    let total = |(squares, freedom), (s, f): &(f64, f64)| (squares + s, freedom + f);
+    let (squares, freedom) = errors.iter().fold((0.0, 0.0), total);
     let pixel_sigma = (squares / f64::max(freedom, 1.0)).sqrt();
     Ok(Fit::of(FittedCameras { cameras, uncertainty, pixel_sigma }))
 }

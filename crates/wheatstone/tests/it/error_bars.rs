@@ -6,7 +6,7 @@ use wheatstone::{
     dataset::Dataset,
     evaluate::{Ellipsoids, coverage, hold_out},
     geometry::{Pixel, Point3},
-    method::{AnyMethod, AnyReconstructor, CalibratedMap, PointNoise},
+    method::{AnyMethod, AnyReconstructor, CalibratedMap},
     numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -90,8 +90,7 @@ fn ellipsoids_hold_what_they_say_on_every_rig() {
                         chart_correspondences(&rig, &chart(&rig), &views, (noise, seed), Some(400));
                     let map = fit(method, &data);
                     let (_, held_out) = hold_out(&named, &data, seed, &Silent).unwrap().unwrap();
-                    let of_points = PointNoise::fit(&*map, &data);
-                    let map = CalibratedMap::new(&*map).with_noise(of_points);
+                    let map = CalibratedMap::new(&*map).with_noise_of(&data);
                     let ellipsoids = Ellipsoids::estimate(&map, &data, &held_out);
                     let range = (50.0, 140.0);
                     let exam =

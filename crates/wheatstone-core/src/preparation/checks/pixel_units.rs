@@ -153,9 +153,11 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))))
     };
     let (mut left, mut undo) = (left_by(measure), measure);
-    let measured = if left > 1.0 { left_by(fitted) } else { left };
-    if left > AS_WELL * measured || !evidence.accepts(cell, left) {
-        (left, undo) = (measured, fitted);
+    if left > 1.0 {
+        let measured = left_by(fitted);
+        if left > AS_WELL * measured || !evidence.accepts(cell, left) {
+            (left, undo) = (measured, fitted);
+        }
     }
     if !evidence.accepts(cell, left) {
         return None;
