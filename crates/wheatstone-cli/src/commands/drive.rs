@@ -44,6 +44,9 @@ pub(crate) struct Drive {
     /// Seed of the first world: of what stands in it, its light and the slip of the wheels
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Simple worlds, as before the 2001 paper's robot: a few square boxes, gaps of three robot widths
+    #[arg(long)]
+    simple: bool,
     /// The method; `wheatstone list methods` describes them
     #[arg(long, default_value = "network", value_parser = PossibleValuesParser::new(AnyMethod::NAMES))]
     method: String,
@@ -139,8 +142,9 @@ impl Drive {
                 "choose a smaller `--seed`",
             ));
         };
+        let simple = self.simple;
         let steps = usize::try_from(self.steps).unwrap_or(usize::MAX);
-        let trial = |seed| Trial { seed, method: method.clone(), steps, trouble };
+        let trial = |seed| Trial { seed, simple, method: method.clone(), steps, trouble };
         Ok((self.seed..end).map(trial).collect())
     }
 

@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn long_films_leave_looks_out_but_nothing_of_the_map() {
         let method = wheatstone_core::method::AnyMethod::named("dlt").unwrap();
-        let trial = Trial { seed: 0, method, steps: 9, trouble: None };
+        let trial = Trial { seed: 0, simple: false, method, steps: 9, trouble: None };
         let mut reel = Film::new("none".into(), &trial, &World::new(0)).reel;
         reel.frames = (1..=9).map(made_up).collect();
         // Ninety characters.

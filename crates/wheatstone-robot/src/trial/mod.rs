@@ -40,6 +40,8 @@ pub enum Fault {
 pub struct Trial {
     /// What the world, its light and its slips are made from.
     pub seed: u64,
+    /// Whether the world is a simple one ([`World::simple`]).
+    pub simple: bool,
     /// How the robot learns where pairs of pixels point.
     pub method: AnyMethod,
     /// Looks after which the trial is broken off.
@@ -127,7 +129,7 @@ impl Trial {
         clock: Clock,
         progress: &dyn Progress,
     ) -> Result<Outcome> {
-        let world = World::new(self.seed);
+        let world = self.world();
         let mut witness = observers(self, &world);
         let (sensor, mut random) = (Sensor::default(), Random::stream(self.seed, EYES));
         let eyes = eyes(sensor, &mut random)?;
@@ -155,6 +157,10 @@ impl Trial {
             witness.ended(&outcome)?;
         }
         Ok(outcome)
+    }
+
+    fn world(&self) -> World {
+        if self.simple { World::simple(self.seed) } else { World::new(self.seed) }
     }
 
     fn calibration(

@@ -16,6 +16,9 @@ pub const ROBOT_RADIUS: f64 = 12.0;
 /// The narrowest gap on the way that a world must offer, in centimetres: 1.6 robot widths.
 pub const NARROWEST: f64 = 1.6 * 2.0 * ROBOT_RADIUS;
 
+/// The narrowest gap in a simple world, in centimetres: three robot widths.
+pub const WIDE: f64 = 3.0 * 2.0 * ROBOT_RADIUS;
+
 /// From the start to the goal, in centimetres.
 pub const DISTANCE: f64 = 300.0;
 
@@ -118,6 +121,13 @@ impl World {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         layout::world(seed)
+    }
+
+    /// A simple world, as the 2001 paper's robot had: two to four square boxes, black or white, and a way
+    /// to the goal in which no gap is narrower than [`WIDE`].
+    #[must_use]
+    pub fn simple(seed: u64) -> Self {
+        layout::simple(seed)
     }
 
     /// From a place to the nearest wall or obstacle, in centimetres; negative inside.
