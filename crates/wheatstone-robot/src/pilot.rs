@@ -48,10 +48,12 @@ impl<'a> Pilot<'a> {
         (goal, period): (Ground, f64),
         (seed, progress): (u64, &dyn Progress),
     ) -> Result<Self> {
+        let observer = Observer::new(calibration, size, progress)?;
+        let doubt = observer.map_error().unwrap_or(0.0);
         Ok(Self {
-            observer: Observer::new(calibration, size, progress)?,
+            observer,
             motion: OwnMotion::new(seed),
-            navigator: Navigator::new(goal, period),
+            navigator: Navigator::new(goal, period).with_doubt(doubt),
             period,
             told: Velocity::STOP,
         })

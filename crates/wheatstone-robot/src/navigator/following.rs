@@ -114,7 +114,7 @@ impl Navigator {
         // Where the robot already stands too near, it may go on as near as that. What is below it is
         // known to be free, so that it meets nothing by that.
         let here = fields(pose.place());
-        let near = here[0].min(ROBOT_RADIUS + LEAST) - 1e-6;
+        let near = here[0].min(ROBOT_RADIUS + LEAST + self.doubt) - 1e-6;
         let sure = here[1].min(ROBOT_RADIUS) - GRAIN;
         let length = velocity.forward.abs() * self.period;
         let seconds = self.period * (length + BRAKING) / length.max(1e-9);

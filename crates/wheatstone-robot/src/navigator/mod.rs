@@ -113,6 +113,8 @@ pub struct Navigator {
     /// Looks in a row at floor that stayed unseen.
     stared: usize,
     last: Velocity,
+    /// What ways keep beyond the usual margins, in centimetres.
+    doubt: f64,
 }
 
 impl Navigator {
@@ -135,7 +137,15 @@ impl Navigator {
             recoveries: 0,
             stared: 0,
             last: Velocity::STOP,
+            doubt: 0.0,
         }
+    }
+
+    /// Keeps so much more distance from what stands on the floor, in centimetres: the error of the map that
+    /// says where it stands.
+    #[must_use]
+    pub fn with_doubt(self, doubt: f64) -> Self {
+        Self { doubt, ..self }
     }
 
     /// What to do after a look: what it shows, and where the robot believes it was taken, or `None`
@@ -176,7 +186,7 @@ impl Navigator {
         self.lost = 0;
         let weight = if scene.trust == Trust::Poor { POOR } else { 1.0 };
         self.map.add(scene, believed, weight);
-        let terrain = Terrain::new(&self.map, MARGIN);
+        let terrain = Terrain::new(&self.map, MARGIN + self.doubt);
         if self.arrived(believed, &terrain) {
             self.why = "the goal is here";
             return Decision::Arrived;
@@ -187,7 +197,7 @@ impl Navigator {
         if self.plan(believed, &terrain) {
             return self.follow(believed, &terrain, scene.trust);
         }
-        let tight = Terrain::new(&self.map, TIGHT);
+        let tight = Terrain::new(&self.map, TIGHT + self.doubt);
         if self.plan(believed, &tight) {
             return self.follow(believed, &tight, scene.trust);
         }

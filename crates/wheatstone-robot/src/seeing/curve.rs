@@ -58,6 +58,18 @@ impl Curve {
     /// along it from near to far; `None` beyond its ends.
     #[must_use]
     pub(super) fn aside(&self, pixel: Pixel) -> Option<f64> {
+        Some(self.nearest(pixel)?.0)
+    }
+
+    /// The point of the line of sight that the second camera observes nearest to a pixel; `None` beyond its
+    /// ends.
+    #[must_use]
+    pub(super) fn point_near(&self, pixel: Pixel) -> Option<Point3> {
+        Some(self.nearest(pixel)?.1)
+    }
+
+    /// How far aside a pixel of the second picture lies, and the point beside it.
+    fn nearest(&self, pixel: Pixel) -> Option<(f64, Point3)> {
         // Where it bends, a pixel may face neither of two pieces.
         const GAP: f64 = 0.01;
         let off = |[near, far]: [Waypoint; 2]| {
@@ -65,9 +77,10 @@ impl Curve {
             let from = pixel - near.other;
             let share = from.dot(&by) / by.norm_squared();
             let faces = (-GAP..1.0 + GAP).contains(&share);
-            faces.then(|| (by.x * from.y - by.y * from.x) / by.norm())
+            let aside = (by.x * from.y - by.y * from.x) / by.norm();
+            faces.then(|| (aside, near.point + (far.point - near.point) * share))
         };
-        self.pieces().filter_map(off).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+        self.pieces().filter_map(off).min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
     }
 
     /// Where it meets the floor, and how many waypoints along it.

@@ -10,7 +10,7 @@ use wheatstone_core::{
     geometry::{Pixel, Point3},
     method::{AnyMethod, AnyReconstructor},
 };
-use wheatstone_numeric::progress::Progress;
+use wheatstone_numeric::{progress::Progress, statistics::root_mean_square};
 
 /// Distances ahead between which anything is sought, in centimetres: nearer than the floor that is
 /// seen, and farther than the walls.
@@ -89,6 +89,17 @@ impl EpipolarCurves {
             Some(Waypoint { other: other.into(), point: point.into() })
         };
         Curve::new((0..LEVELS).filter_map(at).collect())
+    }
+
+    /// How far from the chart's own points the lines of sight put them, root mean square, in centimetres.
+    #[must_use]
+    pub(super) fn own_error(&self, calibration: &Calibration) -> f64 {
+        let data = calibration.data.restored();
+        let off = data.known().filter_map(|(world, row)| {
+            let [Some(first), Some(second)] = row.pixels[..] else { return None };
+            Some((self.curve(first).point_near(second)? - world).norm())
+        });
+        root_mean_square(&off.collect::<Vec<f64>>())
     }
 
     /// Where a pixel of the first picture observes the floor.

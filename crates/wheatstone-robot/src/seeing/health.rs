@@ -1,10 +1,10 @@
 //! Whether the pictures still agree with the calibration: a camera that was knocked or covered is
 //! noticed by what both see of the same corners, and by where the floor seems to be.
 
-use super::{CornerMatch, EpipolarCurves, LocatedEdge, SeenCorner};
+use super::{CornerMatch, EpipolarCurves, SeenCorner};
 use crate::{Ground, scene::Trust};
 use std::fmt;
-use wheatstone_core::Calibration;
+use wheatstone_core::{Calibration, geometry::Point3};
 use wheatstone_numeric::statistics::{median, percentile};
 
 /// What is wrong with a pair of pictures.
@@ -56,7 +56,8 @@ pub(super) struct Observed<'a> {
     /// Mean grey of each picture.
     pub(super) greys: [f64; 2],
     pub(super) matched: &'a [SeenCorner],
-    pub(super) located: &'a [LocatedEdge],
+    /// Places on edges, as far as both cameras saw them.
+    pub(super) placed: &'a [Point3],
 }
 
 /// What is remembered of the pictures that agreed.
@@ -67,7 +68,7 @@ pub struct Health {
     shares: Vec<f64>,
     /// Heights of the floor, by its slope aside, ahead and its level a metre off.
     floors: Vec<[f64; 3]>,
-    /// How far the map errs at its own points, in centimetres: so uneven the floor may seem.
+    /// How far what places the floor errs at the chart's points, in centimetres: so uneven the floor may seem.
     uneven: f64,
     /// Mean greys of the two pictures.
     greys: Vec<[f64; 2]>,
@@ -83,9 +84,10 @@ const ENOUGH: usize = 3;
 const LEAST_EDGES: usize = 60;
 
 impl Health {
-    /// What the chart's own points tell of a calibration.
+    /// What the chart's own points tell of a calibration; `uneven` is how far what places the floor errs at
+    /// them, in centimetres.
     #[must_use]
-    pub fn new(calibration: &Calibration, epipolar_curves: &EpipolarCurves) -> Self {
+    pub fn new(calibration: &Calibration, epipolar_curves: &EpipolarCurves, uneven: f64) -> Self {
         let mut squares = Vec::new();
         for row in &calibration.data.restored().correspondences {
             let [Some(first), Some(second)] = row.pixels[..] else { continue };
@@ -93,7 +95,6 @@ impl Health {
         }
         let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
         let own_error = if own_error.is_finite() { own_error } else { 0.0 };
-        let uneven = calibration.training.rms;
         Self { own_error, shares: Vec::new(), floors: Vec::new(), uneven, greys: Vec::new() }
     }
 
@@ -155,7 +156,7 @@ impl Health {
 
     /// A floor that is not where it was in the pictures before.
     fn tilt(&mut self, seen: &Observed) -> Option<HealthWarning> {
-        let floor = floor(seen.located)?;
+        let floor = floor(seen.placed)?;
         if self.floors.len() >= ENOUGH {
             let usual = [0, 1, 2].map(|term| {
                 median(&self.floors.iter().map(|floor| floor[term]).collect::<Vec<f64>>())
@@ -248,7 +249,7 @@ fn moved(matches: &[CornerMatch], (limit, near): (f64, usize)) -> Option<f64> {
 /// The floor's slopes aside and ahead and its height a metre ahead, by least squares in which weights fall
 /// with the square of a large residual, so that what stands on it counts next to nothing; `None` where
 /// little of it is seen.
-fn floor(edges: &[LocatedEdge]) -> Option<[f64; 3]> {
+fn floor(places: &[Point3]) -> Option<[f64; 3]> {
     // Farther off, heights are less sure than what is asked of them.
     const REACH: f64 = 200.0;
     // Edges of a tile or two.
@@ -261,11 +262,9 @@ fn floor(edges: &[LocatedEdge]) -> Option<[f64; 3]> {
     const SPREAD: f64 = 40.0;
     // What is taken for the floor in the first place: all that is as low as the lowest obstacle's half.
     const LOW: f64 = 7.0;
-    let points: Vec<[f64; 3]> = edges
+    let points: Vec<[f64; 3]> = places
         .iter()
-        .filter(|edge| edge.matched.other.is_some())
-        .filter_map(|edge| edge.at)
-        .map(|(point, _)| [point.x, point.z - 100.0, -point.y])
+        .map(|point| [point.x, point.z - 100.0, -point.y])
         .filter(|[x, z, height]| {
             Ground::new(*x, z + 100.0).coords.norm() < REACH && height.abs() < LOW
         })

@@ -40,6 +40,8 @@ pub struct Observer<'a> {
     epipolar_curves: EpipolarCurves,
     size: [usize; 2],
     health: Health,
+    /// See [`Observer::map_error`].
+    map_error: Option<f64>,
 }
 
 /// A corner of something, located.
@@ -89,9 +91,21 @@ impl<'a> Observer<'a> {
         progress: &dyn Progress,
     ) -> Result<Self> {
         let epipolar_curves = EpipolarCurves::new(calibration, size, progress)?;
-        let health = Health::new(calibration, &epipolar_curves);
+        let map_error = map_error(calibration);
+        let floor_error = match map_error {
+            Some(_) => epipolar_curves.own_error(calibration),
+            None => calibration.training.rms,
+        };
+        let health = Health::new(calibration, &epipolar_curves, floor_error);
         let locator = Locator::new(&*calibration.reconstructor, None);
-        Ok(Self { calibration, locator, epipolar_curves, size, health })
+        Ok(Self { calibration, locator, epipolar_curves, size, health, map_error })
+    }
+
+    /// How far a map errs at its own points that does not tell what the pixels' noise does to a point, in
+    /// centimetres, root mean square; `None` for maps that do.
+    #[must_use]
+    pub fn map_error(&self) -> Option<f64> {
+        self.map_error
     }
 
     /// The calibration's curves.
@@ -127,7 +141,7 @@ impl<'a> Observer<'a> {
             edges: [first.1.all.len(), second.1.all.len()],
             greys: [0, 1].map(|camera| mean_grey(&pictures[camera])),
             matched: &corners,
-            located: &edges,
+            placed: &self.placed(&edges),
         };
         let look_aside = |aside: f64| {
             corner_matches::match_corners(
@@ -147,13 +161,29 @@ impl<'a> Observer<'a> {
     }
 
     fn located_corners(&mut self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
+        let map_error = self.map_error;
         let pairs = matched.iter().map(|corner| Some(([corner.first, corner.second], 1.0)));
         let located = self.located(&pairs.collect::<Vec<_>>());
         let corner = |(matched, located): (&CornerMatch, Option<(Point3, Matrix3<f64>)>)| {
             let (point, covariance) = located?;
-            Some(SeenCorner { matched: *matched, point, covariance })
+            // Where the map errs by more than at its own points, all points err alike: no motion is found from them.
+            let most = map_error.map_or(f64::INFINITY, |error| 2.0 * error * error);
+            (covariance.trace() < most).then_some(SeenCorner { matched: *matched, point, covariance })
         };
         matched.iter().zip(located).filter_map(corner).collect()
+    }
+
+    /// The points that tell where the floor is: by the map, or by the lines of sight where these know better.
+    fn placed(&self, edges: &[LocatedEdge]) -> Vec<Point3> {
+        let place = |edge: &LocatedEdge| {
+            let (point, _) = edge.at?;
+            let (first, second) = (edge.matched.edge.at, edge.matched.other?);
+            match self.map_error {
+                Some(_) => self.epipolar_curves.curve(first).point_near(second),
+                None => Some(point),
+            }
+        };
+        edges.iter().filter_map(place).collect()
     }
 
     fn located_edges(&mut self, matched: Vec<EdgeMatch>) -> Vec<LocatedEdge> {
@@ -170,7 +200,9 @@ impl<'a> Observer<'a> {
     }
 
     /// Where pairs of pixels point, and how sure that is if they were placed along the curve with
-    /// [`PLACED`] over a cosine, their crossing.
+    /// [`PLACED`] over a cosine, their crossing. A map without a noise of pixels knows but the spread about
+    /// its own points: how far it is from the lines of sight that the curves were made of tells what it
+    /// errs by elsewhere.
     fn located(
         &mut self,
         pairs: &[Option<([Pixel; 2], f64)>],
@@ -183,19 +215,32 @@ impl<'a> Observer<'a> {
         let map = &self.calibration.reconstructor;
         let mut rows = 0..rows.len();
         let located = |pair: &Option<([Pixel; 2], f64)>| {
-            let ([first, _], crossing) = (*pair)?;
+            let ([first, second], crossing) = (*pair)?;
             let Located { point, covariance, .. } = batch.get(rows.next()?)?;
             // Behind the robot, or beyond all walls.
             if !(1.0..2000.0).contains(&point.z) {
                 return None;
             }
             // Maps without a noise of pixels have bars of their own; edges are found no better than charts.
-            let sigma = map.pixel_sigma(0, first, point).unwrap_or(PLACED).max(0.01);
-            let worse = (PLACED / (sigma * crossing.max(0.1))).max(1.0);
-            Some((point, covariance * (worse * worse)))
+            let sigma = map.pixel_sigma(0, first, point);
+            let worse = PLACED / (sigma.unwrap_or(PLACED).max(0.01) * crossing.max(0.1));
+            let covariance = covariance * worse.max(1.0).powi(2);
+            if sigma.is_some() {
+                return Some((point, covariance));
+            }
+            let off = point - self.epipolar_curves.curve(first).point_near(second)?;
+            Some((point, covariance + off * off.transpose()))
         };
         pairs.iter().map(located).collect()
     }
+}
+
+/// See [`Observer::map_error`].
+fn map_error(calibration: &Calibration) -> Option<f64> {
+    let rows = calibration.data.restored();
+    let (world, pixel) = rows.known().find_map(|(world, row)| Some((world, row.pixels[0]?)))?;
+    let tells = calibration.reconstructor.pixel_sigma(0, pixel, world).is_some();
+    (!tells).then_some(calibration.training.rms)
 }
 
 /// Mean grey level of a picture.
