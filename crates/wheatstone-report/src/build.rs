@@ -313,6 +313,7 @@ fn learning(model: &Calibration) -> Option<CurveFigure> {
         across: "epochs".into(),
         up: "rms error of the outputs, scaled".into(),
         curves: vec![Curve { name: "points that are fitted".into(), points }],
+        levels: Vec::new(),
     })
 }
 

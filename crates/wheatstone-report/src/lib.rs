@@ -27,8 +27,8 @@ pub use material::{Material, PictureSource, Wording};
 pub use points::Validation;
 pub use sections::{
     Accuracy, BudgetShare, CameraFigures, ClaimFigures, Crops, Curve, CurveFigure, DepthBand,
-    ErrorBarPoint, FindingFigures, LocatedFigures, MethodFigures, OutlierFigures, PictureFigures,
-    PointFigures, StageFigures, Verdict, ViewFigures,
+    ErrorBarPoint, FindingFigures, Level, LocatedFigures, MethodFigures, OutlierFigures,
+    PictureFigures, PointFigures, SetupFigures, StageFigures, Verdict, ViewFigures,
 };
 
 use serde::{Deserialize, Serialize};
@@ -79,6 +79,9 @@ pub struct Report {
     pub error_bars: Vec<ErrorBarPoint>,
     /// Methods side by side.
     pub methods: Vec<MethodFigures>,
+    /// The setup of the 2001 paper, where that was done again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<SetupFigures>,
     /// How the error fell during the fit.
     pub learning: Option<CurveFigure>,
     /// How the error grows beyond the range that was fitted.
@@ -173,6 +176,7 @@ impl Report {
             depth: Vec::new(),
             error_bars: Vec::new(),
             methods: Vec::new(),
+            setup: None,
             learning: None,
             beyond: None,
             budget: Vec::new(),

@@ -150,6 +150,36 @@ pub struct CurveFigure {
     pub up: String,
     /// The curves.
     pub curves: Vec<Curve>,
+    /// Values that the curves are held against.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<Level>,
+}
+
+/// A value that curves are held against.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// The value, upwards.
+    pub at: f64,
+    /// What it is.
+    pub name: String,
+}
+
+/// The setup of the 2001 paper, as its figures 1 to 4 show it. Lengths are centimetres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetupFigures {
+    /// Of each camera X and Z: of its centre, and of where the left and the right border of its picture are at
+    /// Z = 100 cm.
+    pub cameras: Vec<[[f64; 2]; 3]>,
+    /// Z of each place of the chart.
+    pub stations: Vec<f64>,
+    /// X of the chart's left and right end.
+    pub chart: [f64; 2],
+    /// Units of the network's layers, inputs and outputs included.
+    pub layers: Vec<usize>,
+    /// Width and height of a picture in pixels.
+    pub picture: [f64; 2],
+    /// The chart's lines as each camera sees them, each as pixels along it.
+    pub lines: Vec<Vec<Vec<[f64; 2]>>>,
 }
 
 /// One curve.
@@ -225,8 +255,12 @@ pub struct ClaimFigures {
     pub claim: String,
     /// What was measured.
     pub measured: String,
-    /// Whether the two agree.
-    pub holds: bool,
+    /// `confirmed`, `not confirmed` or `not tested`.
+    #[serde(default)]
+    pub verdict: String,
+    /// The criterion and what explains the figure, or why it was not tested.
+    #[serde(default)]
+    pub why: String,
 }
 
 /// One point as the cameras saw it, and where it was located.

@@ -49,14 +49,12 @@ impl<'a> Pilot<'a> {
         (seed, progress): (u64, &dyn Progress),
     ) -> Result<Self> {
         let observer = Observer::new(calibration, size, progress)?;
-        let doubt = observer.map_error().unwrap_or(0.0);
-        Ok(Self {
-            observer,
-            motion: OwnMotion::new(seed),
-            navigator: Navigator::new(goal, period).with_doubt(doubt),
-            period,
-            told: Velocity::STOP,
-        })
+        let (motion, navigator) = (OwnMotion::new(seed), Navigator::new(goal, period));
+        let (motion, navigator) = match observer.map_error() {
+            Some(error) => (motion.with_compass_first(), navigator.with_doubt(error)),
+            None => (motion, navigator),
+        };
+        Ok(Self { observer, motion, navigator, period, told: Velocity::STOP })
     }
 
     /// What to do after a pair of pictures.

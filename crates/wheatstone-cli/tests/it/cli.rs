@@ -160,22 +160,6 @@ fn a_rendered_capture_is_detected_and_drawn() {
 }
 
 #[test]
-fn the_paper_is_done_again() {
-    let dir = folder();
-    let arguments = ["reproduce", "--seeds", "1", "--epochs", "2000", "--json"];
-    let all = json(&done(dir.path(), &arguments).0);
-    assert_eq!(all["pairs"], 400);
-    assert_eq!(all["figure_5"].as_array().unwrap().last().unwrap()["epoch"], 2000);
-    assert_eq!(all["figure_6"][0]["points"].as_array().unwrap().len(), 11);
-    for claim in all["claims"].as_array().unwrap() {
-        assert!(["confirmed", "not-confirmed"].contains(&claim["verdict"].as_str().unwrap()));
-    }
-    for file in ["figure-5.svg", "figure-6.svg", "figure-5.csv", "comparison.csv", "report.html"] {
-        assert!(dir.path().join("reproduction").join(file).is_file(), "{file}");
-    }
-}
-
-#[test]
 fn charts_are_printed_to_scale() {
     let dir = folder();
     let at = dir.path();

@@ -11,6 +11,7 @@ mod formats;
 mod messages;
 mod behaviour;
 mod one_camera;
+mod paper;
 mod program;
 mod reports;
 mod rows;

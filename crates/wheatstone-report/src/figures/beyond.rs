@@ -1,6 +1,10 @@
 //! How the error grows beyond the range that was fitted.
 
-use super::{Figure, learning::curves};
+use super::{
+    super::plot::scale::Scale,
+    Figure,
+    learning::{curves, values},
+};
 use crate::Report;
 
 pub(super) fn figure(report: &Report) -> Option<Figure> {
@@ -12,6 +16,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         title: "Beyond the fitted range (figure 6 of the 2001 paper)",
         how: "The error at distances outside the fitted range.".into(),
         good: "A slow rise. A steep one means: stay within the fitted range.",
-        panels: vec![curves(beyond, &alternative)],
+        // Linear, as in the paper.
+        panels: vec![curves(beyond, Scale::around(values(beyond), true), &alternative)],
     })
 }

@@ -11,6 +11,7 @@ mod learning;
 mod methods;
 mod misses;
 pub(super) mod scene;
+mod setup;
 mod views;
 mod volume;
 
@@ -38,6 +39,10 @@ type Draw = fn(&Report) -> Option<Figure>;
 /// All figures in the page's order, each beside the name of the part of the page that it is in.
 const ROWS: &[(&str, Draw)] = &[
     ("scene", scene::figure),
+    ("setup", setup::robot),
+    ("setup", setup::network),
+    ("setup", setup::sigmoid),
+    ("setup", setup::chart),
     ("accuracy", depth::figure),
     ("accuracy", views::figure),
     ("accuracy", distribution::figure),

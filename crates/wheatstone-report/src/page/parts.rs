@@ -28,14 +28,15 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
         (!figures.is_empty()).then_some(Part { name, short, html })
     };
     let parts = [
+        claims(report),
         view(report),
         drawn("accuracy", "Accuracy", "Accuracy of the points"),
         drawn("pictures", "Errors", "Errors across the pictures"),
         drawn("coverage", "Coverage", "Coverage"),
+        drawn("setup", "Setup", "The setup of the paper"),
         drawn("methods", "Methods", "Methods and training"),
         gallery(report),
         faults(report),
-        claims(report),
         (!report.points.is_empty() || !report.methods.is_empty()).then(limits),
         Some(made(report)),
     ];
@@ -329,11 +330,10 @@ fn claims(report: &Report) -> Option<Part> {
         return None;
     }
     let row = |claim: &crate::ClaimFigures| {
-        let verdict = if claim.holds { "holds" } else { "does not hold" };
-        vec![escape(&claim.claim), escape(&claim.measured), escape(verdict)]
+        [&claim.claim, &claim.measured, &claim.verdict, &claim.why].map(|text| escape(text)).into()
     };
     let rows: Vec<Vec<Markup>> = report.claims.iter().map(row).collect();
-    let inside = table("Claims", &["what is said", "what is measured", "verdict"], &rows);
+    let inside = table("Claims", &["claim", "measured", "verdict", "why"], &rows);
     let html = section("claims", "Claims tested", &inside);
     Some(Part { name: "claims", short: "Claims", html })
 }

@@ -11,7 +11,7 @@ struct Curve {
     points: Vec<(f64, f64)>,
 }
 
-/// Writes `figure-5` and `figure-6` as SVG and CSV, the tables as CSV, and everything as
+/// Writes figures 1 to 6 as SVG, 5 and 6 as CSV too, the tables as CSV, and everything as
 /// `reproduction.json`.
 ///
 /// # Errors
@@ -28,6 +28,10 @@ pub fn write(all: &Reproduction, folder: &Path) -> Result<()> {
     let report = Report::of_reproduction(all, "", None);
     for figure in figures::all(&report) {
         let file = match figure.name {
+            "paper-robot" => "figure-1.svg",
+            "paper-network" => "figure-2.svg",
+            "paper-sigmoid" => "figure-3.svg",
+            "paper-chart" => "figure-4.svg",
             "learning" => "figure-5.svg",
             "beyond" => "figure-6.svg",
             _ => continue,
@@ -38,6 +42,7 @@ pub fn write(all: &Reproduction, folder: &Path) -> Result<()> {
     }
     save("figure-5.csv", table("epoch", &learning))?;
     save("figure-6.csv", table("Z", &beyond))?;
+    save("claims.csv", claims(all))?;
     save("architectures.csv", architectures(all))?;
     save("comparison.csv", comparison(all))
 }
@@ -78,6 +83,15 @@ fn table(first: &str, curves: &[Curve]) -> String {
         text.push('\n');
     }
     text
+}
+
+fn claims(all: &Reproduction) -> String {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+    let row = |claim: &super::Claim| {
+        let cells: [&str; 4] = [&claim.claim, &claim.measured, claim.verdict.words(), &claim.why];
+        cells.map(quoted).join(",") + "\n"
+    };
+    String::from("claim,measured,verdict,why\n") + &all.claims.iter().map(row).collect::<String>()
 }
 
 fn architectures(all: &Reproduction) -> String {

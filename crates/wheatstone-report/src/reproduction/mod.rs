@@ -1,23 +1,28 @@
 //! The 2001 paper done again: its figures, its study of architectures, its comparison with rivals,
 //! and each of its claims beside what is measured here, on a synthetic rig like its own.
 
+mod conditions;
+mod data;
 mod figures;
+mod growth;
+mod report;
 mod results;
+mod setup;
 mod verdicts;
 
 pub use figures::write;
 pub use results::{
-    Architecture, BeyondCurve, BeyondPoint, Claim, LearningPoint, Reproduction, Rival, SeedRange,
-    Verdict,
+    Architecture, BeyondCurve, BeyondPoint, Change, Claim, Condition, Drives, Growth,
+    LearningPoint, Reproduction, Rival, SeedRange, Verdict,
 };
 
+use data::{Data, NOISE};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use wheatstone_charts::chart::{AnyChart, line_grid::LineGrid};
 use wheatstone_core::{
     Result,
-    dataset::Dataset,
-    evaluate::{evaluate, floor, viewpoint},
+    dataset::Correspondence,
+    evaluate::floor,
     geometry::Point3,
     method::{
         AnyMethod, Reconstructor,
@@ -28,14 +33,14 @@ use wheatstone_numeric::{
     progress::{Muted, Progress},
     statistics::{mean, median},
 };
-use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences};
+use wheatstone_synthetic::random_correspondences;
 
 /// What to spend.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Seeds of the paper's network.
+    /// Seeds of every network.
     pub seeds: u64,
-    /// Epochs of its training; the paper's figure 6 is taken at half of them.
+    /// Epochs of their training.
     pub epochs: u64,
 }
 
@@ -53,60 +58,28 @@ fn spread(values: &[f64]) -> SeedRange {
     }
 }
 
-/// The paper's data, made again.
-struct Data {
-    rig: Rig,
-    chart: AnyChart,
-    train: Dataset,
-    exam: Dataset,
-    beyond: Dataset,
-    from: Option<Point3>,
-}
-
-/// Whole pixels: the paper measured no finer.
-const NOISE: Noise = Noise::Quantised;
-
-impl Data {
-    fn new() -> Result<Self> {
-        let rig = Rig::named("paper", 2)?;
-        let chart: AnyChart = LineGrid::default().into();
-        let views = Stage::default().views()?;
-        let train = chart_correspondences(&rig, &chart, &views, (NOISE, 1), Some(400));
-        let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (NOISE, 2), 1000);
-        let beyond = random_correspondences(&rig, &chart, (150.0, 200.0), (NOISE, 3), 1000);
-        let from = viewpoint(&train);
-        Ok(Self { rig, chart, train, exam, beyond, from })
-    }
-
-    fn percent(&self, map: &dyn Reconstructor, data: &Dataset) -> f64 {
-        evaluate(map, data, self.from).map_or(f64::NAN, |found| found.mean_percent)
-    }
-}
-
 /// One training of the paper's network, watched.
 struct Run {
     /// Epoch, percent on the training pairs, percent on the exam.
     curve: Vec<(u64, f64, f64)>,
-    /// The map half way.
-    half_way: NetworkReconstructor,
+    /// The map after as many epochs as figure 6 was taken at, or at the end if that comes before.
+    at_figure_6: NetworkReconstructor,
 }
 
-fn run(
-    network: &Network,
-    data: &Data,
-    (seed, half): (u64, u64),
-    progress: &dyn Progress,
-) -> Result<Run> {
-    let (mut curve, mut half_way) = (Vec::new(), None);
+/// Epochs after which the paper took its figure 6.
+const FIGURE_6_EPOCHS: u64 = 50_000;
+
+fn run(network: &Network, data: &Data, seed: u64, progress: &dyn Progress) -> Result<Run> {
+    let (mut curve, mut at_figure_6) = (Vec::new(), None);
     network.fit_observed(&data.train, seed, progress, &mut |point, map| {
         let training = data.percent(map, &data.train);
         curve.push((point.epoch, training, data.percent(map, &data.exam)));
-        if point.epoch <= half {
-            half_way = Some(map.clone());
+        if point.epoch <= FIGURE_6_EPOCHS {
+            at_figure_6 = Some(map.clone());
         }
     })?;
-    let half_way = half_way.ok_or(wheatstone_core::Error::Cancelled)?;
-    Ok(Run { curve, half_way })
+    let at_figure_6 = at_figure_6.ok_or(wheatstone_core::Error::Cancelled)?;
+    Ok(Run { curve, at_figure_6 })
 }
 
 fn paper(hidden: &[usize], epochs: u64) -> Network {
@@ -120,13 +93,14 @@ fn paper(hidden: &[usize], epochs: u64) -> Network {
 /// Hidden layers of the study; the paper's own first.
 const ARCHITECTURES: [&[usize]; 5] = [&[8, 8], &[8], &[4, 4], &[12, 12], &[6, 6, 6]];
 
-/// Does everything.
+/// Does everything but the drives of the robot, whose claim stays untested until
+/// [`Reproduction::with_drives`].
 ///
 /// # Errors
 ///
 /// [`wheatstone_core::Error::Cancelled`], or those of the fits.
 pub fn reproduce(effort: Effort, progress: &dyn Progress) -> Result<Reproduction> {
-    let data = Data::new()?;
+    let data = Data::new("paper", NOISE)?;
     let seeds = effort.seeds.max(1);
     let tasks: Vec<(usize, u64)> =
         (0..ARCHITECTURES.len()).flat_map(|net| (0..seeds).map(move |seed| (net, seed))).collect();
@@ -136,34 +110,42 @@ pub fn reproduce(effort: Effort, progress: &dyn Progress) -> Result<Reproduction
         .par_iter()
         .map(|(net, seed)| {
             let network = paper(ARCHITECTURES[*net], effort.epochs);
-            let run = run(&network, &data, (*seed, effort.epochs / 2), &Muted(progress));
+            let run = run(&network, &data, *seed, &Muted(progress));
             progress.report("training networks", done.fetch_add(1, Ordering::Relaxed) + 1, total);
             run
         })
         .collect();
     let runs = runs.into_iter().collect::<Result<Vec<Run>>>()?;
     let by_architecture: Vec<&[Run]> = runs.chunks(seeds as usize).collect();
-    let figure_5 = learning_curve(by_architecture[0]);
-    let architectures: Vec<Architecture> = ARCHITECTURES
-        .iter()
-        .zip(&by_architecture)
-        .map(|(hidden, runs)| study(hidden, runs))
-        .collect();
+    let study = |(hidden, runs): (&&[usize], &&[Run])| study(hidden, runs);
     let (comparison, maps) = compare(&data, progress)?;
     let mut figure_6 = vec![beyond_of_networks(&data, by_architecture[0])];
-    for (name, map) in &maps {
-        figure_6.push(beyond_curve(name, &data, &[&**map]));
-    }
+    figure_6.extend(maps.iter().map(|(name, map)| beyond_curve(name, &data, &[&**map])));
     let mut whole = Reproduction {
+        epochs: effort.epochs,
+        seeds,
         pairs: data.train.correspondences.len(),
-        figure_5,
+        setup: setup::of(&data)?,
+        figure_5: learning_curve(by_architecture[0]),
         figure_6,
-        architectures,
+        architectures: ARCHITECTURES.iter().zip(&by_architecture).map(study).collect(),
         comparison,
+        conditions: conditions::all(effort, progress)?,
+        drives: None,
         claims: Vec::new(),
     };
-    whole.claims = verdicts::judge(&whole, effort.epochs);
+    whole.claims = verdicts::judge(&whole);
     Ok(whole)
+}
+
+impl Reproduction {
+    /// With drives of the robot, by which the paper's claim about it is judged.
+    #[must_use]
+    pub fn with_drives(mut self, drives: Drives) -> Self {
+        self.drives = Some(drives);
+        self.claims = verdicts::judge(&self);
+        self
+    }
 }
 
 fn learning_curve(runs: &[Run]) -> Vec<LearningPoint> {
@@ -207,7 +189,7 @@ fn compare(data: &Data, progress: &dyn Progress) -> Result<(Vec<Rival>, Maps)> {
     let allowed = floor(&data.rig.cameras, &data.exam)?.rms;
     for (index, name) in RIVALS.into_iter().enumerate() {
         let fit = AnyMethod::named(name)?.fit(&data.train, 0, &Muted(progress))?;
-        let inside = evaluate(&*fit.reconstructor, &data.exam, data.from)?;
+        let inside = data.errors(&*fit.reconstructor, &data.exam)?;
         rows.push(Rival {
             method: name.into(),
             inside_percent: inside.mean_percent,
@@ -251,35 +233,32 @@ impl Reconstructor for Boxed {
 
 fn beyond_of_networks(data: &Data, runs: &[Run]) -> BeyondCurve {
     let maps: Vec<&dyn Reconstructor> =
-        runs.iter().map(|run| &run.half_way as &dyn Reconstructor).collect();
-    beyond_curve("network of 2001", data, &maps)
+        runs.iter().map(|run| &run.at_figure_6 as &dyn Reconstructor).collect();
+    beyond_curve(verdicts::NETWORK, data, &maps)
 }
 
-/// Errors of Z on chart planes at 150 to 200 cm, over all maps.
+/// Errors of Z at 150 to 200 cm, over all maps.
 fn beyond_curve(method: &str, data: &Data, maps: &[&dyn Reconstructor]) -> BeyondCurve {
-    let points: Vec<BeyondPoint> = (0..=10)
-        .map(|step| {
-            let distance = 150.0 + 5.0 * f64::from(step);
-            let stage = Stage { near: distance, far: distance, step: 1.0 };
-            let views = stage.views().unwrap_or_default();
-            let noise = (NOISE, 50 + step as u64);
-            let plane = chart_correspondences(&data.rig, &data.chart, &views, noise, None);
-            let errors: Vec<f64> = maps
-                .iter()
-                .flat_map(|map| {
-                    plane.known().filter_map(|(world, row)| {
-                        let found = map.locate(&row.pixels)?;
-                        Some(100.0 * (found.point.z - world.z).abs() / world.z)
-                    })
-                })
-                .collect();
-            BeyondPoint { distance, percent: mean(&errors) }
-        })
-        .collect();
+    // So many that chance changes a mean by some percent of it.
+    const POINTS: usize = 1000;
+    let at = |step: u32| {
+        let distance = 150.0 + 5.0 * f64::from(step);
+        let (range, noise) = ((distance, distance), (NOISE, 50 + u64::from(step)));
+        let plane = random_correspondences(&data.rig, &data.chart, range, noise, POINTS);
+        let of = |map: &&dyn Reconstructor| -> Vec<f64> {
+            let error = |(world, row): (Point3, &Correspondence)| {
+                Some((map.locate_point(&row.pixels)?.z - world.z).abs())
+            };
+            plane.known().filter_map(error).collect()
+        };
+        let error = mean(&maps.iter().flat_map(of).collect::<Vec<f64>>());
+        BeyondPoint { distance, percent: 100.0 * error / distance, error }
+    };
+    let points: Vec<BeyondPoint> = (0..=10).map(at).collect();
     BeyondCurve {
         method: method.into(),
-        linear_residual: verdicts::growth_residual(&points, 1),
-        quadratic_residual: verdicts::growth_residual(&points, 2),
+        percent_growth: growth::beyond(&points, |point| point.percent),
+        error_growth: growth::power(&points, |point| point.error),
         points,
     }
 }

@@ -1,11 +1,9 @@
-//! The 2001 paper done again, as plain data, and the report on it.
+//! The 2001 paper done again, as plain data.
 
-use crate::{
-    Report,
-    sections::{self, ClaimFigures, Curve, CurveFigure},
-    text::figure,
-};
 use serde::Serialize;
+
+/// The farthest chart that is learned, in centimetres.
+pub(super) const TRAINED_TO: f64 = 140.0;
 
 /// Least, middle and greatest value over the seeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -29,17 +27,17 @@ pub struct LearningPoint {
     pub exam_percent: SeedRange,
 }
 
-/// Figure 6: mean error of Z in percent of Z, beyond the trained range, for one way of locating.
+/// Figure 6: mean error of Z beyond the trained range, for one way of locating.
 #[derive(Clone, Debug, Serialize)]
 pub struct BeyondCurve {
     /// The method.
     pub method: String,
     /// Distances and errors.
     pub points: Vec<BeyondPoint>,
-    /// Residual of the best straight line, in percent.
-    pub linear_residual: f64,
-    /// Residual of the best parabola without linear term, in percent.
-    pub quadratic_residual: f64,
+    /// The exponent p of a percentage that is `a + b (Z - 140 cm)^p`: 1 for a straight line.
+    pub percent_growth: Growth,
+    /// The exponent p of an error in centimetres that is `b Z^p`: 2 where it grows as the square.
+    pub error_growth: Growth,
 }
 
 /// One distance of figure 6.
@@ -49,6 +47,17 @@ pub struct BeyondPoint {
     pub distance: f64,
     /// Mean of |error of Z| / Z, in percent.
     pub percent: f64,
+    /// Mean of |error of Z|, in centimetres.
+    pub error: f64,
+}
+
+/// How fast something grows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Growth {
+    /// The exponent.
+    pub exponent: f64,
+    /// Its 95 % confidence interval.
+    pub interval: [f64; 2],
 }
 
 /// One network of the study of architectures.
@@ -75,11 +84,55 @@ pub struct Rival {
     pub inside_ratio_to_floor: f64,
 }
 
+/// The paper's recipe where one thing is otherwise than in the paper.
+#[derive(Clone, Debug, Serialize)]
+pub struct Condition {
+    /// What is otherwise.
+    pub change: Change,
+    /// Mean error in percent on points elsewhere in range, at the end; infinite where training diverged.
+    pub exam_percent: SeedRange,
+    /// Root mean square error on them, in centimetres.
+    pub exam_rms: SeedRange,
+}
+
+/// What is otherwise than in the paper.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Change {
+    /// Nothing.
+    Nothing,
+    /// Pixels are exact, not read to whole ones.
+    ExactPixels,
+    /// The world's origin and axes are elsewhere.
+    Origin,
+    /// Inputs and targets are learned as they are, in pixels and centimetres, not scaled to 0 … 1.
+    Unscaled,
+    /// Other cameras: the name of the rig.
+    Cameras(String),
+}
+
+/// Drives of the robot with the paper's recipe, in simple worlds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Drives {
+    /// How many.
+    pub worlds: usize,
+    /// Those in which it reached the goal.
+    pub reached: usize,
+    /// Those in which it ran into something.
+    pub collisions: usize,
+}
+
 /// All of it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Reproduction {
+    /// Epochs of training.
+    pub epochs: u64,
+    /// Seeds of each network.
+    pub seeds: u64,
     /// Pairs that are learned.
     pub pairs: usize,
+    /// Figures 1 to 4.
+    pub setup: crate::SetupFigures,
     /// Figure 5.
     pub figure_5: Vec<LearningPoint>,
     /// Figure 6.
@@ -88,6 +141,10 @@ pub struct Reproduction {
     pub architectures: Vec<Architecture>,
     /// The comparison.
     pub comparison: Vec<Rival>,
+    /// The recipe under other conditions.
+    pub conditions: Vec<Condition>,
+    /// Drives of the robot, where it drove.
+    pub drives: Option<Drives>,
     /// What the paper says, and what is measured.
     pub claims: Vec<Claim>,
 }
@@ -100,6 +157,20 @@ pub enum Verdict {
     Confirmed,
     /// It does not.
     NotConfirmed,
+    /// What it speaks of was not run.
+    NotTested,
+}
+
+impl Verdict {
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::NotConfirmed => "not confirmed",
+            Self::NotTested => "not tested",
+        }
+    }
 }
 
 /// One claim of the paper.
@@ -107,93 +178,10 @@ pub enum Verdict {
 pub struct Claim {
     /// What the paper says.
     pub claim: String,
-    /// What was measured.
+    /// What was measured; empty where nothing was.
     pub measured: String,
     /// Whether the two agree.
     pub verdict: Verdict,
-}
-
-impl Report {
-    /// The 2001 paper's figures and claims.
-    #[must_use]
-    pub fn of_reproduction(all: &Reproduction, title: &str, command: Option<String>) -> Self {
-        let claims: Vec<ClaimFigures> = all
-            .claims
-            .iter()
-            .map(|claim| ClaimFigures {
-                claim: claim.claim.clone(),
-                measured: claim.measured.clone(),
-                holds: claim.verdict == Verdict::Confirmed,
-            })
-            .collect();
-        let mut report = Self {
-            command,
-            learning: Some(figure_5(&all.figure_5)),
-            beyond: Some(figure_6(&all.figure_6)),
-            claims,
-            ..Self::empty(title, "cm")
-        };
-        report.verdict = of_claims(&report.claims, all);
-        report
-    }
-}
-
-fn figure_5(points: &[LearningPoint]) -> CurveFigure {
-    let curve = |name: &str, pick: fn(&LearningPoint) -> f64| Curve {
-        name: name.into(),
-        points: points.iter().map(|point| [point.epoch as f64, pick(point)]).collect(),
-    };
-    CurveFigure {
-        across: "epochs".into(),
-        up: "mean error, % of the distance".into(),
-        curves: vec![
-            curve("new points, median", |p| p.exam_percent.median),
-            curve("new points, worst seed", |p| p.exam_percent.greatest),
-            curve("new points, best seed", |p| p.exam_percent.least),
-            curve("fitted points, median", |p| p.training_percent.median),
-        ],
-    }
-}
-
-fn figure_6(curves: &[BeyondCurve]) -> CurveFigure {
-    let curve = |curve: &BeyondCurve| Curve {
-        name: curve.method.clone(),
-        points: curve.points.iter().map(|point| [point.distance, point.percent]).collect(),
-    };
-    CurveFigure {
-        across: "Z, cm".into(),
-        up: "mean error of Z, %".into(),
-        curves: curves.iter().map(curve).collect(),
-    }
-}
-
-/// What the claims of the paper come to.
-fn of_claims(claims: &[ClaimFigures], all: &Reproduction) -> sections::Verdict {
-    let rivals: Vec<String> = all
-        .comparison
-        .iter()
-        .map(|row| format!("{}: {} %", row.method, figure(row.inside_percent)))
-        .collect();
-    let nets: Vec<String> = all
-        .architectures
-        .iter()
-        .map(|net| {
-            let hidden: Vec<String> = net.hidden.iter().map(usize::to_string).collect();
-            format!("{}: {} %", hidden.join("-"), figure(net.exam_percent.median))
-        })
-        .collect();
-    let holding = claims.iter().filter(|claim| claim.holds).count();
-    sections::Verdict {
-        grade: if holding == claims.len() { "confirmed" } else { "mixed" }.into(),
-        sentence: format!("{holding} of {} claims of the 2001 paper hold here.", claims.len()),
-        reasons: vec![
-            format!(
-                "Fitted to {} pairs at whole pixels, as in the paper; errors are those at held-out points in the same range, in percent of the distance.",
-                all.pairs
-            ),
-            format!("Methods, mean error: {}.", rivals.join(", ")),
-            format!("Networks by their hidden units, median over the seeds: {}.", nets.join(", ")),
-        ],
-        advice: Vec::new(),
-    }
+    /// The criterion, which was set before measuring, and what explains the figure; or why it was not tested.
+    pub why: String,
 }

@@ -26,6 +26,11 @@ impl Heading {
         }
     }
 
+    /// The heading nearest to a guess under which the floor's edges run as they are seen.
+    pub(super) fn nearest(&self, guess: f64, seen: &FloorDirection) -> f64 {
+        wrapped(guess + quarter(self.bearing - seen.bearing - guess))
+    }
+
     /// What a robot takes itself for that observes the floor's edges run so. It learns its heading from them
     /// where it knows it less well than their direction, and their direction from its heading where it
     /// knows it better: neither becomes surer of itself by what the other learnt from it.
@@ -84,6 +89,18 @@ mod tests {
         }
         // Who is sure of himself does not believe a floor that lies far otherwise.
         assert!(heading.corrected(&believed(0.3, 0.01), &seen(0.0)).is_none());
+    }
+
+    #[test]
+    fn the_heading_nearest_to_a_guess_is_whole_quarter_turns_from_what_the_floor_says() {
+        let seen = |heading: f64| FloorDirection { bearing: quarter(0.3 - heading), sigma: 0.005 };
+        let heading = Heading::new(&believed(0.0, 0.0), &seen(0.0));
+        for truth in [0.2, 1.5, 3.1, -1.7] {
+            for error in [-0.3, 0.1, 0.6] {
+                let found = heading.nearest(truth + error, &seen(truth));
+                assert!(wrapped(found - truth).abs() < 1e-9, "{truth} {error}: {found}");
+            }
+        }
     }
 
     #[test]

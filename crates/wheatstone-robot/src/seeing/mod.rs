@@ -157,20 +157,34 @@ impl<'a> Observer<'a> {
         let clear = strips.into_iter().flatten().map(|strip| strip.stretch).collect();
         let scene = Scene { obstacles, clear, trust };
         let floor_direction = heading_filter::floor_direction(&edges);
+        let corners = self.for_motion(corners);
         Observation { scene, corners, edges, floor_direction, complaint }
     }
 
     fn located_corners(&mut self, matched: &[CornerMatch]) -> Vec<SeenCorner> {
-        let map_error = self.map_error;
         let pairs = matched.iter().map(|corner| Some(([corner.first, corner.second], 1.0)));
         let located = self.located(&pairs.collect::<Vec<_>>());
         let corner = |(matched, located): (&CornerMatch, Option<(Point3, Matrix3<f64>)>)| {
             let (point, covariance) = located?;
-            // Where the map errs by more than at its own points, all points err alike: no motion is found from them.
-            let most = map_error.map_or(f64::INFINITY, |error| 2.0 * error * error);
-            (covariance.trace() < most).then_some(SeenCorner { matched: *matched, point, covariance })
+            Some(SeenCorner { matched: *matched, point, covariance })
         };
         matched.iter().zip(located).filter_map(corner).collect()
+    }
+
+    /// The corners that tell the robot's motion. Where the map errs by more than at its own points, all points
+    /// err alike, and count only as far as there are few others.
+    fn for_motion(&self, mut corners: Vec<SeenCorner>) -> Vec<SeenCorner> {
+        // Squared errors, in those at the map's own points: no more than that, and at most.
+        const SURE: f64 = 2.0;
+        const MOST: f64 = 6.0;
+        const ENOUGH: usize = 12;
+        let Some(error) = self.map_error else { return corners };
+        let mut squares: Vec<f64> = corners.iter().map(|seen| seen.covariance.trace()).collect();
+        squares.sort_by(f64::total_cmp);
+        let needed = squares.get(ENOUGH - 1).copied().unwrap_or(f64::INFINITY);
+        let most = (error * error) * (needed / (error * error)).clamp(SURE, MOST);
+        corners.retain(|seen| seen.covariance.trace() <= most);
+        corners
     }
 
     /// The points that tell where the floor is: by the map, or by the lines of sight where these know better.

@@ -6,7 +6,9 @@ use wheatstone_robot::trial::{Detected, Distribution, Ended, Outcome, Summary, T
 
 fn trials(steps: usize) -> Vec<Trial> {
     let method = AnyMethod::named("brown").unwrap();
-    [4, 2].map(|seed| Trial { seed, simple: false, method: method.clone(), steps, trouble: None }).into()
+    [4, 2]
+        .map(|seed| Trial { seed, simple: false, method: method.clone(), steps, trouble: None })
+        .into()
 }
 
 fn made_up(ended: Ended, collided: bool, noticed: Option<Detected>) -> Outcome {

@@ -2,7 +2,7 @@
 
 use wheatstone_robot::{
     Ground,
-    world::{DISTANCE, Footprint, LOWEST_OBSTACLE, Obstacle, ROBOT_RADIUS, World},
+    world::{DISTANCE, Footprint, LOWEST_OBSTACLE, Obstacle, ROBOT_RADIUS, WIDE, World},
 };
 
 #[test]
@@ -28,6 +28,32 @@ fn worlds_are_as_they_should_be() {
     }
     // In most of them the straight way is barred.
     assert!(tight > 30, "{tight}");
+}
+
+#[test]
+fn simple_worlds_have_few_boxes_and_wide_gaps() {
+    let mut barred = 0;
+    for seed in 0..60 {
+        let world = World::simple(seed);
+        assert_eq!(world, World::simple(seed));
+        assert!((2..=4).contains(&world.obstacles.len()));
+        let [left, right, ..] = world.walls;
+        for (number, one) in world.obstacles.iter().enumerate() {
+            let centre = Ground::from(one.centre);
+            let beside = (centre.x - left).min(right - centre.x) - one.reach();
+            let others = world.obstacles.iter().take(number);
+            let apart = others.map(|other| other.distance(centre) - one.reach());
+            assert!(apart.fold(beside, f64::min) >= WIDE, "world {seed}");
+            // Black or white on tiles that are neither.
+            for tile in world.tiles.shades {
+                assert!((one.shades[0] - tile).abs() > 0.25, "world {seed}");
+            }
+        }
+        let way = |t: f64| world.clearance(Ground::from(world.goal().coords * t));
+        let narrowest = (0..100).map(|i| way(f64::from(i) / 100.0)).fold(f64::MAX, f64::min);
+        barred += usize::from(narrowest < ROBOT_RADIUS);
+    }
+    assert!(barred > 15, "{barred}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use wheatstone::{
     Calibration,
-    method::AnyMethod,
+    method::{AnyMethod, network::Training},
     numeric::{progress::Silent, random::Random},
     robot::{
         Ground, PlanarPose, Vehicle, Velocity,
@@ -11,7 +11,7 @@ use wheatstone::{
         navigator::{Decision, Reason},
         pilot::Pilot,
         scene::Trust,
-        seeing::Observer,
+        seeing::{Observer, SeenCorner},
         simulated::{CameraFailure, SimulatedRobot, Wheels, eyes},
         world::{Eye, World},
     },
@@ -21,11 +21,14 @@ use wheatstone::{
 const SIZE: [usize; 2] = [640, 480];
 
 fn calibrated(world: &World) -> ([Eye; 2], Calibration) {
+    calibrated_by(&AnyMethod::named("brown").unwrap(), world)
+}
+
+fn calibrated_by(method: &AnyMethod, world: &World) -> ([Eye; 2], Calibration) {
     let mut random = Random::stream(world.seed, 5);
     let eyes = eyes(Sensor::default(), &mut random).unwrap();
     let pictures = ChartPictures::take(&eyes, world, &mut random).unwrap();
-    let method = AnyMethod::named("brown").unwrap();
-    let calibration = pictures.calibrate(&method, 0, &Silent).unwrap();
+    let calibration = pictures.calibrate(method, 0, &Silent).unwrap();
     (eyes, calibration)
 }
 
@@ -110,6 +113,43 @@ fn the_robot_reaches_its_goal_without_running_into_anything() {
     assert!(robot.clearance() > 0.0);
     let off = (robot.pose().place() - world.goal()).norm();
     assert!(off < 15.0, "{off} cm");
+}
+
+#[test]
+fn by_the_recipe_of_2001_it_knows_its_way_and_notices_a_knock() {
+    let mut method = AnyMethod::named("network").unwrap().preset("paper").unwrap();
+    if let AnyMethod::Network(network) = &mut method
+        && let Training::Backpropagation(training) = &mut network.training
+    {
+        training.epochs = 30_000;
+    }
+    let world = World::simple(0);
+    let (eyes, calibration) = calibrated_by(&method, &world);
+    let mut observer = Observer::new(&calibration, SIZE, &Silent).unwrap();
+    let error = observer.map_error().unwrap();
+    assert!((1.0..8.0).contains(&error), "{error} cm");
+    let mut robot = robot(&world, eyes, Wheels::default());
+    let mut motion = OwnMotion::new(0).with_compass_first();
+    let velocity = Velocity { forward: 20.0, turn: 0.1 };
+    let told = velocity.motion(robot.period());
+    for look in 0..10 {
+        let seen = observer.observe(&robot.look().unwrap().unwrap());
+        assert_eq!(seen.complaint, None, "look {look}");
+        // Error bars are those of the map, which errs by centimetres.
+        let tight = |corner: &SeenCorner| corner.covariance.trace().sqrt() < 0.5 * error;
+        assert!(!seen.corners.iter().any(tight), "look {look}");
+        let told = if look == 0 { PlanarPose::default() } else { told };
+        let found = motion.update((&seen.corners, seen.floor_direction), &told).unwrap();
+        let off = (found.pose.place() - robot.pose().place()).norm();
+        assert!(off < 5.0, "look {look}: {off} cm");
+        robot.drive(velocity).unwrap();
+    }
+    robot.befall(CameraFailure::Knocked { camera: 1, rotation: [0.0, 0.017, 0.0] }).unwrap();
+    let noticed = (0..3).any(|_| {
+        let seen = observer.observe(&robot.look().unwrap().unwrap());
+        seen.scene.trust == Trust::Broken
+    });
+    assert!(noticed);
 }
 
 #[test]
