@@ -40,7 +40,7 @@ fn figure_5(points: &[LearningPoint]) -> CurveFigure {
     };
     CurveFigure {
         across: "epochs".into(),
-        up: "mean error on new points, % of the distance".into(),
+        up: "mean error, % of the distance".into(),
         curves: vec![
             curve("median", |p| p.exam_percent.median),
             curve("worst seed", |p| p.exam_percent.greatest),
@@ -84,7 +84,7 @@ fn verdict(all: &Reproduction) -> sections::Verdict {
     let tested = all.claims.len() - untested;
     let rest = match untested {
         0 => String::new(),
-        _ => format!(" {untested} were not tested."),
+        _ => format!(" Not tested: {untested}."),
     };
     sections::Verdict {
         grade: if holding == all.claims.len() { "confirmed" } else { "mixed" }.into(),
