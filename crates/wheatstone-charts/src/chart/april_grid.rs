@@ -9,7 +9,7 @@ use super::{
     charuco::{has_words, share},
     chessboard::seed,
     lattice::Origin,
-    refused,
+    length, refused,
 };
 use crate::imaging::GrayImage;
 use calib_targets::aruco::{Dictionary, builtins};
@@ -203,6 +203,18 @@ impl Chart for AprilGrid {
             }
         }
         shapes
+    }
+
+    fn label(&self, scale: f64) -> String {
+        let [side, gap] = [self.tag, self.gap()].map(|side| length(scale * side));
+        let (columns, rows, dictionary) = (self.columns, self.rows, &self.dictionary);
+        format!(
+            "{columns} columns x {rows} rows of tags of {side} mm, gaps of {gap} mm, {dictionary}"
+        )
+    }
+
+    fn size(&self) -> Option<(&'static str, f64)> {
+        Some(("tag", self.tag))
     }
 
     fn board(&self) -> [f64; 4] {

@@ -7,7 +7,7 @@ use super::{
     Chart, ChartSearch, Detection, Shape,
     chessboard::{growth, seed},
     lattice::{Lattice, Origin},
-    refused,
+    length, refused,
 };
 use crate::imaging::GrayImage;
 use calib_targets::aruco::{Dictionary, builtins};
@@ -170,6 +170,18 @@ impl Chart for Charuco {
                 ink.map(move |[l, t, r, b]| Shape::Rectangle([x + l, y + t, x + r, y + b]))
             })
             .collect()
+    }
+
+    fn label(&self, scale: f64) -> String {
+        let [side, marker] = [self.pitch, self.marker].map(|side| length(scale * side));
+        let (columns, rows, dictionary) = (self.columns, self.rows, &self.dictionary);
+        format!(
+            "{columns} columns x {rows} rows of squares of {side} mm, markers of {marker} mm, {dictionary}"
+        )
+    }
+
+    fn size(&self) -> Option<(&'static str, f64)> {
+        Some(("pitch", self.pitch))
     }
 
     fn board(&self) -> [f64; 4] {

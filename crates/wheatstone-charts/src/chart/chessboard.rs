@@ -10,6 +10,7 @@ pub(super) mod seed;
 use super::{
     AnyChart, Chart, ChartSearch, Shape, Sigmas,
     lattice::{Labelled, Lattice, Origin},
+    length,
     trimming::trim,
 };
 use crate::imaging::GrayImage;
@@ -152,6 +153,16 @@ impl Chart for Chessboard {
             Shape::Rectangle([x, y, x + self.pitch, y + self.pitch])
         })
         .collect()
+    }
+
+    fn label(&self, scale: f64) -> String {
+        let side = length(scale * self.pitch);
+        let (columns, rows) = (self.columns, self.rows);
+        format!("{columns} columns x {rows} rows of inner corners, squares of {side} mm")
+    }
+
+    fn size(&self) -> Option<(&'static str, f64)> {
+        Some(("pitch", self.pitch))
     }
 
     fn board(&self) -> [f64; 4] {

@@ -10,7 +10,7 @@ mod layout;
 use super::{
     Chart, ChartSearch, Shape, Sigmas,
     lattice::{Labelled, Lattice, Origin},
-    refused,
+    length, refused,
     trimming::trim,
 };
 use crate::imaging::{GrayImage, filter::halve};
@@ -238,6 +238,17 @@ impl Chart for DotGrid {
     fn shapes(&self) -> Vec<Shape> {
         let points = self.points().into_iter().enumerate();
         points.map(|(id, point)| Shape::Disc([point.x, point.y], self.radius(id))).collect()
+    }
+
+    fn label(&self, scale: f64) -> String {
+        let pitch = length(scale * self.pitch);
+        let (columns, rows) = (self.columns, self.rows);
+        let kind = if self.asymmetric { "dots, asymmetric" } else { "dots" };
+        format!("{columns} columns x {rows} rows of {kind}, pitch {pitch} mm")
+    }
+
+    fn size(&self) -> Option<(&'static str, f64)> {
+        Some(("pitch", self.pitch))
     }
 
     fn board(&self) -> [f64; 4] {

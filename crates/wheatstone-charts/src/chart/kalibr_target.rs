@@ -5,7 +5,7 @@
 
 use super::{
     AnyChart, april_grid::AprilGrid, chessboard::Chessboard, dot_grid::DotGrid,
-    svg::millimetres_per,
+    sheet::millimetres_per,
 };
 use std::{
     collections::BTreeMap,
@@ -33,7 +33,7 @@ pub fn read(path: &Path, unit: &str) -> Result<AnyChart> {
     let per_metre = per_metre.ok_or_else(|| Error::UnknownName {
         kind: "unit",
         name: unit.into(),
-        known: super::svg::UNITS.map(String::from).to_vec(),
+        known: super::sheet::UNITS.map(String::from).to_vec(),
     })?;
     let text = storage::read_text(path, LARGEST_FILE)?;
     let target = Target::parse(path, &text)?;

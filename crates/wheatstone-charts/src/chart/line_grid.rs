@@ -12,7 +12,7 @@ use super::{
     AnyChart, Chart, ChartSearch, Shape,
     charuco::share,
     lattice::{Lattice, Origin},
-    refused,
+    length, refused,
 };
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
@@ -87,6 +87,15 @@ impl Chart for LineGrid {
             Shape::Rectangle([left - over, y - half, right + over, y + half])
         });
         down.chain(across).collect()
+    }
+
+    fn label(&self, scale: f64) -> String {
+        let pitch = length(scale * self.pitch);
+        format!("{} columns x {} rows of crossings, pitch {pitch} mm", self.columns, self.rows)
+    }
+
+    fn size(&self) -> Option<(&'static str, f64)> {
+        Some(("pitch", self.pitch))
     }
 
     fn board(&self) -> [f64; 4] {

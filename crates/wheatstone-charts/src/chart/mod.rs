@@ -14,7 +14,7 @@ pub mod lattice;
 pub mod line_grid;
 pub mod point_list;
 pub mod rigid;
-pub mod svg;
+pub mod sheet;
 mod trimming;
 pub mod two_level;
 
@@ -114,6 +114,18 @@ pub trait Chart: Sync {
         self.detect(image)
     }
 
+    /// What is counted on it, and its sizes in millimetres, as the sheet says on which it is printed;
+    /// `scale` is the number of millimetres in the unit of its lengths.
+    fn label(&self, _scale: f64) -> String {
+        format!("{} points", self.points().len())
+    }
+
+    /// The setting that says how large it is, with its value in the user's unit: all its other lengths
+    /// are in proportion.
+    fn size(&self) -> Option<(&'static str, f64)> {
+        None
+    }
+
     /// What the user calls a point.
     fn name(&self, id: PointId) -> String {
         id.to_string()
@@ -151,6 +163,22 @@ pub enum Shape {
     Disc([f64; 2], f64),
 }
 
+impl Shape {
+    /// Left, top, right and bottom edges.
+    #[must_use]
+    pub fn edges(self) -> [f64; 4] {
+        match self {
+            Self::Rectangle(edges) => edges,
+            Self::Disc([x, y], radius) => [x - radius, y - radius, x + radius, y + radius],
+        }
+    }
+}
+
+/// A length in millimetres as people write it.
+fn length(millimetres: f64) -> String {
+    ((millimetres * 1000.0).round() / 1000.0).to_string()
+}
+
 /// Refuses a setting of a chart.
 fn refused(setting: &str, value: impl ToString, need: impl Into<String>) -> Error {
     let (setting, value) = (format!("[chart] {setting}"), value.to_string());
@@ -167,5 +195,19 @@ registry! {
         "april-grid" => AprilGrid(april_grid::AprilGrid),
         "point-list" => PointList(point_list::PointList),
         "two-level" => TwoLevel(two_level::TwoLevel),
+    }
+}
+
+impl AnyChart {
+    /// Its kind in files and on the command line; of [`AnyChart::custom`], the name that it was given.
+    #[must_use]
+    pub fn kind(&self) -> &str {
+        if let Self::Custom(custom) = self {
+            return custom.name();
+        }
+        let place = Self::all()
+            .iter()
+            .position(|other| std::mem::discriminant(other) == std::mem::discriminant(self));
+        place.map_or("", |place| Self::NAMES[place])
     }
 }

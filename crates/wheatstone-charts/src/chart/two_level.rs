@@ -2,7 +2,7 @@
 //! one beside and behind it.
 
 use super::{
-    Chart, ChartSearch, PictureOf, Shape, lattice::Origin, point_list::PointList, refused,
+    Chart, ChartSearch, PictureOf, Shape, lattice::Origin, length, point_list::PointList, refused,
 };
 use crate::imaging::GrayImage;
 use serde::{Deserialize, Serialize};
@@ -120,6 +120,18 @@ impl Chart for TwoLevel {
 
     fn shapes(&self) -> Vec<Shape> {
         self.as_list().shapes()
+    }
+
+    fn label(&self, scale: f64) -> String {
+        let pitch = length(scale * self.pitch);
+        let [(columns, rows), (second_columns, second_rows)] = self.counts();
+        format!(
+            "{columns} columns x {rows} rows of dots and {second_columns} x {second_rows}, pitch {pitch} mm"
+        )
+    }
+
+    fn size(&self) -> Option<(&'static str, f64)> {
+        Some(("pitch", self.pitch))
     }
 
     fn board(&self) -> [f64; 4] {

@@ -4,3 +4,4 @@ mod chessboard;
 mod kalibr_target;
 mod lattice;
 mod line_grid;
+mod sheet;

@@ -6,27 +6,36 @@ use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use wheatstone::{
-    chart::{AnyChart, svg},
+    chart::{
+        AnyChart,
+        sheet::{self, Paper, Sheet},
+    },
     storage,
 };
 
 /// Write a chart to print, to true scale
+///
+/// A PDF or an SVG drawing, with the chart's name and a ruler outside its white margin.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    wheatstone chart chessboard --columns 9 --rows 6 --pitch 25 --unit mm -o chart.svg\n  \
-    wheatstone chart line-grid --columns 9 --rows 7 --pitch 5 --unit cm -o chart.svg\n  \
-    wheatstone chart dot-grid --columns 4 --rows 11 --pitch 20 --asymmetric -o chart.svg\n  \
-    wheatstone chart charuco --columns 8 --rows 6 --pitch 30 --marker 22 --dictionary DICT_5X5_100 -o chart.svg\n  \
-    wheatstone chart april-grid --columns 6 --rows 6 --tag 30 --spacing 0.3 -o chart.svg\n\n\
+    wheatstone chart --paper a4 -o board.pdf\n  \
+    wheatstone chart chessboard --columns 9 --rows 6 --pitch 25 --unit mm -o chart.pdf\n  \
+    wheatstone chart line-grid --columns 9 --rows 7 --pitch 5 --unit cm -o chart.pdf\n  \
+    wheatstone chart dot-grid --columns 4 --rows 11 --pitch 20 --asymmetric -o chart.pdf\n  \
+    wheatstone chart charuco --columns 8 --rows 6 --pitch 30 --marker 22 --dictionary DICT_5X5_100 -o chart.pdf\n  \
+    wheatstone chart april-grid --columns 6 --rows 6 --tag 30 --spacing 0.3 -o chart.pdf\n\n\
     Print it at 100 %, and check the ruler along its lower edge.")]
 pub(crate) struct Chart {
     /// The kind of chart
-    #[arg(value_parser = PossibleValuesParser::new(AnyChart::NAMES))]
+    #[arg(default_value = "chessboard", value_parser = PossibleValuesParser::new(AnyChart::NAMES))]
     kind: String,
     /// Unit of the pitch
-    #[arg(long, default_value = "mm", value_parser = PossibleValuesParser::new(svg::UNITS))]
+    #[arg(long, default_value = "mm", value_parser = PossibleValuesParser::new(sheet::UNITS))]
     unit: String,
-    /// The file to write, an SVG drawing
+    /// The paper that it must fit; without a size, the chart is as large as fits
+    #[arg(long, value_parser = PossibleValuesParser::new(Paper::NAMES))]
+    paper: Option<String>,
+    /// The file to write, a PDF or an SVG drawing by its extension
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
@@ -78,6 +87,11 @@ pub(crate) struct ChartOptions {
 }
 
 impl ChartOptions {
+    /// Whether no length of the chart is given.
+    fn sizes_are_free(&self) -> bool {
+        [self.pitch, self.tag, self.marker, self.diameter].iter().all(Option::is_none)
+    }
+
     /// The chart that these options describe: `kind` unless they name another, its defaults for
     /// what they leave out.
     pub(crate) fn chart(&self, kind: &str) -> Outcome<AnyChart> {
@@ -90,9 +104,8 @@ impl ChartOptions {
             Some(Value::Object(fields)) => fields,
             _ => Map::new(),
         };
-        let number = |name: &str| fields.get(name).and_then(Value::as_f64);
-        let marker_share =
-            number("marker").zip(number("pitch")).map(|(marker, pitch)| marker / pitch);
+        let pitch = fields.get("pitch").and_then(Value::as_f64);
+        let times = self.pitch.zip(pitch).map_or(1.0, |(given, default)| given / default);
         let given = [
             ("columns", self.columns.map(|n| json!(n))),
             ("rows", self.rows.map(|n| json!(n))),
@@ -107,14 +120,16 @@ impl ChartOptions {
             ("spacing", self.spacing.map(|n| json!(n))),
             ("legacy", self.legacy.then_some(json!(true))),
         ];
+        // Markers, and the way to a second level, as large a part of the pitch as on the default chart.
+        for name in ["marker", "second"] {
+            if let Some(value) = fields.get_mut(name) {
+                *value = scaled(value, times);
+            }
+        }
         for (name, value) in given {
             if let Some(value) = value {
                 fields.insert(name.into(), value);
             }
-        }
-        // Markers as large a part of their squares as on the default board.
-        if let (Some(pitch), None, Some(marker)) = (self.pitch, self.marker, marker_share) {
-            fields.insert("marker".into(), json!(marker * pitch));
         }
         let chart: AnyChart = serde_json::from_value(Value::Object(fields)).map_err(|e| {
             Failure::usage(format!("no {kind}: {e}"), "`wheatstone chart --help` lists the options")
@@ -124,13 +139,50 @@ impl ChartOptions {
     }
 }
 
+/// A number, or each of a list, so many times as large.
+fn scaled(value: &Value, times: f64) -> Value {
+    match value {
+        Value::Array(values) => values.iter().map(|value| scaled(value, times)).collect(),
+        value => value.as_f64().map_or_else(|| value.clone(), |number| json!(times * number)),
+    }
+}
+
 impl Chart {
-    pub(crate) fn run(self) -> Outcome {
+    pub(crate) fn run(mut self) -> Outcome {
+        let extension = self.output.extension().and_then(|end| end.to_str()).map(str::to_lowercase);
+        let paper = self.paper.as_deref().map(Paper::named).transpose()?;
+        if let Some(paper) = paper {
+            self.fill(paper)?;
+        }
         let chart = self.options.chart(&self.kind)?;
-        let title = format!("{} {}", self.kind, self.output.display());
-        let drawing = svg::draw(&*chart, &self.unit, &title)?;
-        storage::write(&self.output, drawing.as_bytes())?;
-        say!("Wrote {}; print it at 100 %", self.output.display());
+        let sheet = Sheet::new(&chart, &self.unit, paper)?;
+        let bytes = match extension.as_deref() {
+            Some("pdf") => sheet.pdf(),
+            Some("svg") => sheet.svg().into_bytes(),
+            _ => {
+                return Err(Failure::usage(
+                    format!("`{}` is neither a PDF nor an SVG file", self.output.display()),
+                    "let its name end in `.pdf` or `.svg`",
+                ));
+            }
+        };
+        storage::write(&self.output, &bytes)?;
+        say!("Wrote {}: {}", self.output.display(), sheet.title());
+        say!("Print it at 100 %, and measure its ruler");
+        Ok(())
+    }
+
+    /// Makes a chart whose size is not given as large as fits.
+    fn fill(&mut self, paper: Paper) -> Outcome {
+        let chart = self.options.chart(&self.kind)?;
+        let options = &mut self.options;
+        let size = match chart.size() {
+            Some(("pitch", size)) if options.sizes_are_free() => (&mut options.pitch, size),
+            Some(("tag", size)) if options.sizes_are_free() => (&mut options.tag, size),
+            _ => return Ok(()),
+        };
+        let most = size.1 * sheet::largest(&chart, &self.unit, paper)?;
+        *size.0 = Some(sheet::rounded_down(most, &self.unit));
         Ok(())
     }
 }

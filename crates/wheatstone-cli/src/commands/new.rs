@@ -9,7 +9,10 @@ use clap::{Args, builder::PossibleValuesParser};
 use std::{fmt::Write as _, path::PathBuf};
 use wheatstone::{
     capture::FILE_NAME,
-    chart::{AnyChart, svg},
+    chart::{
+        AnyChart,
+        sheet::{self, Sheet},
+    },
     storage,
 };
 
@@ -17,9 +20,10 @@ use wheatstone::{
 /// print
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone new capture/\n  \
+    wheatstone new waved/ --hand-held      for a board in the hand, whose poses are estimated\n  \
     wheatstone new tank/ --chart chessboard --columns 9 --rows 6 --pitch 25 --cameras top,side,front\n\n\
-    Then print chart.svg, take pictures, enter the chart poses in capture.toml, and run\n\
-    `wheatstone fit capture/ -o model.json`.")]
+    Then print chart.pdf, take pictures, enter the chart poses in capture.toml unless the board was held\n\
+    by hand, and run `wheatstone fit capture/ -o model.json`.")]
 pub(crate) struct New {
     /// The capture's folder
     folder: PathBuf,
@@ -27,8 +31,11 @@ pub(crate) struct New {
     #[arg(long, value_delimiter = ',', default_value = "left,right")]
     cameras: Vec<String>,
     /// Unit of every length
-    #[arg(long, default_value = "mm", value_parser = PossibleValuesParser::new(svg::UNITS))]
+    #[arg(long, default_value = "mm", value_parser = PossibleValuesParser::new(sheet::UNITS))]
     unit: String,
+    /// For a board held by hand: no chart poses to enter, they are estimated with the cameras
+    #[arg(long)]
+    hand_held: bool,
     #[command(flatten)]
     chart: ChartOptions,
 }
@@ -50,24 +57,30 @@ impl New {
             ));
         }
         self.refuse_odd_names()?;
-        let unit = svg::millimetres_per(&self.unit).unwrap_or(1.0);
+        let unit = sheet::millimetres_per(&self.unit).unwrap_or(1.0);
         let pitch = *self.chart.pitch.get_or_insert(PITCH_ON_PAPER / unit);
         let chart = self.chart.chart("chessboard")?;
-        let drawing = svg::draw(&*chart, &self.unit, "chart")?;
+        let sheet = Sheet::new(&chart, &self.unit, None)?;
         let text = self.text(&chart, pitch)?;
         for camera in &self.cameras {
             storage::create_folder(&self.folder.join(camera))?;
         }
-        storage::write(&self.folder.join("chart.svg"), drawing.as_bytes())?;
+        storage::write(&self.folder.join("chart.pdf"), &sheet.pdf())?;
         storage::write(&file, text.as_bytes())?;
         let folder = self.folder.display();
         say!("Created a capture in {folder}");
-        say!("  1. print {folder}/chart.svg at 100 %, tape it to a flat board, measure its pitch");
-        say!(
-            "  2. take a picture with every camera at each distance, into {}",
-            self.cameras.join(", ")
-        );
-        say!("  3. enter the chart poses in {}", file.display());
+        say!("  1. print {folder}/chart.pdf at 100 %, tape it to a flat board, measure its pitch");
+        let cameras = self.cameras.join(", ");
+        if self.hand_held {
+            say!(
+                "  2. hold the board in ten or more poses, tilted another way in each, and take a"
+            );
+            say!("     picture of each with every camera at once, into {cameras}");
+            say!("  3. enter the measured pitch in {}", file.display());
+        } else {
+            say!("  2. take a picture with every camera at each distance, into {cameras}");
+            say!("  3. enter the chart poses in {}", file.display());
+        }
         say!("  4. wheatstone fit {folder} -o model.json");
         Ok(())
     }
@@ -79,10 +92,13 @@ impl New {
         let plain = |name: &String| {
             !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c))
         };
-        if sorted.len() < self.cameras.len().max(2) || !sorted.iter().all(plain) {
+        // A board held by hand calibrates one camera alone, too.
+        let (least, needed) =
+            if self.hand_held { (1, "different") } else { (2, "two or more different") };
+        if sorted.len() < self.cameras.len().max(least) || !sorted.iter().all(plain) {
             return Err(Failure::usage(
                 format!("the cameras cannot be called {}", self.cameras.join(",")),
-                "give two or more different names of letters, digits, - and _",
+                format!("give {needed} names of letters, digits, - and _"),
             ));
         }
         Ok(())
@@ -92,7 +108,7 @@ impl New {
         let as_toml = serde_json::to_value(chart).map_err(std::io::Error::from)?;
         let fields = as_toml.as_object().cloned().unwrap_or_default();
         let mut text = format!(
-            "# A capture: the pictures of every camera, and the chart poses.\n\
+            "# A capture: the pictures of every camera, and the chart that they show.\n\
              # Every length below is in this unit, and so is every result.\n\
              unit = \"{}\"\n\n\
              # The chart. `columns` and `rows` count inner corners (chessboard), crossings (line-grid) or dots\n\
@@ -108,23 +124,39 @@ impl New {
                 let _ = writeln!(text, "{name} = {value}");
             }
         }
-        text += "\n# The cameras, in their order: camera 1, camera 2, … Pictures are paired in sorted order, so name\n\
-         # them alike. PNG, JPEG, TIFF, BMP or PNM.\n[cameras]\n";
+        text += "\n# The cameras, in their order: camera 1, camera 2, … Name the pictures of one view alike: they are paired\n\
+         # by their names, otherwise in sorted order. A view need not have a picture of every camera. PNG, JPEG,\n\
+         # TIFF, BMP or PNM.\n[cameras]\n";
         for camera in &self.cameras {
             let _ = writeln!(text, "{camera} = \"{camera}/*.*\"");
         }
-        text += "\n# The chart poses: where the centre of the chart's points is, one entry per picture pair, in sorted order.\n\
-            # The world origin is wherever you like, such as the end of the ruler. Use at least two distances,\n\
-            # better six or more, spread over the depth that you want to measure.\n\
-            # rotation is a rotation vector (axis times angle, radians): zero while the chart is only shifted.\n";
-        for (number, distance) in DISTANCES.iter().enumerate() {
-            let distance = distance * pitch;
-            let _ = write!(
-                text,
-                "[[views]]\nname = \"{:02}\"\ntranslation = [0, 0, {distance}]\nrotation = [0, 0, 0]\n\n",
-                number + 1
-            );
-        }
+        text += &if self.hand_held { HAND_HELD.to_owned() } else { poses(pitch) };
         Ok(text)
     }
+}
+
+/// What a capture without chart poses says of them.
+const HAND_HELD: &str = "\n# No [[views]]: the board is held by hand, and where it was is estimated with the cameras. Good views:\n\
+    # - ten or more, near and far, some in the corners of the pictures;\n\
+    # - the board tilted by twenty degrees or more, another way in each;\n\
+    # - held still, or all cameras triggered at once; every camera shares views with another.\n\
+    # The world frame is that of the chart in the first view (`fit --gauge first-camera`: that of camera 1).\n";
+
+/// The chart poses to fill in, at distances that suit the pitch.
+fn poses(pitch: f64) -> String {
+    let mut text = String::from(
+        "\n# The chart poses: where the centre of the chart's points is, one entry per picture pair, in sorted order.\n\
+        # The world origin is wherever you like, such as the end of the ruler. Use at least two distances,\n\
+        # better six or more, spread over the depth that you want to measure.\n\
+        # rotation is a rotation vector (axis times angle, radians): zero while the chart is only shifted.\n",
+    );
+    for (number, distance) in DISTANCES.iter().enumerate() {
+        let distance = distance * pitch;
+        let _ = write!(
+            text,
+            "[[views]]\nname = \"{:02}\"\ntranslation = [0, 0, {distance}]\nrotation = [0, 0, 0]\n\n",
+            number + 1
+        );
+    }
+    text
 }

@@ -60,7 +60,7 @@ fn a_new_capture_is_ready_to_be_filled_in() {
     let new =
         ["new", "tank", "--cameras", "top,side,front", "--unit", "cm", "--chart", "line-grid"];
     assert!(wheatstone(at, &new).status.success());
-    for name in ["capture.toml", "chart.svg", "top", "side", "front"] {
+    for name in ["capture.toml", "chart.pdf", "top", "side", "front"] {
         assert!(at.join("tank").join(name).exists(), "{name}");
     }
     // Whole but for its pictures: that is what is missed, and nothing else.
