@@ -1,9 +1,12 @@
 //! A capture on disk: `capture.toml` and the pictures that it names.
 
+mod pairing;
+
 use crate::{
     chart::{AnyChart, kalibr_target},
     imaging::read_size,
 };
+use pairing::pair_up;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use wheatstone_core::{
@@ -36,8 +39,8 @@ pub struct Capture {
 pub struct CameraPictures {
     /// Its name.
     pub name: String,
-    /// One picture a view, in the views' order.
-    pub pictures: Vec<PathBuf>,
+    /// One picture a view, in the views' order; none where the camera has none of the view.
+    pub pictures: Vec<Option<PathBuf>>,
 }
 
 /// One placement of the chart.
@@ -118,17 +121,27 @@ impl Capture {
         Self::resolve(path, file)
     }
 
+    /// The cameras without a picture of a view, with the view: both by name.
+    pub fn missing(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.cameras.iter().flat_map(|camera| {
+            let of_views = camera.pictures.iter().zip(&self.views);
+            let missing = of_views.filter(|(picture, _)| picture.is_none());
+            missing.map(|(_, view)| (camera.name.as_str(), view.name.as_str()))
+        })
+    }
+
     /// Width and height of each camera's pictures in pixels; all pictures of a camera have that of its
     /// first.
     #[must_use]
     pub fn sizes(&self) -> Vec<Option<[u32; 2]>> {
-        let first = |camera: &CameraPictures| read_size(camera.pictures.first()?).ok();
+        let first =
+            |camera: &CameraPictures| read_size(camera.pictures.iter().flatten().next()?).ok();
         self.cameras.iter().map(first).collect()
     }
 
     fn resolve(path: PathBuf, file: CaptureFile) -> Result<Self> {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let mut cameras = Vec::new();
+        let mut files = Vec::new();
         for (name, pattern) in &file.cameras {
             let Some(pattern) = pattern.as_str() else {
                 return Err(refuse(
@@ -137,19 +150,22 @@ impl Capture {
                     "such as `left = \"left/*.png\"`",
                 ));
             };
-            cameras.push(CameraPictures {
-                name: name.clone(),
-                pictures: matching_files(&path, &folder, name, pattern)?,
-            });
+            files.push((name.clone(), matching_files(&path, &folder, name, pattern)?));
         }
-        if cameras.is_empty() {
+        if files.is_empty() {
             return Err(refuse(
                 &path,
                 "no cameras under [cameras]: triangulation needs two or more".into(),
                 "give one line per camera, such as `left = \"left/*.png\"`",
             ));
         }
-        let mut views = pair_up(&path, &mut cameras, &file.views)?;
+        let (cameras, names) = pair_up(&path, files, &file.views)?;
+        let mut views = if file.views.is_empty() {
+            let view = |name| CapturedView { name, world_from_chart: None, sigma: None };
+            names.into_iter().map(view).collect()
+        } else {
+            file.views.iter().map(|entry| view_of(&path, entry)).collect::<Result<Vec<_>>>()?
+        };
         place_bodies(&path, &file.chart, &mut views)?;
         Ok(Self { path, unit: file.unit, chart: file.chart, cameras, views })
     }
@@ -209,58 +225,6 @@ fn matching_files(path: &Path, folder: &Path, camera: &str, pattern: &str) -> Re
     Ok(files)
 }
 
-/// One picture a camera for every view. Pictures named like the views go by their names, others by
-/// sorted order.
-fn pair_up(
-    path: &Path,
-    cameras: &mut [CameraPictures],
-    entries: &[ViewEntry],
-) -> Result<Vec<CapturedView>> {
-    let counts: Vec<usize> = cameras.iter().map(|camera| camera.pictures.len()).collect();
-    if counts.iter().any(|count| *count != counts[0]) {
-        let list: Vec<String> =
-            cameras.iter().zip(&counts).map(|(c, n)| format!("`{}` has {n}", c.name)).collect();
-        return Err(refuse(
-            path,
-            format!("the cameras have different numbers of pictures: {}", list.join(", ")),
-            &odd_ones_out(cameras),
-        ));
-    }
-    if entries.is_empty() {
-        let name = |picture: &PathBuf| CapturedView {
-            name: stem(picture),
-            world_from_chart: None,
-            sigma: None,
-        };
-        return Ok(cameras[0].pictures.iter().map(name).collect());
-    }
-    if entries.len() != counts[0] {
-        return Err(refuse(
-            path,
-            format!("{} [[views]], but {} pictures per camera", entries.len(), counts[0]),
-            "give one [[views]] entry per picture pair, or none at all",
-        ));
-    }
-    let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-    if let Some(twice) = names.iter().enumerate().find(|(i, n)| names[..*i].contains(n)) {
-        return Err(refuse(
-            path,
-            format!("two [[views]] are named `{}`", twice.1),
-            "give each its own name",
-        ));
-    }
-    for camera in cameras.iter_mut() {
-        let by_name: Option<Vec<PathBuf>> = names
-            .iter()
-            .map(|name| camera.pictures.iter().find(|p| stem(p) == *name).cloned())
-            .collect();
-        if let Some(pictures) = by_name {
-            camera.pictures = pictures;
-        }
-    }
-    entries.iter().map(|entry| view_of(path, entry)).collect()
-}
-
 fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
     if entry.rotation.is_some() && entry.translation.is_none() {
         return Err(refuse(
@@ -289,30 +253,4 @@ fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
         ));
     }
     Ok(CapturedView { name: entry.name.clone(), world_from_chart, sigma: entry.sigma })
-}
-
-/// A picture's file name without its extension.
-fn stem(path: &Path) -> String {
-    path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
-}
-
-/// Which pictures seem to have no partner: those whose number none of another camera's has.
-fn odd_ones_out(cameras: &[CameraPictures]) -> String {
-    let number =
-        |path: &PathBuf| -> String { stem(path).chars().filter(char::is_ascii_digit).collect() };
-    let mut lonely = Vec::new();
-    for camera in cameras {
-        for picture in &camera.pictures {
-            let paired = cameras
-                .iter()
-                .all(|other| other.pictures.iter().any(|p| number(p) == number(picture)));
-            if !paired {
-                lonely.push(format!("`{}`", picture.display()));
-            }
-        }
-    }
-    if lonely.is_empty() || lonely.len() > 5 {
-        return "pictures are paired in sorted order: remove those without a partner".into();
-    }
-    format!("by their numbers these have no partner: {}", lonely.join(", "))
 }

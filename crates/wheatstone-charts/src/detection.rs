@@ -7,7 +7,7 @@
 
 mod refusals;
 
-use crate::capture::Capture;
+use crate::capture::{CameraPictures, Capture};
 use crate::{
     chart::{ChartSearch, Detection, PictureOf},
     imaging::{GrayImage, Limits, read_image},
@@ -51,8 +51,8 @@ pub struct Picture {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Found {
-    /// View by view, camera by camera.
-    pub pictures: Vec<Vec<Picture>>,
+    /// View by view, camera by camera; none where the camera has no picture of the view.
+    pub pictures: Vec<Vec<Option<Picture>>>,
     /// The points that at least one camera saw.
     pub dataset: Dataset,
 }
@@ -91,28 +91,22 @@ pub fn detect_in(
     for view in &mut searches {
         settle_by_partner(view);
     }
-    let pictures: Vec<Vec<Picture>> = searches
-        .into_iter()
-        .enumerate()
-        .map(|(view, cameras)| {
-            cameras
-                .into_iter()
-                .zip(&capture.cameras)
-                .map(|(sighting, camera)| Picture {
-                    path: camera.pictures[view].clone(),
-                    outcome: settled(sighting, settings.whole_pixels),
-                })
-                .collect()
-        })
-        .collect();
-    let all: Vec<&Picture> = pictures.iter().flatten().collect();
+    let found = |(view, sightings): (usize, Searches)| {
+        let of_camera = |(sighting, camera): (ChartSearch, &CameraPictures)| {
+            let path = camera.pictures[view].clone()?;
+            Some(Picture { path, outcome: settled(sighting, settings.whole_pixels) })
+        };
+        sightings.into_iter().zip(&capture.cameras).map(of_camera).collect()
+    };
+    let pictures: Vec<Vec<Option<Picture>>> = searches.into_iter().enumerate().map(found).collect();
+    let all: Vec<&Picture> = pictures.iter().flatten().flatten().collect();
     let seen = all.iter().filter(|picture| picture.outcome.is_ok()).count();
     if 2 * seen < all.len() {
         refusals::refuse_a_miscount(capture, &all, (seen, read))?;
     }
     let dataset = assemble(capture, &pictures);
     if dataset.correspondences.is_empty() {
-        return Err(refusals::nothing_found(capture, &pictures));
+        return Err(refusals::nothing_found(capture, &all));
     }
     Ok(Found { pictures, dataset })
 }
@@ -122,28 +116,32 @@ fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<
     let cameras = capture.cameras.len();
     let total = capture.views.len() * cameras;
     let done = AtomicU64::new(0);
-    let each: Vec<Result<((usize, usize), ChartSearch)>> = (0..total)
+    let each: Vec<Result<Option<((usize, usize), ChartSearch)>>> = (0..total)
         .into_par_iter()
         .map(|index| {
             progress.check()?;
-            let path = &capture.cameras[index % cameras].pictures[index / cameras];
+            let picture = &capture.cameras[index % cameras].pictures[index / cameras];
+            let Some(path) = picture else { return Ok(None) };
             let image = read(path)?;
             let of =
                 PictureOf { camera: index % cameras, view: &capture.views[index / cameras].name };
             let sighting = capture.chart.detect_in(&image, of);
             progress.report("detecting", done.fetch_add(1, Ordering::Relaxed) + 1, total as u64);
-            Ok(((image.width(), image.height()), sighting))
+            Ok(Some(((image.width(), image.height()), sighting)))
         })
         .collect();
     let mut sizes = vec![None; cameras];
     let mut views: Vec<Searches> = vec![Vec::new(); capture.views.len()];
     for (index, outcome) in each.into_iter().enumerate() {
-        let (size, sighting) = outcome?;
         let (view, camera) = (index / cameras, index % cameras);
+        let Some((size, sighting)) = outcome? else {
+            views[view].push(ChartSearch::NotFound(String::new()));
+            continue;
+        };
         let expected = *sizes[camera].get_or_insert(size);
         if size != expected {
             return Err(Error::Image {
-                path: capture.cameras[camera].pictures[view].clone(),
+                path: capture.cameras[camera].pictures[view].clone().unwrap_or_default(),
                 problem: format!(
                     "{} x {} pixels, but earlier pictures of camera `{}` have {} x {}",
                     size.0, size.1, capture.cameras[camera].name, expected.0, expected.1
@@ -321,14 +319,14 @@ fn settled(sighting: ChartSearch, whole_pixels: bool) -> Result<Detection, Strin
 }
 
 /// One correspondence a chart point and view that any camera saw.
-fn assemble(capture: &Capture, pictures: &[Vec<Picture>]) -> Dataset {
+fn assemble(capture: &Capture, pictures: &[Vec<Option<Picture>>]) -> Dataset {
     let points = capture.chart.points();
     let mut correspondences = Vec::new();
     for (view, cameras) in pictures.iter().enumerate() {
         let world = world_points(capture, view);
         for (id, point) in points.iter().enumerate() {
-            let seen = |picture: &Picture| {
-                let found = &picture.outcome.as_ref().ok()?.points;
+            let seen = |picture: &Option<Picture>| {
+                let found = &picture.as_ref()?.outcome.as_ref().ok()?.points;
                 found.binary_search_by_key(&id, |(id, _)| *id).ok().map(|place| found[place].1)
             };
             let pixels: Vec<Option<Pixel>> = cameras.iter().map(seen).collect();

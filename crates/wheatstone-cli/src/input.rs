@@ -9,6 +9,7 @@ use wheatstone::{
     dataset::Dataset,
     detection::{DetectionSettings, Found, detect},
     fit::bundle,
+    formats::{Format, Given, gather, guess},
     synthetic::Truth,
     tables::{ColumnNames, Duplicates, TableOptions, TableReader},
 };
@@ -94,7 +95,19 @@ impl Reading {
 
 /// Whether a path names a capture: a folder, or a TOML file.
 fn is_capture(path: &Path) -> bool {
-    path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+    (path.is_dir() && foreign_table(path).is_none())
+        || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// The format of points in files of another program, as `convert` reads and writes them; none for captures
+/// and for tables of our own. What is no regular file cannot be read twice, and is a table.
+fn foreign_table(path: &Path) -> Option<&'static Format> {
+    let is_folder = path.is_dir() && !path.join(FILE_NAME).exists();
+    if !is_folder && !path.is_file() {
+        return None;
+    }
+    let format = guess(&[path.into()]).ok().flatten()?;
+    (!format.is_calibration() && !format.is_table()).then_some(format)
 }
 
 /// Reads correspondences, detecting the chart first where a capture is given.
@@ -102,7 +115,8 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
     let truth = truth_beside(path)?;
     if is_capture(path) {
         let (capture, found) = open_and_detect(path, reading.whole_pixels, bar)?;
-        let skipped = found.pictures.iter().flatten().filter(|p| p.outcome.is_err()).count();
+        let pictures = found.pictures.iter().flatten().flatten();
+        let skipped = pictures.filter(|p| p.outcome.is_err()).count();
         if skipped > 0 {
             remark!(
                 "note",
@@ -112,6 +126,11 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         let data = found.dataset.clone();
         let truth = truth.filter(|_| !bundle::needed(&data));
         return Ok(Loaded { data, truth, source: Some(Source { capture, found }) });
+    }
+    if let Some(format) = foreign_table(path) {
+        let given = Given { unit: reading.unit.clone(), ..Given::default() };
+        let data = format.read_points(&gather(format, &[path.into()])?, &given)?;
+        return Ok(Loaded { data, truth, source: None });
     }
     let duplicates = if reading.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
     let told = reading.unit.clone().or_else(|| truth.as_ref().map(|truth| truth.unit.clone()));
@@ -136,9 +155,28 @@ pub(crate) fn open_and_detect(
     bar: &Bar,
 ) -> Outcome<(Capture, Found)> {
     let capture = Capture::open(path)?;
+    tell_missing(&capture);
     let settings = DetectionSettings { whole_pixels, ..DetectionSettings::default() };
     let found = detect(&capture, settings, bar)?;
     Ok((capture, found))
+}
+
+/// Says which views are used without which cameras.
+fn tell_missing(capture: &Capture) {
+    // Beyond some, the rest is counted.
+    const LISTED: usize = 5;
+    let missing: Vec<String> =
+        capture.missing().map(|(camera, view)| format!("view {view} by `{camera}`")).collect();
+    if missing.is_empty() {
+        return;
+    }
+    let more = missing.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let listed = missing.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
+    remark!(
+        "note",
+        "there is no picture of {listed}{more}: these views are used without these cameras"
+    );
 }
 
 /// The truth file that belongs to the input, if there is one.

@@ -128,8 +128,8 @@ fn areas(material: &Material, data: &Dataset) -> Vec<([f64; 4], bool)> {
     };
     let known = |camera: usize| {
         if let Some(seen) = &material.seen {
-            let file = &seen.found.pictures.first()?.get(camera)?.path;
-            let (width, height) = image::image_dimensions(file).ok()?;
+            let of_camera = seen.found.pictures.iter().find_map(|view| view.get(camera)?.as_ref());
+            let (width, height) = image::image_dimensions(&of_camera?.path).ok()?;
             return Some([width as usize, height as usize]);
         }
         material.truth?.get(camera).map(|camera| [camera.width, camera.height])

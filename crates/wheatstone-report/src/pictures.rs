@@ -6,7 +6,10 @@ use super::{
 };
 use crate::html::jpeg;
 use rayon::prelude::*;
-use wheatstone_charts::imaging::{GrayImage, Limits, read_image};
+use wheatstone_charts::{
+    detection::Picture,
+    imaging::{GrayImage, Limits, read_image},
+};
 use wheatstone_core::{Result, geometry::Pixel};
 use wheatstone_numeric::progress::Progress;
 
@@ -129,25 +132,25 @@ pub(super) fn gallery(
     let cameras = seen.capture.cameras.len();
     let total = seen.found.pictures.len() * cameras;
     let every = total.div_ceil(MOST_PICTURES).max(1);
-    let kept: Vec<Result<Kept>> = (0..total)
+    let kept: Vec<Result<Option<Kept>>> = (0..total)
         .into_par_iter()
         .map(|index| {
             progress.check()?;
             let (view, camera) = (index / cameras, index % cameras);
-            let found = &seen.found.pictures[view][camera];
+            let Some(found) = &seen.found.pictures[view][camera] else { return Ok(None) };
             let image = read_image(&found.path, Limits::default())?;
             // Views with a fault are what a reader looks for.
             let kept = view % every == 0 || accused(view);
-            let picture = kept.then(|| small(seen, (view, camera), &image));
+            let picture = kept.then(|| small(seen, found, (view, camera), &image));
             let here =
                 cuts.iter().enumerate().filter(|(_, cut)| cut.of[1] == camera && cut.view == view);
             let crops = here.map(|(number, cut)| (number, piece(&image, cut.pixel))).collect();
-            Ok(Kept { picture: picture.flatten(), crops })
+            Ok(Some(Kept { picture: picture.flatten(), crops }))
         })
         .collect();
     let (mut pictures, mut pieces) = (Vec::new(), Vec::new());
     for kept in kept {
-        let kept = kept?;
+        let Some(kept) = kept? else { continue };
         pictures.extend(kept.picture);
         pieces.extend(kept.crops);
     }
@@ -158,10 +161,10 @@ pub(super) fn gallery(
 
 fn small(
     seen: &PictureSource,
+    found: &Picture,
     (view, camera): (usize, usize),
     image: &GrayImage,
 ) -> Option<PictureFigures> {
-    let found = &seen.found.pictures[view][camera];
     let name = found.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
     let (points, problem) = match &found.outcome {
         Ok(detection) => (detection.points.iter().map(|(_, p)| (*p).into()).collect(), None),

@@ -64,7 +64,7 @@ impl ChartPictures {
         }
         let cameras = (0..2).map(|camera| CameraPictures {
             name: names[camera].into(),
-            pictures: views.iter().map(|view| path(camera, &view.name)).collect(),
+            pictures: views.iter().map(|view| Some(path(camera, &view.name))).collect(),
         });
         let capture = Capture {
             path: PathBuf::from("robot"),
@@ -108,7 +108,7 @@ impl ChartPictures {
     /// The picture of a view (counted from 0) by a camera.
     #[must_use]
     pub fn picture(&self, camera: usize, view: usize) -> Option<&GrayImage> {
-        self.pictures.get(self.capture.cameras.get(camera)?.pictures.get(view)?)
+        self.pictures.get(self.capture.cameras.get(camera)?.pictures.get(view)?.as_ref()?)
     }
 
     /// What the chart stood like in each view.

@@ -162,7 +162,9 @@ impl Chart for Disc {
 fn capture(chart: &AnyChart, places: &[Pose]) -> Capture {
     let camera = |name: &str| CameraPictures {
         name: name.into(),
-        pictures: (0..places.len()).map(|view| PathBuf::from(format!("{name}/{view}"))).collect(),
+        pictures: (0..places.len())
+            .map(|view| Some(PathBuf::from(format!("{name}/{view}"))))
+            .collect(),
     };
     let view = |(index, pose): (usize, &Pose)| CapturedView {
         name: index.to_string(),
@@ -262,7 +264,11 @@ const SPACED: Format = Format {
     name: "spaced",
     about: "pixels of two cameras, four numbers a line",
     layout: Layout::File("txt"),
-    content: Content::Points { read: Some(read_spaced), write: Some(write_spaced) },
+    content: Content::Points {
+        read: Some(read_spaced),
+        write: Some(write_spaced),
+        known_only: false,
+    },
 };
 
 fn read_spaced(files: &[InputFile], given: &Given) -> Result<Dataset> {

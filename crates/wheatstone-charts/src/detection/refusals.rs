@@ -43,9 +43,9 @@ pub(super) fn refuse_a_miscount(
 }
 
 /// The error for a capture without a single chart, naming the commonest reason.
-pub(super) fn nothing_found(capture: &Capture, pictures: &[Vec<Picture>]) -> Error {
+pub(super) fn nothing_found(capture: &Capture, pictures: &[&Picture]) -> Error {
     let mut reasons: std::collections::BTreeMap<&str, usize> = std::collections::BTreeMap::new();
-    for picture in pictures.iter().flatten() {
+    for picture in pictures {
         if let Err(why) = &picture.outcome {
             *reasons.entry(why).or_default() += 1;
         }

@@ -20,6 +20,69 @@ fn capture(text: &str, pictures: &[&str]) -> (tempfile::TempDir, Result<Capture>
     (dir, opened)
 }
 
+/// The files of a camera's pictures, view by view.
+fn names(capture: &Capture, camera: usize) -> Vec<String> {
+    let name = |picture: &Option<std::path::PathBuf>| match picture {
+        Some(path) => path.file_name().unwrap().to_str().unwrap().to_owned(),
+        None => "none".to_owned(),
+    };
+    capture.cameras[camera].pictures.iter().map(name).collect()
+}
+
+#[test]
+fn a_picture_that_one_camera_lacks_leaves_a_view_without_it() {
+    let views: String = ["01", "02", "03"]
+        .map(|name| format!("[[views]]\nname = \"{name}\"\ntranslation = [0, 0, 50]\n"))
+        .concat();
+    let named = ["left/01.png", "left/02.png", "right/02.png", "right/03.png"];
+    // Named like views; alike among the cameras; with one number, before and behind the camera's.
+    let cam = [
+        "left/l1_08.png",
+        "left/l1_09.png",
+        "left/l1_10.png",
+        "right/r2_08.png",
+        "right/r2_10.png",
+    ];
+    let img =
+        ["left/7_l1.png", "left/8_l1.png", "left/9_l1.png", "right/7_r1.png", "right/9_r1.png"];
+    for (text, pictures, left, right) in [
+        (
+            HEAD.to_owned() + &views,
+            &named[..],
+            ["01.png", "02.png", "none"],
+            ["none", "02.png", "03.png"],
+        ),
+        (
+            HEAD.to_owned(),
+            &cam[..],
+            ["l1_08.png", "l1_09.png", "l1_10.png"],
+            ["r2_08.png", "none", "r2_10.png"],
+        ),
+        (
+            HEAD.to_owned(),
+            &img[..],
+            ["7_l1.png", "8_l1.png", "9_l1.png"],
+            ["7_r1.png", "none", "9_r1.png"],
+        ),
+    ] {
+        let (_dir, capture) = capture(&text, pictures);
+        let capture = capture.unwrap();
+        assert_eq!(names(&capture, 0), left);
+        assert_eq!(names(&capture, 1), right);
+        assert_eq!(capture.views.len(), 3);
+        let missing = right.iter().chain(&left).filter(|name| **name == "none").count();
+        assert_eq!(capture.missing().count(), missing);
+    }
+    let (_dir, capture) = capture(
+        HEAD,
+        &["left/a.png", "left/b.png", "left/d.png", "right/a.png", "right/c.png", "right/d.png"],
+    );
+    let capture = capture.unwrap();
+    let names: Vec<&str> = capture.views.iter().map(|view| &*view.name).collect();
+    assert_eq!(names, ["a", "b", "c", "d"]);
+    assert_eq!(capture.missing().collect::<Vec<_>>(), [("left", "c"), ("right", "b")]);
+}
+
 #[test]
 fn pictures_pair_up_in_sorted_order_and_cameras_keep_theirs() {
     let text = HEAD.replace("left = ", "zeta = ");
@@ -27,7 +90,7 @@ fn pictures_pair_up_in_sorted_order_and_cameras_keep_theirs() {
         capture(&text, &["left/b.png", "left/a.png", "right/1.png", "right/2.png"]);
     let capture = capture.unwrap();
     assert_eq!(capture.cameras[0].name, "zeta");
-    assert!(capture.cameras[0].pictures[0].ends_with("a.png"));
+    assert_eq!(names(&capture, 0), ["a.png", "b.png"]);
     assert_eq!(capture.views[1].name, "b");
     assert_eq!(capture.views[0].world_from_chart, None);
 }
@@ -51,7 +114,7 @@ fn views_go_by_name_where_pictures_have_their_names() {
     let pictures = ["left/110.png", "left/50.png", "right/110.png", "right/50.png"];
     let (_dir, capture) = capture(&(HEAD.to_owned() + views), &pictures);
     let capture = capture.unwrap();
-    assert!(capture.cameras[1].pictures[0].ends_with("50.png"));
+    assert_eq!(names(&capture, 1), ["50.png", "110.png"]);
     assert_eq!(capture.views[1].world_from_chart.unwrap().translation.z, 110.0);
     assert!((capture.views[1].world_from_chart.unwrap().rotation_vector().y - 0.1).abs() < 1e-12);
 }
@@ -59,15 +122,21 @@ fn views_go_by_name_where_pictures_have_their_names() {
 #[test]
 fn faults_are_named() {
     let both = ["left/a.png", "right/a.png"];
-    let view = "[[views]]\nname = \"a\"\n";
+    let [view, other] = ["a", "b"].map(|name| format!("[[views]]\nname = \"{name}\"\n"));
     for (text, pictures, words) in [
         (HEAD.replace("columns", "colums"), &both[..], "colums"),
         (HEAD.replace("line-grid", "line-gird"), &both[..], "line-gird"),
         (HEAD.replace("columns = 17", "columns = 1"), &both[..], "columns cannot be 1"),
         (HEAD.replace("5.0", "-5.0"), &both[..], "pitch cannot be -5"),
         (HEAD.to_owned(), &["left/a.png"], "no file matches `right/*.png`"),
-        (HEAD.to_owned(), &["left/a1.png", "left/a2.png", "right/a1.png"], "`left` has 2"),
-        (format!("{HEAD}{view}{view}"), &both[..], "2 [[views]], but 1"),
+        (HEAD.to_owned(), &["left/a1.png", "left/a2.png", "right/b3.png"], "`left` has 2"),
+        (format!("{HEAD}{view}{view}"), &both[..], "two [[views]] are named `a`"),
+        (format!("{HEAD}{view}{other}"), &both[..], "no camera has a picture of view `b`"),
+        (
+            format!("{HEAD}{other}"),
+            &["left/a.png", "left/c.png", "right/a.png", "right/c.png"],
+            "1 [[views]], but 2",
+        ),
         (HEAD.replace("\"cm\"", "cm"), &both[..], ":1:"),
         (format!("{HEAD}{view}rotation = [0, 0, 0]\n"), &both[..], "no translation"),
     ] {

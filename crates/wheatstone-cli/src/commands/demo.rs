@@ -123,7 +123,7 @@ impl Demo {
         let score = |data: &Dataset| score(&rig, &training.capture, data);
         let detection = score(&training.sub_pixel.dataset);
         let whole_pixel_detection = score(&training.whole_pixel);
-        let pictures = training.sub_pixel.pictures.iter().flatten().count();
+        let pictures = training.sub_pixel.pictures.iter().flatten().flatten().count();
         say(&format!(
             "Found {} of {} visible crossings in {pictures} pictures, to {} px (median)",
             detection.found,

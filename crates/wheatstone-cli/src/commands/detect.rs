@@ -65,6 +65,10 @@ fn summary(capture: &Capture, found: &Found) -> String {
     for (view, pictures) in capture.views.iter().zip(&found.pictures) {
         let mut row = vec![view.name.clone()];
         for picture in pictures {
+            let Some(picture) = picture else {
+                row.push("no picture".into());
+                continue;
+            };
             match &picture.outcome {
                 Ok(detection) => row.push(detection.points.len().to_string()),
                 Err(why) => {
@@ -75,8 +79,8 @@ fn summary(capture: &Capture, found: &Found) -> String {
         }
         rows.push(row);
     }
-    let all = found.pictures.iter().flatten().count();
-    let seen = found.pictures.iter().flatten().filter(|p| p.outcome.is_ok()).count();
+    let all = found.pictures.iter().flatten().flatten().count();
+    let seen = found.pictures.iter().flatten().flatten().filter(|p| p.outcome.is_ok()).count();
     let matched = found.dataset.correspondences.iter().filter(|c| c.seen_by() >= 2).count();
     format!(
         "{}{skipped}The chart was found in {seen} of {all} pictures; {matched} points were seen by two cameras or more\n",
@@ -88,13 +92,18 @@ fn as_json(capture: &Capture, found: &Found) -> serde_json::Value {
     let mut pictures = Vec::new();
     for (view, row) in capture.views.iter().zip(&found.pictures) {
         for (camera, picture) in capture.cameras.iter().zip(row) {
-            let points = picture.outcome.as_ref().map_or(0, |detection| detection.points.len());
+            let outcome = picture.as_ref().map(|picture| &picture.outcome);
+            let points = outcome.map_or(0, |found| found.as_ref().map_or(0, |d| d.points.len()));
+            let skipped = match outcome {
+                Some(outcome) => outcome.as_ref().err().map(String::as_str),
+                None => Some("no picture"),
+            };
             pictures.push(json!({
                 "view": view.name,
                 "camera": camera.name,
-                "picture": picture.path,
+                "picture": picture.as_ref().map(|picture| &picture.path),
                 "points": points,
-                "skipped": picture.outcome.as_ref().err(),
+                "skipped": skipped,
             }));
         }
     }
@@ -106,6 +115,7 @@ pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -
     storage::create_folder(folder)?;
     for (view, row) in capture.views.iter().zip(&found.pictures) {
         for (camera, picture) in capture.cameras.iter().zip(row) {
+            let Some(picture) = picture else { continue };
             let image = read_image(&picture.path, Limits::default())?;
             let mut canvas = Annotated::new(&image);
             let points: Vec<Pixel> =
