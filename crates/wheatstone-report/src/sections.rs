@@ -279,6 +279,12 @@ pub struct PointFigures {
 }
 
 impl PointFigures {
+    /// How many cameras saw it.
+    #[must_use]
+    pub fn seen_by(&self) -> usize {
+        self.pixels.iter().flatten().count()
+    }
+
     /// Distance of the located place from the known one.
     #[must_use]
     pub fn error(&self) -> Option<f64> {

@@ -3,9 +3,9 @@
 
 use super::{
     super::plot::{Panel, WIDTH, short},
-    Figure, every, thinned,
+    Figure, every, round_below, thinned,
 };
-use crate::{Report, text::escape};
+use crate::{PointFigures, Report, text::escape};
 use maud::{Markup, html};
 use std::fmt::Write;
 use wheatstone_core::geometry::Vector3;
@@ -38,27 +38,62 @@ fn look(report: &Report) -> [Vector3; 2] {
     [side, up * 0.906 + ahead * 0.423]
 }
 
-pub(super) fn figure(report: &Report) -> Option<Figure> {
-    let points: Vec<(usize, Vector3)> = report
-        .points
-        .iter()
-        .filter_map(|point| {
-            let place = point.world.or_else(|| Some(point.located.as_ref()?.point))?;
-            Some((point.view, Vector3::from(place)))
-        })
-        .collect();
-    if points.is_empty() {
-        return None;
+/// The world's axes at a corner of the points: where they begin, and how long they are drawn, a round
+/// number of units.
+pub(crate) struct Axes {
+    pub(crate) from: Vector3,
+    pub(crate) length: f64,
+}
+
+impl Axes {
+    /// A quarter as long as the box of these places, a little beyond its corner of least X, Y and Z.
+    pub(crate) fn of(places: impl Iterator<Item = Vector3>) -> Option<Self> {
+        let ends = places.map(|place| (place, place));
+        let (low, high) =
+            ends.reduce(|(low, high), (place, _)| (low.inf(&place), high.sup(&place)))?;
+        let longest = (high - low).max();
+        let from = low - Vector3::repeat(0.08 * longest);
+        (longest > 0.0).then(|| Self { from, length: round_below(0.25 * longest) })
     }
+
+    fn ends(&self) -> [(&'static str, Vector3); 3] {
+        let end = |axis: Vector3| self.from + axis * self.length;
+        [("X", end(Vector3::x())), ("Y", end(Vector3::y())), ("Z", end(Vector3::z()))]
+    }
+}
+
+/// A point that is drawn.
+struct Dot {
+    view: usize,
+    place: Vector3,
+    /// Whether one camera alone observes it.
+    single: bool,
+}
+
+fn dots(report: &Report) -> Vec<Dot> {
+    let dot = |point: &PointFigures| {
+        let place = point.world.or_else(|| Some(point.located.as_ref()?.point))?;
+        let single = report.cameras.len() > 1 && point.seen_by() == 1;
+        Some(Dot { view: point.view, place: Vector3::from(place), single })
+    };
+    report.points.iter().filter_map(dot).collect()
+}
+
+pub(super) fn figure(report: &Report) -> Option<Figure> {
+    let points = dots(report);
+    let axes = Axes::of(points.iter().map(|dot| dot.place));
+    let ends: Vec<(&str, Vector3)> = axes.iter().flat_map(Axes::ends).collect();
     let [across, up] = look(report);
     let flat = |place: Vector3| [place.dot(&across), -place.dot(&up)];
     let centres = report.cameras.iter().filter_map(|camera| Some(Vector3::from(camera.centre?)));
-    let all: Vec<[f64; 2]> =
-        points.iter().map(|(_, place)| *place).chain(centres).map(flat).collect();
-    let end = |axis: usize, pick: fn(f64, f64) -> f64| {
-        all.iter().map(|p| p[axis]).reduce(pick).unwrap_or(0.0)
-    };
-    let (low, high) = ([end(0, f64::min), end(1, f64::min)], [end(0, f64::max), end(1, f64::max)]);
+    let all = points.iter().map(|dot| dot.place).chain(centres).chain(ends.iter().map(|end| end.1));
+    let all: Vec<[f64; 2]> = all.map(flat).collect();
+    let end = |axis: usize, pick: fn(f64, f64) -> f64| all.iter().map(|p| p[axis]).reduce(pick);
+    let low = [end(0, f64::min)?, end(1, f64::min)?];
+    let high = [end(0, f64::max)?, end(1, f64::max)?];
+    if points.is_empty() {
+        return None;
+    }
     let margin = 26.0;
     let scale =
         (WIDTH - 2.0 * margin) / (high[0] - low[0]).max((high[1] - low[1]) / 0.9).max(1e-300);
@@ -67,30 +102,80 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         [margin + (x - low[0]) * scale, margin + (y - low[1]) * scale]
     };
     let size = (high[0] - low[0]).max(high[1] - low[1]) * 0.12;
-    let dots = points.iter().step_by(every(points.len()));
-    let dots = dots.map(|(view, point)| (view % 6, place(*point).map(short)));
-    let body = html! {
-        @for (colour, [x, y]) in dots { circle class={ "f" (colour) } cx=(x) cy=(y) r="2" {} }
-        @for camera in &report.cameras { (frustum(camera, size, &place)) }
-    };
     let height = 2.0 * margin + (high[1] - low[1]) * scale;
-    let alternative =
-        format!("{} cameras and {} points in space.", report.cameras.len(), points.len());
+    let singles = points.iter().filter(|dot| dot.single).count();
+    let drawn = points.iter().step_by(every(points.len()));
+    let drawn = drawn.map(|dot| (dot, place(dot.place).map(short)));
+    let body = html! {
+        @for (dot, [x, y]) in drawn {
+            @if dot.single { circle class="ring" cx=(x) cy=(y) r="2.6" {} }
+            @else { circle class={ "f" (dot.view % 6) } cx=(x) cy=(y) r="2" {} }
+        }
+        @for camera in &report.cameras { (frustum(camera, size, &place)) }
+        @if let Some(axes) = &axes {
+            @for (name, tip) in &ends { (axis(name, place(axes.from), place(*tip))) }
+            (scale_bar(&format!("{} {}", axes.length, report.unit), axes.length * scale, height))
+        }
+        @if singles > 0 {
+            circle class="ring" cx="12" cy={ (short(height + 14.0)) } r="3.4" {}
+            text x="21" y=(short(height + 18.0)) { "seen by one camera alone: " (singles) }
+        }
+    };
+    let alternative = format!(
+        "{} cameras and {} points in space, with the axes X, Y and Z of the world.",
+        report.cameras.len(),
+        points.len()
+    );
     Some(Figure {
         name: "scene",
         title: "Cameras and points",
         how: format!(
-            "Pyramids are the cameras' fields of view, dots the points; points of one view share a colour.{}",
+            "Pyramids are the cameras' fields of view, dots the points; points of one view share a colour, and rings are points that one camera alone observes. X, Y and Z are the axes of the world, each as long as the bar.{}",
             thinned(points.len())
         ),
         good: "Every camera sees all points, from clearly different directions.",
         panels: vec![Panel {
             alternative,
             heading: String::new(),
-            size: [WIDTH, height.max(120.0)],
+            size: [WIDTH, (height + FOOT).max(120.0)],
             body,
         }],
     })
+}
+
+/// Room below the drawing for the scale and the legend.
+const FOOT: f64 = 26.0;
+
+/// One axis of the world, named at its end.
+fn axis(name: &str, from: [f64; 2], tip: [f64; 2]) -> Markup {
+    let path =
+        format!("M{} {}L{} {}", short(from[0]), short(from[1]), short(tip[0]), short(tip[1]));
+    let length = libm::hypot(tip[0] - from[0], tip[1] - from[1]).max(1e-9);
+    let beyond = |axis: usize| tip[axis] + 9.0 * (tip[axis] - from[axis]) / length;
+    html! {
+        path class="line ink" d=(path) {}
+        text class="name mid" x=(short(beyond(0))) y=(short(beyond(1) + 4.0)) { (name) }
+    }
+}
+
+/// A bar with its length in the world, at the lower right.
+fn scale_bar(words: &str, length: f64, below: f64) -> Markup {
+    let (right, y) = (WIDTH - 10.0, below + 14.0);
+    let left = right - length;
+    let path = format!(
+        "M{} {}v8M{} {}h{}M{} {}v8",
+        short(left),
+        short(y - 4.0),
+        short(left),
+        short(y),
+        short(length),
+        short(right),
+        short(y - 4.0)
+    );
+    html! {
+        path class="line ink" d=(path) {}
+        text class="end" x=(short(left - 6.0)) y=(short(y + 4.0)) { (escape(words)) }
+    }
 }
 
 /// A camera as the pyramid that it observes.

@@ -33,6 +33,9 @@
     length[i] = Math.hypot(...e);
     shift.set(Number.isNaN(e[0]) ? [0, 0, 0] : turn(...e), 3 * i);
   }
+  // Points of one camera alone have a known place only: they are drawn as rings.
+  const seenBy = (i) => cameras.reduce((sum, _, k) => sum + (Number.isNaN(pixels[2 * (i * cameras.length + k)]) ? 0 : 1), 0);
+  const single = Array.from({ length: count }, (_, i) => cameras.length > 1 && seenBy(i) === 1);
   const order = Array.from({ length: count }, (_, i) => i);
   order.sort((a, b) => (Number.isNaN(length[a]) ? -1 : length[b]) - (Number.isNaN(length[b]) ? -1 : length[a]) || a - b);
 
@@ -67,22 +70,23 @@
     uniform float exaggeration; uniform float size; varying vec3 colour;
     void main() { colour = tint; vec4 at = modelViewMatrix * vec4(position + shift * exaggeration * along, 1.0);
       gl_Position = projectionMatrix * at; gl_PointSize = size; }`;
-  const fragment = (round) => `uniform vec3 flat_; uniform vec3 rim; uniform float tinted; varying vec3 colour;
+  const fragment = (round, hollow) => `uniform vec3 flat_; uniform vec3 rim; uniform float tinted; varying vec3 colour;
     void main() { vec3 c = mix(flat_, colour, tinted);
       ${round ? "vec2 p = gl_PointCoord - 0.5; float d = dot(p, p); if (d > 0.25) discard; if (d > 0.14 && tinted > 0.5) c = mix(c, rim, 0.5);" : ""}
+      ${hollow ? "if (d < 0.11) discard; c = vec3(0.8, 0.475, 0.655);" : ""}
       gl_FragColor = vec4(c, 1.0); }`;
-  const material = (round, tinted, pointSize) => new THREE.ShaderMaterial({
-    vertexShader: vertex, fragmentShader: fragment(round),
+  const material = (round, tinted, pointSize, hollow = false) => new THREE.ShaderMaterial({
+    vertexShader: vertex, fragmentShader: fragment(round, hollow),
     uniforms: { exaggeration: uniforms.exaggeration, size: { value: pointSize * devicePixelRatio }, flat_: uniforms.flat, rim: uniforms.rim, tinted: { value: tinted } },
   });
   const attribute = (array, of) => new THREE.BufferAttribute(array, of);
-  const geometry = (along) => {
+  const geometry = (along, index) => {
     const g = new THREE.BufferGeometry();
     g.setAttribute("position", attribute(place, 3));
     g.setAttribute("shift", attribute(shift, 3));
     g.setAttribute("tint", tints);
     g.setAttribute("along", attribute(new Float32Array(count).fill(along), 1));
-    g.setIndex(attribute(shuffled, 1));
+    g.setIndex(attribute(index, 1));
     return g;
   };
   // In random order, so that the first ones stand for all while the view turns.
@@ -96,8 +100,10 @@
   const tint = new Float32Array(3 * count);
   const tints = attribute(tint, 3);
   const dense = count > 5000;
-  const known = new THREE.Points(geometry(0), material(true, 0, dense ? 2 : 4));
-  const located = new THREE.Points(geometry(1), material(true, 1, dense ? 4 : 8));
+  const known = new THREE.Points(geometry(0, shuffled), material(true, 0, dense ? 2 : 4));
+  const located = new THREE.Points(geometry(1, shuffled.filter((i) => !single[i])), material(true, 1, dense ? 4 : 8));
+  const alone = shuffled.filter((i) => single[i]);
+  const singles = new THREE.Points(geometry(0, alone), material(true, 0, dense ? 6 : 9, true));
   const twice = (array, of) => {
     const out = new Float32Array(2 * array.length);
     for (let i = 0; i < count; i++) for (let k = 0; k < of; k++) out[2 * of * i + k] = out[2 * of * i + of + k] = array[of * i + k];
@@ -110,7 +116,7 @@
   strokes.setAttribute("tint", strokeTints);
   strokes.setAttribute("along", attribute(Float32Array.from({ length: 2 * count }, (_, i) => i % 2), 1));
   const errors = new THREE.LineSegments(strokes, material(false, 1, 1));
-  for (const object of [known, located, errors]) { object.frustumCulled = false; scene.add(object); }
+  for (const object of [known, located, singles, errors]) { object.frustumCulled = false; scene.add(object); }
 
   // Cameras as pyramids.
   const inCentre = (p) => turn(p[0] - scene3.centre[0], p[1] - scene3.centre[1], p[2] - scene3.centre[2]);
@@ -140,12 +146,32 @@
   const pyramids = lines(frusta, 0x000000);
   const sights = lines(new Array(6 * cameras.length).fill(0), 0xd55e00);
   sights.visible = false;
-  const labels = cameras.map((camera, k) => {
+  const named = (text, kind) => {
     const label = document.createElement("span");
-    label.className = "label"; label.textContent = camera.name; label.hidden = !stands[k];
+    label.className = kind; label.textContent = text;
     stage.append(label);
     return label;
+  };
+  const labels = cameras.map((camera, k) => {
+    const label = named(camera.name, "label");
+    label.hidden = !stands[k];
+    return label;
   });
+
+  // The axes of the world, and a bar as long as each.
+  const axes = scene3.axes, tips = [], axisLines = [];
+  if (axes) {
+    const begin = turn(...axes.from);
+    for (let k = 0; k < 3; k++) {
+      const tip = turn(...axes.from.map((v, axis) => v + (axis === k ? axes.length : 0)));
+      axisLines.push(...begin, ...tip);
+      // Its name stands a little beyond its end.
+      tips.push(new THREE.Vector3(...tip.map((v, axis) => v + 0.14 * (v - begin[axis]))));
+    }
+    element("length-name").textContent = figure(axes.length) + " " + data.unit;
+  }
+  const tripod = lines(axisLines, 0x000000);
+  const axisNames = axes ? ["X", "Y", "Z"].map((name) => named(name, "label axis")) : [];
 
   // Ellipsoids: the unit sphere through the Cholesky factor of each covariance.
   const held = covariance ? scene3.ellipsoids : 0;
@@ -211,6 +237,7 @@
     const ink = getComputedStyle(body).getPropertyValue("color");
     const muted = getComputedStyle(document.documentElement).getPropertyValue("--muted").trim();
     pyramids.material.color.set(ink);
+    tripod.material.color.set(ink);
     uniforms.rim.value.set(ink).convertLinearToSRGB();
     uniforms.flat.value.set(muted).convertLinearToSRGB();
     ask();
@@ -243,7 +270,7 @@
   };
   const home = () => look(!distant);
 
-  const wanted = { known: true, located: true, errors: true, ellipsoids: false };
+  const wanted = { known: true, located: true, single: true, errors: true, ellipsoids: false };
   let frames = 0, sized = false;
   const at = new THREE.Vector3();
   function draw() {
@@ -251,6 +278,7 @@
     if (!sized) return;
     const few = moving && count > MOST_MOVING;
     located.geometry.setDrawRange(0, few ? MOST_MOVING : count);
+    singles.visible = wanted.single;
     known.geometry.setDrawRange(0, few ? MOST_MOVING : count);
     known.visible = wanted.known && !(few && wanted.located);
     errors.visible = wanted.errors && !few;
@@ -272,6 +300,17 @@
       taken.push({ x, y, wide });
       label.style.transform = `translate(${x}px, ${y}px)`;
     });
+    axisNames.forEach((label, k) => {
+      at.copy(tips[k]).project(eye);
+      label.hidden = !tripod.visible || at.z > 1;
+      const x = ((at.x + 1) / 2) * stage.clientWidth - 5, y = ((1 - at.y) / 2) * stage.clientHeight - 10;
+      label.style.transform = `translate(${x}px, ${y}px)`;
+    });
+    if (axes) {
+      const high = 2 * eye.position.distanceTo(orbit.target) * Math.tan((eye.fov * Math.PI) / 360);
+      element("length").hidden = !tripod.visible;
+      element("length").firstChild.style.width = `${(axes.length / size / high) * stage.clientHeight}px`;
+    }
     if (frames === 1) {
       const gl = renderer.getContext(), [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], out = new Uint8Array(4 * w * h);
       gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, out);
@@ -401,6 +440,10 @@
   toggle("show-known", (on) => { wanted.known = on; });
   toggle("show-located", (on) => { wanted.located = located.visible = on; });
   toggle("show-errors", (on) => { wanted.errors = on; });
+  element("single").hidden = alone.length === 0;
+  element("single-name").textContent = "seen by one camera (" + alone.length + ")";
+  toggle("show-single", (on) => { wanted.single = on; });
+  toggle("show-axes", (on) => { tripod.visible = on; });
   toggle("show-cameras", (on) => { pyramids.visible = on; labels.forEach((label) => { label.hidden = !on; }); });
   const slider = element("exaggeration");
   const exaggerate = () => {

@@ -2,6 +2,7 @@
 
 use crate::{Crops, PointFigures, Report, figures, text::base64};
 use serde::Serialize;
+use wheatstone_core::geometry::Vector3;
 
 /// Points that stay smooth to turn without a graphics card.
 const MOST_POINTS: usize = 50_000;
@@ -53,7 +54,16 @@ struct Scene {
     /// Numbers of the points in the report, where some are left out.
     original: Option<String>,
     exaggeration: f64,
+    axes: Option<Axes>,
     note: String,
+}
+
+/// The axes of the world, drawn at a corner of the points.
+#[derive(Serialize)]
+struct Axes {
+    /// Where they begin, from the scene's centre.
+    from: [f64; 3],
+    length: f64,
 }
 
 fn floats(values: impl Iterator<Item = f64>) -> String {
@@ -100,6 +110,12 @@ fn exaggeration(points: &[&PointFigures], extent: f64) -> f64 {
     let errors: Vec<f64> = points.iter().filter_map(|point| point.error()).collect();
     let most = wheatstone_numeric::statistics::percentile(&errors, 0.9);
     if most > 0.0 { (extent / 30.0 / most).clamp(1.0, 1e4) } else { 1.0 }
+}
+
+fn axes(points: &[&PointFigures], centre: [f64; 3]) -> Option<Axes> {
+    let places = points.iter().map(|point| Vector3::from(place(point)));
+    let axes = figures::scene::Axes::of(places)?;
+    Some(Axes { from: (axes.from - Vector3::from(centre)).into(), length: axes.length })
 }
 
 fn scene(report: &Report) -> Option<Scene> {
@@ -151,6 +167,7 @@ fn scene(report: &Report) -> Option<Scene> {
         ids: any_id.then(|| points.iter().map(|point| point.id.clone()).collect()),
         original: (shown.len() < all.len()).then(|| base64(&numbers.collect::<Vec<u8>>())),
         exaggeration: exaggeration(&points, extent),
+        axes: axes(&points, centre),
         note: note(points.len(), all.len(), ellipsoids),
     })
 }
