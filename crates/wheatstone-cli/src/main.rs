@@ -7,6 +7,7 @@ mod browser;
 mod commands;
 mod conversion;
 mod failure;
+mod frame;
 mod input;
 mod interruption;
 mod prepare;

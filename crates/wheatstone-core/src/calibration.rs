@@ -1,6 +1,10 @@
 //! The file that a fit leaves behind: the fitted map, the data that it was fitted to, how it was
 //! fitted, and how good it is. It carries its own evidence.
 
+mod origin;
+
+pub use origin::{Imported, Source};
+
 use crate::{
     Error, Result,
     dataset::{
@@ -94,22 +98,9 @@ pub struct Calibration {
     /// Where it comes from, where another program made it: then it has no points of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imported: Option<Imported>,
-}
-
-/// The origin of a calibration that another program made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Imported {
-    /// The format that it was read from.
-    pub format: String,
-    /// The names of its files, without their folders.
-    pub files: Vec<String>,
-    /// The cameras' names.
-    pub cameras: Vec<String>,
-    /// Width and height of the cameras' pictures in pixels, where known.
-    pub sizes: Vec<Option<[u32; 2]>>,
-    /// The standard deviation that one pixel coordinate is believed to have. The files do not say it.
-    pub pixel_sigma: f64,
+    /// What it was fitted to, in the words of who fitted it; none where nobody said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<Source>,
 }
 
 /// What is read of a file before the rest is trusted.
@@ -177,6 +168,7 @@ impl Calibration {
             data: data.into(),
             start: fit.start,
             imported: None,
+            source: None,
         })
     }
 

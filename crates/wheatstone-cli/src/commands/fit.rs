@@ -4,6 +4,7 @@ use crate::verbosity::{remark, say};
 use crate::{
     conversion::PictureSizes,
     failure::{Failure, Outcome},
+    frame::{name_of, world_frame},
     input::{Reading, load},
     prepare::{Preparing, suspected_stage, warn_of_stage},
     progress::Bar,
@@ -13,6 +14,7 @@ use clap::{Args, builder::PossibleValuesParser};
 use std::path::PathBuf;
 use wheatstone::{
     Calibration,
+    calibration::Source,
     method::{
         AnyMethod,
         network::{Network, Training},
@@ -32,7 +34,12 @@ const PAPER: &str = "paper";
 /// cross-validation.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone fit capture/ -o model.json\n  \
-    wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json")]
+    wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json\n  \
+    wheatstone fit waved/ --expect-baseline 200:1% -o model.json    a board in the hand (`new --hand-held`)\n  \
+    wheatstone fit waved/ --gauge first-camera -o model.json        in the frame of camera 1\n  \
+    wheatstone fit cal_points/ -o model.json                        files of MyPTV, proPTV, OpenPTV, NumPy\n\n\
+    A view need not have a picture of every camera. The world frame is named at the end, and by\n\
+    `wheatstone info model.json`, which shows intrinsics, poses and what was fitted.")]
 pub(crate) struct Fit {
     /// A capture (its folder or capture.toml), or a points file with columns x1,y1,x2,y2,…,X,Y,Z
     input: PathBuf,
@@ -79,6 +86,10 @@ impl Fit {
         let prepared = self.preparing.run(&loaded, Some(&method), self.seed, &bar)?;
         let mut model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
         model.sizes = self.told.sizes(loaded.sizes(), prepared.data.cameras);
+        model.source = Some(Source {
+            name: name_of(&self.input),
+            frame: world_frame(&self.input, &loaded, &prepared),
+        });
         // Who names a method knows the data; who leaves the choice to us is told what `compare` tells.
         let stage = model.choice.as_ref().and_then(|_| suspected_stage(&prepared, &bar));
         drop(bar);
@@ -139,6 +150,9 @@ impl Fit {
             None => {
                 say!("Not cross-validated: the error above says little about new points")
             }
+        }
+        if let Some(source) = &model.source {
+            say!("World frame: {}", source.frame);
         }
         say!("Wrote {}", self.output.display());
     }

@@ -6,19 +6,21 @@ use crate::{
     table::{figure, table},
 };
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::{io::Write, path::PathBuf};
 use wheatstone::{
     Calibration,
-    geometry::Point3,
+    geometry::{Point3, ProjectionMatrix, Vector3},
     method::{IntrinsicParameter, Intrinsics},
 };
 
-/// Show what a model is: held-out error, intrinsics with standard deviations, camera poses
+/// Show what a model is: what it was fitted to, held-out error, intrinsics with standard deviations,
+/// camera poses
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone info model.json\n  wheatstone info model.json --json\n\n\
-    Only `brown` and `kannala-brandt` have intrinsics; `export` approximates other models by such a camera."
+    Methods without cameras (`network`, `soloff`, `interpolation`) have no intrinsics: where their cameras\n\
+    stand is found by the direct linear transformation; `export` approximates them by parametric cameras."
 )]
 pub(crate) struct Info {
     /// The model file
@@ -31,38 +33,79 @@ pub(crate) struct Info {
 /// Correlations of at least this size are shown.
 const CLOSE: f64 = 0.9;
 
+/// Where a camera stands, and the direction in which it looks: a unit vector.
+struct Stand {
+    centre: Point3,
+    axis: Vector3,
+}
+
+/// A camera beside the first.
+struct Beside {
+    baseline: f64,
+    /// Between the optical axes, in degrees.
+    axes: f64,
+    /// Between the lines from the middle of the points to both cameras, in degrees; none without points.
+    rays: Option<f64>,
+}
+
 impl Info {
     pub(crate) fn run(self) -> Outcome {
         let model = Calibration::load(&self.model)?;
         let cameras = model.reconstructor.intrinsics();
+        let stands = stands(&model, cameras.as_deref());
+        let beside = stands.as_deref().map(|stands| beside(stands, middle(&model)));
         if self.json {
-            return print_json(&json!({
-                "method": method(&model),
-                "unit": model.unit,
-                "cameras": model.reconstructor.cameras(),
-                "fitted_points": model.training.located,
-                "fitted_rms": model.training.rms,
-                "held_out": model.validation.as_ref().map(|validation| &validation.all),
-                "point_noise": model.point_noise,
-                "intrinsics": cameras,
-                "baselines": cameras.as_deref().map(baselines),
-            }));
+            return print_json(&as_json(&model, cameras.as_deref(), beside.as_deref()));
         }
         let unit = &model.unit;
-        let mut text = heading(&model);
-        for (index, camera) in cameras.iter().flatten().enumerate() {
-            let [x, y, z] = camera.centre.map(figure);
-            text += &format!("\nCamera {}\n\n{}", index + 1, parameters(camera));
-            text += &correlations(camera);
-            text += &format!("Projection centre at X {x}, Y {y}, Z {z} {unit}\n");
+        let mut text = heading(&model, cameras.is_some());
+        for (index, stand) in stands.iter().flatten().enumerate() {
+            text += &format!("\nCamera {}\n", index + 1);
+            if let Some(camera) = cameras.as_ref().and_then(|cameras| cameras.get(index)) {
+                text += &format!("\n{}{}", parameters(camera), correlations(camera));
+            }
+            let [x, y, z] = [0, 1, 2].map(|axis| figure(stand.centre[axis]));
+            let [u, v, w] = [0, 1, 2].map(|axis| format!("{:.3}", stand.axis[axis]));
+            text += &format!(
+                "Projection centre at X {x}, Y {y}, Z {z} {unit}; optical axis along {u}, {v}, {w}\n"
+            );
         }
-        for (index, baseline) in cameras.as_deref().map(baselines).iter().flatten().enumerate() {
-            let baseline = figure(*baseline);
-            text += &format!("Baseline of cameras 1 and {}: {baseline} {unit}\n", index + 2);
+        for (index, beside) in beside.iter().flatten().enumerate() {
+            let rays = beside.rays.map_or(String::new(), |angle| {
+                format!(", {angle:.2} degrees between them from the middle of the points")
+            });
+            text += &format!(
+                "Baseline of cameras 1 and {}: {} {unit}; optical axes {:.2} degrees apart{rays}\n",
+                index + 2,
+                figure(beside.baseline),
+                beside.axes
+            );
         }
         std::io::stdout().write_all(text.as_bytes())?;
         Ok(())
     }
+}
+
+fn as_json(
+    model: &Calibration,
+    cameras: Option<&[Intrinsics]>,
+    beside: Option<&[Beside]>,
+) -> Value {
+    let each = |of: fn(&Beside) -> Value| beside.map(|all| all.iter().map(of).collect::<Vec<_>>());
+    json!({
+        "method": method(model),
+        "unit": model.unit,
+        "cameras": model.reconstructor.cameras(),
+        "source": model.source,
+        "views": views(model),
+        "fitted_points": model.training.located,
+        "fitted_rms": model.training.rms,
+        "held_out": model.validation.as_ref().map(|validation| &validation.all),
+        "point_noise": model.point_noise,
+        "intrinsics": cameras,
+        "baselines": each(|beside| json!(beside.baseline)),
+        "angles": each(|beside| json!({ "axes": beside.axes, "rays": beside.rays })),
+    })
 }
 
 /// The method that was fitted.
@@ -70,17 +113,34 @@ fn method(model: &Calibration) -> &str {
     model.choice.as_ref().map_or_else(|| model.method.name(), |choice| &choice.chosen)
 }
 
+/// How many views its points are of.
+fn views(model: &Calibration) -> usize {
+    let mut views = model.data.view.clone();
+    views.sort_unstable();
+    views.dedup();
+    if model.data.views.is_empty() { 0 } else { views.len() }
+}
+
 /// What it is and how good.
-fn heading(model: &Calibration) -> String {
+fn heading(model: &Calibration, has_intrinsics: bool) -> String {
     let (name, cameras, unit) = (method(model), model.reconstructor.cameras(), &model.unit);
     let chosen = if model.choice.is_some() { ", chosen by auto" } else { "" };
     let mut text = format!("Method {name}{chosen}; cameras: {cameras}; lengths in {unit}\n");
     if let Some(imported) = &model.imported {
-        return text + &format!("Imported from {}: its accuracy is unknown\n", imported.format);
+        let files = imported.files.join(", ");
+        return text
+            + &format!("Imported from {} ({files}): its accuracy is unknown\n", imported.format);
     }
     let error_unit = &model.training.unit;
+    let to = model.source.as_ref().map(|source| format!("{}, ", source.name));
+    let of_views = match views(model) {
+        0 => String::new(),
+        1 => " of 1 view".into(),
+        views => format!(" of {views} views"),
+    };
     text += &format!(
-        "Fitted to {} points; error on these points {} {error_unit} rms\n",
+        "Fitted to {}{} points{of_views}; error on these points {} {error_unit} rms\n",
+        to.unwrap_or_default(),
         model.training.located,
         figure(model.training.rms)
     );
@@ -91,16 +151,57 @@ fn heading(model: &Calibration) -> String {
         }
         None => "Not cross-validated: the held-out error is unknown\n".into(),
     };
+    if let Some(source) = &model.source {
+        text += &format!("World frame: {}\n", source.frame);
+    }
     if let Some(noise) = model.point_noise {
         let freedom = noise.freedom();
         text += &format!(
             "Pixel noise differs from point to point: Student's t with {freedom:.1} degrees of freedom\n"
         );
     }
-    if model.reconstructor.intrinsics().is_none() {
-        text += "This model has no intrinsics: `export` approximates it by a parametric camera\n";
+    if !has_intrinsics {
+        text += "This model has no intrinsics: `export` approximates it by a parametric camera. Where its cameras\n\
+                 stand is found by the direct linear transformation (DLT) of its points\n";
     }
     text
+}
+
+/// Where the cameras stand: by their intrinsics, otherwise by the direct linear transformation of the points.
+fn stands(model: &Calibration, cameras: Option<&[Intrinsics]>) -> Option<Vec<Stand>> {
+    if let Some(cameras) = cameras {
+        let stand = |camera: &Intrinsics| Stand {
+            centre: Point3::from(camera.centre),
+            axis: Vector3::from(camera.axis),
+        };
+        return Some(cameras.iter().map(stand).collect());
+    }
+    let data = model.data.restored();
+    let stand = |camera: usize| {
+        let matrix = ProjectionMatrix::fit(&data.seen_by_camera(camera))?;
+        let (_, rotation, _) = matrix.decompose()?;
+        Some(Stand { centre: matrix.centre()?, axis: rotation.row(2).transpose() })
+    };
+    (0..data.cameras).map(stand).collect()
+}
+
+/// The middle of the points that it was fitted to.
+fn middle(model: &Calibration) -> Option<Point3> {
+    let places: Vec<Vector3> =
+        model.data.world.iter().flatten().map(|p| Vector3::from(*p)).collect();
+    let count = places.len() as f64;
+    (count > 0.0).then(|| Point3::from(places.iter().sum::<Vector3>() / count))
+}
+
+fn beside(stands: &[Stand], middle: Option<Point3>) -> Vec<Beside> {
+    let Some((first, others)) = stands.split_first() else { return Vec::new() };
+    let of = |other: &Stand| Beside {
+        baseline: (other.centre - first.centre).norm(),
+        axes: first.axis.angle(&other.axis).to_degrees(),
+        rays: middle
+            .map(|middle| (first.centre - middle).angle(&(other.centre - middle)).to_degrees()),
+    };
+    others.iter().map(of).collect()
 }
 
 fn parameters(camera: &Intrinsics) -> String {
@@ -128,12 +229,4 @@ fn correlations(camera: &Intrinsics) -> String {
         return String::new();
     }
     format!("Strong correlations: {}\n", pairs.join(", "))
-}
-
-/// Distances of the other cameras from the first.
-fn baselines(cameras: &[Intrinsics]) -> Vec<f64> {
-    let centre = |camera: &Intrinsics| Point3::from(camera.centre);
-    let first = cameras.first().map(centre);
-    let distance = |camera| Some((centre(camera) - first?).norm());
-    cameras.iter().skip(1).filter_map(distance).collect()
 }

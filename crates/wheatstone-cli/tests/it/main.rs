@@ -1,6 +1,7 @@
 //! The program as its users meet it.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod captures;
 mod check;
 mod cli;
 mod command_line;
@@ -9,6 +10,7 @@ mod drive;
 mod figures;
 mod formats;
 mod messages;
+mod models;
 mod behaviour;
 mod one_camera;
 mod paper;

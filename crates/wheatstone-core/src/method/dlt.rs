@@ -6,7 +6,8 @@
 //! (doi:10.1006/cviu.1997.0547). Lens distortion is not modelled.
 
 use super::{
-    AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PlacedCamera, Plan, Reconstructor,
+    AnyMethod, Fit, FormulaCameras, Formulas, LensNumbers, Located, Method, PlacedCamera, Plan,
+    Reconstructor,
     checks::{enough, linear_camera, on_one_plane},
     matrix_uncertainty::MatrixUncertainty,
     only_default,
@@ -96,6 +97,13 @@ impl DltReconstructor {
             }
         }
         Some(normal.try_inverse()? * by_pixel)
+    }
+
+    /// fx, fy, cx, cy and skew of each camera; `None` where a matrix is no camera's, or nothing is
+    /// known of it.
+    pub(super) fn lenses(&self) -> Option<Vec<LensNumbers<5>>> {
+        let all = self.cameras.iter().zip(&self.uncertainty);
+        all.map(|(matrix, uncertainty)| uncertainty.lens(matrix)).collect()
     }
 
     /// The cameras, for who locates many points.

@@ -1,14 +1,19 @@
 //! A camera's intrinsic parameters, with their standard deviations and correlations.
 
 use super::{AnyReconstructor, FittedCameras};
-use crate::{camera::CameraModel, geometry::Point3};
+use crate::{
+    camera::CameraModel,
+    geometry::{Point3, Vector3},
+};
 use serde::Serialize;
 
 /// One intrinsic parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct IntrinsicParameter {
-    /// OpenCV's name: fx, fy, cx, cy, then the distortion coefficients.
+    /// OpenCV's name: fx, fy, cx, cy, then the distortion coefficients. Other lenses add `kappa`
+    /// ([`crate::camera::tsai::Tsai::kappa`]), `skew`, which is in pixels, and `k1 of angle` and so on, of the
+    /// angle from the axis as for a fisheye.
     pub name: &'static str,
     /// In pixels for the first four; a coefficient has no unit, tauX and tauY are in radians.
     pub value: f64,
@@ -26,6 +31,8 @@ pub struct Intrinsics {
     pub correlation: Vec<Vec<f64>>,
     /// The projection centre in the world.
     pub centre: [f64; 3],
+    /// The direction in which it looks: its optical axis in the world, a unit vector.
+    pub axis: [f64; 3],
 }
 
 const BROWN: [&str; 18] = [
@@ -33,17 +40,33 @@ const BROWN: [&str; 18] = [
     "tauX", "tauY",
 ];
 const KANNALA_BRANDT: [&str; 8] = ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
+const TSAI: [&str; 5] = ["fx", "fy", "cx", "cy", "kappa"];
+
+/// Intrinsic numbers of a camera whose lens is not one of the camera models.
+pub(super) struct LensNumbers<const N: usize> {
+    pub(super) names: [&'static str; N],
+    /// Focal lengths, principal point, then what else there is.
+    pub(super) values: [f64; N],
+    pub(super) covariance: [[f64; N]; N],
+    /// The projection centre and the optical axis in the world.
+    pub(super) centre: Point3,
+    pub(super) axis: Vector3,
+}
 
 /// Focal lengths and principal point, which are always told.
 const PINHOLE: usize = 4;
 
 impl AnyReconstructor {
-    /// The intrinsic parameters of each camera; `None` for a map without a parametric lens.
+    /// The intrinsic parameters of each camera; `None` for a map without cameras. Those of a neural
+    /// camera are its lens's, without skew and learned correction.
     #[must_use]
     pub fn intrinsics(&self) -> Option<Vec<Intrinsics>> {
         match self {
             Self::Brown(fitted) => Some(of_all(fitted, &BROWN)),
             Self::KannalaBrandt(fitted) => Some(of_all(fitted, &KANNALA_BRANDT)),
+            Self::Tsai(fitted) => Some(of_all(fitted, &TSAI)),
+            Self::Dlt(fitted) => Some(fitted.lenses()?.iter().map(of_numbers).collect()),
+            Self::NeuralCamera(fitted) => Some(fitted.lenses().iter().map(of_numbers).collect()),
             _ => None,
         }
     }
@@ -65,25 +88,51 @@ fn of_all<L: CameraModel + Clone>(
             })
             .map(|(number, _)| number)
             .collect();
-        let sigma = |number: usize| Some(covariance(number, number)?.sqrt());
-        let parameter = |number: &usize| IntrinsicParameter {
-            name: names[*number],
-            value: values[*number],
-            sigma: sigma(*number),
-        };
-        let correlation = |a: usize, b: usize| {
-            if a == b {
-                return 1.0;
-            }
-            let found = || Some(covariance(a, b)? / (sigma(a)? * sigma(b)?));
-            found().unwrap_or(0.0)
-        };
-        let row = |a: &usize| told.iter().map(|b| correlation(*a, *b)).collect();
+        let pose = camera.camera_from_world;
         Intrinsics {
-            parameters: told.iter().map(parameter).collect(),
-            correlation: told.iter().map(row).collect(),
-            centre: Point3::from(camera.camera_from_world.inverse().translation).into(),
+            parameters: parameters(&told, (names, &values), &covariance),
+            correlation: correlation(&told, &covariance),
+            centre: Point3::from(pose.inverse().translation).into(),
+            axis: pose.rotation.row(2).transpose().into(),
         }
     };
     (0..fitted.cameras.len()).map(camera).collect()
+}
+
+fn of_numbers<const N: usize>(lens: &LensNumbers<N>) -> Intrinsics {
+    let covariance = |a: usize, b: usize| Some(lens.covariance[a][b]);
+    let told: Vec<usize> = (0..N).collect();
+    Intrinsics {
+        parameters: parameters(&told, (&lens.names, &lens.values), &covariance),
+        correlation: correlation(&told, &covariance),
+        centre: lens.centre.into(),
+        axis: lens.axis.into(),
+    }
+}
+
+type CovarianceOf<'a> = &'a dyn Fn(usize, usize) -> Option<f64>;
+
+fn parameters(
+    told: &[usize],
+    (names, values): (&[&'static str], &[f64]),
+    covariance: CovarianceOf,
+) -> Vec<IntrinsicParameter> {
+    let parameter = |number: &usize| IntrinsicParameter {
+        name: names[*number],
+        value: values[*number],
+        sigma: covariance(*number, *number).map(f64::sqrt),
+    };
+    told.iter().map(parameter).collect()
+}
+
+fn correlation(told: &[usize], covariance: CovarianceOf) -> Vec<Vec<f64>> {
+    let of = |a: usize, b: usize| {
+        if a == b {
+            return 1.0;
+        }
+        let scale = || Some((covariance(a, a)? * covariance(b, b)?).sqrt());
+        let found = || Some(covariance(a, b)? / scale().filter(|scale| *scale > 0.0)?);
+        found().unwrap_or(0.0)
+    };
+    told.iter().map(|a| told.iter().map(|b| of(*a, *b)).collect()).collect()
 }

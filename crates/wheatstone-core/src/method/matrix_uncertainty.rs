@@ -5,7 +5,7 @@
 //! in the errors that is weighted least squares, whose covariance is known (as for any estimate by
 //! linear equations, Foerstner & Wrobel 2016, doi:10.1007/978-3-319-11550-4, chapter 4).
 
-use super::pixel_noise::PixelNoise;
+use super::{LensNumbers, pixel_noise::PixelNoise};
 use crate::geometry::{
     Pixel, Point3, ProjectionMatrix, Vector3,
     batch_triangulation::{PRODUCTS, UncertainMatrix},
@@ -70,13 +70,59 @@ impl MatrixUncertainty {
         }
     }
 
-    /// The matrix in the units of the covariance.
-    fn scaled(&self, matrix: &ProjectionMatrix) -> Matrix3x4<f64> {
+    /// The camera that a matrix is, with the covariance of fx, fy, cx, cy and skew.
+    pub(super) fn lens(&self, matrix: &ProjectionMatrix) -> Option<LensNumbers<5>> {
+        let numbers = |matrix: &Matrix3x4<f64>| {
+            let (k, _, _) = ProjectionMatrix(*matrix).decompose()?;
+            Some([k[(0, 0)], k[(1, 1)], k[(0, 2)], k[(1, 2)], k[(0, 1)]])
+        };
+        let (to_picture, to_world) = self.units();
+        let (back, from_world) = (to_picture.try_inverse()?, to_world.try_inverse()?);
+        let scaled = self.scaled(matrix);
+        // Small beside the matrix, large beside what rounding does to it.
+        let step = 1e-6 * scaled.norm();
+        let mut slopes = [[0.0; 5]; NUMBERS];
+        for (number, slopes) in slopes.iter_mut().enumerate() {
+            let place = (number / 4, number % 4);
+            let moved = |by: f64| {
+                let mut moved = scaled;
+                moved[place] += by;
+                numbers(&(back * moved * from_world))
+            };
+            let (above, below) = (moved(step)?, moved(-step)?);
+            *slopes = std::array::from_fn(|index| (above[index] - below[index]) / (2.0 * step));
+        }
+        let mut covariance = [[0.0; 5]; 5];
+        for (i, left) in slopes.iter().enumerate() {
+            for (j, right) in slopes.iter().enumerate() {
+                let of_two = self.covariance.between(i.max(j), i.min(j))?;
+                for (row, own) in covariance.iter_mut().zip(left) {
+                    row.iter_mut().zip(right).for_each(|(sum, other)| *sum += own * of_two * other);
+                }
+            }
+        }
+        let (_, rotation, _) = matrix.decompose()?;
+        Some(LensNumbers {
+            names: ["fx", "fy", "cx", "cy", "skew"],
+            values: numbers(&matrix.0)?,
+            covariance,
+            centre: matrix.centre()?,
+            axis: rotation.row(2).transpose(),
+        })
+    }
+
+    /// From pixels to the covariance's units, and from those to the world.
+    fn units(&self) -> (Matrix3<f64>, Matrix4<f64>) {
         let ((middle, size), (centre, extent)) = (self.world, self.picture);
         let mut to_world = Matrix4::from_diagonal(&Vector4::new(size, size, size, 1.0));
         to_world.fixed_view_mut::<3, 1>(0, 3).copy_from(&middle.coords);
-        let shift = Matrix3::new(1.0, 0.0, -centre.x, 0.0, 1.0, -centre.y, 0.0, 0.0, extent);
-        shift * matrix.0 * to_world
+        (Matrix3::new(1.0, 0.0, -centre.x, 0.0, 1.0, -centre.y, 0.0, 0.0, extent), to_world)
+    }
+
+    /// The matrix in the units of the covariance.
+    fn scaled(&self, matrix: &ProjectionMatrix) -> Matrix3x4<f64> {
+        let (to_picture, to_world) = self.units();
+        to_picture * matrix.0 * to_world
     }
 
     /// Derivatives of a world point's pixel by the matrix's numbers in the units of the covariance,

@@ -39,6 +39,7 @@ pub use checks::depth_is_observable;
 pub use choice::Choice;
 pub use fitted_camera::FittedCamera;
 pub use fitted_cameras::FittedCameras;
+use intrinsics::LensNumbers;
 pub use intrinsics::{IntrinsicParameter, Intrinsics};
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};

@@ -78,6 +78,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         data: (&data).into(),
         start: None,
         imported: Some(imported),
+        source: None,
     })
 }
 

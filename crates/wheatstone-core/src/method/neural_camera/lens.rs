@@ -9,7 +9,7 @@ use crate::{
     camera::pinhole::Pinhole,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3},
 };
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that a fit may change: rotation and translation, the five of the plane, the lens.
@@ -289,6 +289,51 @@ impl Lens {
         ]);
         numbers[FIRST_RADIAL..].copy_from_slice(&self.distortion);
         numbers
+    }
+
+    /// What the numbers of [`Lens::opencv`] are called.
+    pub(super) fn names(&self) -> [&'static str; 9] {
+        match self.layout {
+            Layout::Perspective => ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "p1", "p2"],
+            Layout::Equidistant => [
+                "fx",
+                "fy",
+                "cx",
+                "cy",
+                "k1 of angle",
+                "k2 of angle",
+                "k3 of angle",
+                "p1 of angle",
+                "p2 of angle",
+            ],
+        }
+    }
+
+    /// fx, fy, cx, cy, k1, k2, k3, p1, p2 on the layout's plane, and how each changes with the lens's
+    /// numbers in the units of a step.
+    pub(super) fn opencv(&self) -> ([f64; 9], SMatrix<f64, 9, PARAMETERS>) {
+        let [fx, fy, _, cx, cy] = self.plane;
+        let (focal, square) = (fy.abs(), self.reach * self.reach);
+        let scales = [
+            1.0 / square,
+            1.0 / (square * square),
+            1.0 / (square * square * square),
+            1.0 / self.reach,
+            1.0 / self.reach,
+        ];
+        let mut values = [fx.abs(), focal, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let mut slopes = SMatrix::zeros();
+        slopes[(0, 6)] = fx.abs();
+        slopes[(0, 7)] = 0.5 * fx.abs();
+        slopes[(1, 6)] = focal;
+        slopes[(1, 7)] = -0.5 * focal;
+        slopes[(2, 9)] = focal;
+        slopes[(3, 10)] = focal;
+        for (index, scale) in scales.into_iter().enumerate() {
+            values[4 + index] = scale * self.distortion[index];
+            slopes[(4 + index, FIRST_RADIAL + index)] = scale;
+        }
+        (values, slopes)
     }
 
     /// Pose and pinhole, without skew and distortion.

@@ -26,7 +26,7 @@ pub(crate) mod uncertain_poses;
 pub(super) use {epipolar_check::EpipolarCheck, pose_uncertainty::Motions};
 
 use super::{
-    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
+    AnyMethod, Fit, LensNumbers, Located, Method, Plan, Reconstructor,
     checks::{enough, linear_camera},
     only_default,
     point_covariance::Observation,
@@ -126,6 +126,11 @@ impl NeuralCameraReconstructor {
     #[must_use]
     pub fn pinholes(&self) -> Option<Vec<(Pose, Pinhole)>> {
         self.cameras.iter().map(NeuralCameraModel::pinhole).collect()
+    }
+
+    /// The numbers of each camera's lens: fx, fy, cx, cy, k1, k2, k3, p1, p2.
+    pub(super) fn lenses(&self) -> Vec<LensNumbers<9>> {
+        self.cameras.iter().map(NeuralCameraModel::lens_numbers).collect()
     }
 
     /// Standard deviation, in pixels, of what each camera's fit could not explain.

@@ -12,7 +12,7 @@ use crate::{
     Result,
     camera::pinhole::Pinhole,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray},
-    method::PlacedCamera,
+    method::{LensNumbers, PlacedCamera},
 };
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
 use serde::{Deserialize, Serialize};
@@ -178,6 +178,26 @@ impl NeuralCameraModel {
     /// Pose and pinhole of its lens.
     pub(super) fn pinhole(&self) -> Option<(Pose, Pinhole)> {
         self.optics.lens.pinhole()
+    }
+
+    /// The numbers of its lens, with what is not known of them, by the charts' places too.
+    pub(super) fn lens_numbers(&self) -> LensNumbers<9> {
+        let lens = &self.optics.lens;
+        let (values, slopes) = lens.opencv();
+        let own = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_column_slice(&self.lens_covariance);
+        let modes = self.modes.iter().map(|mode| {
+            let by = slopes * SVector::<f64, PARAMETERS>::from_column_slice(&mode.lens);
+            by * by.transpose()
+        });
+        let all = slopes * own * slopes.transpose() + modes.sum::<SMatrix<f64, 9, 9>>();
+        let pose = lens.camera_from_world;
+        LensNumbers {
+            names: lens.names(),
+            values,
+            covariance: std::array::from_fn(|a| std::array::from_fn(|b| all[(a, b)])),
+            centre: Point3::from(pose.inverse().translation),
+            axis: pose.rotation.row(2).transpose(),
+        }
     }
 
     /// How many motions of charts it follows.

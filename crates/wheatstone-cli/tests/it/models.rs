@@ -1,0 +1,45 @@
+//! What a model says of itself, whatever was fitted.
+
+use crate::program::done;
+use wheatstone::method::AnyMethod;
+
+#[test]
+fn info_works_on_every_method_and_preset() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "--count", "150", "-o", "points.csv"]);
+    for method in AnyMethod::all() {
+        for preset in method.presets() {
+            let name = method.name();
+            let mut fit = vec!["fit", "points.csv", "--method", name, "--preset", preset];
+            fit.extend(["--no-validation", "--force", "-o", "model.json"]);
+            if (name, *preset) == ("network", "paper") {
+                fit.extend(["--epochs", "200"]);
+            }
+            done(at, &fit);
+            let (told, _) = done(at, &["info", "model.json"]);
+            let of = "Fitted to points.csv, 150 points of 7 views; error on these points";
+            for words in
+                [of, "World frame: that of X, Y, Z in points.csv", "Baseline of cameras 1 and 2: "]
+            {
+                assert!(told.contains(words), "{name} {preset}: {words} is not in {told}");
+            }
+            let (told, _) = done(at, &["info", "model.json", "--json"]);
+            let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+            // The cameras are 7 cm apart; the straight cameras of the direct linear transformation are a little off.
+            let baseline = told["baselines"][0].as_f64().unwrap();
+            assert!((baseline - 7.0).abs() < 0.3, "{name} {preset}: {baseline}");
+            let angle = told["angles"][0]["rays"].as_f64().unwrap();
+            assert!((angle - 4.2).abs() < 0.3, "{name} {preset}: {angle}");
+            assert_eq!(told["source"]["name"], "points.csv");
+            let without =
+                ["network", "soloff", "interpolation"].contains(&told["method"].as_str().unwrap());
+            assert_eq!(told["intrinsics"].is_null(), without, "{name} {preset}");
+            for camera in told["intrinsics"].as_array().into_iter().flatten() {
+                let focal = &camera["parameters"][0];
+                assert!((focal["value"].as_f64().unwrap() - 695.0).abs() < 15.0, "{name}: {focal}");
+                assert!(focal["sigma"].as_f64().unwrap() > 0.0, "{name} {preset}: {focal}");
+            }
+        }
+    }
+}
