@@ -17,6 +17,7 @@ mod numbers;
 mod parquet_lengths;
 mod points;
 mod reader;
+mod rounding;
 mod rows;
 mod shown;
 mod text;
@@ -27,6 +28,7 @@ pub use names::ColumnNames;
 pub(crate) use points::encode_in;
 pub use points::{encode, read, read_bytes, read_with, save, write};
 pub use reader::{TableOptions, TableReader};
+pub use rounding::{is_text, round_to_sigma};
 pub use rows::Rows;
 pub use writer::{TableStyle, TableWriter};
 

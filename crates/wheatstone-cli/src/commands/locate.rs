@@ -30,7 +30,7 @@ use wheatstone::{
     },
     tables::{
         ArrayRef, ColumnNames, Float64Array, Rows, StringArray, TableOptions, TableReader,
-        TableStyle,
+        TableStyle, is_text, round_to_sigma,
     },
 };
 
@@ -114,11 +114,11 @@ impl Locate {
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
         refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
-        let covariance = self.covariance;
+        let (covariance, text) = (self.covariance, is_text(&self.output));
         // Columns that are not written come back, for the next rows: new memory costs as much as what fills it.
         let (back, spare) = channel::<LocatedBatch>();
         let writing = sink.start(move |rows, mut places: LocatedBatch| {
-            let columns = added(rows, &mut places, &test, covariance);
+            let columns = added(rows, &mut places, &test, (covariance, text));
             // Nobody may be there to take it any more.
             let _ = back.send(places);
             columns
@@ -147,11 +147,12 @@ impl Locate {
 }
 
 /// The appended columns, taken out of `places`; null where nothing was located or a figure does not exist.
+/// In text, places are rounded to what their standard deviations mean.
 fn added(
     rows: &Rows,
     places: &mut LocatedBatch,
     test: &MismatchTest,
-    covariance: bool,
+    (covariance, text): (bool, bool),
 ) -> Vec<ArrayRef> {
     let mismatch = test.mismatches(&rows.pixels(), places);
     let trust = places.trust.iter().zip(&places.point[0]).map(|(trust, x)| match trust {
@@ -162,7 +163,14 @@ fn added(
     });
     let trust = Arc::new(trust.collect::<StringArray>());
     let mismatch = mismatch.into_iter().map(|mismatch| mismatch.then_some("yes"));
-    let sigmas = places.sigma();
+    let mut sigmas = places.sigma();
+    if text {
+        for (axis, sigmas) in places.point.iter_mut().zip(&mut sigmas) {
+            round_to_sigma(axis, sigmas);
+            let own = sigmas.clone();
+            round_to_sigma(sigmas, &own);
+        }
+    }
     let mut columns: Vec<ArrayRef> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
     columns.extend(take(&mut places.point).into_iter().chain(sigmas).map(number));
     columns.push(number(take(&mut places.residual)));
