@@ -130,7 +130,8 @@ pub(crate) fn write_cameras(
     }
     let found = cameras.fitted(format, given)?;
     let files = save(&format.write_rig(&found.rig)?, output)?;
-    if let Some(loss) = &found.loss {
+    let own = format.loss(&found.rig);
+    for loss in found.loss.iter().chain(&own) {
         remark!(
             "warning",
             "`{}` cannot hold this model: a {} was fitted to it instead, which differs by {} px rms, {} px at most",
@@ -147,7 +148,7 @@ pub(crate) fn write_cameras(
         "files": shown(&files),
         "cameras": found.rig.cameras.len(),
         "unit": unit,
-        "loss": found.loss,
+        "loss": found.loss.or(own),
     }))
 }
 

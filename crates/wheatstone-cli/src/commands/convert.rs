@@ -8,7 +8,7 @@ use crate::{
     },
     failure::{Failure, Outcome},
     input::columns,
-    verbosity::say,
+    verbosity::{remark, say},
 };
 use clap::{Args, builder::PossibleValuesParser};
 use serde_json::{Value, json};
@@ -136,13 +136,22 @@ impl Convert {
         let data = from.read_points(&files, given)?;
         let unit = from.unit_of_points(&files, given)?;
         let files = save(&to.write_points(&data, &Given { unit, ..given.clone() })?, output)?;
-        say!("Wrote {} points to {}", data.correspondences.len(), listed(&files));
+        let (all, left_out) = (data.correspondences.len(), to.left_out(&data));
+        if left_out > 0 {
+            remark!(
+                "note",
+                "left out {left_out} of {all} points, which have no X, Y, Z: `{}` cannot hold them",
+                to.name
+            );
+        }
+        say!("Wrote {} points to {}", all - left_out, listed(&files));
         Ok(json!({
             "format": to.name,
             "files": shown(&files),
             "cameras": data.cameras,
             "unit": data.unit,
-            "points": data.correspondences.len(),
+            "points": all - left_out,
+            "left_out": left_out,
         }))
     }
 }

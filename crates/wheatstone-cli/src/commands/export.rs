@@ -13,7 +13,9 @@ use wheatstone::formats::{FORMATS, Format};
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone export model.json --format opencv -o stereo.yml\n  \
-    wheatstone export model.json --format colmap --size 1280x1024 -o rig/\n\n\
+    wheatstone export model.json --format colmap --size 1280x1024 -o rig/\n  \
+    wheatstone export model.json --format openptv --size 1280x1024 -o cal/\n  \
+    wheatstone export model.json --format myptv-cameras --size 1280x1024 -o cameras/\n\n\
     Formats of several files go into the folder that `-o` names. A model that the format cannot hold,\n\
          such as a network, is approximated by a parametric camera, and the loss is reported in pixels.\n\
     docs/formats.md lists what each format holds, and its conventions."

@@ -1,6 +1,7 @@
 //! `export` and `convert` as a user meets them.
 
 use crate::program::{done, refused};
+use wheatstone::tables::{self, Duplicates};
 
 fn fitted(method: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -96,6 +97,122 @@ fn a_table_becomes_what_other_programs_read() {
 }
 
 #[test]
+fn convert_and_fit_read_what_convert_wrote_without_being_told_what_it_is() {
+    let folder = fitted("dlt");
+    let here = folder.path();
+    let outputs = [
+        (&["t.npy"][..], "t.npy"),
+        (&["t.parquet"], "t.parquet"),
+        (&["t.arrow"], "t.arrow"),
+        (&["--to", "openptv-targets", "targets"], "targets"),
+        (&["--to", "myptv", "myptv"], "myptv"),
+        (&["--to", "proptv", "proptv"], "proptv"),
+    ];
+    let places = |name: &str| {
+        let table = tables::read(&here.join(name), "cm", Duplicates::Keep).unwrap();
+        let mut places: Vec<String> =
+            table.known().map(|(place, row)| format!("{place} {:?}", row.pixels)).collect();
+        places.sort();
+        places
+    };
+    let original = places("points.csv");
+    for (to, name) in outputs {
+        done(here, &[&["convert", "points.csv"][..], to].concat());
+        done(here, &["convert", "--unit", "cm", name, "back.csv"]);
+        let back = places("back.csv");
+        assert_eq!(original.len(), back.len(), "{name}");
+        // OpenPTV's pixels are half a pixel off, and come back within rounding.
+        assert!(name == "targets" || original == back, "{name}");
+        let fit = ["fit", name, "--unit", "cm", "--method", "dlt", "--no-validation"];
+        let (_, said) = done(here, &[&fit[..], &["-o", "again.json"]].concat());
+        assert!(said.contains(&format!("to {} points", original.len())), "{name}: {said}");
+    }
+    for cloud in ["t.ply", "t.pcd"] {
+        done(here, &["convert", "points.csv", cloud]);
+        done(here, &["convert", cloud, "back.csv"]);
+        let back = tables::read(&here.join("back.csv"), "cm", Duplicates::Keep).unwrap();
+        assert_eq!(back.known().count(), original.len(), "{cloud}");
+    }
+}
+
+#[test]
+fn points_without_place_are_left_out_where_they_do_not_go_in_and_counted() {
+    let folder = fitted("dlt");
+    let here = folder.path();
+    let table = std::fs::read_to_string(here.join("points.csv")).unwrap();
+    let all = table.lines().count() - 1;
+    // Without X, Y, Z from the second row on to the fourth.
+    let cut = |(number, line): (usize, &str)| match number {
+        2..=4 => line.split(',').take(4).collect::<Vec<_>>().join(",") + ",,,",
+        _ => line.into(),
+    };
+    let cut: Vec<String> = table.lines().enumerate().map(cut).collect();
+    let columns = table.lines().next().unwrap().split(',').count();
+    let fill = |line: &String| line.clone() + &",".repeat(columns - line.split(',').count());
+    let cut: String = cut.iter().map(|line| fill(line) + "\n").collect();
+    std::fs::write(here.join("cut.csv"), cut).unwrap();
+    for to in [&["--to", "myptv", "a"][..], &["--to", "proptv", "b"], &["c.ply"], &["d.pcd"]] {
+        let (told, said) = done(here, &[&["convert", "cut.csv", "--json"][..], to].concat());
+        let left_out = format!("note: left out 3 of {all} points, which have no X, Y, Z");
+        assert!(said.contains(&left_out), "{said}");
+        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+        assert_eq!((&told["left_out"], &told["points"]), (&3.into(), &(all - 3).into()));
+    }
+    let (_, said) = done(here, &["convert", "cut.csv", "e.npy"]);
+    assert!(!said.contains("left out") && said.contains(&format!("Wrote {all} points")), "{said}");
+    let none: String = table
+        .lines()
+        .map(|line| line.split(',').take(4).collect::<Vec<_>>().join(",") + "\n")
+        .collect();
+    std::fs::write(here.join("none.csv"), none).unwrap();
+    let said = refused(here, &["convert", "none.csv", "--to", "myptv", "f"]);
+    assert!(said.contains("locate") && !here.join("f").exists(), "{said}");
+}
+
+#[test]
+fn cameras_for_openptv_and_myptv_come_back() {
+    let folder = fitted("brown");
+    let here = folder.path();
+    let exam = ["evaluate", "model.json", "points.csv", "--unit", "cm", "--json"];
+    let error = |model: &str| {
+        let arguments: Vec<&str> =
+            exam.iter().map(|word| if *word == "model.json" { model } else { word }).collect();
+        let told: serde_json::Value = serde_json::from_str(&done(here, &arguments).0).unwrap();
+        told["rms"].as_f64().unwrap()
+    };
+    let own = error("model.json");
+    let export = ["export", "model.json", "--format", "openptv", "--size", "640x480", "-o", "cal"];
+    let (told, said) = done(here, &[&export[..], &["--json"]].concat());
+    assert!(said.contains("distortion about the middle of the picture was fitted"), "{said}");
+    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert!(told["loss"]["rms"].as_f64().unwrap() < 0.03, "{told}");
+    done(here, &["convert", "--unit", "mm", "cal", "openptv.json"]);
+    let told = done(here, &["convert", "openptv.json", "--to", "opencv", "a.yml", "--json"]).0;
+    assert!(told.contains("\"loss\": null"), "{told}");
+    let imported = serde_json::from_str::<serde_json::Value>(&told).unwrap();
+    assert_eq!(imported["unit"], "mm");
+    // OpenPTV's lengths are millimetres.
+    let again = 0.1 * error("openptv.json");
+    assert!((again / own - 1.0).abs() < 0.02, "{again} {own}");
+
+    // No lens distortion goes into MyPTV's cameras: what is lost is told in pixels.
+    let export =
+        ["export", "model.json", "--format", "myptv-cameras", "--size", "640x480", "-o", "cams"];
+    let (_, said) = done(here, &export);
+    assert!(said.contains("pinhole without distortion was fitted"), "{said}");
+    done(here, &["convert", "--unit", "cm", "cams", "myptv.json"]);
+    let first = std::fs::read_to_string(here.join("cams/cam1")).unwrap();
+    done(here, &["convert", "myptv.json", "--to", "myptv-cameras", "again"]);
+    let again = std::fs::read_to_string(here.join("again/cam1")).unwrap();
+    let numbers = |text: &str| -> Vec<f64> {
+        text.lines().skip(2).flat_map(str::split_whitespace).map(|n| n.parse().unwrap()).collect()
+    };
+    for (a, b) in numbers(&first).into_iter().zip(numbers(&again)) {
+        assert!((a - b).abs() <= 1e-9 * a.abs().max(1.0), "{a} {b}");
+    }
+}
+
+#[test]
 fn parquet_goes_wherever_text_goes() {
     let folder = fitted("dlt");
     let here = folder.path();
@@ -120,7 +237,9 @@ fn parquet_goes_wherever_text_goes() {
                 "640x480",
             ],
         );
-        assert_eq!(read("model.json"), read("again.json"), "{input}");
+        // A model names the table that it was fitted to.
+        let again = read("again.json").replace("points.parquet", "points.csv");
+        assert_eq!(read("model.json"), again, "{input}");
         done(here, &["locate", "model.json", input, "-o", "located.csv", "--covariance"]);
         done(here, &["locate", "model.json", input, "-o", "located.parquet", "--covariance"]);
         // Text keeps the input's own spelling of numbers, which is the shortest here.
@@ -131,7 +250,14 @@ fn parquet_goes_wherever_text_goes() {
         let (first, located) = (places.lines().nth(1).unwrap(), read("located.csv"));
         let line = located.lines().nth(1).unwrap();
         let cells: Vec<&str> = line.split(',').collect();
-        assert!(first.contains(&cells[9..12].join(",")), "{first} {line}");
+        // Text holds places to three digits beyond their standard deviation, Parquet all bits.
+        let number = |cell: &str| cell.parse::<f64>().unwrap();
+        let whole: Vec<f64> = first.split(',').skip(4).take(3).map(number).collect();
+        for (axis, whole) in whole.into_iter().enumerate() {
+            let (told, sigma) = (number(cells[9 + axis]), number(cells[12 + axis]));
+            assert!((told - whole).abs() <= 0.001 * sigma, "{first} {line}");
+            assert!(cells[9 + axis].len() < whole.to_string().len(), "{first} {line}");
+        }
     }
 }
 

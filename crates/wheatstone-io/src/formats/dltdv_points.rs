@@ -20,7 +20,7 @@ pub(super) const FORMAT: Format = Format {
     name: "dltdv-points",
     about: "points of DLTdv 5 to 7 and Argus (xypts.csv, xyzpts.csv): v up from the bottom; needs --size",
     layout: Layout::Folder(&["xypts.csv", "xyzpts.csv"]),
-    content: Content::Points { read: Some(read), write: Some(write) },
+    content: Content::Points { read: Some(read), write: Some(write), known_only: false },
 };
 
 /// Where a column goes.

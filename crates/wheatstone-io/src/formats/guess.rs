@@ -1,6 +1,6 @@
 //! Which format files are in, by their names and their first words.
 
-use super::Format;
+use super::{Format, myptv_cameras};
 use std::{
     io::Read,
     path::{Path, PathBuf},
@@ -12,7 +12,7 @@ use wheatstone_core::{
 };
 
 /// What the names of files say, surest first.
-const BY_NAME: [(&str, &str); 13] = [
+const BY_NAME: [(&str, &str); 16] = [
     (".cameramodel", "mrcal"),
     ("cameras.txt", "colmap"),
     (".toml", "anipose"),
@@ -26,6 +26,9 @@ const BY_NAME: [(&str, &str); 13] = [
     (".vnl", "vnl"),
     ("_targets", "openptv-targets"),
     ("markers_c0.txt", "proptv"),
+    ("cal_points", "myptv"),
+    ("xypts.csv", "dltdv-points"),
+    ("xyzpts.csv", "dltdv-points"),
 ];
 
 /// The format of files (or of the files in a folder) that are to be read; `None` for a model file.
@@ -54,14 +57,27 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
     }
     if first.is_dir() {
         let yaml = names.iter().any(|path| name_of(path).ends_with(".yaml"));
-        return if yaml { Format::named("ros").map(Some) } else { Err(unknown(first)) };
+        if yaml {
+            return Format::named("ros").map(Some);
+        }
+        // Files without extensions: their first words tell.
+        let plain = names.iter().find(|path| path.is_file() && path.extension().is_none());
+        let header = plain.map(|path| beginning(path)).transpose()?.unwrap_or_default();
+        return match by_words(&header, "") {
+            Some(Some(format)) => Format::named(format).map(Some),
+            _ => Err(unknown(first)),
+        };
     }
-    let mut beginning = Vec::new();
-    // A model's first field stands first; a header does too.
-    let opened = storage::open(first)?;
-    opened.take(1 << 16).read_to_end(&mut beginning).map_err(|e| Error::reading(first, e))?;
-    let text = String::from_utf8_lossy(&beginning);
+    let text = beginning(first)?;
     by_words(&text, &name_of(first)).ok_or_else(|| unknown(first))?.map(Format::named).transpose()
+}
+
+/// The first text of a file: a model's first field stands first, and a header does too.
+fn beginning(path: &Path) -> Result<String> {
+    let mut bytes = Vec::new();
+    let opened = storage::open(path)?;
+    opened.take(1 << 16).read_to_end(&mut bytes).map_err(|e| Error::reading(path, e))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Outer `None` where nothing tells, inner `None` for a model.
@@ -71,6 +87,9 @@ fn by_words(text: &str, name: &str) -> Option<Option<&'static str>> {
     }
     let header = text.lines().next().unwrap_or("");
     let is = |format| Some(Some(format));
+    if header.trim() == myptv_cameras::HEADING {
+        return is("myptv-cameras");
+    }
     if text.contains("lensmodel") || text.contains("lens_model") {
         return is("mrcal");
     }

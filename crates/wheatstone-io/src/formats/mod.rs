@@ -16,6 +16,7 @@ mod kalibr;
 mod mayacam;
 mod mrcal;
 mod myptv;
+mod myptv_cameras;
 mod npy;
 mod opencv;
 mod openptv;
@@ -108,6 +109,8 @@ pub enum Content {
         read: Option<ReadPoints>,
         /// Writes them, where it can be written.
         write: Option<WritePoints>,
+        /// Whether it holds only points whose X, Y, Z are known: others are left out.
+        known_only: bool,
     },
 }
 
@@ -155,6 +158,7 @@ pub const FORMATS: &[Format] = &[
     dlt::DLTDV8,
     mayacam::FORMAT,
     openptv::FORMAT,
+    myptv_cameras::FORMAT,
     remap::FORMAT,
     table::TEXT,
     npy::FORMAT,
@@ -187,6 +191,12 @@ impl Format {
     #[must_use]
     pub fn is_calibration(&self) -> bool {
         !matches!(self.content, Content::Points { .. })
+    }
+
+    /// Whether it is a table of our own.
+    #[must_use]
+    pub fn is_table(&self) -> bool {
+        table::NAMES.contains(&self.name)
     }
 
     /// Whether it holds a rectified pair.
@@ -253,7 +263,7 @@ impl Format {
     /// As [`Format::read_points`].
     pub fn unit_of_points(&self, files: &[InputFile], given: &Given) -> Result<Option<String>> {
         match (&given.unit, files.first()) {
-            (None, Some(file)) if table::NAMES.contains(&self.name) => table::unit(file, given),
+            (None, Some(file)) if self.is_table() => table::unit(file, given),
             (given, _) => Ok(given.clone()),
         }
     }
@@ -265,8 +275,33 @@ impl Format {
     /// [`Error::Unsupported`] with what does not go in.
     pub fn write_points(&self, data: &Dataset, given: &Given) -> Result<Vec<OutputFile>> {
         match &self.content {
-            Content::Points { write: Some(write), .. } => write(data, given),
+            Content::Points { write: Some(write), .. } if self.left_out(data) == 0 => {
+                write(data, given)
+            }
+            Content::Points { write: Some(write), .. } => {
+                let mut known = data.clone();
+                known.correspondences.retain(|row| row.world.is_some());
+                if known.correspondences.is_empty() {
+                    return Err(Self::unsupported(
+                        self.name,
+                        "points without X, Y, Z".into(),
+                        Hint::new("locate them first", Remedy::Locate),
+                    ));
+                }
+                write(&known, given)
+            }
             _ => Err(self.cannot("points to be written")),
+        }
+    }
+
+    /// How many of the points [`Format::write_points`] leaves out, for want of X, Y, Z.
+    #[must_use]
+    pub fn left_out(&self, data: &Dataset) -> usize {
+        match self.content {
+            Content::Points { known_only: true, .. } => {
+                data.correspondences.len() - data.known().count()
+            }
+            _ => 0,
         }
     }
 
@@ -310,6 +345,12 @@ impl Format {
             Some(unit) => write(&rig.in_unit(unit, self.name)?),
             None => write(rig),
         }
+    }
+
+    /// What cameras in one of the format's forms lose in its files; `None` where they lose nothing.
+    #[must_use]
+    pub fn loss(&self, rig: &Rig) -> Option<Loss> {
+        if self.name == openptv::FORMAT.name { openptv::loss(rig) } else { None }
     }
 
     /// Files from a rectified pair.

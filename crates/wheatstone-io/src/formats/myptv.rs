@@ -18,7 +18,7 @@ pub(super) const FORMAT: Format = Format {
     name: "myptv",
     about: "MyPTV's calibration points, one file per camera: x y X Y Z",
     layout: Layout::Folder(&["cal_points"]),
-    content: Content::Points { read: Some(read), write: Some(write) },
+    content: Content::Points { read: Some(read), write: Some(write), known_only: true },
 };
 
 pub(super) fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
@@ -61,23 +61,15 @@ pub(super) fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {
 }
 
 fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
-    lists(data, FORMAT.name, |camera| format!("cam{}_cal_points", camera + 1), ("", "\t"))
+    Ok(lists(data, |camera| format!("cam{}_cal_points", camera + 1), ("", "\t")))
 }
 
 /// A file a camera, with what stands first in it and between its numbers.
 pub(super) fn lists(
     data: &Dataset,
-    format: &str,
     name: impl Fn(usize) -> String,
     (heading, between): (&str, &str),
-) -> Result<Vec<OutputFile>> {
-    if data.known().count() < data.correspondences.len() {
-        return Err(Format::unsupported(
-            format,
-            "points without known world coordinates".into(),
-            "`csv`, `npy` and others hold them",
-        ));
-    }
+) -> Vec<OutputFile> {
     let file = |camera: usize| {
         let line = |(world, row): (Point3, &Correspondence)| {
             let pixel = row.pixels[camera]?;
@@ -86,5 +78,5 @@ pub(super) fn lists(
         let points: String = data.known().filter_map(line).collect();
         OutputFile::named(name(camera), format!("{heading}{points}"))
     };
-    Ok((0..data.cameras).map(file).collect())
+    (0..data.cameras).map(file).collect()
 }

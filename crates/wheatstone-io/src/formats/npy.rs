@@ -14,7 +14,7 @@ pub(super) const FORMAT: Format = Format {
     name: "npy",
     about: "NumPy matrix x1 y1 x2 y2 … X Y Z (or X Y Z alone), NaN where unknown",
     layout: Layout::File("npy"),
-    content: Content::Points { read: Some(read), write: Some(write) },
+    content: Content::Points { read: Some(read), write: Some(write), known_only: false },
 };
 
 const MAGIC: &[u8] = b"\x93NUMPY";

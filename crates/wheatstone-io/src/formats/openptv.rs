@@ -3,16 +3,21 @@
 //! Source: OpenPTV's liboptv (`calibration.c`, `imgcoord.c`, `trafo.c`; after Mass, Gruen & Papantoniou 1993,
 //! doi:10.1007/BF00190953). Its cameras look along -z with y up, lengths on the sensor are millimetres, and
 //! pixels count from the corner of the top-left one. Distortion is about the middle of the sensor, ours about
-//! the principal point: a camera is read where the two are one, or where it has no distortion, shear or
-//! refracting wall. It is not written: a fitted camera has its principal point elsewhere.
+//! the principal point: each way the nearest lens is fitted all over the picture, and a camera for which there
+//! is none within half a pixel is refused; so are shear and a refracting wall.
+
+mod distortion;
 
 use super::{
-    Content, Form, Format, Given, InputFile, Layout, Rig, RigCamera,
+    Content, Form, Format, Given, InputFile, Layout, Loss, OutputFile, Rig, RigCamera,
+    myptv_cameras::angles,
     rig::{Optics, lens, rotation, vector, whole},
-    text::{finite, row},
+    text::{finite, number, numbers, row},
 };
+use distortion::SensorLens;
 use nalgebra::Matrix3;
 use wheatstone_core::{Result, geometry::Pose};
+use wheatstone_numeric::statistics::root_mean_square;
 
 pub(super) const FORMAT: Format = Format {
     name: "openptv",
@@ -20,7 +25,7 @@ pub(super) const FORMAT: Format = Format {
     layout: Layout::Folder(&[".ori", ".addpar", "ptv.par"]),
     content: Content::Calibration {
         read: Some(read),
-        write: None,
+        write: Some(write),
         forms: &[Form::Brown(5)],
         unit: Some("mm"),
     },
@@ -120,32 +125,30 @@ fn camera(file: &InputFile, terms: Option<&InputFile>, sensor: &Sensor) -> Resul
         Some(terms) => affine(terms)?,
         None => [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
     };
-    let bent = [k1, k2, k3, p1, p2].iter().any(|value| *value != 0.0);
-    if (bent && (xh != 0.0 || yh != 0.0)) || shear != 0.0 {
-        return Err(file.error(
+    let refuse = |problem: &str| {
+        file.error(
             values[15].1,
-            "the centre of distortion is not the principal point, or the picture is sheared".into(),
+            problem.into(),
             "the camera models of other programs cannot represent this: convert the points, and fit them here",
-        ));
+        )
+    };
+    if shear != 0.0 {
+        return Err(refuse("the picture is sheared"));
     }
     let [wide, high] = sensor.pixel;
-    let [width, height] = sensor.size.map(f64::from);
-    let pinhole = lens(
-        [
-            scale * cc / wide,
-            cc / high,
-            width / 2.0 + scale * xh / wide - 0.5,
-            height / 2.0 - yh / high - 0.5,
-        ],
-        file,
-        values[17].1,
-    )?;
+    lens([scale * cc / wide, cc / high, 0.0, 0.0], file, values[17].1)?;
     let square = cc * cc;
-    // Its y goes up: the tangential terms change places, and one its sign.
-    let terms =
-        [k1 * square, k2 * square * square, -p2 * cc, p1 * cc, k3 * square * square * square];
-    let optics = Optics::brown(pinhole, &terms, pose)
-        .ok_or_else(|| file.error(0, "no such lens".into(), "the file is damaged"))?;
+    let own = SensorLens {
+        focal: cc / high,
+        shift: [xh / cc, yh / cc],
+        radial: [k1 * square, k2 * square * square, k3 * square * square * square],
+        tangential: [p1 * cc, p2 * cc],
+        scale: scale * high / wide,
+        middle: sensor.size.map(|side| f64::from(side) / 2.0 - 0.5),
+    };
+    let optics = own.brown(sensor.size, pose).ok_or_else(|| {
+        refuse("the centre of distortion is not the principal point, and too far from it")
+    })?;
     let name = file.stem();
     Ok(RigCamera { name, size: Some(sensor.size), optics })
 }
@@ -160,4 +163,92 @@ fn affine(file: &InputFile) -> Result<[f64; 7]> {
             "is this an OpenPTV .addpar file?",
         )
     })
+}
+
+/// Size of a pixel in millimetres: the files need one, and any is right for cameras given in pixels.
+const PIXEL: f64 = 0.01;
+
+fn write(rig: &Rig) -> Result<Vec<OutputFile>> {
+    let sizes: Vec<[u32; 2]> = rig
+        .cameras
+        .iter()
+        .map(|camera| Rig::size_of(camera, FORMAT.name))
+        .collect::<Result<_>>()?;
+    let [width, height] = sizes[0];
+    if sizes.iter().any(|size| *size != sizes[0]) {
+        let what = "cameras whose pictures have different sizes".into();
+        return Err(Format::unsupported(FORMAT.name, what, "ptv.par has one size for all cameras"));
+    }
+    let count = rig.cameras.len();
+    let name = |index: usize| format!("cam{}.tif", index + 1);
+    let names: String = (0..count)
+        .map(|index| format!("img/cam{}.10001\ncal/{}\n", index + 1, name(index)))
+        .collect();
+    // One flag each for highpass filter, all cameras, TIFF headers; then the picture, its fields, and air, wall
+    // and water of one index.
+    let parameters = format!(
+        "{count}\n{names}1\n0\n1\n{width}\n{height}\n{PIXEL}\n{PIXEL}\n0\n1.0\n1.0\n1.0\n1.0\n"
+    );
+    let mut files = vec![OutputFile::named("ptv.par", parameters)];
+    for (index, camera) in rig.cameras.iter().enumerate() {
+        let (ori, addpar) = written(camera, sizes[0])?;
+        files.push(OutputFile::named(format!("{}.ori", name(index)), ori));
+        files.push(OutputFile::named(format!("{}.addpar", name(index)), addpar));
+    }
+    Ok(files)
+}
+
+/// How far cameras are off in these files; `None` where they are as they were, to a millionth of a pixel.
+pub(super) fn loss(rig: &Rig) -> Option<Loss> {
+    let off = rig.cameras.iter().filter_map(|camera| {
+        let Optics::Brown(fitted) = &camera.optics else { return None };
+        Some(SensorLens::of(&fitted.model, camera.size?)?.1)
+    });
+    let all: Vec<f64> = off.flatten().collect();
+    let largest = all.iter().copied().fold(0.0, f64::max);
+    (largest > 1e-6).then(|| Loss {
+        form: "lens with distortion about the middle of the picture".into(),
+        rms: root_mean_square(&all),
+        largest,
+        points: all.len(),
+    })
+}
+
+/// The `.ori` and the `.addpar` of a camera.
+fn written(camera: &RigCamera, size: [u32; 2]) -> Result<(String, String)> {
+    let refuse = |what: &str| {
+        let what = format!("{what} of camera `{}`", camera.name);
+        Format::unsupported(FORMAT.name, what, "`opencv` and others hold it")
+    };
+    let Optics::Brown(fitted) = &camera.optics else { return Err(refuse("the lens")) };
+    let (own, _) = SensorLens::of(&fitted.model, size)
+        .ok_or_else(|| refuse("distortion about a point so far from the middle of the picture"))?;
+    let pose = fitted.camera_from_world;
+    let centre = pose.inverse().translation;
+    // Columns are the camera's axes in the world: x right, y up, z backward.
+    let axes = pose.rotation.transpose() * Matrix3::from_diagonal(&vector([1.0, -1.0, -1.0]));
+    let cc = own.focal * PIXEL;
+    let [xh, yh] = own.shift.map(|shift| shift * cc);
+    let row = |values: [f64; 3]| numbers(values, " ") + "\n";
+    let matrix: String = axes.row_iter().map(|line| row([line[0], line[1], line[2]])).collect();
+    // The wall is where it has no effect, at the origin of the world.
+    let ori = format!(
+        "{}{}\n{matrix}\n{} {}\n{}\n\n0.0 0.0 1.0\n",
+        row(centre.into()),
+        row(angles(&axes)),
+        number(xh),
+        number(yh),
+        number(cc)
+    );
+    let ([k1, k2, k3], [p1, p2], square) = (own.radial, own.tangential, cc * cc);
+    let terms = [
+        k1 / square,
+        k2 / (square * square),
+        k3 / (square * square * square),
+        p1 / cc,
+        p2 / cc,
+        own.scale,
+        0.0,
+    ];
+    Ok((ori, numbers(terms, " ") + "\n"))
 }

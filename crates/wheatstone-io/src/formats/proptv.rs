@@ -25,7 +25,8 @@ pub(super) const FORMAT: Format = Format {
         read: Some(myptv::read),
         write: Some(|data, _| {
             let name = |camera: usize| format!("markers_c{camera}.txt");
-            myptv::lists(data, "proptv", name, ("# x,y,X,Y,Z\n", " "))
+            Ok(myptv::lists(data, name, ("# x,y,X,Y,Z\n", " ")))
         }),
+        known_only: true,
     },
 };

@@ -15,6 +15,7 @@ pub(super) const TEXT: Format = Format {
     content: Content::Points {
         read: Some(read),
         write: Some(|data, given| written(data, given, "points.csv")),
+        known_only: false,
     },
 };
 
@@ -25,6 +26,7 @@ pub(super) const PARQUET: Format = Format {
     content: Content::Points {
         read: Some(read),
         write: Some(|data, given| written(data, given, "points.parquet")),
+        known_only: false,
     },
 };
 
@@ -35,6 +37,7 @@ pub(super) const ARROW: Format = Format {
     content: Content::Points {
         read: Some(read),
         write: Some(|data, given| written(data, given, "points.arrow")),
+        known_only: false,
     },
 };
 

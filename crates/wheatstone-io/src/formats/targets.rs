@@ -22,7 +22,7 @@ pub(super) const FORMAT: Format = Format {
     name: "openptv-targets",
     about: "OpenPTV's detected particles: cam1.10001_targets, …, with rt_is.10001",
     layout: Layout::Folder(&["_targets", "rt_is"]),
-    content: Content::Points { read: Some(read), write: Some(write) },
+    content: Content::Points { read: Some(read), write: Some(write), known_only: false },
 };
 
 /// What OpenPTV adds to our pixels.

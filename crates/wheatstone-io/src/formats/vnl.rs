@@ -18,7 +18,7 @@ pub(super) const FORMAT: Format = Format {
     name: "vnl",
     about: "corners.vnl of mrcal and mrgingham; needs --board",
     layout: Layout::File("vnl"),
-    content: Content::Points { read: Some(read), write: None },
+    content: Content::Points { read: Some(read), write: None, known_only: false },
 };
 
 /// A picture's name without its last number, and that number.

@@ -18,6 +18,8 @@ fn format() -> impl Strategy<Value = (&'static str, Form)> {
     let all: Vec<(&str, Form)> = FORMATS
         .iter()
         .filter(|format| format.is_calibration() && format.reads() && format.writes())
+        // OpenPTV's distortion is about another point: its cameras come back nearly the same.
+        .filter(|format| format.name != "openptv")
         .flat_map(|format| format.forms().iter().map(move |form| (format.name, *form)))
         .collect();
     prop::sample::select(all)

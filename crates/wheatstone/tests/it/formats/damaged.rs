@@ -1,6 +1,6 @@
 //! Damaged files: an error or a value, never a panic, never more memory than a good file takes.
 
-use super::{file, format, given, rig, written};
+use super::{file, format, given, rig, suited, written};
 use wheatstone::{
     dataset::{Correspondence, Dataset},
     formats::{FORMATS, Form, Given, InputFile},
@@ -27,7 +27,7 @@ pub(super) fn good(name: &str) -> Vec<Vec<InputFile>> {
     let mut all = Vec::new();
     if own.is_calibration() && own.writes() {
         for kind in [Some(0), Some(4), None] {
-            let mut rig = rig(2, kind);
+            let mut rig = suited(name, rig(2, kind));
             let held = rig.cameras.iter_mut().all(|camera| {
                 let held = own.forms().iter().find_map(|form: &Form| camera.optics.in_form(*form));
                 held.map(|held| camera.optics = held).is_some()

@@ -61,6 +61,18 @@ fn rig(cameras: usize, coefficients: Option<usize>) -> Rig {
     Rig { unit: Some("mm".into()), cameras: (0..cameras).map(camera).collect() }
 }
 
+/// The same cameras as OpenPTV's files need them: with pictures of one size, and the principal point near
+/// their middle, about which distortion is there.
+fn suited(name: &str, mut rig: Rig) -> Rig {
+    for camera in rig.cameras.iter_mut().filter(|_| name == "openptv") {
+        camera.size = Some([1280, 1024]);
+        if let Optics::Brown(brown) = &mut camera.optics {
+            brown.model.pinhole.principal = [642.0, 509.0];
+        }
+    }
+    rig
+}
+
 /// Places in the volume.
 fn places() -> Vec<Point3> {
     let mut random = Random::new(12);

@@ -149,6 +149,19 @@ fn clouds_hold_what_is_known() {
     let pcd = format("pcd").write_points(&data, &given(3)).unwrap().remove(0).bytes;
     let last = f32::from_le_bytes(pcd[pcd.len() - 4..].try_into().unwrap());
     assert_eq!(last, data.correspondences[49].world.unwrap().z as f32);
+    for (name, bytes) in [("ply", ply), ("pcd", pcd)] {
+        let read = |bytes: &[u8]| {
+            let file = InputFile { path: name.into(), bytes: bytes.into() };
+            format(name).read_points(&[file], &Given::default())
+        };
+        let again = read(&bytes).unwrap();
+        for ((was, _), (is, _)) in data.known().zip(again.known()) {
+            let single = |value: f64| if name == "ply" { value } else { f64::from(value as f32) };
+            assert_eq!(was.map(single), is, "{name}");
+        }
+        assert_eq!((again.known().count(), format(name).left_out(&data)), (49, 1));
+        assert!(read(&bytes[..bytes.len() - 1]).is_err() && read(&bytes[..100]).is_err());
+    }
     data.correspondences.iter_mut().for_each(|row| row.world = None);
     assert!(matches!(format("ply").write_points(&data, &given(3)), Err(Error::Unsupported { .. })));
 }
@@ -190,6 +203,7 @@ fn real_tables_pass_through_every_format_that_reads_and_writes() {
         let Some(folder) = data::folder(set) else { return };
         let data = tables::read(&folder.join("points.csv"), "mm", Duplicates::Refuse).unwrap();
         let formats = FORMATS.iter().filter(|f| !f.is_calibration() && f.reads() && f.writes());
+        let formats = formats.filter(|f| !["ply", "pcd"].contains(&f.name));
         for format in formats {
             let given = Given { sizes: vec![[1280, 1024]], ..Given::default() };
             let files = written(format.write_points(&data, &given).unwrap());

@@ -1,6 +1,6 @@
 //! What is written and read again is what it was.
 
-use super::{format, given, places, rig, written};
+use super::{format, given, places, rig, suited, written};
 use wheatstone::{
     Calibration, Error,
     formats::{FORMATS, Form, Imported, Optics, Rig, approximate, calibration, exact},
@@ -24,7 +24,7 @@ fn rigs(name: &str, forms: &[Form]) -> Vec<Rig> {
     let mut all = Vec::new();
     for kind in kinds {
         for count in counts {
-            let mut rig = rig(*count, kind);
+            let mut rig = suited(name, rig(*count, kind));
             for camera in &mut rig.cameras {
                 let held = forms.iter().find_map(|form| camera.optics.in_form(*form));
                 camera.optics = held.unwrap();
@@ -61,7 +61,9 @@ fn every_format_gives_back_the_cameras_that_it_was_given() {
                 for place in places() {
                     let was = old.optics.project(place).unwrap();
                     let is = new.optics.project(moved.transform(place)).unwrap();
-                    assert!((was - is).norm() < 1e-8, "{}: {}", format.name, (was - is).norm());
+                    // OpenPTV's distortion is about another point: fitted on the way out and on the way in.
+                    let most = if format.name == "openptv" { 0.2 } else { 1e-8 };
+                    assert!((was - is).norm() < most, "{}: {}", format.name, (was - is).norm());
                 }
             }
             // The second time nothing changes at all.

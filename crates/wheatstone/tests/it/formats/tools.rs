@@ -160,3 +160,19 @@ fn what_is_not_read_is_named_with_its_line() {
     let (_, problem) = tilted("1100.25, 0.", "1100.25, 3.5", "opencv", "opencv.json");
     assert!(problem.contains("skew"), "{problem}");
 }
+
+#[test]
+fn cameras_of_myptv_show_points_where_its_own_projection_does() {
+    // Pixels by the formulas of MyPTV's `camera_Tsai.projection`.
+    let seen = [
+        ([0.0, 0.0, 50.0], [345.028_740_384_970_5, 235.319_521_056_314_76]),
+        ([10.0, -5.0, 80.0], [412.490_541_951_661_67, 192.822_213_334_570_16]),
+        ([-12.0, 8.0, 110.0], [243.636_999_000_380_88, 285.485_846_994_878_56]),
+    ];
+    let rig = format("myptv-cameras").read_rig(&[file("myptv/cam1")], &Given::default()).unwrap();
+    assert_eq!((&*rig.cameras[0].name, rig.cameras[0].size), ("cam1", Some([640, 480])));
+    for (place, pixel) in seen {
+        let found = rig.cameras[0].optics.project(place.into()).unwrap();
+        assert!((found - Pixel::from(pixel)).norm() < 1e-9, "{found}");
+    }
+}
