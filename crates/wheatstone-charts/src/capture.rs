@@ -6,7 +6,7 @@ use crate::{
     chart::{AnyChart, kalibr_target},
     imaging::read_size,
 };
-use pairing::pair_up;
+use pairing::{pair_up, refuse};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use wheatstone_core::{
@@ -141,7 +141,7 @@ impl Capture {
 
     fn resolve(path: PathBuf, file: CaptureFile) -> Result<Self> {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let mut files = Vec::new();
+        let (mut names, mut files) = (Vec::new(), Vec::new());
         for (name, pattern) in &file.cameras {
             let Some(pattern) = pattern.as_str() else {
                 return Err(refuse(
@@ -150,7 +150,8 @@ impl Capture {
                     "such as `left = \"left/*.png\"`",
                 ));
             };
-            files.push((name.clone(), matching_files(&path, &folder, name, pattern)?));
+            names.push(name.clone());
+            files.push(matching_files(&path, &folder, name, pattern)?);
         }
         if files.is_empty() {
             return Err(refuse(
@@ -159,10 +160,13 @@ impl Capture {
                 "give one line per camera, such as `left = \"left/*.png\"`",
             ));
         }
-        let (cameras, names) = pair_up(&path, files, &file.views)?;
+        let given = file.views.iter().map(|entry| entry.name.clone()).collect();
+        let (pictures, views) = pair_up(&path, (&names, files), given)?;
+        let pictures = names.into_iter().zip(pictures);
+        let cameras = pictures.map(|(name, pictures)| CameraPictures { name, pictures }).collect();
         let mut views = if file.views.is_empty() {
             let view = |name| CapturedView { name, world_from_chart: None, sigma: None };
-            names.into_iter().map(view).collect()
+            views.into_iter().map(view).collect()
         } else {
             file.views.iter().map(|entry| view_of(&path, entry)).collect::<Result<Vec<_>>>()?
         };
@@ -187,10 +191,6 @@ fn place_bodies(path: &Path, chart: &AnyChart, views: &mut [CapturedView]) -> Re
         format!("{} views of a non-planar chart without known poses", views.len()),
         "give every view its `translation` (and `rotation`) under [[views]], or record a single view: its chart frame is then the world frame",
     ))
-}
-
-fn refuse(path: &Path, problem: String, hint: &str) -> Error {
-    Error::Malformed { path: path.into(), line: None, problem, hint: hint.into() }
 }
 
 fn line_of(text: &str, offset: usize) -> u64 {

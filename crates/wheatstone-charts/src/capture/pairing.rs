@@ -1,34 +1,37 @@
 //! Which pictures of different cameras show one view.
 
-use super::{CameraPictures, ViewEntry, refuse};
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
-use wheatstone_core::Result;
+use wheatstone_core::{Error, Result};
 
-/// One camera's name and its picture files, sorted.
-type Files = (String, Vec<PathBuf>);
+/// One camera's picture files, sorted.
+type Files = Vec<PathBuf>;
+
+/// One camera's pictures, view by view; none where it has none of the view.
+type Pictures = Vec<Option<PathBuf>>;
+
+/// Refuses a capture file.
+pub(super) fn refuse(path: &Path, problem: String, hint: &str) -> Error {
+    Error::Malformed { path: path.into(), line: None, problem, hint: hint.into() }
+}
 
 /// One picture a camera for every view, and the views' names. Pictures named like the views go by their
 /// names; so do pictures whose names, or numbers in them, are those of another camera's; others go by
 /// sorted order, where there are as many of each camera.
 pub(super) fn pair_up(
     path: &Path,
-    files: Vec<Files>,
-    entries: &[ViewEntry],
-) -> Result<(Vec<CameraPictures>, Vec<String>)> {
-    let names: Vec<String> = entries.iter().map(|entry| entry.name.clone()).collect();
+    (cameras, files): (&[String], Vec<Files>),
+    names: Vec<String>,
+) -> Result<(Vec<Pictures>, Vec<String>)> {
     if let Some(twice) = names.iter().enumerate().find(|(i, n)| names[..*i].contains(n)) {
         let problem = format!("two [[views]] are named `{}`", twice.1);
         return Err(refuse(path, problem, "give each its own name"));
     }
-    if !names.is_empty()
-        && files.iter().all(|(_, all)| all.iter().all(|p| names.contains(&stem(p))))
-    {
-        let cameras = by_key(files, &names, stem);
-        let lonely =
-            (0..names.len()).find(|view| cameras.iter().all(|c| c.pictures[*view].is_none()));
+    if !names.is_empty() && files.iter().flatten().all(|picture| names.contains(&stem(picture))) {
+        let found = by_key(files, &names, stem);
+        let lonely = (0..names.len()).find(|view| found.iter().all(|all| all[*view].is_none()));
         if let Some(view) = lonely {
             return Err(refuse(
                 path,
@@ -36,32 +39,30 @@ pub(super) fn pair_up(
                 "name its pictures like the view, or remove its [[views]] entry",
             ));
         }
-        return Ok((cameras, names));
+        return Ok((found, names));
     }
-    let (mut cameras, found) = match KEYS.into_iter().find(|key| tells(&files, *key)) {
+    let (mut pictures, found) = match KEYS.into_iter().find(|key| tells(&files, *key)) {
         Some(key) => by_shared_key(files, key),
-        None => in_order(path, files)?,
+        None => in_order(path, (cameras, files))?,
     };
-    if !names.is_empty() && names.len() != found.len() {
+    if names.is_empty() {
+        return Ok((pictures, found));
+    }
+    if names.len() != found.len() {
         return Err(refuse(
             path,
             format!("{} [[views]], but {} pictures per camera", names.len(), found.len()),
             "give one [[views]] entry per picture pair, or none at all",
         ));
     }
-    if names.is_empty() {
-        return Ok((cameras, found));
-    }
-    for camera in &mut cameras {
-        let of =
-            |name: &String| camera.pictures.iter().flatten().find(|picture| stem(picture) == *name);
-        if let Some(pictures) =
-            names.iter().map(|name| of(name).cloned()).collect::<Option<Vec<_>>>()
+    for own in &mut pictures {
+        let of = |name: &String| own.iter().flatten().find(|picture| stem(picture) == *name);
+        if let Some(named) = names.iter().map(|name| of(name).cloned()).collect::<Option<Vec<_>>>()
         {
-            camera.pictures = pictures.into_iter().map(Some).collect();
+            *own = named.into_iter().map(Some).collect();
         }
     }
-    Ok((cameras, names))
+    Ok((pictures, names))
 }
 
 /// What of a picture's name may say which view it shows.
@@ -88,7 +89,7 @@ fn first_number(path: &Path) -> String {
 /// several cameras.
 fn tells(files: &[Files], key: Key) -> bool {
     let mut cameras: BTreeMap<String, usize> = BTreeMap::new();
-    for (_, pictures) in files {
+    for pictures in files {
         let own: BTreeSet<String> = pictures.iter().map(|picture| key(picture)).collect();
         if own.len() < pictures.len() {
             return false;
@@ -101,54 +102,51 @@ fn tells(files: &[Files], key: Key) -> bool {
 
 /// By keys that some cameras share. Views have the names of their first pictures, and lie in the order in
 /// which the files do.
-fn by_shared_key(files: Vec<Files>, key: Key) -> (Vec<CameraPictures>, Vec<String>) {
+fn by_shared_key(files: Vec<Files>, key: Key) -> (Vec<Pictures>, Vec<String>) {
     // The camera with the most pictures leads; keys that it lacks go where they sort among its own.
-    let most = files.iter().map(|(_, all)| all.len()).max().unwrap_or_default();
-    let leader = files.iter().find(|(_, all)| all.len() == most);
-    let mut keys: Vec<String> =
-        leader.into_iter().flat_map(|(_, all)| all).map(|p| key(p)).collect();
-    for new in files.iter().flat_map(|(_, all)| all).map(|picture| key(picture)) {
+    let most = files.iter().map(Vec::len).max().unwrap_or_default();
+    let leader = files.iter().find(|all| all.len() == most);
+    let mut keys: Vec<String> = leader.into_iter().flatten().map(|picture| key(picture)).collect();
+    for new in files.iter().flatten().map(|picture| key(picture)) {
         if !keys.contains(&new) {
             let place = keys.iter().position(|other| (other.len(), other) > (new.len(), &new));
             keys.insert(place.unwrap_or(keys.len()), new);
         }
     }
-    let cameras = by_key(files, &keys, key);
-    let first = |view: usize| {
-        let mut pictures = cameras.iter().filter_map(|camera| camera.pictures[view].as_ref());
-        pictures.next().map(|picture| stem(picture)).unwrap_or_default()
-    };
-    let names = (0..keys.len()).map(first).collect();
-    (cameras, names)
+    let pictures = by_key(files, &keys, key);
+    let first = |view: usize| pictures.iter().find_map(|all| all[view].as_deref().map(stem));
+    let names = (0..keys.len()).map(|view| first(view).unwrap_or_default()).collect();
+    (pictures, names)
 }
 
-fn by_key(files: Vec<Files>, keys: &[String], key: Key) -> Vec<CameraPictures> {
-    let camera = |(name, all): Files| {
+fn by_key(files: Vec<Files>, keys: &[String], key: Key) -> Vec<Pictures> {
+    let of_camera = |all: Files| {
         let mut pictures = vec![None; keys.len()];
         for picture in all {
             if let Some(view) = keys.iter().position(|other| *other == key(&picture)) {
                 pictures[view] = Some(picture);
             }
         }
-        CameraPictures { name, pictures }
+        pictures
     };
-    files.into_iter().map(camera).collect()
+    files.into_iter().map(of_camera).collect()
 }
 
 /// In sorted order; views have the names of the first camera's pictures.
-fn in_order(path: &Path, files: Vec<Files>) -> Result<(Vec<CameraPictures>, Vec<String>)> {
-    let counts: Vec<usize> = files.iter().map(|(_, all)| all.len()).collect();
-    if counts.iter().any(|count| *count != counts[0]) {
+fn in_order(
+    path: &Path,
+    (cameras, files): (&[String], Vec<Files>),
+) -> Result<(Vec<Pictures>, Vec<String>)> {
+    let names: Vec<String> = files.iter().take(1).flatten().map(|picture| stem(picture)).collect();
+    if files.iter().any(|all| all.len() != names.len()) {
+        let counts = cameras.iter().zip(&files);
         let list: Vec<String> =
-            files.iter().map(|(name, all)| format!("`{name}` has {}", all.len())).collect();
+            counts.map(|(name, all)| format!("`{name}` has {}", all.len())).collect();
         return Err(refuse(
             path,
             format!("the cameras have different numbers of pictures: {}", list.join(", ")),
             "pictures are paired in sorted order: remove those without a partner, or name those of one view alike",
         ));
     }
-    let names = files.first().map(|(_, all)| all.iter().map(|p| stem(p)).collect());
-    let camera =
-        |(name, all): Files| CameraPictures { name, pictures: all.into_iter().map(Some).collect() };
-    Ok((files.into_iter().map(camera).collect(), names.unwrap_or_default()))
+    Ok((files.into_iter().map(|all| all.into_iter().map(Some).collect()).collect(), names))
 }

@@ -153,6 +153,11 @@ fn scaled(shape: Shape, scale: f64, moved: [f64; 2]) -> Shape {
     }
 }
 
+/// A length as it is written: a millionth of a millimetre is finer than any printer.
+fn written(length: f64) -> f64 {
+    (length * 1e6).round() / 1e6
+}
+
 /// The page on which a chart `times` as large fits, if any does: upright or turned, as the chart is.
 fn page(chart: &Measured, title: &str, paper: Paper, times: f64) -> Option<[f64; 2]> {
     let [width, height] = chart.needs(times);

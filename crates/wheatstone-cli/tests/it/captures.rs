@@ -19,10 +19,10 @@ fn a_chart_fits_its_paper_or_is_refused() {
     let said = refused(at, &["chart", "-o", "board.png"]);
     assert!(said.contains("`.pdf` or `.svg`") && !at.join("board.png").exists(), "{said}");
     // What is written is what fits in every unit, and on every paper.
-    for (unit, pitch) in [("cm", "2.5"), ("in", "0.95")] {
+    for (unit, pitch) in [("cm", "2.5"), ("in", "1")] {
         let chart = ["chart", "--paper", "letter", "--unit", unit, "-o", "chart.svg"];
         let (_, said) = done(at, &chart);
-        let millimetres = if unit == "cm" { "squares of 25 mm" } else { "squares of 24.13 mm" };
+        let millimetres = if unit == "cm" { "squares of 25 mm" } else { "squares of 25.4 mm" };
         assert!(said.contains(millimetres), "{said}");
         done(at, &[&chart[..], &["--pitch", pitch]].concat());
     }

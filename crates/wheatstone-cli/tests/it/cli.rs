@@ -95,7 +95,8 @@ fn points_beyond_what_was_trained_and_pixels_of_different_points_are_told() {
     assert_eq!(lines[3][trust], "outside", "nothing was shown so near or so far");
     let number = |name: &str| lines[1][column(name)].parse::<f64>().unwrap();
     for (term, sigma) in [("cXX", "sX"), ("cYY", "sY"), ("cZZ", "sZ")] {
-        assert!((number(term) - number(sigma).powi(2)).abs() < 1e-12, "{term}");
+        // Standard deviations have four digits at least.
+        assert!((number(sigma).powi(2) / number(term) - 1.0).abs() < 2e-3, "{term}");
     }
     assert!(number("cXY").is_finite() && number("cYZ").is_finite() && lines[0].len() == 19);
     for wrong in ["0", "1", "-0.1", "often", "NaN"] {
@@ -180,8 +181,8 @@ fn charts_are_printed_to_scale() {
         ],
     );
     let text = std::fs::read_to_string(at.join("c.svg")).unwrap();
-    // 5 x 4 squares of 30 mm and half a square of margin all round.
-    assert!(text.contains("width=\"180mm\" height=\"162mm\""), "{text}");
+    // 5 x 4 squares of 30 mm and half a square of margin all round; below it the name and the ruler.
+    assert!(text.contains("width=\"180mm\" height=\"165.1mm\""), "{text}");
     assert_eq!(text.matches("width=\"30\" height=\"30\"").count(), 10);
 }
 

@@ -6,9 +6,9 @@
 //! (doi:10.1006/cviu.1997.0547). Lens distortion is not modelled.
 
 use super::{
-    AnyMethod, Fit, FormulaCameras, Formulas, LensNumbers, Located, Method, PlacedCamera, Plan,
-    Reconstructor,
+    AnyMethod, Fit, FormulaCameras, Formulas, Located, Method, PlacedCamera, Plan, Reconstructor,
     checks::{enough, linear_camera, on_one_plane},
+    lens_numbers::LensNumbers,
     matrix_uncertainty::MatrixUncertainty,
     only_default,
     point_covariance::Observation,

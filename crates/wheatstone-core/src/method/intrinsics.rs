@@ -1,10 +1,7 @@
 //! A camera's intrinsic parameters, with their standard deviations and correlations.
 
-use super::{AnyReconstructor, FittedCameras};
-use crate::{
-    camera::CameraModel,
-    geometry::{Point3, Vector3},
-};
+use super::{AnyReconstructor, FittedCameras, lens_numbers::LensNumbers};
+use crate::{camera::CameraModel, geometry::Point3};
 use serde::Serialize;
 
 /// One intrinsic parameter.
@@ -41,17 +38,6 @@ const BROWN: [&str; 18] = [
 ];
 const KANNALA_BRANDT: [&str; 8] = ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
 const TSAI: [&str; 5] = ["fx", "fy", "cx", "cy", "kappa"];
-
-/// Intrinsic numbers of a camera whose lens is not one of the camera models.
-pub(super) struct LensNumbers<const N: usize> {
-    pub(super) names: [&'static str; N],
-    /// Focal lengths, principal point, then what else there is.
-    pub(super) values: [f64; N],
-    pub(super) covariance: [[f64; N]; N],
-    /// The projection centre and the optical axis in the world.
-    pub(super) centre: Point3,
-    pub(super) axis: Vector3,
-}
 
 /// Focal lengths and principal point, which are always told.
 const PINHOLE: usize = 4;

@@ -5,7 +5,7 @@
 //! in the errors that is weighted least squares, whose covariance is known (as for any estimate by
 //! linear equations, Foerstner & Wrobel 2016, doi:10.1007/978-3-319-11550-4, chapter 4).
 
-use super::{LensNumbers, pixel_noise::PixelNoise};
+use super::{lens_numbers::LensNumbers, pixel_noise::PixelNoise};
 use crate::geometry::{
     Pixel, Point3, ProjectionMatrix, Vector3,
     batch_triangulation::{PRODUCTS, UncertainMatrix},

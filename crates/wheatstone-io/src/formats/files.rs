@@ -123,7 +123,11 @@ fn belongs(layout: Layout, path: &Path) -> bool {
         Layout::File(extension) | Layout::Cameras(extension) => {
             name.ends_with(&format!(".{extension}"))
         }
-        Layout::Folder(ends) => ends.iter().any(|end| name.ends_with(end)),
+        // `rt_is.10001` is one of frame 10001.
+        Layout::Folder(ends) => {
+            let bare = name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('.');
+            ends.iter().any(|end| name.ends_with(end) || bare.ends_with(end))
+        }
     }
 }
 

@@ -65,7 +65,7 @@ pub enum Layout {
     File(&'static str),
     /// A folder with a file a camera, each with this extension.
     Cameras(&'static str),
-    /// A folder with these files, and any that end so.
+    /// A folder with these files, and any that end so, be it before the number of a frame.
     Folder(&'static [&'static str]),
 }
 

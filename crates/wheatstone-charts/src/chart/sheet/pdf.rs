@@ -1,6 +1,6 @@
 //! A sheet as a PDF of one page (ISO 32000-1): filled paths, and text in Helvetica, which every reader has.
 
-use super::{LETTERS, Sheet};
+use super::{LETTERS, Sheet, written};
 use crate::chart::Shape;
 use std::fmt::Write;
 
@@ -49,7 +49,9 @@ fn content(sheet: &Sheet) -> String {
         // Writing to a string cannot fail.
         let _ = match shape {
             Shape::Rectangle([left, top, right, bottom]) => {
-                writeln!(text, "{left} {top} {} {} re", right - left, bottom - top)
+                let edges = [*left, *top, right - left, bottom - top].map(written);
+                let [left, top, width, height] = edges;
+                writeln!(text, "{left} {top} {width} {height} re")
             }
             Shape::Disc(centre, radius) => {
                 text += &disc(*centre, *radius);
@@ -59,7 +61,7 @@ fn content(sheet: &Sheet) -> String {
     }
     text += "f\n";
     for line in &sheet.texts {
-        let ([x, y], words) = (line.at, escaped(&line.words));
+        let ([x, y], words) = (line.at.map(written), escaped(&line.words));
         let size = LETTERS[0];
         let _ = writeln!(text, "BT /F {size} Tf 1 0 0 -1 {x} {y} Tm ({words}) Tj ET");
     }
@@ -69,21 +71,23 @@ fn content(sheet: &Sheet) -> String {
 fn disc([x, y]: [f64; 2], radius: f64) -> String {
     let step = std::f64::consts::TAU / f64::from(ARCS);
     let handle = radius * 4.0 / 3.0 * libm::tan(step / 4.0);
-    let mut text = format!("{} {y} m\n", x + radius);
+    let mut text = format!("{} {} m\n", written(x + radius), written(y));
     for arc in 0..ARCS {
         let [(sine, cosine), (next_sine, next_cosine)] =
             [arc, arc + 1].map(|arc| libm::sincos(f64::from(arc) * step));
         let end = [x + radius * next_cosine, y + radius * next_sine];
-        let _ = writeln!(
-            text,
-            "{} {} {} {} {} {} c",
+        let curve = [
             x + radius * cosine - handle * sine,
             y + radius * sine + handle * cosine,
             end[0] + handle * next_sine,
             end[1] - handle * next_cosine,
             end[0],
-            end[1]
-        );
+            end[1],
+        ];
+        for length in curve.map(written) {
+            let _ = write!(text, "{length} ");
+        }
+        text += "c\n";
     }
     text + "h\n"
 }

@@ -26,8 +26,9 @@ pub(crate) mod uncertain_poses;
 pub(super) use {epipolar_check::EpipolarCheck, pose_uncertainty::Motions};
 
 use super::{
-    AnyMethod, Fit, LensNumbers, Located, Method, Plan, Reconstructor,
+    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
     checks::{enough, linear_camera},
+    lens_numbers::LensNumbers,
     only_default,
     point_covariance::Observation,
 };

@@ -12,7 +12,7 @@ use crate::{
     Result,
     camera::pinhole::Pinhole,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray},
-    method::{LensNumbers, PlacedCamera},
+    method::{PlacedCamera, lens_numbers::LensNumbers},
 };
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
 use serde::{Deserialize, Serialize};
