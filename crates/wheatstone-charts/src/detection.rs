@@ -111,12 +111,15 @@ pub fn detect_in(
     Ok(Found { pictures, dataset })
 }
 
+/// The width and height of a picture, and what was found in it.
+type Searched = ((usize, usize), ChartSearch);
+
 /// Reads and searches all pictures, in parallel.
 fn search(capture: &Capture, read: Read, progress: &dyn Progress) -> Result<Vec<Searches>> {
     let cameras = capture.cameras.len();
     let total = capture.views.len() * cameras;
     let done = AtomicU64::new(0);
-    let each: Vec<Result<Option<((usize, usize), ChartSearch)>>> = (0..total)
+    let each: Vec<Result<Option<Searched>>> = (0..total)
         .into_par_iter()
         .map(|index| {
             progress.check()?;

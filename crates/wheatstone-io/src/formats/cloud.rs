@@ -75,7 +75,7 @@ fn cloud(
     unit: &str,
 ) -> Result<Dataset> {
     let values: Vec<f64> = values.collect();
-    if values.len() % 3 != 0 || count != Some(values.len() / 3) {
+    if !values.len().is_multiple_of(3) || count != Some(values.len() / 3) {
         return Err(file.error(0, "it holds fewer or more points than it says".into(), OURS));
     }
     if let Some(odd) = values.iter().find(|value| value.is_infinite() || value.abs() > 1e100) {

@@ -116,10 +116,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
             @for (name, tip) in &ends { (axis(name, place(axes.from), place(*tip))) }
             (scale_bar(&format!("{} {}", axes.length, report.unit), axes.length * scale, height))
         }
-        @if singles > 0 {
-            circle class="ring" cx="12" cy={ (short(height + 14.0)) } r="3.4" {}
-            text x="21" y=(short(height + 18.0)) { "seen by one camera alone: " (singles) }
-        }
+        (legend(singles, height))
     };
     let alternative = format!(
         "{} cameras and {} points in space, with the axes X, Y and Z of the world.",
@@ -155,6 +152,16 @@ fn axis(name: &str, from: [f64; 2], tip: [f64; 2]) -> Markup {
     html! {
         path class="line ink" d=(path) {}
         text class="name mid" x=(short(beyond(0))) y=(short(beyond(1) + 4.0)) { (name) }
+    }
+}
+
+/// What rings are, at the lower left; nothing where there are none.
+fn legend(singles: usize, below: f64) -> Markup {
+    html! {
+        @if singles > 0 {
+            circle class="ring" cx="12" cy=(short(below + 14.0)) r="3.4" {}
+            text x="21" y=(short(below + 18.0)) { "seen by one camera alone: " (singles) }
+        }
     }
 }
 

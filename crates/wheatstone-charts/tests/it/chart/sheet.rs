@@ -65,7 +65,10 @@ fn printed(pdf: &[u8]) -> Printed {
                 let [x, y] = [(edges[0] + edges[2]) / 2.0, (edges[1] + edges[3]) / 2.0];
                 let radius = (edges[2] - edges[0]) / 2.0;
                 for [a, b] in &path {
-                    assert!(((a - x).hypot(b - y) - radius).abs() < 1e-4 * radius, "not round");
+                    assert!(
+                        (((a - x).powi(2) + (b - y).powi(2)).sqrt() - radius).abs() < 1e-4 * radius,
+                        "not round"
+                    );
                 }
                 page.discs.push(edges);
             }

@@ -141,13 +141,12 @@ fn samples(
     seen.filter(inside).collect()
 }
 
+/// The pixel at which a lens of so many numbers shows a place.
+type PixelOf<'a> = &'a dyn Fn(&[f64; 9], [f64; 2]) -> [f64; 2];
+
 /// The numbers with which `pixel` shows the places where they were seen, by Gauss and Newton, and how far
 /// its pixels are off.
-fn follow(
-    mut numbers: [f64; 9],
-    seen: &[Sample],
-    pixel: &dyn Fn(&[f64; 9], [f64; 2]) -> [f64; 2],
-) -> Option<([f64; 9], Vec<f64>)> {
+fn follow(mut numbers: [f64; 9], seen: &[Sample], pixel: PixelOf) -> Option<([f64; 9], Vec<f64>)> {
     const STEPS: usize = 12;
     let off = |numbers: &[f64; 9]| -> DVector<f64> {
         let each = seen.iter().flat_map(|(place, truth)| {
