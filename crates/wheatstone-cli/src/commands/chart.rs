@@ -13,7 +13,9 @@ use wheatstone::{
     storage,
 };
 
-/// Write a chart to print, to true scale, with its name and a ruler
+/// Write a chart to print, to true scale
+///
+/// A PDF or an SVG drawing, with the chart's name and a ruler outside its white margin.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     wheatstone chart --paper a4 -o board.pdf\n  \
