@@ -131,7 +131,7 @@ fn every_chart_is_printed_to_scale_with_its_name_and_a_ruler() {
             }
             // The white margin of the chart is free of them.
             let [left, top, right, bottom] = chart.board().map(|edge| edge * scale);
-            assert!(ruler.iter().all(|edges| edges[1] > bottom + shift[1]), "{kind}");
+            assert!(ruler.iter().all(|edges| edges[1] > bottom + shift[1] - 3e-6), "{kind}");
             assert!(left + shift[0] > -1e-6 && top + shift[1] > -1e-6, "{kind}");
             assert!(right + shift[0] < page.page[0] + 1e-6, "{kind}");
             assert!(page.words.contains(&sheet.title().to_owned()), "{kind}: {:?}", page.words);
