@@ -130,8 +130,9 @@ fn convert_and_fit_read_what_convert_wrote_without_being_told_what_it_is() {
     for cloud in ["t.ply", "t.pcd"] {
         done(here, &["convert", "points.csv", cloud]);
         done(here, &["convert", cloud, "back.csv"]);
-        let back = tables::read(&here.join("back.csv"), "cm", Duplicates::Keep).unwrap();
-        assert_eq!(back.known().count(), original.len(), "{cloud}");
+        let back = std::fs::read_to_string(here.join("back.csv")).unwrap();
+        assert!(back.starts_with("X,Y,Z\n"), "{back}");
+        assert_eq!(back.lines().count(), 1 + original.len(), "{cloud}");
     }
 }
 
