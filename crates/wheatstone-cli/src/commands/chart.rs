@@ -13,9 +13,7 @@ use wheatstone::{
     storage,
 };
 
-/// Write a chart to print, to true scale
-///
-/// A PDF or an SVG drawing, with the chart's name and a ruler outside its white margin.
+/// Write a chart to print, to true scale, with its name and a ruler
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     wheatstone chart --paper a4 -o board.pdf\n  \

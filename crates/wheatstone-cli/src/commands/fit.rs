@@ -35,9 +35,9 @@ const PAPER: &str = "paper";
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone fit capture/ -o model.json\n  \
     wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json\n  \
-    wheatstone fit waved/ --expect-baseline 200:1% -o model.json    a board in the hand (`new --hand-held`)\n  \
-    wheatstone fit waved/ --gauge first-camera -o model.json        in the frame of camera 1\n  \
-    wheatstone fit cal_points/ -o model.json                        files of MyPTV, proPTV, OpenPTV, NumPy\n\n\
+    wheatstone fit waved/ --expect-baseline 200:1% -o model.json   (a board in the hand)\n  \
+    wheatstone fit waved/ --gauge first-camera -o model.json       (in the frame of camera 1)\n  \
+    wheatstone fit myptv/ -o model.json       (tables of MyPTV, proPTV, OpenPTV or NumPy)\n\n\
     A view need not have a picture of every camera. The world frame is named at the end, and by\n\
     `wheatstone info model.json`, which shows intrinsics, poses and what was fitted.")]
 pub(crate) struct Fit {
