@@ -16,7 +16,7 @@ use wheatstone::{
     method::AnyMethod,
     preparation::{
         EstimatedPoses, Preparation, Prepared,
-        checks::{Examination, Severity, compare_baseline},
+        checks::{self, Examination, Severity, compare_baseline},
         outliers::Outlier,
     },
 };
@@ -61,6 +61,12 @@ pub(crate) fn baseline(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
+/// Pictures in words, by view and camera.
+pub(crate) fn pictures(pictures: &[(String, usize)]) -> String {
+    let name = |(view, camera): &(String, usize)| format!("view `{view}` of camera {}", camera + 1);
+    pictures.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
 /// Percent of outliers beyond which something else than a slip now and then is likely.
 const MANY: f64 = 5.0;
 
@@ -95,6 +101,12 @@ impl Preparing {
                 Severity::Information if !mended => detail!("note: {text}"),
                 Severity::Information => remark!("note", "{text}"),
                 _ => remark!("warning", "{text}"),
+            }
+        }
+        if self.fix {
+            let left_out = checks::left_out(&loaded.data, &prepared.examination.findings);
+            if !left_out.is_empty() {
+                remark!("warning", "left out, as nothing corrects them: {}", pictures(&left_out));
             }
         }
         if let Some(placed) = &prepared.placed {

@@ -4,14 +4,17 @@ use super::print_json;
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
-    prepare::{baseline, baseline_holds},
+    prepare::{baseline, baseline_holds, pictures},
     progress::Bar,
     table::figure,
     verbosity::say,
 };
 use clap::Args;
 use serde_json::{Value, json};
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 use wheatstone::{
     Error,
     dataset::Dataset,
@@ -30,7 +33,7 @@ use wheatstone::{
     wheatstone check points.csv --fix repaired.csv\n  \
     wheatstone check capture/ --expect-baseline 200:1% --json\n  \
     wheatstone check --survey 500      how often faults are identified, on random captures\n\n\
-    The exit status is 1 if a fatal fault remains.")]
+    The exit status is 1 if a fatal fault remains, or if `--fix` could only leave a picture out.")]
 pub(crate) struct Check {
     /// A capture, or a points file with X, Y, Z
     #[arg(required_unless_present = "survey")]
@@ -83,31 +86,42 @@ impl Check {
                 say!("{holds}");
             }
         }
-        let mut remaining = fatal(&examination);
-        if let Some(output) = &self.fix {
-            let repaired = checks::repair_all(&data, &examination.findings);
-            tables::save(&repaired, output)?;
-            let after = self.examine(&repaired, &Bar::new())?;
-            remaining = fatal(&after);
-            say!(
-                "Wrote {}: {} of {} faults corrected, {} of {} points kept",
-                output.display(),
-                examination.findings.iter().filter(|finding| finding.is_fixable()).count(),
-                alarms(&examination),
-                repaired.correspondences.len(),
-                data.correspondences.len()
-            );
+        match &self.fix {
+            Some(output) => self.write_repaired(&data, &examination, output),
+            None => {
+                none_remains(&examination, "correct them as described above, or try `--fix OUT`")
+            }
         }
-        if remaining.is_empty() {
+    }
+
+    /// Writes the data with the faults corrected, and says what is left of them.
+    fn write_repaired(&self, data: &Dataset, examination: &Examination, output: &Path) -> Outcome {
+        let repaired = checks::repair_all(data, &examination.findings);
+        tables::save(&repaired, output)?;
+        say!(
+            "Wrote {}: {} of {} faults corrected, {} of {} points kept",
+            output.display(),
+            examination.findings.iter().filter(|finding| finding.is_fixable()).count(),
+            alarms(examination),
+            repaired.correspondences.len(),
+            data.correspondences.len()
+        );
+        let after = self.examine(&repaired, &Bar::new())?;
+        none_remains(&after, "record the remaining views again, or remove them by hand")?;
+        let left_out = checks::left_out(data, &examination.findings);
+        if left_out.is_empty() {
             return Ok(());
         }
         Err(Error::Degenerate {
-            problem: format!("fatal faults in the data: {}", remaining.join(", ")),
-            hint: if self.fix.is_some() {
-                "record the remaining views again, or remove them by hand".into()
-            } else {
-                "correct them as described above, or try `--fix OUT`".into()
-            },
+            problem: format!(
+                "nothing corrects these pictures, and they were left out: {}",
+                pictures(&left_out)
+            ),
+            hint: format!(
+                "record these views again; {} has no fault, but a calibration with it is less certain, most of all where these views were",
+                output.display()
+            )
+            .into(),
         }
         .into())
     }
@@ -120,6 +134,19 @@ impl Check {
         }
         Ok(examination)
     }
+}
+
+/// An error where a fatal fault is there.
+fn none_remains(examination: &Examination, hint: &str) -> Outcome {
+    let remaining = fatal(examination);
+    if remaining.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Degenerate {
+        problem: format!("fatal faults in the data: {}", remaining.join(", ")),
+        hint: hint.into(),
+    }
+    .into())
 }
 
 fn fatal(examination: &Examination) -> Vec<&'static str> {

@@ -56,6 +56,34 @@ fn a_fault_is_named_told_of_and_put_right() {
     assert_eq!(fixed, good);
 }
 
+/// A picture of another instant cannot be corrected: the file is written without it, and the exit status tells.
+#[test]
+fn a_picture_that_is_left_out_is_told_by_the_exit_status() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    swapped(at);
+    let text = std::fs::read_to_string(at.join("good.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let of = |view: &str| rows.iter().filter(|row| row[7] == view).collect::<Vec<_>>();
+    let mut other = of("100").into_iter();
+    let mut bad = String::new();
+    for row in &rows {
+        let mut row = row.clone();
+        if row[7] == "080" {
+            let other = other.next().expect("as many points as in the other view");
+            (row[2], row[3]) = (other[2], other[3]);
+        }
+        bad += &format!("{}\n", row.join(","));
+    }
+    std::fs::write(at.join("bad.csv"), bad).unwrap();
+    let fixed = wheatstone(at, &["check", "bad.csv", "--fix", "fixed.csv"]);
+    assert_eq!(fixed.status.code(), Some(1), "{}", said(&fixed));
+    let told = said(&fixed);
+    assert!(told.contains("left out: view `080` of camera 2"), "{told}");
+    let again = wheatstone(at, &["check", "fixed.csv"]);
+    assert!(again.status.success(), "{}", said(&again));
+}
+
 #[test]
 fn a_measured_baseline_is_compared() {
     let dir = tempfile::tempdir().unwrap();

@@ -20,8 +20,8 @@ impl Fault for BoardOrder {
                     found.extend(mixed(evidence, (view, camera), &board, how));
                 }
             }
-            found.extend(reversed(evidence, (view, camera)));
-            found.extend(axes_exchanged(evidence, (view, camera)));
+            let others = [reversed, axes_exchanged].map(|how| how(evidence, (view, camera)));
+            found.extend(others.into_iter().flatten().map(Mixed::of_labels));
         }
         together(evidence, found)
     }
@@ -59,6 +59,20 @@ fn boards(evidence: &Evidence, view: usize) -> Vec<Board> {
     all
 }
 
+/// Labels of a picture mixed up.
+#[derive(Clone)]
+struct Mixed {
+    proposal: Proposal,
+    /// Where all points of the view really are, if it is so in every camera; `None` where not all are told.
+    places: Option<Vec<Change>>,
+}
+
+impl Mixed {
+    fn of_labels(proposal: Proposal) -> Self {
+        Self { proposal, places: None }
+    }
+}
+
 /// What a mixing is called, and in words.
 pub(super) fn naming(how: Mixing) -> (&'static str, String) {
     match how {
@@ -85,12 +99,7 @@ pub(super) fn naming(how: Mixing) -> (&'static str, String) {
     }
 }
 
-fn mixed(
-    evidence: &Evidence,
-    cell: (usize, usize),
-    board: &Board,
-    how: Mixing,
-) -> Option<Proposal> {
+fn mixed(evidence: &Evidence, cell: (usize, usize), board: &Board, how: Mixing) -> Option<Mixed> {
     let left =
         evidence.explained(cell, |_, (world, pixel)| Some((board.mixed(world, how)?, pixel)));
     if !evidence.accepts(cell, left) {
@@ -98,7 +107,15 @@ fn mixed(
     }
     let places = |world: Point3| board.mixed(world, how);
     let (code, what) = naming(how);
-    Some(proposal(cell, left, code, (format!("{how:?}"), what), relabelled(evidence, cell, places)))
+    let changes = relabelled(evidence, cell, places);
+    let place = |row: &usize| {
+        let world = evidence.frame.scaled(evidence.data.correspondences[*row].world?);
+        Some(Change::World { row: *row, to: evidence.frame.world(places(world)?) })
+    };
+    Some(Mixed {
+        proposal: proposal(cell, left, code, (format!("{how:?}"), what), changes),
+        places: evidence.views[cell.0].rows.iter().map(place).collect(),
+    })
 }
 
 fn proposal(
@@ -209,31 +226,45 @@ fn axes_exchanged(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal>
     None
 }
 
-/// The same mixing in all cameras of a view is one fault: then it is the view's places that are wrong.
-fn together(evidence: &Evidence, found: Vec<Proposal>) -> Vec<Proposal> {
+/// The same mixing in all cameras of a view is one fault: then it is the view's places that are wrong, and they are
+/// changed where changed labels would lose points.
+fn together(evidence: &Evidence, found: Vec<Mixed>) -> Vec<Proposal> {
     let mut all: Vec<Proposal> = Vec::new();
     for view in 0..evidence.views.len() {
-        let here: Vec<&Proposal> = found.iter().filter(|p| p.cells[0].0 == view).collect();
+        let here: Vec<&Mixed> = found.iter().filter(|m| m.proposal.cells[0].0 == view).collect();
         let present = evidence.present(view);
-        for one in &here {
-            let mut same: Vec<&&Proposal> = Vec::new();
-            for other in here.iter().filter(|p| p.key == one.key && p.code == one.code) {
-                if same.iter().all(|p| p.cells != other.cells) {
+        for one in here.iter().map(|m| &m.proposal) {
+            let mut same: Vec<&Mixed> = Vec::new();
+            for other in &here {
+                let alike = other.proposal.key == one.key && other.proposal.code == one.code;
+                if alike && same.iter().all(|m| m.proposal.cells != other.proposal.cells) {
                     same.push(other);
                 }
             }
-            if same.len() == present.len() && present.len() > 1 {
-                if same[0].cells == one.cells {
-                    let mut joined = (*one).clone();
-                    joined.cells = same.iter().flat_map(|p| p.cells.clone()).collect();
-                    joined.changes = same.iter().flat_map(|p| p.changes.clone()).collect();
-                    joined.left = same.iter().map(|p| p.left).fold(0.0, f64::max);
-                    all.push(joined);
-                }
-            } else {
-                all.push((*one).clone());
+            if same.len() != present.len() || present.len() == 1 {
+                all.push(one.clone());
+            } else if same[0].proposal.cells == one.cells {
+                all.push(joined(evidence, &same));
             }
         }
     }
     all
+}
+
+/// One fault of a view from those of its cameras.
+fn joined(evidence: &Evidence, same: &[&Mixed]) -> Proposal {
+    let proposals = || same.iter().map(|m| &m.proposal);
+    let changes: Vec<Change> = proposals().flat_map(|p| p.changes.clone()).collect();
+    let is_kept = |change: &&Change| matches!(change, Change::Pixel { to: Some(_), .. });
+    let cells: Vec<(usize, usize)> = proposals().flat_map(|p| p.cells.clone()).collect();
+    let seen: usize =
+        cells.iter().map(|(view, camera)| evidence.cells[*view][*camera].rows.len()).sum();
+    let loses = changes.iter().filter(is_kept).count() < seen;
+    let places = same[0].places.clone().filter(|_| loses);
+    Proposal {
+        cells,
+        changes: places.unwrap_or(changes),
+        left: proposals().map(|p| p.left).fold(0.0, f64::max),
+        ..same[0].proposal.clone()
+    }
 }

@@ -7,9 +7,11 @@ use super::{
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
     pairs::Pair,
+    pixel_offset,
     robust_camera::RobustCamera,
     unsynchronised,
 };
+use nalgebra::Vector2;
 use wheatstone_numeric::statistics::mean;
 
 pub(super) struct CameraMoved;
@@ -34,7 +36,9 @@ impl Fault for CameraMoved {
                     if is_clear(evidence, camera, &splits)
                         && !is_of_views(evidence, camera, &views) =>
                 {
-                    found.push(proposal(evidence, camera, split));
+                    let counted = split.as_counted(evidence, camera);
+                    found
+                        .extend(counted.unwrap_or_else(|| vec![proposal(evidence, camera, split)]));
                 }
                 _ => found.extend(views),
             }
@@ -178,6 +182,23 @@ fn parting(views: usize, error: impl Fn(usize) -> f64) -> Option<usize> {
     if step == 1 { Some(coarse) } else { best(&mut { near }) }
 }
 
+/// The points of a camera by view.
+fn used(evidence: &Evidence, camera: usize, views: &[usize]) -> Vec<Vec<Pair>> {
+    let of_view = |view: &usize| {
+        let pairs = &evidence.cells[*view][camera].pairs;
+        pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
+    };
+    views.iter().map(of_view).collect()
+}
+
+/// One camera for all views, and the mean over them of its median error.
+fn of_all(start: &RobustCamera, pairs: &[Vec<Pair>]) -> (RobustCamera, f64) {
+    let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
+    let one = start.without_field().refined(&all, 8);
+    let error = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());
+    (one, error)
+}
+
 /// A camera's views parted in two where that explains most.
 struct Split {
     /// The views that it saw enough of.
@@ -198,16 +219,8 @@ impl Split {
         if views.len() < 4 {
             return None;
         }
-        let pairs: Vec<Vec<Pair>> = views
-            .iter()
-            .map(|view| {
-                let pairs = &evidence.cells[*view][camera].pairs;
-                pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
-            })
-            .collect();
-        let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
-        let one = seen.camera.without_field().refined(&all, 8);
-        let whole = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());
+        let pairs = used(evidence, camera, &views);
+        let (one, whole) = of_all(&seen.camera, &pairs);
         let error = |at: usize| {
             let both = [&seen.camera, &one].map(|start| halves(start, &pairs, at, false).error);
             both[0].min(both[1])
@@ -218,6 +231,29 @@ impl Split {
             .into_iter()
             .min_by(|a, b| a.error.total_cmp(&b.error))?;
         Some(Self { views, at, whole, found })
+    }
+
+    /// The same as pixels counted otherwise in the part with fewer views, where that explains as much: it has one number
+    /// where a move has six.
+    fn as_counted(&self, evidence: &Evidence, camera: usize) -> Option<Vec<Proposal>> {
+        /// What six numbers take up of lenses and noise.
+        const AS_WELL: f64 = 1.1;
+        let seen = evidence.seen[camera].as_ref()?;
+        let (first, second) = self.views.split_at(self.at);
+        let part = if first.len() < second.len() { first } else { second };
+        let error = |meant: f64| {
+            let mut pairs = used(evidence, camera, &self.views);
+            let counted = self.views.iter().zip(&mut pairs).filter(|(view, _)| part.contains(view));
+            for (_, pixel) in counted.flat_map(|(_, pairs)| pairs) {
+                *pixel -= Vector2::repeat(meant);
+            }
+            of_all(&seen.camera, &pairs).1
+        };
+        let tried = pixel_offset::KNOWN.map(|meant| (error(meant), meant));
+        let (left, meant) = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (left <= AS_WELL * self.found.error).then(|| {
+            pixel_offset::of_views(evidence, camera, part, (meant, Vector2::repeat(meant)))
+        })
     }
 
     /// Error of the camera where it does not move.

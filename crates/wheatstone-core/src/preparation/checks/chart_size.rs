@@ -285,7 +285,8 @@ fn simpler(
     (left, stretch): (f64, Stretch),
     left_by: &impl Fn(&Stretch) -> f64,
 ) -> (f64, Stretch) {
-    const AS_WELL: f64 = 1.02;
+    /// The numbers that are not adjusted would follow what other views say wrongly of this one.
+    const AS_WELL: f64 = 1.1;
     let [a, b] = stretch.scale;
     if !stretch.is_sized() || stretch.is_slip() || (a / b - 1.0).abs() >= 0.01 {
         return (left, stretch);

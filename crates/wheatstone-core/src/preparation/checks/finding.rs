@@ -1,10 +1,7 @@
 //! What the clinic says, and how it chooses among explanations.
 
 use super::evidence::Evidence;
-use crate::{
-    dataset::Dataset,
-    geometry::{Pixel, Point3},
-};
+use crate::geometry::{Pixel, Point3};
 use serde::Serialize;
 
 /// How bad a fault is.
@@ -82,46 +79,11 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Whether [`Finding::repair`] puts it right.
+    /// Whether [`repair_all`](super::repair_all) puts it right.
     #[must_use]
     pub fn is_fixable(&self) -> bool {
         !self.changes.is_empty()
     }
-
-    /// The data with this fault put right; unchanged where that is not certain.
-    #[must_use]
-    pub fn repair(&self, data: &Dataset) -> Dataset {
-        repair_all(data, std::slice::from_ref(self))
-    }
-}
-
-/// The data with all faults put right that can be, in the order of the findings.
-#[must_use]
-pub fn repair_all(data: &Dataset, findings: &[Finding]) -> Dataset {
-    let mut repaired = data.clone();
-    let mut dropped = vec![false; data.correspondences.len()];
-    for change in findings.iter().flat_map(|finding| &finding.changes) {
-        match change {
-            Change::Pixel { row, camera, to } => {
-                let pixels = repaired.correspondences.get_mut(*row).map(|c| &mut c.pixels);
-                if let Some(pixel) = pixels.and_then(|pixels| pixels.get_mut(*camera)) {
-                    *pixel = *to;
-                }
-            }
-            Change::World { row, to } => {
-                if let Some(c) = repaired.correspondences.get_mut(*row) {
-                    c.world = Some(*to);
-                }
-            }
-            Change::Drop { row } => {
-                if let Some(gone) = dropped.get_mut(*row) {
-                    *gone = true;
-                }
-            }
-        }
-    }
-    // A point that no camera is left with says nothing.
-    repaired.subset(|row, c| !dropped[row] && c.seen_by() > 0)
 }
 
 /// Something that cannot be seen in the data, and what would tell.

@@ -26,6 +26,7 @@ mod pairs;
 mod pixel_offset;
 mod pixel_units;
 mod points_permuted;
+mod repair;
 mod robust_camera;
 mod coverage;
 mod sums;
@@ -37,7 +38,8 @@ mod unsynchronised;
 mod views;
 mod whole_board;
 
-pub use finding::{Change, Examination, Finding, Layout, Severity, Statement, repair_all};
+pub use finding::{Change, Examination, Finding, Layout, Severity, Statement};
+pub use repair::{left_out, repair_all};
 pub use unseeable::compare_baseline;
 pub(super) use unseeable::{undecided_poses, undetermined_poses};
 

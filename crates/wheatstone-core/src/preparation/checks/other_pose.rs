@@ -58,7 +58,7 @@ impl GivenChart {
             (by - (rotation * arm - arm)).norm() < IN_PLACE
                 && tilts.iter().any(|tilt| (turn - tilt).norm() < NEAR * tilt.norm())
         };
-        let steps = || [0.0, -1.0, 1.0, -2.0, 2.0].into_iter();
+        let steps = || (-4..=4).map(|half| 0.5 * f64::from(half));
         let points = steps().flat_map(|a| steps().map(move |b| [a, b]));
         points.into_iter().any(|shares| {
             let side = |axis: usize| self.along[axis] * (shares[axis] * self.spread[axis]);

@@ -75,10 +75,20 @@ fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     let pairs = used(evidence, camera);
     let sums = Sums::of(&seen.camera, &pairs);
     let found = best(&sums, views.len()).filter(|off| is_clear(evidence, camera, &sums, off));
-    let Some(Off { set, meant, by }) = found.or_else(|| cell_by_cell(evidence, camera, &views))
-    else {
-        return Vec::new();
-    };
+    let found = found.or_else(|| cell_by_cell(evidence, camera, &views));
+    found.map_or_else(Vec::new, |Off { set, meant, by }| {
+        let set: Vec<usize> = set.iter().map(|index| views[*index]).collect();
+        of_views(evidence, camera, &set, (meant, by))
+    })
+}
+
+/// Views of a camera whose pixels are off by what is meant, and by as much after the data.
+pub(super) fn of_views(
+    evidence: &Evidence,
+    camera: usize,
+    set: &[usize],
+    (meant, by): (f64, Vector2<f64>),
+) -> Vec<Proposal> {
     let from = if meant.abs() == 1.0 {
         "counted from 1 instead of 0, or the other way round"
     } else {
@@ -87,16 +97,15 @@ fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     let what = format!("pixels are {meant} px off in x and y: {from}");
     let undo = Measure { scale: [1.0; 2], offset: [meant; 2], exchanged: false };
     let figures = vec![("offset of x, px".into(), by.x), ("offset of y, px".into(), by.y)];
-    set.iter()
-        .map(|index| {
-            let cell = (views[*index], camera);
-            proposal(evidence, cell, ("pixel-offset", what.clone()), (0.5, undo), figures.clone())
-        })
-        .collect()
+    let of_view = |view: &usize| {
+        let how = ("pixel-offset", what.clone());
+        proposal(evidence, (*view, camera), how, (0.5, undo), figures.clone())
+    };
+    set.iter().map(of_view).collect()
 }
 
 /// What people's ways of counting differ by, in x and y alike.
-const KNOWN: [f64; 4] = [0.5, -0.5, 1.0, -1.0];
+pub(super) const KNOWN: [f64; 4] = [0.5, -0.5, 1.0, -1.0];
 
 /// Nobody counts x one way and y the other: what such offsets gain is the lens's or the stage's doing,
 /// and tells how much of it to expect.

@@ -117,17 +117,27 @@ fn clean(scale: f64) -> f64 {
 /// more follow what other views say wrongly of this one.
 const AS_WELL: f64 = 1.5;
 
-/// The offset that goes with a scale: of points that were seen where others expect them, and where it is near to
-/// what programs make of a picture, that. Flips move by whole pixels; resizing keeps the middle or the corner of the
-/// first pixel.
-fn offset(points: &[(f64, f64)], scale: f64) -> f64 {
-    /// The other views say it to this, in pixels of the altered picture.
-    const NEAR: f64 = 0.7;
-    let rest: Vec<f64> = points.iter().map(|(x, y)| y - scale * x).collect();
-    let found = median(&rest);
-    let usual = if scale.abs() == 1.0 { [found.round(); 2] } else { [0.0, 0.5 * (scale - 1.0)] };
-    let nearest = usual.into_iter().min_by(|a, b| (a - found).abs().total_cmp(&(b - found).abs()));
-    nearest.filter(|usual| (usual - found).abs() <= NEAR).unwrap_or(found)
+/// The offsets that go with scales: of points that were seen where others expect them, and where those of both axes are
+/// near to what programs make of a picture, that. Flips move by whole pixels; resizing keeps the middle or the corner of
+/// the first pixel.
+fn offsets(points: &[Vec<(f64, f64)>; 2], scales: [f64; 2]) -> [f64; 2] {
+    /// The other views say it to this, in pixels of the larger picture; nobody cuts off less.
+    const NEAR: f64 = 2.0;
+    let found = [0, 1].map(|axis| {
+        let rest: Vec<f64> = points[axis].iter().map(|(x, y)| y - scales[axis] * x).collect();
+        median(&rest)
+    });
+    let gap = |usual: &[f64; 2]| {
+        let gaps = [0, 1].map(|axis| (usual[axis] - found[axis]).abs() / scales[axis].max(1.0));
+        gaps[0].max(gaps[1])
+    };
+    if scales.iter().all(|scale| scale.abs() == 1.0) {
+        return found.map(f64::round);
+    }
+    let (corner, middle) = ([0.0; 2], scales.map(|scale| 0.5 * (scale - 1.0)));
+    // The middle is what programs keep; the corner must fit clearly better.
+    let usual = if gap(&corner) < 0.5 * gap(&middle) { corner } else { middle };
+    if gap(&usual) <= NEAR { usual } else { found }
 }
 
 fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Option<Proposal> {
@@ -147,8 +157,7 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         return None;
     }
     let (code, what, scale) = naming(&fitted)?;
-    let offset = std::array::from_fn(|axis| offset(&seen[axis], scale[axis]));
-    let measure = Measure { scale, offset, exchanged };
+    let measure = Measure { scale, offset: offsets(&seen, scale), exchanged };
     let left_by = |undo: Measure| {
         evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))))
     };
