@@ -33,7 +33,7 @@ use wheatstone::{
     wheatstone check points.csv --fix repaired.csv\n  \
     wheatstone check capture/ --expect-baseline 200:1% --json\n  \
     wheatstone check --survey 500      how often faults are identified, on random captures\n\n\
-    The exit status is 1 if a fatal fault remains, or if `--fix` could only leave a picture out.")]
+    The exit status is 1 if a fatal fault remains, or if `--fix` could only leave\n    pictures out, or correct a size by an estimate.")]
 pub(crate) struct Check {
     /// A capture, or a points file with X, Y, Z
     #[arg(required_unless_present = "survey")]
@@ -109,21 +109,28 @@ impl Check {
         let after = self.examine(&repaired, &Bar::new())?;
         none_remains(&after, "record the remaining views again, or remove them by hand")?;
         let left_out = checks::left_out(data, &examination.findings);
-        if left_out.is_empty() {
-            return Ok(());
+        if !left_out.is_empty() {
+            return Err(Error::Degenerate {
+                problem: format!(
+                    "nothing corrects these pictures, and they were left out: {}",
+                    pictures(&left_out)
+                ),
+                hint: format!(
+                    "record these views again; {} has no fault, but a calibration with it is less certain, most of all where these views were",
+                    output.display()
+                )
+                .into(),
+            }
+            .into());
         }
-        Err(Error::Degenerate {
-            problem: format!(
-                "nothing corrects these pictures, and they were left out: {}",
-                pictures(&left_out)
-            ),
-            hint: format!(
-                "record these views again; {} has no fault, but a calibration with it is less certain, most of all where these views were",
-                output.display()
-            )
-            .into(),
+        match examination.findings.iter().find(|finding| finding.is_estimate) {
+            Some(Finding { explanation, .. }) => Err(Error::Degenerate {
+                problem: format!("corrected by an estimate from the pixels: {explanation}"),
+                hint: "measure it and give the true value: the calibration takes on the error of the estimate".into(),
+            }
+            .into()),
+            None => Ok(()),
         }
-        .into())
     }
 
     fn examine(&self, data: &Dataset, bar: &Bar) -> Outcome<Examination> {

@@ -110,6 +110,7 @@ fn repairs_are_exact_and_pictures_left_out_are_told() {
                 continue;
             }
             assert!(left_out.is_empty(), "{name}, seed {seed}: {left_out:?}");
+            assert!(!findings.iter().any(|finding| finding.is_estimate), "{name}, seed {seed}");
             let (sound, repaired) = (capture.dataset(), repair_all(&faulty.data, &findings));
             assert_eq!(sound.correspondences.len(), repaired.correspondences.len());
             for (was, is) in sound.correspondences.iter().zip(&repaired.correspondences) {

@@ -138,6 +138,7 @@ fn proposal(
             .into(),
         figures: Vec::new(),
         changes,
+        is_estimate: false,
     }
 }
 

@@ -338,6 +338,7 @@ fn proposal(evidence: &Evidence, camera: usize, split: &Split) -> Proposal {
         ),
         figures,
         changes: Vec::new(),
+        is_estimate: false,
     }
 }
 

@@ -62,5 +62,6 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
             .into(),
         figures: Vec::new(),
         changes,
+        is_estimate: false,
     })
 }

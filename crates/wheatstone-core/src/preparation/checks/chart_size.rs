@@ -371,6 +371,7 @@ fn named(
             (format!("displacement, {unit}"), distance),
             ("turn, degrees".into(), angle),
         ],
+        is_estimate: fixable && code == "wrong-pitch",
         changes,
     })
 }

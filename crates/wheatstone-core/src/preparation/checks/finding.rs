@@ -76,6 +76,9 @@ pub struct Finding {
     pub hint: String,
     /// What puts it right, where that is certain; nothing otherwise.
     pub changes: Vec<Change>,
+    /// Whether what the changes take away was measured in these pixels, with their errors, and is none of the few values
+    /// that people mix up.
+    pub is_estimate: bool,
 }
 
 impl Finding {
@@ -163,6 +166,7 @@ pub(super) struct Proposal {
     pub(super) hint: String,
     pub(super) figures: Vec<(String, f64)>,
     pub(super) changes: Vec<Change>,
+    pub(super) is_estimate: bool,
 }
 
 impl Proposal {
@@ -180,6 +184,7 @@ impl Proposal {
             hint: hint.into(),
             figures: Vec::new(),
             changes: Vec::new(),
+            is_estimate: false,
         }
     }
 }
@@ -250,6 +255,7 @@ fn as_finding(evidence: &Evidence, proposal: Proposal) -> Finding {
         figures,
         hint: proposal.hint,
         changes: proposal.changes,
+        is_estimate: proposal.is_estimate,
     }
 }
 

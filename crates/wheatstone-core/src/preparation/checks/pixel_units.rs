@@ -117,27 +117,27 @@ fn clean(scale: f64) -> f64 {
 /// more follow what other views say wrongly of this one.
 const AS_WELL: f64 = 1.5;
 
-/// The offsets that go with scales: of points that were seen where others expect them, and where those of both axes are
-/// near to what programs make of a picture, that. Flips move by whole pixels; resizing keeps the middle or the corner of
-/// the first pixel.
-fn offsets(points: &[Vec<(f64, f64)>; 2], scales: [f64; 2]) -> [f64; 2] {
+/// The offset that goes with a scale: of points that were seen where others expect them.
+fn offset_of(points: &[(f64, f64)], scale: f64) -> f64 {
+    median(&points.iter().map(|(x, y)| y - scale * x).collect::<Vec<f64>>())
+}
+
+/// The offsets that programs make of a picture, where those of both axes are near: flips move by whole pixels; resizing
+/// keeps the middle or the corner of the first pixel.
+fn usual_offset(found: [f64; 2], scales: [f64; 2]) -> Option<[f64; 2]> {
     /// The other views say it to this, in pixels of the larger picture; nobody cuts off less.
     const NEAR: f64 = 2.0;
-    let found = [0, 1].map(|axis| {
-        let rest: Vec<f64> = points[axis].iter().map(|(x, y)| y - scales[axis] * x).collect();
-        median(&rest)
-    });
+    if scales.iter().all(|scale| scale.abs() == 1.0) {
+        return Some(found.map(f64::round));
+    }
     let gap = |usual: &[f64; 2]| {
         let gaps = [0, 1].map(|axis| (usual[axis] - found[axis]).abs() / scales[axis].max(1.0));
         gaps[0].max(gaps[1])
     };
-    if scales.iter().all(|scale| scale.abs() == 1.0) {
-        return found.map(f64::round);
-    }
     let (corner, middle) = ([0.0; 2], scales.map(|scale| 0.5 * (scale - 1.0)));
     // The middle is what programs keep; the corner must fit clearly better.
     let usual = if gap(&corner) < 0.5 * gap(&middle) { corner } else { middle };
-    if gap(&usual) <= NEAR { usual } else { found }
+    (gap(&usual) <= NEAR).then_some(usual)
 }
 
 fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Option<Proposal> {
@@ -157,7 +157,9 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         return None;
     }
     let (code, what, scale) = naming(&fitted)?;
-    let measure = Measure { scale, offset: offsets(&seen, scale), exchanged };
+    let found = [0, 1].map(|axis| offset_of(&seen[axis], scale[axis]));
+    let offset = usual_offset(found, scale);
+    let measure = Measure { scale, offset: offset.unwrap_or(found), exchanged };
     let left_by = |undo: Measure| {
         evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))))
     };
@@ -178,6 +180,8 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         ("offset of y, px".into(), fitted.offset[1]),
     ];
     let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
+    let is_as_found = |axis: usize| undo.scale[axis] == fitted.scale[axis];
+    found.is_estimate = offset.is_none() || is_as_found(0) || is_as_found(1);
     // Where every camera observes it elsewhere or larger, it is: those explanations come first.
     let present = evidence.present(cell.0);
     if present.len() > 1 && evidence.suspects(cell.0).len() == present.len() {
@@ -212,5 +216,6 @@ pub(super) fn proposal(
         hint: "take all pictures of a camera in one size and with one pixel origin, or let these be corrected".into(),
         figures,
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
+        is_estimate: false,
     }
 }

@@ -38,21 +38,21 @@ fn permuted(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
         .collect();
     // A pixel is another point's where it is much nearer to it than neighbours are to each other.
     let near = (0.25 * median(&gaps)).min(4.0 * seen.good() + 0.5);
-    let mut own = vec![0_usize; points.pairs.len()];
+    let mut own: Vec<Option<usize>> = (0..points.pairs.len()).map(Some).collect();
     let (mut wrong, mut others) = (0_usize, 0_usize);
     let mut left = Vec::new();
     for (index, (_, pixel)) in points.pairs.iter().enumerate() {
-        own[index] = index;
         let Some(at) = expected[index] else { continue };
         if (pixel - at).norm() <= 0.5 * median(&gaps) {
             continue;
         }
         wrong += 1;
+        own[index] = None;
         let distance = |place: usize| expected[place].map_or(f64::INFINITY, |p| (p - pixel).norm());
         let nearest = (0..expected.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
         if distance(nearest) <= near {
             others += 1;
-            own[index] = nearest;
+            own[index] = Some(nearest);
             left.push(distance(nearest));
         }
     }
@@ -65,16 +65,19 @@ fn permuted(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
     Some(proposal(evidence, cell, &own, (wrong, median(&left) / seen.good())))
 }
 
+/// Pixels go to the points that they belong to; those that are no point's are left out.
 fn proposal(
     evidence: &Evidence,
     cell: (usize, usize),
-    own: &[usize],
+    own: &[Option<usize>],
     (wrong, left): (usize, f64),
 ) -> Proposal {
     let points = &evidence.cells[cell.0][cell.1];
     let mut pixels = vec![None; own.len()];
     for (from, to) in own.iter().enumerate() {
-        pixels[*to] = Some(points.pairs[from].1);
+        if let Some(to) = to {
+            pixels[*to] = Some(points.pairs[from].1);
+        }
     }
     let changes = points
         .rows
@@ -99,5 +102,6 @@ fn proposal(
                 .into(),
         figures: vec![("points with another point's pixel".into(), wrong as f64)],
         changes,
+        is_estimate: false,
     }
 }

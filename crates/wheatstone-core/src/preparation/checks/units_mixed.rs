@@ -29,13 +29,9 @@ impl Fault for UnitsMixed {
     }
 }
 
-/// The columns that may have a unit of their own, and their names.
-const COLUMNS: [([bool; 3], &str); 4] = [
-    ([true, false, false], "X"),
-    ([false, true, false], "Y"),
-    ([false, false, true], "Z"),
-    ([true, true, false], "X and Y"),
-];
+/// Columns that may have a unit of their own, and their names.
+const COLUMNS: [([bool; 3], &str); 3] =
+    [([true, false, false], "X"), ([false, true, false], "Y"), ([false, false, true], "Z")];
 
 /// Some of a place's coordinates divided by a ratio of units.
 fn in_unit(evidence: &Evidence, which: [bool; 3], ratio: f64, scaled: Point3) -> Point3 {
@@ -56,7 +52,8 @@ fn stretches() -> impl Iterator<Item = Stretch> {
         .flat_map(|ratio| COLUMNS.into_iter().map(move |(which, name)| (which, ratio, name)))
 }
 
-/// One or two columns in another unit in all views.
+/// A column in another unit in all views. Two columns differ from the third as the third does from them: the pixels do
+/// not tell which unit was meant, and two outvote one.
 pub(super) fn units_throughout(evidence: &Evidence) -> Option<Proposal> {
     by_lattice(evidence).or_else(|| by_pixels(evidence)).or_else(|| by_pixel_shape(evidence))
 }
@@ -222,19 +219,18 @@ fn proposal(
             "units-mixed",
             Severity::Fatal,
             format!(
-                "{name} of all points are {} times what the other axes ask for: another unit",
+                "the column {name} is {} times what the other two ask for: another unit",
                 tidy(ratio)
             ),
-            UNITS_HINT,
+            "give all world coordinates in one unit, or let this column be brought to the unit of the other two",
         )
     }
 }
 
-const UNITS_HINT: &str = "give all world coordinates in one unit, or let these be scaled";
-
 /// All coordinates of a view, or some, in another unit.
 fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
     let columns = [([true; 3], "X, Y and Z")].into_iter().chain(COLUMNS);
+    let columns = columns.chain([([true, true, false], "X and Y")]);
     for ratio in unit_ratios() {
         for (which, name) in columns.clone() {
             let map = |scaled: Point3| in_unit(evidence, which, ratio, scaled);
@@ -253,9 +249,10 @@ fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal
                 code: "units-mixed",
                 severity: Severity::Fatal,
                 what,
-                hint: UNITS_HINT.into(),
+                hint: "give all world coordinates in one unit, or let these be scaled".into(),
                 figures: vec![("scale".into(), ratio)],
                 changes: places(evidence, view, map),
+                is_estimate: false,
             });
         }
     }

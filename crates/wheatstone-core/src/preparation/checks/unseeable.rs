@@ -117,6 +117,7 @@ pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> O
         hint: "measure the chart's pitch and the stage's steps again, and give them in one unit"
             .into(),
         changes: Vec::new(),
+        is_estimate: false,
     })
 }
 
@@ -131,6 +132,7 @@ pub(crate) fn undetermined_poses(error: &Error) -> Finding {
         figures: Vec::new(),
         hint: error.hint().map_or_else(String::new, |hint| hint.to_string()),
         changes: Vec::new(),
+        is_estimate: false,
     }
 }
 
@@ -145,5 +147,6 @@ pub(crate) fn undecided_poses(views: &[String]) -> Option<Finding> {
         figures: Vec::new(),
         hint: "tilt the chart more, show it nearer, or to two cameras at once; or leave the view out".into(),
         changes: Vec::new(),
+        is_estimate: false,
     })
 }

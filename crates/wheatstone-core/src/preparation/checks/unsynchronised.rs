@@ -116,6 +116,7 @@ pub(super) fn proposal(
         hint: HINT.into(),
         figures: Vec::new(),
         changes: cells.iter().flat_map(nowhere).collect(),
+        is_estimate: false,
     }
 }
 
