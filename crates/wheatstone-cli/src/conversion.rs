@@ -22,7 +22,7 @@ use wheatstone::{
 };
 
 /// What files do not say of themselves.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub(crate) struct PictureSizes {
     /// Width and height of the pictures; separated by commas if the cameras differ
     #[arg(long, value_name = "WxH", value_delimiter = ',', value_parser = size)]

@@ -89,6 +89,7 @@ impl Preparing {
             keep_outliers: self.keep_outliers,
             stage: self.stage(&loaded.sigmas()),
             bundle_settings: self.bundle_settings(method)?,
+            lenses: method.map_or_else(Vec::new, AnyMethod::known_lenses),
         };
         let unit = loaded.data.unit.clone();
         let points = loaded.data.correspondences.len();

@@ -2,7 +2,7 @@
 
 use crate::verbosity::{remark, say};
 use crate::{
-    conversion::PictureSizes,
+    conversion::{Cameras, PictureSizes, read_cameras, source},
     failure::{Failure, Outcome},
     frame::{name_of, world_frame},
     input::{Reading, load},
@@ -11,12 +11,15 @@ use crate::{
     table::figure,
 };
 use clap::{Args, builder::PossibleValuesParser};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration,
     calibration::Source,
+    formats::Optics,
     method::{
-        AnyMethod,
+        AnyMethod, AnyReconstructor, KnownLens,
+        brown::Brown,
+        kannala_brandt::KannalaBrandt,
         network::{Network, Training},
     },
     preparation::Prepared,
@@ -37,7 +40,8 @@ const PAPER: &str = "paper";
     wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json\n  \
     wheatstone fit waved/ --expect-baseline 200:1% -o model.json   (a board in the hand)\n  \
     wheatstone fit waved/ --gauge first-camera -o model.json       (in the frame of camera 1)\n  \
-    wheatstone fit myptv/ -o model.json       (tables of MyPTV, proPTV, OpenPTV or NumPy)\n\n\
+    wheatstone fit myptv/ -o model.json       (tables of MyPTV, proPTV, OpenPTV or NumPy)\n  \
+    wheatstone fit moved/ --intrinsics model.json -o moved.json    (lenses kept, poses found)\n\n\
     A view need not have a picture of every camera. The world frame is named at the end, and by\n\
     `wheatstone info model.json`, which shows intrinsics, poses and what was fitted.")]
 pub(crate) struct Fit {
@@ -49,6 +53,11 @@ pub(crate) struct Fit {
     /// Ready-made settings of the method, such as `paper` for the network
     #[arg(long)]
     preset: Option<String>,
+    /// Keep the lenses of an earlier calibration and find only where the cameras stand, from one view or
+    /// more: a model file, or cameras of another program (`wheatstone list formats`); once for all cameras,
+    /// or repeated for each
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["method", "preset", "epochs"])]
+    intrinsics: Vec<PathBuf>,
     /// Epochs of training, for methods that train by epochs
     #[arg(long)]
     epochs: Option<u64>,
@@ -74,7 +83,11 @@ impl Fit {
         // A place that cannot be written to is better known before the work than after it.
         drop(Output::create(&self.output)?);
         let bar = Bar::new();
-        let mut method = AnyMethod::named(&self.method)?;
+        let mut method = if self.intrinsics.is_empty() {
+            AnyMethod::named(&self.method)?
+        } else {
+            with_known_lenses(&self.intrinsics)?
+        };
         if let Some(preset) = &self.preset {
             method = method.preset(preset)?;
         }
@@ -124,7 +137,7 @@ impl Fit {
         let unit = &training.unit;
         say!(
             "Fitted {} to {} points of {}; error on these points {} {unit} rms",
-            self.method,
+            model.method.name(),
             training.located,
             match prepared.data.cameras {
                 1 => "one camera".into(),
@@ -156,6 +169,55 @@ impl Fit {
         }
         say!("Wrote {}", self.output.display());
     }
+}
+
+/// The method that keeps the lenses of these files.
+fn with_known_lenses(paths: &[PathBuf]) -> Outcome<AnyMethod> {
+    let mut brown = Brown::default();
+    let mut fisheye = KannalaBrandt::default();
+    for path in paths {
+        let path = std::slice::from_ref(path);
+        let unknown = PictureSizes::default().given(None, None);
+        match read_cameras(source(None, path)?, path, &unknown)?.0 {
+            Cameras::Model(model) => match &model.reconstructor {
+                AnyReconstructor::Brown(fitted) => brown.lenses.extend(fitted.lenses()),
+                AnyReconstructor::KannalaBrandt(fitted) => fisheye.lenses.extend(fitted.lenses()),
+                _ => {
+                    return Err(no_lens(
+                        &path[0],
+                        &format!("a `{}` model", model.fitted()?.0.name()),
+                    ));
+                }
+            },
+            Cameras::Rig(rig) => {
+                for camera in rig.cameras {
+                    match camera.optics {
+                        Optics::Brown(fitted) => brown.lenses.push(KnownLens::exact(fitted.model)),
+                        Optics::KannalaBrandt(fitted) => {
+                            fisheye.lenses.push(KnownLens::exact(fitted.model));
+                        }
+                        _ => return Err(no_lens(&path[0], "a projection matrix")),
+                    }
+                }
+            }
+        }
+    }
+    match (brown.lenses.is_empty(), fisheye.lenses.is_empty()) {
+        (false, true) => Ok(brown.into()),
+        (true, false) => Ok(fisheye.into()),
+        _ => Err(Failure::usage(
+            "`--intrinsics` needs lenses of one kind for all cameras",
+            "give lenses of Brown's model (OpenCV's), or fisheyes of Kannala's and Brandt's",
+        )),
+    }
+}
+
+/// Cameras whose lens cannot be told from where they stand.
+fn no_lens(path: &Path, what: &str) -> Failure {
+    Failure::usage(
+        format!("{}: {what} has no lens apart from the cameras' poses", path.display()),
+        "fit with `--method brown` or `kannala-brandt`, or `wheatstone export --format opencv` and give that file",
+    )
 }
 
 /// Changes how long a method learns.

@@ -5,7 +5,8 @@
 //! terms as in the module on fitting cameras.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, Method, resection::NestedModels, resection_start::Lens, unknown,
+    AnyMethod, Fit, FittedCameras, KnownLens, Method, known_lens, resection::NestedModels,
+    resection_start::Lens, unknown,
 };
 use crate::{
     Error, Result,
@@ -37,6 +38,9 @@ pub struct Brown {
     /// Whether each camera may do with fewer of these terms, where more would not predict better;
     /// otherwise all are fitted.
     pub choose: bool,
+    /// Lenses that are known, one a camera: they are kept, and only poses are adjusted. None where they are to be found.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lenses: Vec<KnownLens<BrownConrady>>,
 }
 
 impl Default for Brown {
@@ -48,6 +52,7 @@ impl Default for Brown {
             prism: false,
             tilt: false,
             choose: true,
+            lenses: Vec::new(),
         }
     }
 }
@@ -103,6 +108,9 @@ impl Method for Brown {
                 value: self.radial.to_string(),
                 need: "0 to 3 terms".into(),
             });
+        }
+        if !self.lenses.is_empty() {
+            return known_lens::fit(&self.lenses, train, progress);
         }
         self.ladder().fit::<BrownConrady>(train, progress)
     }

@@ -1,6 +1,6 @@
 //! What a fit leaves open about a parametric camera, and what that means for its pixels.
 
-use super::{fitted_camera::FittedCamera, pixel_noise::PixelNoise};
+use super::{fitted_camera::FittedCamera, known_lens::KnownLens, pixel_noise::PixelNoise};
 use crate::{
     camera::{
         AdjustableCamera,
@@ -8,9 +8,12 @@ use crate::{
     },
     geometry::{Pixel, Point3, Vector3},
 };
-use nalgebra::{DMatrix, Matrix2, Matrix3};
+use nalgebra::{DMatrix, Matrix2, Matrix3, Matrix6};
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::covariance::{Covariance, LeastSquaresCovariance};
+use wheatstone_numeric::{
+    covariance::{Covariance, LeastSquaresCovariance},
+    matrix_product::{product, scaled},
+};
 
 /// How far pixels lie from where a camera expects them, and how sure its adjusted numbers are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,40 +61,120 @@ pub(super) fn weights(cameras: &[(f64, f64)]) -> Vec<f64> {
     variances.iter().map(|variance| if differ { 1.0 / variance } else { 1.0 }).collect()
 }
 
+/// The covariance of adjusted numbers, which are uncertain by noise, and known ones: the adjusted take up so much of the
+/// errors of the known. Both with their places among all numbers.
+pub(super) fn joined(
+    (adjusted, noise): (&[usize], &DMatrix<f64>),
+    (known, covariance): (&[usize], &DMatrix<f64>),
+    taken_up: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let count = adjusted.len() + known.len();
+    let mixed = product(taken_up, covariance);
+    let own = noise + product(&mixed, &taken_up.transpose());
+    let mut whole = DMatrix::zeros(count, count);
+    for (row, to_row) in adjusted.iter().enumerate() {
+        for (column, to_column) in adjusted.iter().enumerate() {
+            whole[(*to_row, *to_column)] = own[(row, column)];
+        }
+        for (column, to_column) in known.iter().enumerate() {
+            whole[(*to_row, *to_column)] = mixed[(row, column)];
+            whole[(*to_column, *to_row)] = mixed[(row, column)];
+        }
+    }
+    for (row, to_row) in known.iter().enumerate() {
+        for (column, to_column) in known.iter().enumerate() {
+            whole[(*to_row, *to_column)] = covariance[(row, column)];
+        }
+    }
+    whole
+}
+
+/// Of a symmetric matrix of numbers in many units. Rows that have nothing on the diagonal are conditions.
+pub(super) fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut scales = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
+    // Conditions get the size of the numbers that they hold.
+    let first = scaled(scales.as_slice(), matrix.clone());
+    for row in (0..matrix.nrows()).filter(|row| matrix[(*row, *row)] <= 0.0) {
+        scales[row] = 1.0 / first.row(row).norm();
+    }
+    let inverse = scaled(scales.as_slice(), matrix).try_inverse()?;
+    Some(scaled(scales.as_slice(), inverse))
+}
+
 impl CameraUncertainty {
-    /// Of a camera adjusted to `pairs`, the best fit for its `adjusted` numbers; `beside` them so many
-    /// others were fitted to its pixels.
+    /// Of a camera adjusted to `pairs`, the best fit for its `adjusted` numbers; `beside` them so many others were fitted
+    /// to its pixels. Those of a known `lens` were not adjusted.
     pub(super) fn new<L: AdjustableCamera>(
         camera: &FittedCamera<L>,
-        (adjusted, beside): (&[usize], f64),
+        (adjusted, lens, beside): (&[usize], Option<&KnownLens<L>>, f64),
         pairs: &[(Point3, Pixel)],
     ) -> Option<Self> {
         let middle = pairs.iter().map(|(world, _)| world.coords).sum::<Vector3>();
         let seen = pairs.iter().filter_map(|(world, pixel)| {
             Some((*pixel, (camera.project(*world)? - pixel).norm_squared()))
         });
+        let noise = PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64 + beside);
         let mut rising = adjusted.to_vec();
+        rising.extend(lens.iter().flat_map(|lens| &lens.numbers).map(|number| POSE + number));
         rising.sort_unstable();
         let mut found = Self {
-            noise: PixelNoise::fit(&seen.collect::<Vec<_>>(), adjusted.len() as f64 + beside),
+            noise,
             weight: 1.0,
             adjusted: rising,
             about: Point3::from(middle / pairs.len() as f64),
             covariance: Covariance::default(),
             shared: Vec::new(),
         };
-        let mut spread = LeastSquaresCovariance::new(adjusted.len());
+        found.covariance = match lens {
+            Some(lens) => found.with_lens(camera, lens, pairs)?,
+            None => found.of_adjusted(camera, pairs)?,
+        };
+        Some(found)
+    }
+
+    /// The covariance of numbers that were all adjusted.
+    fn of_adjusted<L: AdjustableCamera>(
+        &self,
+        camera: &FittedCamera<L>,
+        pairs: &[(Point3, Pixel)],
+    ) -> Option<Covariance> {
+        let count = self.numbers();
+        let mut spread = LeastSquaresCovariance::new(count);
         for (world, pixel) in pairs {
-            let slopes = found.slopes(camera, *world)?;
-            let variance = found.noise.variance(*pixel);
+            let slopes = self.slopes(camera, *world)?;
+            let variance = self.noise.variance(*pixel);
             for axis in 0..2 {
-                let row: Vec<f64> =
-                    slopes[..adjusted.len()].iter().map(|slope| slope[axis]).collect();
+                let row: Vec<f64> = slopes[..count].iter().map(|slope| slope[axis]).collect();
                 spread.add(&row, variance);
             }
         }
-        found.covariance = spread.covariance()?;
-        Some(found)
+        spread.covariance()
+    }
+
+    /// The covariance of an adjusted pose and a known lens.
+    fn with_lens<L: AdjustableCamera>(
+        &self,
+        camera: &FittedCamera<L>,
+        lens: &KnownLens<L>,
+        pairs: &[(Point3, Pixel)],
+    ) -> Option<Covariance> {
+        let count = self.numbers();
+        let (mut normal, mut errors) = (DMatrix::zeros(count, count), DMatrix::zeros(POSE, POSE));
+        for (world, pixel) in pairs {
+            let slopes = self.slopes(camera, *world)?;
+            let slopes = DMatrix::from_fn(count, 2, |number, axis| slopes[number][axis]);
+            let pose = slopes.rows(0, POSE).into_owned();
+            errors += product(&pose, &pose.transpose()) * self.noise.variance(*pixel);
+            normal += product(&slopes, &slopes.transpose());
+        }
+        let adjusted: Vec<usize> = (0..POSE).collect();
+        let inverse = inverse(normal.view((0, 0), (POSE, POSE)).into_owned())?;
+        let noise = product(&product(&inverse, &errors), &inverse);
+        let known: Vec<usize> = (POSE..count).collect();
+        let taken_up =
+            -product(&inverse, &normal.view((0, POSE), (POSE, count - POSE)).into_owned());
+        let whole = joined((&adjusted, &noise), (&known, &lens.matrix()), &taken_up);
+        Some(Covariance::of(&whole))
     }
 
     /// Of a camera whose numbers are taken for exact, with even noise of its pixels.
@@ -107,9 +190,24 @@ impl CameraUncertainty {
         }
     }
 
-    /// The middle of the points fitted.
-    pub(super) fn middle(&self) -> Point3 {
+    /// The middle of the points fitted, in the world.
+    #[must_use]
+    pub fn middle(&self) -> Point3 {
         self.about
+    }
+
+    /// Covariance of the pose: a turn (a rotation vector in radians, in the camera's frame) of the world about
+    /// [`Self::middle`], then a move in the camera's frame. `None` for a pose that was taken for exact.
+    #[must_use]
+    pub fn pose_covariance(&self) -> Option<Matrix6<f64>> {
+        let place = |number: usize| self.adjusted.iter().position(|own| *own == number);
+        let mut matrix = Matrix6::zeros();
+        for row in 0..POSE {
+            for column in 0..POSE {
+                matrix[(row, column)] = self.covariance.between(place(row)?, place(column)?)?;
+            }
+        }
+        Some(matrix)
     }
 
     /// Covariance of two of the model's own numbers; `None` where one was not adjusted.
@@ -118,7 +216,12 @@ impl CameraUncertainty {
         self.covariance.between(place(first)?, place(second)?)
     }
 
-    /// How many numbers were adjusted.
+    /// Which of its numbers belong to the pose, among those that are uncertain.
+    pub(super) fn is_of_pose(&self, place: usize) -> bool {
+        self.adjusted.get(place).is_some_and(|number| *number < POSE)
+    }
+
+    /// How many numbers are uncertain.
     pub(super) fn numbers(&self) -> usize {
         self.adjusted.len()
     }

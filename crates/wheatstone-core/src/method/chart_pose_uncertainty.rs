@@ -8,17 +8,17 @@
 //! constraints: Triggs et al., section 9.2). That says what is not known of shapes and distances, and no
 //! more.
 
-use super::{CameraUncertainty, FittedCamera};
+use super::{
+    CameraUncertainty, FittedCamera, KnownLens,
+    camera_uncertainty::{inverse, joined},
+};
 use crate::{
     camera::{AdjustableCamera, posed_lens::MOST_UNKNOWNS},
     dataset::{Correspondence, Dataset},
     geometry::{Point3, Vector3},
 };
 use nalgebra::{DMatrix, Matrix3, Matrix6, MatrixXx6, Vector2, Vector6};
-use wheatstone_numeric::{
-    levenberg_marquardt::NormalEquations,
-    matrix_product::{product, scaled},
-};
+use wheatstone_numeric::{levenberg_marquardt::NormalEquations, matrix_product::product};
 
 /// Unknowns of a chart: a turn about its middle, a move.
 const MOTION: usize = 6;
@@ -130,6 +130,7 @@ fn cells<L: AdjustableCamera>(
 pub(super) fn covariance<L: AdjustableCamera>(
     cameras: &[FittedCamera<L>],
     open: &[CameraUncertainty],
+    lenses: Option<&[KnownLens<L>]>,
     train: &Dataset,
 ) -> Option<DMatrix<f64>> {
     let charts = charts(train);
@@ -171,9 +172,48 @@ pub(super) fn covariance<L: AdjustableCamera>(
         normal.view_mut((count, 0), (held, count)).copy_from(&conditions);
         normal.view_mut((0, count), (count, held)).copy_from(&conditions.transpose());
     }
-    let inverse = inverse(normal)?.view((0, 0), (count, count)).into_owned();
-    let covariance = product(&product(&inverse, &errors), &inverse.transpose());
+    let covariance = match lenses {
+        None => {
+            let inverse = inverse(normal)?.view((0, 0), (count, count)).into_owned();
+            product(&product(&inverse, &errors), &inverse.transpose())
+        }
+        Some(lenses) => with_lenses((&normal, &errors), open, lenses)?,
+    };
     covariance.iter().all(|value| value.is_finite()).then_some(covariance)
+}
+
+/// The covariance of all cameras' numbers where only poses were adjusted, from the normal equations (with the frame's
+/// conditions behind the numbers) and the products of slopes and noise.
+fn with_lenses<L>(
+    (normal, errors): (&DMatrix<f64>, &DMatrix<f64>),
+    open: &[CameraUncertainty],
+    lenses: &[KnownLens<L>],
+) -> Option<DMatrix<f64>> {
+    let is_of_pose: Vec<bool> = open
+        .iter()
+        .flat_map(|open| (0..open.numbers()).map(|place| open.is_of_pose(place)))
+        .collect();
+    let places = |pose: bool| -> Vec<usize> {
+        (0..is_of_pose.len()).filter(|place| is_of_pose[*place] == pose).collect()
+    };
+    let (adjusted, known) = (places(true), places(false));
+    let conditions = is_of_pose.len()..normal.nrows();
+    let unknown: Vec<usize> = adjusted.iter().copied().chain(conditions).collect();
+    let of = |matrix: &DMatrix<f64>, rows: &[usize], columns: &[usize]| {
+        matrix.select_rows(rows).select_columns(columns)
+    };
+    let inverse = inverse(of(normal, &unknown, &unknown))?.rows(0, adjusted.len()).into_owned();
+    let taken_up = -product(&inverse, &of(normal, &unknown, &known));
+    let inverse = inverse.columns(0, adjusted.len()).into_owned();
+    let noise =
+        product(&product(&inverse, &of(errors, &adjusted, &adjusted)), &inverse.transpose());
+    let mut covariance = DMatrix::zeros(known.len(), known.len());
+    let mut first = 0;
+    for own in lenses.iter().map(KnownLens::matrix) {
+        covariance.view_mut((first, first), own.shape()).copy_from(&own);
+        first += own.nrows();
+    }
+    Some(joined((&adjusted, &noise), (&known, &covariance), &taken_up))
 }
 
 /// What of each chart's motion the cameras' numbers take up: mixed products times the inverse of the
@@ -248,16 +288,4 @@ fn frame<L: AdjustableCamera>(
         condition /= size;
     }
     Some(conditions)
-}
-
-/// Of a symmetric matrix of numbers in many units.
-fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let mut scales = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
-    // Conditions have nothing on the diagonal: they get the size of the numbers that they hold.
-    let first = scaled(scales.as_slice(), matrix.clone());
-    for row in (0..matrix.nrows()).filter(|row| matrix[(*row, *row)] <= 0.0) {
-        scales[row] = 1.0 / first.row(row).norm();
-    }
-    let inverse = scaled(scales.as_slice(), matrix).try_inverse()?;
-    Some(scaled(scales.as_slice(), inverse))
 }

@@ -6,7 +6,7 @@
 //! cameras.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, Method,
+    AnyMethod, Fit, FittedCameras, KnownLens, Method, known_lens,
     resection::NestedModels,
     resection_start::{Lens, starts},
     unknown,
@@ -28,11 +28,14 @@ pub struct KannalaBrandt {
     pub terms: usize,
     /// Whether each camera may do with fewer, where more would not predict better.
     pub choose: bool,
+    /// Lenses that are known, one a camera: they are kept, and only poses are adjusted. None where they are to be found.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lenses: Vec<KnownLens<Model>>,
 }
 
 impl Default for KannalaBrandt {
     fn default() -> Self {
-        Self { terms: 4, choose: true }
+        Self { terms: 4, choose: true, lenses: Vec::new() }
     }
 }
 
@@ -69,6 +72,9 @@ impl Method for KannalaBrandt {
                 value: self.terms.to_string(),
                 need: "0 to 4".into(),
             });
+        }
+        if !self.lenses.is_empty() {
+            return known_lens::fit(&self.lenses, train, progress);
         }
         self.ladder().fit::<Model>(train, progress)
     }

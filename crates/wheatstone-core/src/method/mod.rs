@@ -21,6 +21,7 @@ pub mod interpolation;
 mod intrinsics;
 mod lens_numbers;
 pub mod kannala_brandt;
+mod known_lens;
 mod locator;
 mod matrix_uncertainty;
 pub mod mismatch;
@@ -41,6 +42,7 @@ pub use choice::Choice;
 pub use fitted_camera::FittedCamera;
 pub use fitted_cameras::FittedCameras;
 pub use intrinsics::{IntrinsicParameter, Intrinsics};
+pub use known_lens::KnownLens;
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
 pub use pixel_noise::PixelNoise;
@@ -50,6 +52,7 @@ pub(crate) use resection_start::Lens;
 
 use crate::{
     Error, Result,
+    camera::AnyCamera,
     dataset::Dataset,
     error::{Hint, Remedy},
     geometry::{Pixel, Point3, Ray},
@@ -344,14 +347,29 @@ impl AnyMethod {
         })
     }
 
+    /// The lenses that it keeps, one a camera; none for a method that finds them.
+    #[must_use]
+    pub fn known_lenses(&self) -> Vec<AnyCamera> {
+        match self {
+            Self::Brown(brown) => brown.lenses.iter().map(|l| l.model.into()).collect(),
+            Self::KannalaBrandt(fisheye) => fisheye.lenses.iter().map(|l| l.model.into()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Checks what every method needs of its data; cameras whose lenses are known can do with one plane.
+    fn check(&self, train: &Dataset) -> Result<()> {
+        self.takes(train.cameras)?;
+        if self.known_lenses().is_empty() { depth_is_observable(train) } else { Ok(()) }
+    }
+
     /// Checks what every method needs of its data, then fits.
     ///
     /// # Errors
     ///
     /// Those of [`Method::fit`], and [`Error::Degenerate`] where no method could.
     pub fn fit_checked(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        depth_is_observable(train)?;
-        self.takes(train.cameras)?;
+        self.check(train)?;
         self.fit(train, seed, progress)
     }
 
@@ -367,8 +385,7 @@ impl AnyMethod {
         seed: u64,
         progress: &dyn Progress,
     ) -> Result<Fit> {
-        depth_is_observable(train)?;
-        self.takes(train.cameras)?;
+        self.check(train)?;
         self.fit_fold(train, whole, seed, progress)
     }
 }

@@ -6,7 +6,8 @@
 //! Tsai 1989 (doi:10.1093/biomet/76.2.297).
 
 use super::{
-    AnyReconstructor, CameraUncertainty, Fit, camera_uncertainty, chart_pose_uncertainty,
+    AnyReconstructor, CameraUncertainty, Fit, KnownLens, camera_uncertainty,
+    chart_pose_uncertainty,
     checks::{enough, linear_camera},
     fitted_camera::FittedCamera,
     fitted_cameras::FittedCameras,
@@ -252,7 +253,7 @@ impl NestedModels {
             .into_par_iter()
             .map(|camera| self.fit_camera::<L>(camera, train, progress))
             .collect();
-        assemble(found?, train)
+        assemble(found?, None, train)
     }
 }
 
@@ -318,8 +319,12 @@ pub(super) fn possible<T>(adjusted: Result<T>) -> Result<Option<T>> {
     }
 }
 
-/// The reconstructor of cameras adjusted to what each saw of `train`.
-pub(super) fn assemble<L>(found: Vec<Adjusted<L>>, train: &Dataset) -> Result<Fit>
+/// The reconstructor of cameras adjusted to what each saw of `train`, with lenses that are known if there are.
+pub(super) fn assemble<L>(
+    found: Vec<Adjusted<L>>,
+    lenses: Option<&[KnownLens<L>]>,
+    train: &Dataset,
+) -> Result<Fit>
 where
     L: AdjustableCamera,
     FittedCameras<L>: Into<AnyReconstructor>,
@@ -333,14 +338,15 @@ where
         let pairs = train.seen_by_camera(index);
         errors.push((squares, (2 * pairs.len()) as f64 - adjusted.len() as f64 - beside));
         let camera = FittedCamera::from(camera);
-        let open = CameraUncertainty::new(&camera, (&adjusted, beside), &pairs);
+        let lens = lenses.and_then(|lenses| lenses.get(index));
+        let open = CameraUncertainty::new(&camera, (&adjusted, lens, beside), &pairs);
         uncertainty.push(open.ok_or_else(|| Error::Degenerate {
             problem: format!("the points seen by camera {} do not determine it", index + 1),
             hint: "show it points at two or more distances, over the whole picture".into(),
         })?);
         cameras.push(camera);
     }
-    if let Some(all) = chart_pose_uncertainty::covariance(&cameras, &uncertainty, train) {
+    if let Some(all) = chart_pose_uncertainty::covariance(&cameras, &uncertainty, lenses, train) {
         let mut first = 0;
         for open in &mut uncertainty {
             open.take(&all, first);

@@ -99,7 +99,7 @@ impl Method for Tsai {
             .into_par_iter()
             .map(|camera| fit_camera(camera, train, progress))
             .collect();
-        assemble(found?, train)
+        assemble(found?, None, train)
     }
 
     fn summary(&self) -> &'static str {

@@ -9,6 +9,7 @@
 use super::EstimatedPoses;
 use crate::{
     Error, Result,
+    camera::AnyCamera,
     dataset::Dataset,
     fit::{
         bundle::{self, BundleSettings, Lenses, SolvedPoses},
@@ -22,15 +23,20 @@ use wheatstone_numeric::progress::Progress;
 /// radians: behind water or glass they are off by a three-hundredth.
 const FREEDOM: f64 = 0.01;
 
-/// The data with all charts placed, and where they stood.
+/// The data with all charts placed, and where they stood; `lenses` are those that are known, one a camera, or none.
 pub(super) fn place(
     data: &Dataset,
+    lenses: &[AnyCamera],
     bundle_settings: BundleSettings,
     progress: &dyn Progress,
 ) -> Result<(Dataset, EstimatedPoses)> {
-    let mut solved = bundle::solve(data, bundle_settings, progress)?;
+    let mut solved = if lenses.is_empty() {
+        bundle::solve(data, bundle_settings, progress)?
+    } else {
+        bundle::solve_known(data, lenses, bundle_settings, progress)?
+    };
     let mut freed = None;
-    if bundle_settings.lenses == Lenses::Either {
+    if lenses.is_empty() && bundle_settings.lenses == Lenses::Either {
         freed = model_free(&solved, bundle_settings.always_model_free, progress)?;
     }
     let is_free = freed.is_some();

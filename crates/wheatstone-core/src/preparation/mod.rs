@@ -7,6 +7,7 @@ pub mod outliers;
 
 use crate::{
     Error, Result,
+    camera::AnyCamera,
     dataset::Dataset,
     error::{Hint, Remedy},
     fit::{
@@ -72,6 +73,8 @@ pub struct Preparation {
     pub stage: Option<StagePrior>,
     /// How charts held by hand are placed.
     pub bundle_settings: BundleSettings,
+    /// The lenses that are known, one a camera; none where they are to be found.
+    pub lenses: Vec<AnyCamera>,
 }
 
 /// Data ready for a fit, and what was done to them.
@@ -177,13 +180,12 @@ impl Preparation {
         if self.repair {
             data = checks::repair_all(&data, &examination.findings);
         }
-        if !self.insist {
-            refuse_faults(&examination, self.repair)?;
-        }
+        self.refuse_faults(&examination)?;
         progress.check()?;
         let mut placed = None;
         if bundle::needed(&data) {
-            let (solved, estimated) = chart_poses::place(&data, self.bundle_settings, progress)?;
+            let (solved, estimated) =
+                chart_poses::place(&data, &self.lenses, self.bundle_settings, progress)?;
             add_findings(&mut examination, checks::examine(&solved));
             examination.findings.extend(checks::undecided_poses(&estimated.undecided));
             (data, placed) = (solved, Some(estimated));
@@ -192,9 +194,7 @@ impl Preparation {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
         }
-        if !self.insist {
-            refuse_faults(&examination, self.repair)?;
-        }
+        self.refuse_faults(&examination)?;
         let mut outliers = Vec::new();
         if !self.keep_outliers {
             let screening = outliers::screen(&data, seed, progress)?;
@@ -214,6 +214,31 @@ impl Preparation {
     }
 }
 
+impl Preparation {
+    /// Refuses data whose faults make a fit worthless, unless they were put right, or that is insisted on.
+    fn refuse_faults(&self, examination: &Examination) -> Result<()> {
+        // One plane tells where cameras stand whose lenses are known.
+        let is_harmless =
+            |finding: &Finding| !self.lenses.is_empty() && finding.code == "single-plane";
+        let is_left = |finding: &&Finding| {
+            finding.severity == Severity::Fatal
+                && !(self.repair && finding.is_fixable())
+                && !is_harmless(finding)
+        };
+        let mut left = examination.findings.iter().filter(is_left);
+        let Some(first) = left.next().filter(|_| !self.insist) else { return Ok(()) };
+        let others = left.count();
+        let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
+        let fixable = first.is_fixable() && !self.repair;
+        let way_out = if fixable { Remedy::RepairOrInsist } else { Remedy::Insist };
+        Err(Error::Faulty {
+            code: first.code.into(),
+            problem: format!("{}{more}", first.explanation),
+            hint: Hint::new(first.hint.clone(), way_out),
+        })
+    }
+}
+
 /// Looks for faults as [`checks::examine`] does; charts held by hand are placed for that, as before a fit, so that
 /// faults of their poses show too, and where the cameras stand.
 ///
@@ -227,7 +252,7 @@ pub fn examine(
 ) -> Result<Examination> {
     let mut examination = checks::examine(data);
     if bundle::needed(data) {
-        match chart_poses::place(data, bundle_settings, progress) {
+        match chart_poses::place(data, &[], bundle_settings, progress) {
             Ok((placed, estimated)) => {
                 add_findings(&mut examination, checks::examine(&placed));
                 examination.findings.extend(checks::undecided_poses(&estimated.undecided));
@@ -253,22 +278,4 @@ fn add_findings(examination: &mut Examination, mut after: Examination) {
     examination.findings.extend(after.findings);
     examination.layout = after.layout;
     examination.cannot_be_seen = after.cannot_be_seen;
-}
-
-/// Refuses data whose faults make a fit worthless, unless they were put right.
-fn refuse_faults(examination: &Examination, repaired: bool) -> Result<()> {
-    let mut left = examination
-        .findings
-        .iter()
-        .filter(|f| f.severity == Severity::Fatal && !(repaired && f.is_fixable()));
-    let Some(first) = left.next() else { return Ok(()) };
-    let others = left.count();
-    let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
-    let fixable = first.is_fixable() && !repaired;
-    let way_out = if fixable { Remedy::RepairOrInsist } else { Remedy::Insist };
-    Err(Error::Faulty {
-        code: first.code.into(),
-        problem: format!("{}{more}", first.explanation),
-        hint: Hint::new(first.hint.clone(), way_out),
-    })
 }

@@ -26,6 +26,8 @@ pub(super) struct Gathered {
     pub(super) fixed: Vec<bool>,
     /// World from the frame of a view's own plane, for views whose places are known.
     known: Vec<Option<Pose>>,
+    /// Whether lenses are known, and stay.
+    pub(super) lenses_are_known: bool,
 }
 
 /// Three views tell a camera's focal length and principal point.
@@ -33,6 +35,15 @@ const VIEWS_NEEDED: usize = 3;
 
 impl Gathered {
     pub(super) fn new(data: &Dataset, bundle_settings: BundleSettings) -> Result<Self> {
+        Self::of(data, bundle_settings, false)
+    }
+
+    /// For cameras whose lenses are known: one view tells where they stand.
+    pub(super) fn of(
+        data: &Dataset,
+        bundle_settings: BundleSettings,
+        lenses_are_known: bool,
+    ) -> Result<Self> {
         let count = data.views.len().max(1);
         let mut gathered = Self {
             bundle_settings,
@@ -43,6 +54,7 @@ impl Gathered {
             shots: vec![vec![Vec::new(); data.cameras]; count],
             fixed: vec![false; count],
             known: known_planes(data, count),
+            lenses_are_known,
         };
         for row in &data.correspondences {
             let place = match (row.world, row.board) {
@@ -59,11 +71,12 @@ impl Gathered {
         }
         let used = gathered.shots.iter().filter(|shot| shot.iter().any(|seen| !seen.is_empty()));
         let got = used.count();
-        if got < VIEWS_NEEDED {
+        let need = if lenses_are_known { 1 } else { VIEWS_NEEDED };
+        if got < need {
             return Err(Error::TooFew {
                 method: "a hand-held chart".into(),
                 what: "views, each tilted differently".into(),
-                need: VIEWS_NEEDED,
+                need,
                 got,
             });
         }

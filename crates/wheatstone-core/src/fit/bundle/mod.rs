@@ -28,7 +28,7 @@ pub use solved::{SolvedPoses, ViewPose};
 
 use crate::{
     Error, Result,
-    camera::{brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
+    camera::{AnyCamera, brown_conrady::BrownConrady, kannala_brandt::KannalaBrandt},
     dataset::Dataset,
     geometry::{Point3, Pose},
 };
@@ -92,18 +92,66 @@ pub fn solve_near(
     bundle_settings: BundleSettings,
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
-    if lenses.len() < data.cameras {
-        return Err(Error::TooFew {
-            method: "estimating chart poses with known lenses".into(),
-            what: "lenses, one per camera".into(),
-            need: data.cameras,
-            got: lenses.len(),
-        });
-    }
+    one_each(data, lenses.len())?;
     let gathered = Gathered::new(data, bundle_settings)?;
-    let near = rig::solve_near(&gathered, lenses, progress)?;
-    let brown = kept_to(&gathered, data, near, progress)?;
-    finish(&gathered, data, bundle_settings.gauge, (brown, "brown-conrady"), progress)
+    from_lenses(&gathered, data, (lenses, "brown-conrady"), progress)
+}
+
+/// As [`solve`], with lenses that are known, one a camera in the data's order, all Brown's or all Kannala's and Brandt's:
+/// they stay as they are, and only where cameras and charts stand is adjusted. One view is enough.
+///
+/// # Errors
+///
+/// As [`solve`]; [`Error::TooFew`] for fewer lenses than cameras.
+pub fn solve_known(
+    data: &Dataset,
+    lenses: &[AnyCamera],
+    bundle_settings: BundleSettings,
+    progress: &dyn Progress,
+) -> Result<SolvedPoses> {
+    one_each(data, lenses.len())?;
+    let gathered = Gathered::of(data, bundle_settings, true)?;
+    let brown = |lens: &AnyCamera| match lens {
+        AnyCamera::BrownConrady(lens) => Some(*lens),
+        _ => None,
+    };
+    let kannala = |lens: &AnyCamera| match lens {
+        AnyCamera::KannalaBrandt(lens) => Some(*lens),
+        _ => None,
+    };
+    if let Some(lenses) = lenses.iter().map(brown).collect::<Option<Vec<_>>>() {
+        return from_lenses(&gathered, data, (&lenses, "brown-conrady"), progress);
+    }
+    if let Some(lenses) = lenses.iter().map(kannala).collect::<Option<Vec<_>>>() {
+        return from_lenses(&gathered, data, (&lenses, "kannala-brandt"), progress);
+    }
+    Err(Error::Degenerate {
+        problem: "these lenses are not all of one kind".into(),
+        hint: "give lenses of Brown's model for all cameras, or of Kannala's and Brandt's".into(),
+    })
+}
+
+fn one_each(data: &Dataset, lenses: usize) -> Result<()> {
+    if lenses >= data.cameras {
+        return Ok(());
+    }
+    Err(Error::TooFew {
+        method: "estimating chart poses with known lenses".into(),
+        what: "lenses, one per camera".into(),
+        need: data.cameras,
+        got: lenses,
+    })
+}
+
+fn from_lenses<L: Terms>(
+    gathered: &Gathered,
+    data: &Dataset,
+    (lenses, name): (&[L], &'static str),
+    progress: &dyn Progress,
+) -> Result<SolvedPoses> {
+    let found = rig::solve_near(gathered, lenses, progress)?;
+    let found = kept_to(gathered, data, found, progress)?;
+    finish(gathered, data, gathered.bundle_settings.gauge, (found, name), progress)
 }
 
 fn place<L: Terms>(
@@ -135,7 +183,9 @@ fn finish<L: Terms>(
     (choice, lens): (Choice<L>, &'static str),
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
-    scale::check(gathered, (&choice, data.flatness()), progress)?;
+    if !gathered.lenses_are_known {
+        scale::check(gathered, (&choice, data.flatness()), progress)?;
+    }
     let known = gathered.has_known();
     let to_world = match gauge {
         _ if known => Pose::default(),

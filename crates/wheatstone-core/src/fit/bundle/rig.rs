@@ -54,6 +54,11 @@ impl Terms for KannalaBrandt {
         &[&[0, 1, 2, 3, 4], &[0, 1, 2, 3, 4, 5], &[0, 1, 2, 3, 4, 5, 6, 7]];
 }
 
+/// The numbers that may change: none of a lens that is known.
+fn rungs<L: Terms>(gathered: &Gathered) -> &'static [&'static [usize]] {
+    if gathered.lenses_are_known { &[&[]] } else { L::RUNGS }
+}
+
 /// Unknowns of a camera: its lens's terms, and its pose where that may change.
 pub(super) fn unknowns(terms: &[usize], posed: bool) -> Vec<usize> {
     let pose = if posed { 0..POSE } else { 0..0 };
@@ -237,7 +242,7 @@ pub(super) fn solve<L: Terms>(gathered: &Gathered, progress: &dyn Progress) -> R
     refine(gathered, state, progress)
 }
 
-/// The cameras and charts that explain the pixels best, from lenses that are known nearly.
+/// The cameras and charts that explain the pixels best, from lenses that are known, or nearly.
 pub(super) fn solve_near<L: Terms>(
     gathered: &Gathered,
     lenses: &[L],
@@ -278,12 +283,13 @@ pub(super) fn refine<L: Terms>(
             }
         })
         .collect();
-    let last = L::RUNGS[L::RUNGS.len() - 1];
+    let rungs = rungs::<L>(gathered);
+    let last = rungs[rungs.len() - 1];
     let mut state = state;
     // Few points bring cameras together as well as all do.
     let few = thinned(&usable, SCOUTED);
     let mut damping = first_damping();
-    for terms in [L::RUNGS[0], last] {
+    for terms in [rungs[0], last] {
         let loss = Loss::Cauchy(scale(&errors(&state, &few)));
         let free = free(gathered, terms);
         let bundle = Bundle { shots: &few, loose: &loose, free, loss, damping: first_damping() };
@@ -310,8 +316,9 @@ fn chosen<L: Terms>(
     (clean, loose): (Vec<Shot>, Vec<bool>),
     progress: &dyn Progress,
 ) -> Result<Choice<L>> {
-    let rungs =
-        if gathered.bundle_settings.all_terms { &L::RUNGS[L::RUNGS.len() - 1..] } else { L::RUNGS };
+    let rungs = rungs::<L>(gathered);
+    let last = rungs[rungs.len() - 1];
+    let rungs = if gathered.bundle_settings.all_terms { &rungs[rungs.len() - 1..] } else { rungs };
     let few = thinned(&clean, SCOUTED);
     let points: usize = clean.iter().flatten().map(Vec::len).sum();
     let of = |shots, terms, damping| Bundle {
@@ -330,7 +337,7 @@ fn chosen<L: Terms>(
     let patience = if rungs.len() > 1 { JUDGING } else { FINAL };
     for terms in rungs {
         // With all its terms the lens has been adjusted to few points already.
-        let (start, damping) = if *terms == L::RUNGS[L::RUNGS.len() - 1] {
+        let (start, damping) = if *terms == last {
             (state.clone(), damping)
         } else {
             let start = without_others(state, terms);

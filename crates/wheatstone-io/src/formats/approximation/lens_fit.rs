@@ -105,8 +105,8 @@ fn terms(count: usize) -> Brown {
         tangential: count >= 4,
         rational: count >= 8,
         prism: count >= 12,
-        tilt: false,
         choose: false,
+        ..Brown::default()
     }
 }
 
@@ -115,7 +115,9 @@ fn fit(pairs: &[Pairs], form: Form, progress: &dyn Progress) -> Result<Vec<Optic
     let data = dataset(pairs);
     let fitted = match form {
         Form::Brown(count) => terms(count).fit(&data, 0, progress),
-        Form::KannalaBrandt => KannalaBrandt { terms: 4, choose: false }.fit(&data, 0, progress),
+        Form::KannalaBrandt => {
+            KannalaBrandt { choose: false, ..KannalaBrandt::default() }.fit(&data, 0, progress)
+        }
         Form::Linear => Dlt::default().fit(&data, 0, progress),
     }?;
     let (optics, mirrored): (Vec<Optics>, bool) = match fitted.reconstructor {
