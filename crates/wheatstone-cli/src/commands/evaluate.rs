@@ -2,10 +2,10 @@
 
 use super::{compare::budget_as_text, locate::refuse_exchanged, print_json};
 use crate::{
-    failure::{Failure, Outcome},
+    failure::Outcome,
     input::{Reading, load},
     progress::Bar,
-    table::figure,
+    table::{figure, table},
     verbosity::{remark, say},
 };
 use clap::Args;
@@ -15,8 +15,8 @@ use wheatstone::{
     dataset::Dataset,
     error::{Hint, Remedy},
     evaluate::{
-        Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate, evaluate_one_camera,
-        mistaken_unit,
+        BoardEvaluation, BoardView, Budget, Coverage, Deviation, Ellipsoids, Evaluation, aligned,
+        coverage, evaluate, evaluate_boards, evaluate_one_camera, mistaken_unit,
     },
     fit::bundle,
 };
@@ -77,6 +77,23 @@ impl Evaluate {
         Ok(())
     }
 
+    /// By lengths and flatness: nobody knows where a board in the hand stood.
+    fn boards(&self, model: &Calibration, data: Dataset) -> Outcome {
+        let data = data.in_unit(&model.unit)?;
+        let found = evaluate_boards(&model.map(), &data)?;
+        let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
+        refuse_exchanged(model, &pixels, FALSE_ALARM)?;
+        if self.json {
+            return print_json(&found);
+        }
+        tell_boards(&found);
+        let fitted = model.data.share_of(&data);
+        if fitted > 0.5 {
+            tell_fitted(model, fitted);
+        }
+        Ok(())
+    }
+
     pub(crate) fn run(mut self) -> Outcome {
         let bar = Bar::new();
         let mut model = Calibration::load(&self.model)?;
@@ -92,10 +109,7 @@ impl Evaluate {
         }
         if data.known().next().is_none() && bundle::needed(&data) {
             drop(bar);
-            return Err(Failure::usage(
-                "this file has the board coordinates of a hand-held chart only, and no world coordinates",
-                "evaluate on points with X, Y, Z (with `--align` if their frame is another), or use the held-out error that `fit` and `compare` report",
-            ));
+            return self.boards(&model, data);
         }
         if self.align {
             data = aligned(&*model.reconstructor, &data).unwrap_or(data);
@@ -152,6 +166,50 @@ fn tell_fitted(model: &Calibration, share: f64) {
         "note",
         "the model was fitted to {percent:.0} % of these points, and errors on new points are larger; {held_out}"
     );
+}
+
+/// What boards in the hand say, in words.
+fn tell_boards(found: &BoardEvaluation) {
+    let unit = &found.unit;
+    say!(
+        "{} of {} points located, on boards whose poses are unknown, in {} views",
+        found.located,
+        found.n,
+        found.views.len()
+    );
+    let held = |error: &Deviation| {
+        format!(
+            "{} {unit} rms, expected {}; {:.1} % within their 95 % error bars",
+            figure(error.rms),
+            figure(error.expected),
+            100.0 * error.within95
+        )
+    };
+    for (name, lengths) in [("neighbours", &found.neighbours), ("the ends", &found.across)] {
+        say!(
+            "Distances between {name} ({} {unit} on average): mean error {} {unit} ({:+.3} %), {}",
+            figure(lengths.length),
+            figure(lengths.bias),
+            100.0 * lengths.bias / lengths.length,
+            held(&lengths.error)
+        );
+    }
+    say!("Flatness: {}", held(&found.flatness));
+    say!("Shape, each board moved to its points as a whole: {} {unit} rms", figure(found.shape));
+    let camera = |(index, error): (usize, &Option<f64>)| {
+        Some(format!("camera {} {} px", index + 1, figure((*error)?)))
+    };
+    let cameras: Vec<String> = found.cameras.iter().enumerate().filter_map(camera).collect();
+    if !cameras.is_empty() {
+        say!("Reprojection error of the boards placed so: {} rms", cameras.join(", "));
+    }
+    let row = |view: &BoardView| {
+        let figures = [view.bias, view.flatness, view.shape].map(figure);
+        [vec![view.view.clone(), view.located.to_string()], figures.to_vec()].concat()
+    };
+    let rows: Vec<Vec<String>> = found.views.iter().map(row).collect();
+    let heading = ["view", "points", "mean length error", "flatness", "shape"];
+    say!("{}", table(&heading, &rows).trim_end());
 }
 
 /// The figures in words.

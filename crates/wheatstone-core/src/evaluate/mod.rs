@@ -1,6 +1,7 @@
 //! How good a map is: errors in the user's unit on points that it has not seen, comparison of
 //! methods, the floor that pixel noise sets, and error ellipsoids that hold.
 
+mod boards;
 mod budget;
 mod compare;
 mod coverage;
@@ -8,6 +9,7 @@ mod cross_validation;
 mod floor;
 mod one_camera;
 
+pub use boards::{BoardEvaluation, BoardView, Deviation, Lengths, evaluate_boards};
 pub use budget::{Budget, HeldOut, Part, Reference};
 pub use compare::{Comparison, MethodScore, compare, divide};
 pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};

@@ -5,14 +5,14 @@
 //! is uncertain of a lens the pose takes up: both are in the camera's covariance.
 
 use super::{
-    AnyReconstructor, Fit, FittedCameras,
+    AnyMethod, AnyReconstructor, Fit, FittedCameras,
     resection::{Adjusted, FINAL, SCOUTING, assemble, pairs_of, possible, unexplained},
     resection_start::Lens,
 };
 use crate::{
     Error, Result,
     camera::{
-        AdjustableCamera,
+        AdjustableCamera, AnyCamera,
         posed_lens::{POSE, PosedLens},
     },
     dataset::Dataset,
@@ -65,6 +65,18 @@ impl<L: AdjustableCamera> FittedCameras<L> {
             KnownLens { model: camera.model.clone(), numbers, covariance }
         });
         known.collect()
+    }
+}
+
+impl AnyMethod {
+    /// The lenses that it keeps, one a camera; none for a method that finds them.
+    #[must_use]
+    pub fn known_lenses(&self) -> Vec<AnyCamera> {
+        match self {
+            Self::Brown(brown) => brown.lenses.iter().map(|l| l.model.into()).collect(),
+            Self::KannalaBrandt(fisheye) => fisheye.lenses.iter().map(|l| l.model.into()).collect(),
+            _ => Vec::new(),
+        }
     }
 }
 

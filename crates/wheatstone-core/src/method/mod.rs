@@ -52,7 +52,6 @@ pub(crate) use resection_start::Lens;
 
 use crate::{
     Error, Result,
-    camera::AnyCamera,
     dataset::Dataset,
     error::{Hint, Remedy},
     geometry::{Pixel, Point3, Ray},
@@ -345,16 +344,6 @@ impl AnyMethod {
                 Remedy::Method,
             ),
         })
-    }
-
-    /// The lenses that it keeps, one a camera; none for a method that finds them.
-    #[must_use]
-    pub fn known_lenses(&self) -> Vec<AnyCamera> {
-        match self {
-            Self::Brown(brown) => brown.lenses.iter().map(|l| l.model.into()).collect(),
-            Self::KannalaBrandt(fisheye) => fisheye.lenses.iter().map(|l| l.model.into()).collect(),
-            _ => Vec::new(),
-        }
     }
 
     /// Checks what every method needs of its data; cameras whose lenses are known can do with one plane.

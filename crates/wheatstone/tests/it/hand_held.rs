@@ -21,11 +21,11 @@ use wheatstone::{
 
 const NOISE: Noise = Noise::Normal(0.1);
 
-fn chart(rig: &Rig) -> AnyChart {
+pub(crate) fn chart(rig: &Rig) -> AnyChart {
     LineGrid { pitch: 0.75 * rig.chart_pitch(), columns: 11, rows: 9, ..LineGrid::default() }.into()
 }
 
-fn waved(rig: &Rig, views: usize, noise: Noise, seed: u64) -> (Dataset, Vec<Point3>) {
+pub(crate) fn waved(rig: &Rig, views: usize, noise: Noise, seed: u64) -> (Dataset, Vec<Point3>) {
     let chart = chart(rig);
     let placements = HandHeld { views, ..HandHeld::default() }.placements(&chart, seed).unwrap();
     hand_held_correspondences(rig, &chart, &placements, (noise, seed))
@@ -255,7 +255,7 @@ fn too_few_views_and_unlinked_cameras_are_named() {
 }
 
 /// A stored corner list, by its columns, as a hand-held points file.
-fn corners(name: &str, id: &[&str]) -> Option<Dataset> {
+pub(crate) fn corners(name: &str, id: &[&str]) -> Option<Dataset> {
     let text = std::fs::read_to_string(folder(name)?.join("corners.csv")).unwrap();
     let mut lines = text.lines();
     let heads: Vec<&str> = lines.next().unwrap().split(',').collect();

@@ -28,3 +28,4 @@ mod robot;
 mod stage;
 mod report_page;
 mod formats;
+mod waved_again;
