@@ -187,9 +187,10 @@ fn tell_boards(found: &BoardEvaluation) {
     };
     for (name, lengths) in [("neighbours", &found.neighbours), ("the ends", &found.across)] {
         say!(
-            "Distances between {name} ({} {unit} on average): mean error {} {unit} ({:+.3} %), {}",
+            "Distances between {name} ({} {unit} on average): mean error {} ± {} {unit} ({:+.3} %), {}",
             figure(lengths.length),
             figure(lengths.bias),
+            figure(lengths.bias_sigma),
             100.0 * lengths.bias / lengths.length,
             held(&lengths.error)
         );

@@ -45,8 +45,10 @@ pub struct Lengths {
     pub n: usize,
     /// Mean of the true distances.
     pub length: f64,
-    /// Mean error: what is left of it over the length is a scale error.
+    /// Mean error: over the length, the error of scale.
     pub bias: f64,
+    /// Standard deviation of the mean error, by its scatter from view to view; infinite for one view.
+    pub bias_sigma: f64,
     /// How the errors scatter about nothing.
     pub error: Deviation,
 }
@@ -100,6 +102,7 @@ pub fn evaluate_boards(map: &dyn Reconstructor, data: &Dataset) -> Result<BoardE
     let is_judged = |row: &&Correspondence| row.board.is_some() && row.seen_by() >= 2;
     let n = data.correspondences.iter().filter(is_judged).count();
     let (mut views, mut all) = (Vec::new(), Errors::default());
+    let (mut near, mut far) = (Vec::new(), Vec::new());
     for (view, name) in data.views.iter().enumerate() {
         let rows = data.correspondences.iter().filter(|row| row.view == view).filter(is_judged);
         let points: Vec<OnBoard> = rows.filter_map(|row| on_board(map, row)).collect();
@@ -107,10 +110,15 @@ pub fn evaluate_boards(map: &dyn Reconstructor, data: &Dataset) -> Result<BoardE
             continue;
         }
         let own = Errors::of(map, &points);
+        let bias = |judged: &[(f64, Judged)]| {
+            mean(&judged.iter().map(|(_, (error, _))| *error).collect::<Vec<_>>())
+        };
+        near.push(bias(&own.neighbours));
+        far.push(bias(&own.across));
         views.push(BoardView {
             view: name.clone(),
             located: points.len(),
-            bias: mean(&own.across.iter().map(|(_, (error, _))| *error).collect::<Vec<_>>()),
+            bias: bias(&own.across),
             flatness: rms(own.flatness.iter().map(|(off, _)| *off)),
             shape: rms(own.shape.iter().copied()),
         });
@@ -131,8 +139,8 @@ pub fn evaluate_boards(map: &dyn Reconstructor, data: &Dataset) -> Result<BoardE
         unit: data.unit.clone(),
         n,
         located: views.iter().map(|view| view.located).sum(),
-        neighbours: lengths(&all.neighbours),
-        across: lengths(&all.across),
+        neighbours: lengths(&all.neighbours, &near),
+        across: lengths(&all.across, &far),
         flatness: deviation(&all.flatness),
         shape: rms(all.shape.into_iter()),
         views,
@@ -258,12 +266,19 @@ fn flatness(points: &[OnBoard]) -> Vec<Judged> {
     points.iter().map(of).collect()
 }
 
-fn lengths(judged: &[(f64, Judged)]) -> Lengths {
+/// Of pairs of points, and the mean error of each view.
+fn lengths(judged: &[(f64, Judged)], views: &[f64]) -> Lengths {
+    let count = views.len() as f64;
+    let middle = mean(views);
+    let squares: f64 = views.iter().map(|bias| (bias - middle).powi(2)).sum();
+    let bias_sigma =
+        if views.len() > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::INFINITY };
     let errors: Vec<Judged> = judged.iter().map(|(_, error)| *error).collect();
     Lengths {
         n: judged.len(),
         length: mean(&judged.iter().map(|(length, _)| *length).collect::<Vec<_>>()),
         bias: mean(&errors.iter().map(|(error, _)| *error).collect::<Vec<_>>()),
+        bias_sigma,
         error: deviation(&errors),
     }
 }

@@ -35,6 +35,9 @@ fn error_bars_of_lengths_and_flatness_hold() {
             let ratio = held.rms / held.expected;
             assert!((0.85..1.15).contains(&ratio), "{name} {method}: {ratio} {found:#?}");
         }
+        for lengths in [found.neighbours, found.across] {
+            assert!(lengths.bias.abs() < 3.5 * lengths.bias_sigma, "{name} {method}: {found:#?}");
+        }
         let pixels: Vec<f64> = found.cameras.iter().map(|camera| camera.unwrap()).collect();
         // Of a board of 99 points, six numbers of which are its pose, found from places that weigh depth as much as
         // the rest.
@@ -78,7 +81,10 @@ fn real_photographs_are_judged_in_millimetres() {
     // Squares are believed to be 30 mm.
     assert!((found.across.bias / found.across.length).abs() < 0.005, "{found:#?}");
     assert!(found.neighbours.error.rms < 1.0 && found.flatness.rms < 1.5, "{found:#?}");
-    for held in [found.neighbours.error, found.across.error, found.flatness] {
-        assert!(held.within95 > 0.88, "{found:#?}");
+    for held in [found.neighbours.error, found.flatness] {
+        assert!(held.within95 > 0.93, "{found:#?}");
     }
+    // Seven views tell a real lens less well than its covariance has it; the scatter from view to view says so.
+    let across = found.across;
+    assert!(across.bias.abs() < 3.0 * across.bias_sigma && across.bias_sigma > 0.1, "{found:#?}");
 }

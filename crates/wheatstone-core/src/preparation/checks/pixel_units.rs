@@ -122,22 +122,25 @@ fn offset_of(points: &[(f64, f64)], scale: f64) -> f64 {
     median(&points.iter().map(|(x, y)| y - scale * x).collect::<Vec<f64>>())
 }
 
-/// The offsets that programs make of a picture, where those of both axes are near: flips move by whole pixels; resizing
-/// keeps the middle or the corner of the first pixel.
-fn usual_offset(found: [f64; 2], scales: [f64; 2]) -> Option<[f64; 2]> {
+/// The offsets that programs make of a picture, where those of both axes are near, and whether no other is as likely:
+/// flips move by whole pixels; resizing keeps the middle or the corner of the first pixel.
+fn usual_offset(found: [f64; 2], scales: [f64; 2]) -> Option<([f64; 2], bool)> {
     /// The other views say it to this, in pixels of the larger picture; nobody cuts off less.
     const NEAR: f64 = 2.0;
+    /// The middle is what programs keep: the corner must fit so many times better. With half of that it is clear.
+    const CLEARLY: f64 = 4.0;
     if scales.iter().all(|scale| scale.abs() == 1.0) {
-        return Some(found.map(f64::round));
+        return Some((found.map(f64::round), true));
     }
     let gap = |usual: &[f64; 2]| {
         let gaps = [0, 1].map(|axis| (usual[axis] - found[axis]).abs() / scales[axis].max(1.0));
         gaps[0].max(gaps[1])
     };
     let (corner, middle) = ([0.0; 2], scales.map(|scale| 0.5 * (scale - 1.0)));
-    // The middle is what programs keep; the corner must fit clearly better.
-    let usual = if gap(&corner) < 0.5 * gap(&middle) { corner } else { middle };
-    (gap(&usual) <= NEAR).then_some(usual)
+    let is_corner = CLEARLY * gap(&corner) < gap(&middle);
+    let (usual, other) = if is_corner { (corner, middle) } else { (middle, corner) };
+    let is_clear = 0.5 * CLEARLY * gap(&usual) < gap(&other);
+    (gap(&usual) <= NEAR).then_some((usual, is_clear))
 }
 
 fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Option<Proposal> {
@@ -159,7 +162,7 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
     let (code, what, scale) = naming(&fitted)?;
     let found = [0, 1].map(|axis| offset_of(&seen[axis], scale[axis]));
     let offset = usual_offset(found, scale);
-    let measure = Measure { scale, offset: offset.unwrap_or(found), exchanged };
+    let measure = Measure { scale, offset: offset.map_or(found, |(usual, _)| usual), exchanged };
     let left_by = |undo: Measure| {
         evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))))
     };
@@ -181,7 +184,8 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
     ];
     let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
     let is_as_found = |axis: usize| undo.scale[axis] == fitted.scale[axis];
-    found.is_estimate = offset.is_none() || is_as_found(0) || is_as_found(1);
+    let is_clear = offset.is_some_and(|(_, is_clear)| is_clear);
+    found.is_estimate = !is_clear || is_as_found(0) || is_as_found(1);
     // Where every camera observes it elsewhere or larger, it is: those explanations come first.
     let present = evidence.present(cell.0);
     if present.len() > 1 && evidence.suspects(cell.0).len() == present.len() {
