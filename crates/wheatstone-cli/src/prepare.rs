@@ -114,10 +114,11 @@ impl Preparing {
             tell_placed(placed, &unit);
         }
         tell_outliers(&prepared.outliers, points);
-        // Measured, or said to be unknown: no summary is silent about it.
-        if self.expect_baseline.is_none() && prepared.data.cameras > 1 {
-            let words: Vec<&str> =
-                prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
+        // Measured, or said to be unknown: no summary is silent about it. One plane does not tell before the fit.
+        let words: Vec<&str> =
+            prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
+        let is_told = !words.is_empty() || preparation.lenses.is_empty();
+        if self.expect_baseline.is_none() && prepared.data.cameras > 1 && is_told {
             remark!(
                 "note",
                 "{}; compare this with your rig: the data cannot reveal a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",

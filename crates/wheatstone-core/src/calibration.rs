@@ -129,7 +129,7 @@ impl Calibration {
     ) -> Result<Self> {
         let data = &prepared.data;
         let fit = method.fit_checked(data, seed, progress)?;
-        let viewpoint = evaluate::viewpoint(data);
+        let viewpoint = evaluate::viewpoint(data).or_else(|| fit.reconstructor.viewpoint());
         let (training, validation, held_out) = if data.cameras == 1 {
             let training = evaluate::on_its_own_points(&*fit.reconstructor, data)?;
             let judge = || evaluate::hold_out_one_camera(method, data, seed, progress);

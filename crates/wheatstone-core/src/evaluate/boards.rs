@@ -244,12 +244,17 @@ fn pairs<'a, 'b>(
     })
 }
 
+/// The true length of a pair, and the error of the located one. Noise across a distance lengthens it: by its variance over
+/// twice the distance, which is taken away.
 fn length([a, b]: [&OnBoard; 2], covariance: impl Fn(&OnBoard) -> Matrix3<f64>) -> (f64, Judged) {
     let truth = (a.board - b.board).norm();
     let apart = a.found - b.found;
     let along = apart.normalize();
-    let variance = along.dot(&((covariance(a) + covariance(b)) * along));
-    (truth, (apart.norm() - truth, variance.sqrt()))
+    let variance = |covariance: &Matrix3<f64>| along.dot(&(covariance * along));
+    let noise = a.noise + b.noise;
+    let lengthened = (noise.trace() - variance(&noise)) / (2.0 * apart.norm());
+    let sigma = variance(&(covariance(a) + covariance(b))).sqrt();
+    (truth, (apart.norm() - lengthened - truth, sigma))
 }
 
 /// Distances from the best plane, with their standard deviations.

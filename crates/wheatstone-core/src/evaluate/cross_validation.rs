@@ -110,7 +110,9 @@ pub(super) fn run_all(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<Outcome>>> {
-    let from = viewpoint(data);
+    let of_fits =
+        || methods.iter().find_map(|(_, whole)| whole.as_ref()?.reconstructor.viewpoint());
+    let from = viewpoint(data).or_else(of_fits);
     let total = (methods.len() * folds.len()) as u64;
     let done = AtomicU64::new(0);
     progress.report("validating", 0, total);

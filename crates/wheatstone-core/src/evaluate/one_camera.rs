@@ -8,8 +8,7 @@ use super::{CrossValidation, Evaluation, FoldScore, PointError, summarise};
 use crate::{
     Error, Result,
     dataset::{Correspondence, Dataset, split::folds},
-    fit::bundle::placed,
-    geometry::{Pixel, Point3, Pose, Vector3},
+    geometry::{Pixel, Point3, Pose, Vector3, planar_pose},
     method::{AnyMethod, Reconstructor},
 };
 use nalgebra::{Matrix3, Matrix6, Vector6};
@@ -195,5 +194,5 @@ fn first_place(camera: &dyn Reconstructor, seen: &[Observation]) -> Option<Pose>
     });
     let centre = rays.first()?.1.origin.coords;
     let frame_from_world = Pose { rotation, translation: -(rotation * centre) };
-    Some(frame_from_world.inverse().after(&placed(&flat.collect::<Vec<_>>())?))
+    Some(frame_from_world.inverse().after(&planar_pose(&flat.collect::<Vec<_>>())?))
 }

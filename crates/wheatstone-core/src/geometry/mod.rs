@@ -4,6 +4,7 @@
 mod homography;
 pub(crate) mod batch_triangulation;
 mod pixel_columns;
+mod planar_pose;
 mod pose;
 mod projection;
 mod principal_axes;
@@ -13,6 +14,7 @@ mod two_fold_pose;
 
 pub use homography::Homography;
 pub use pixel_columns::{PixelColumns, columns_of};
+pub(crate) use planar_pose::{LEAST_ON_PLANE, planar_pose};
 pub use pose::Pose;
 pub(crate) use principal_axes::principal_axes;
 pub use projection::ProjectionMatrix;

@@ -5,7 +5,7 @@
 //! terms as in the module on fitting cameras.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, KnownLens, Method, known_lens, resection::NestedModels,
+    AnyMethod, Fit, FittedCameras, KnownLens, Method, known_lens_fit, resection::NestedModels,
     resection_start::Lens, unknown,
 };
 use crate::{
@@ -110,7 +110,7 @@ impl Method for Brown {
             });
         }
         if !self.lenses.is_empty() {
-            return known_lens::fit(&self.lenses, train, progress);
+            return known_lens_fit::fit(&self.lenses, train, progress);
         }
         self.ladder().fit::<BrownConrady>(train, progress)
     }

@@ -1,7 +1,10 @@
 //! A camera's intrinsic parameters, with their standard deviations and correlations.
 
 use super::{AnyReconstructor, FittedCameras, lens_numbers::LensNumbers};
-use crate::{camera::CameraModel, geometry::Point3};
+use crate::{
+    camera::CameraModel,
+    geometry::{Point3, Vector3},
+};
 use serde::Serialize;
 
 /// One intrinsic parameter.
@@ -55,6 +58,14 @@ impl AnyReconstructor {
             Self::NeuralCamera(fitted) => Some(fitted.lenses().iter().map(of_numbers).collect()),
             _ => None,
         }
+    }
+
+    /// The middle of its cameras' centres; `None` for a map without cameras.
+    pub(crate) fn viewpoint(&self) -> Option<Point3> {
+        let centres: Vec<Vector3> =
+            self.intrinsics()?.into_iter().map(|camera| camera.centre.into()).collect();
+        let sum: Vector3 = centres.iter().sum();
+        (!centres.is_empty()).then(|| Point3::from(sum / centres.len() as f64))
     }
 }
 

@@ -6,7 +6,7 @@
 //! cameras.
 
 use super::{
-    AnyMethod, Fit, FittedCameras, KnownLens, Method, known_lens,
+    AnyMethod, Fit, FittedCameras, KnownLens, Method, known_lens_fit,
     resection::NestedModels,
     resection_start::{Lens, starts},
     unknown,
@@ -74,7 +74,7 @@ impl Method for KannalaBrandt {
             });
         }
         if !self.lenses.is_empty() {
-            return known_lens::fit(&self.lenses, train, progress);
+            return known_lens_fit::fit(&self.lenses, train, progress);
         }
         self.ladder().fit::<Model>(train, progress)
     }

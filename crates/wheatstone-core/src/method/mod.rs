@@ -22,6 +22,7 @@ mod intrinsics;
 mod lens_numbers;
 pub mod kannala_brandt;
 mod known_lens;
+mod known_lens_fit;
 mod locator;
 mod matrix_uncertainty;
 pub mod mismatch;

@@ -175,7 +175,7 @@ impl Preparation {
     /// [`Error::Faulty`] where a fit would be wrong, unless repaired or insisted on; those of
     /// [`stage::solve`]; [`Error::Cancelled`].
     pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
-        let mut examination = checks::examine(&data);
+        let mut examination = self.examine(&data);
         let mut data = data;
         if self.repair {
             data = checks::repair_all(&data, &examination.findings);
@@ -186,7 +186,7 @@ impl Preparation {
         if bundle::needed(&data) {
             let (solved, estimated) =
                 chart_poses::place(&data, &self.lenses, self.bundle_settings, progress)?;
-            add_findings(&mut examination, checks::examine(&solved));
+            add_findings(&mut examination, self.examine(&solved));
             examination.findings.extend(checks::undecided_poses(&estimated.undecided));
             (data, placed) = (solved, Some(estimated));
         }
@@ -215,15 +215,17 @@ impl Preparation {
 }
 
 impl Preparation {
+    /// Looks for faults. One plane tells where cameras stand whose lenses are known.
+    fn examine(&self, data: &Dataset) -> Examination {
+        let mut examination = checks::examine(data);
+        examination.findings.retain(|f| self.lenses.is_empty() || f.code != "single-plane");
+        examination
+    }
+
     /// Refuses data whose faults make a fit worthless, unless they were put right, or that is insisted on.
     fn refuse_faults(&self, examination: &Examination) -> Result<()> {
-        // One plane tells where cameras stand whose lenses are known.
-        let is_harmless =
-            |finding: &Finding| !self.lenses.is_empty() && finding.code == "single-plane";
         let is_left = |finding: &&Finding| {
-            finding.severity == Severity::Fatal
-                && !(self.repair && finding.is_fixable())
-                && !is_harmless(finding)
+            finding.severity == Severity::Fatal && !(self.repair && finding.is_fixable())
         };
         let mut left = examination.findings.iter().filter(is_left);
         let Some(first) = left.next().filter(|_| !self.insist) else { return Ok(()) };

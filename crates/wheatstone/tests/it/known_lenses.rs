@@ -83,37 +83,21 @@ const CHI_SQUARE: f64 = 12.592;
 #[test]
 fn one_view_tells_poses_and_their_error_bars() {
     let rig = Rig::named("paper", 2).unwrap();
-    let truth = |camera: &wheatstone::camera::PosedCamera| match &camera.model {
-        wheatstone::camera::AnyCamera::BrownConrady(l) => KnownLens::exact(*l),
-        o => panic!("{o:?}"),
-    };
-    for kind in 0..3 {
-        let mut all = Vec::new();
-        for seed in 0..100 {
-            let data = recorded(&rig, 8, true, 1000 + seed);
-            let lenses = match kind {
-                0 => calibrated(&data).lenses(),
-                1 => brown(
-                    AnyMethod::named("brown")
-                        .unwrap()
-                        .preset("fixed")
-                        .unwrap()
-                        .fit_checked(&data, 0, &Silent)
-                        .unwrap()
-                        .reconstructor,
-                )
-                .lenses(),
-                _ => rig.cameras.iter().map(truth).collect(),
-            };
-            let moved = knocked(&rig, seed);
-            let view = recorded(&moved, 1, true, seed);
-            let found = keeping(lenses).fit_checked(&view, 0, &Silent).unwrap();
-            all.extend(distances(&brown(found.reconstructor), &moved, &Pose::default()));
-        }
-        let inside = all.iter().filter(|distance| **distance < CHI_SQUARE).count();
-        let share = inside as f64 / all.len() as f64;
-        println!("given {kind}: {share}");
+    // All terms: which of them a lens has is a choice, of which its covariance knows nothing.
+    let all_terms = AnyMethod::named("brown").unwrap().preset("fixed").unwrap();
+    let mut all = Vec::new();
+    for seed in 0..100 {
+        let session = recorded(&rig, 8, true, 1000 + seed);
+        let lenses =
+            brown(all_terms.fit_checked(&session, 0, &Silent).unwrap().reconstructor).lenses();
+        let moved = knocked(&rig, seed);
+        let view = recorded(&moved, 1, true, seed);
+        let found = keeping(lenses).fit_checked(&view, 0, &Silent).unwrap();
+        all.extend(distances(&brown(found.reconstructor), &moved, &Pose::default()));
     }
+    let inside = all.iter().filter(|distance| **distance < CHI_SQUARE).count();
+    let share = inside as f64 / all.len() as f64;
+    assert!((0.93..=0.98).contains(&share), "{share}");
 }
 
 #[test]
@@ -139,7 +123,6 @@ fn one_view_of_a_board_in_the_hand_is_the_frame_of_the_world() {
         all.push((relative.translation - truth.translation).norm());
     }
     all.sort_by(f64::total_cmp);
-    println!("hand: median {} worst {}", all[25], all[49]);
     assert!(all[25] < 0.5 && all[49] < 3.0, "{all:?}");
 }
 
@@ -159,6 +142,5 @@ fn three_views_locate_as_well_as_a_full_calibration() {
     }
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let ratio = mean(&kept) / mean(&whole);
-    println!("three views: {ratio}");
     assert!(ratio < 1.1, "{ratio}");
 }

@@ -22,7 +22,6 @@ mod state;
 mod sums;
 mod two_fold;
 
-pub(crate) use planar::placed;
 pub use settings::{BundleSettings, Gauge, Lenses};
 pub use solved::{SolvedPoses, ViewPose};
 

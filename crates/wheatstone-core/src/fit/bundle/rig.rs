@@ -3,7 +3,7 @@
 use super::{
     adjustment::{Adjusted, Bundle, first_damping, lost},
     gather::Gathered,
-    planar::{self, LEAST, view_error},
+    planar::{self, view_error},
     state::{Choice, Shot, State, thinned},
     two_fold,
 };
@@ -15,7 +15,7 @@ use crate::{
         kannala_brandt::KannalaBrandt,
         posed_lens::{POSE, PosedLens},
     },
-    geometry::{Pixel, Point3, Pose},
+    geometry::{LEAST_ON_PLANE as LEAST, Pixel, Point3, Pose},
     method::{Lens, information},
 };
 use rayon::prelude::*;

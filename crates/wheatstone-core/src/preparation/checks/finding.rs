@@ -215,6 +215,7 @@ pub(super) fn resolve(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<
             Some(other) if !proposal.cells.is_empty() => {
                 other.cells.extend(proposal.cells);
                 other.changes.extend(proposal.changes);
+                other.is_estimate |= proposal.is_estimate;
             }
             _ => accepted.push(proposal),
         }
