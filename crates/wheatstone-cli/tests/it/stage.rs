@@ -22,7 +22,8 @@ fn error_bars_of_a_stage_are_with_its_frame_or_within_it() {
     let (whole, within) = (columns(&[]), columns(&["--relative"]));
     assert_eq!(whole.len(), 200);
     for (whole, within) in whole.iter().zip(&within) {
-        assert_eq!(whole[0], within[0]);
+        // Places are written to three digits beyond their standard deviation.
+        assert!((whole[0] - within[0]).abs() < 0.01 * within[1]);
         // The shift alone is known to 0.05 cm over the root of seven views.
         assert!(whole[1].powi(2) - within[1].powi(2) > 0.99 * 0.05_f64.powi(2) / 7.0);
     }
