@@ -109,7 +109,7 @@ pub fn evaluate_boards(map: &dyn Reconstructor, data: &Dataset) -> Result<BoardE
         if points.len() < LEAST {
             continue;
         }
-        let own = Errors::of(map, &points);
+        let Some(own) = Errors::of(map, &points) else { continue };
         let bias = |judged: &[(f64, Judged)]| {
             mean(&judged.iter().map(|(_, (error, _))| *error).collect::<Vec<_>>())
         };
@@ -192,18 +192,19 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(map: &dyn Reconstructor, points: &[OnBoard]) -> Self {
+    /// `None` for points on a line.
+    fn of(map: &dyn Reconstructor, points: &[OnBoard]) -> Option<Self> {
+        let both: Vec<(Point3, Point3)> = points.iter().map(|p| (p.board, p.found)).collect();
+        let pose = Pose::aligning(&both)?;
         // What is not known of the cameras moves neighbours alike.
         let near = |point: &OnBoard| point.noise;
         let far = |point: &OnBoard| point.covariance;
         let mut errors = Self {
-            neighbours: pairs(points, false).map(|two| length(two, near)).collect(),
-            across: pairs(points, true).map(|two| length(two, far)).collect(),
+            neighbours: pairs(points, false).map(|two| length(two, &pose, near)).collect(),
+            across: pairs(points, true).map(|two| length(two, &pose, far)).collect(),
             flatness: flatness(points),
             ..Self::default()
         };
-        let both: Vec<(Point3, Point3)> = points.iter().map(|p| (p.board, p.found)).collect();
-        let Some(pose) = Pose::aligning(&both) else { return errors };
         for point in points {
             let there = pose.transform(point.board);
             errors.shape.push((point.found - there).norm());
@@ -215,7 +216,7 @@ impl Errors {
                 errors.pixels.extend(seen.map(|off| (camera, off)));
             }
         }
-        errors
+        Some(errors)
     }
 
     fn extend(&mut self, other: Self) {
@@ -244,17 +245,18 @@ fn pairs<'a, 'b>(
     })
 }
 
-/// The true length of a pair, and the error of the located one. Noise across a distance lengthens it: by its variance over
-/// twice the distance, which is taken away.
-fn length([a, b]: [&OnBoard; 2], covariance: impl Fn(&OnBoard) -> Matrix3<f64>) -> (f64, Judged) {
-    let truth = (a.board - b.board).norm();
-    let apart = a.found - b.found;
-    let along = apart.normalize();
-    let variance = |covariance: &Matrix3<f64>| along.dot(&(covariance * along));
-    let noise = a.noise + b.noise;
-    let lengthened = (noise.trace() - variance(&noise)) / (2.0 * apart.norm());
-    let sigma = variance(&(covariance(a) + covariance(b))).sqrt();
-    (truth, (apart.norm() - lengthened - truth, sigma))
+/// The true length of a pair of points, and the error of the located one along the board as it stood: noise across a
+/// distance would lengthen it.
+fn length(
+    [a, b]: [&OnBoard; 2],
+    pose: &Pose,
+    covariance: impl Fn(&OnBoard) -> Matrix3<f64>,
+) -> (f64, Judged) {
+    let apart = a.board - b.board;
+    let along = pose.rotation * apart.normalize();
+    let error = along.dot(&(a.found - b.found)) - apart.norm();
+    let variance = along.dot(&((covariance(a) + covariance(b)) * along));
+    (apart.norm(), (error, variance.sqrt()))
 }
 
 /// Distances from the best plane, with their standard deviations.
