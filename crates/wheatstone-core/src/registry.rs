@@ -117,6 +117,13 @@ macro_rules! registry {
             /// The name of every implementation of this library, as configuration files spell it.
             pub const NAMES: &'static [&'static str] = &[$($name),+];
 
+            /// Its name in files and on the command line; of one from outside of this library, the name that
+            /// it was given.
+            #[must_use]
+            pub fn kind(&self) -> &str {
+                match self { $(Self::$variant(_) => $name,)+ Self::Custom(it) => it.name() }
+            }
+
             /// One from outside of this library, under a name of its own.
             pub fn custom<C>(name: impl Into<String>, it: C) -> Self
             where

@@ -197,17 +197,3 @@ registry! {
         "two-level" => TwoLevel(two_level::TwoLevel),
     }
 }
-
-impl AnyChart {
-    /// Its kind in files and on the command line; of [`AnyChart::custom`], the name that it was given.
-    #[must_use]
-    pub fn kind(&self) -> &str {
-        if let Self::Custom(custom) = self {
-            return custom.name();
-        }
-        let place = Self::all()
-            .iter()
-            .position(|other| std::mem::discriminant(other) == std::mem::discriminant(self));
-        place.map_or("", |place| Self::NAMES[place])
-    }
-}

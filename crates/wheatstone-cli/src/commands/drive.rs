@@ -44,7 +44,7 @@ pub(crate) struct Drive {
     /// Seed of the first world: of what stands in it, its light and the slip of the wheels
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Simple worlds, as before the 2001 paper's robot: a few square boxes, gaps of three robot widths
+    /// Simple worlds, like those of the 2001 paper's robot: a few square boxes, gaps of three robot widths
     #[arg(long)]
     simple: bool,
     /// The method; `wheatstone list methods` describes them

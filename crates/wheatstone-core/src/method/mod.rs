@@ -290,16 +290,10 @@ impl AnyMethod {
             .ok_or_else(|| unknown("method", name, Self::NAMES))
     }
 
-    /// Its name in files and on the command line; of [`AnyMethod::custom`], the name that it was given.
+    /// Its name: [`AnyMethod::kind`].
     #[must_use]
     pub fn name(&self) -> &str {
-        if let Self::Custom(custom) = self {
-            return custom.name();
-        }
-        let place = Self::all()
-            .iter()
-            .position(|other| std::mem::discriminant(other) == std::mem::discriminant(self));
-        place.map_or("", |place| Self::NAMES[place])
+        self.kind()
     }
 
     /// Itself with the settings called `name`: [`Method::preset`], where `default` are those that it

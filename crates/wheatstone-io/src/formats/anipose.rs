@@ -21,6 +21,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(12), Form::KannalaBrandt],
         unit: None,
+        loss: None,
     },
 };
 

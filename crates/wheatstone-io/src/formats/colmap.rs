@@ -22,6 +22,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(8), Form::KannalaBrandt],
         unit: None,
+        loss: None,
     },
 };
 

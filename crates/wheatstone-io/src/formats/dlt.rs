@@ -28,6 +28,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(|rig| write(rig, Count::FromZero)),
         forms: &[Form::Linear],
         unit: None,
+        loss: None,
     },
 };
 
@@ -41,6 +42,7 @@ pub(super) const DLTDV: Format = Format {
         write: Some(|rig| write(rig, Count::Upwards)),
         forms: &[Form::Linear],
         unit: None,
+        loss: None,
     },
 };
 
@@ -54,6 +56,7 @@ pub(super) const DLTDV8: Format = Format {
         write: Some(|rig| write(rig, Count::FromOne)),
         forms: &[Form::Linear],
         unit: None,
+        loss: None,
     },
 };
 

@@ -24,6 +24,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(4), Form::KannalaBrandt],
         unit: Some("m"),
+        loss: None,
     },
 };
 

@@ -21,6 +21,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(0)],
         unit: None,
+        loss: None,
     },
 };
 

@@ -75,6 +75,9 @@ pub type ReadRig = fn(&[InputFile], &Given) -> Result<Rig>;
 /// Files from cameras.
 pub type WriteRig = fn(&Rig) -> Result<Vec<OutputFile>>;
 
+/// What cameras lose in files; `None` for nothing.
+pub type LossOf = fn(&Rig) -> Option<Loss>;
+
 /// A table of points from files.
 pub type ReadPoints = fn(&[InputFile], &Given) -> Result<Dataset>;
 
@@ -97,6 +100,8 @@ pub enum Content {
         forms: &'static [Form],
         /// The unit of its lengths, where it knows only one.
         unit: Option<&'static str>,
+        /// What cameras in its forms lose in its files, where they may lose something.
+        loss: Option<LossOf>,
     },
     /// A rectified pair of cameras; not read.
     Pair {
@@ -350,7 +355,10 @@ impl Format {
     /// What cameras in one of the format's forms lose in its files; `None` where they lose nothing.
     #[must_use]
     pub fn loss(&self, rig: &Rig) -> Option<Loss> {
-        if self.name == openptv::FORMAT.name { openptv::loss(rig) } else { None }
+        match self.content {
+            Content::Calibration { loss: Some(loss), .. } => loss(rig),
+            _ => None,
+        }
     }
 
     /// Files from a rectified pair.

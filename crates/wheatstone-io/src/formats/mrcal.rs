@@ -22,6 +22,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(12)],
         unit: None,
+        loss: None,
     },
 };
 

@@ -28,6 +28,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(0), Form::Linear],
         unit: None,
+        loss: None,
     },
 };
 

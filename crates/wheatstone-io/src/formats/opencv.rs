@@ -26,6 +26,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(14)],
         unit: None,
+        loss: None,
     },
 };
 
@@ -39,6 +40,7 @@ pub(super) const FISHEYE: Format = Format {
         write: Some(write),
         forms: &[Form::KannalaBrandt],
         unit: None,
+        loss: None,
     },
 };
 

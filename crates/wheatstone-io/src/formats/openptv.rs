@@ -28,6 +28,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(5)],
         unit: Some("mm"),
+        loss: Some(loss),
     },
 };
 

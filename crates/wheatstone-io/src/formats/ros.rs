@@ -31,6 +31,7 @@ pub(super) const FORMAT: Format = Format {
         write: Some(write),
         forms: &[Form::Brown(8), Form::KannalaBrandt],
         unit: Some("m"),
+        loss: None,
     },
 };
 

@@ -102,6 +102,7 @@ fn proposal(
                 .into(),
         figures: vec![("points with another point's pixel".into(), wrong as f64)],
         changes,
-        is_estimate: false,
+        // Which point some pixels belong to was not to be told.
+        is_estimate: own.contains(&None),
     }
 }

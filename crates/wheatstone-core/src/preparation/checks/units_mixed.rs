@@ -133,7 +133,9 @@ fn by_pixel_shape(evidence: &Evidence) -> Option<Proposal> {
     };
     let (left, best) = stretches().filter_map(worst).min_by(|a, b| a.0.total_cmp(&b.0))?;
     let figures = vec![("deviation of pixels from squares then".into(), left)];
-    (left < SQUARE).then(|| proposal(evidence, best, figures))
+    // Where nothing tells how deep points lie, X in one unit looks like Y in the inverse.
+    let found = || Proposal { is_estimate: true, ..proposal(evidence, best, figures) };
+    (left < SQUARE).then(found)
 }
 
 /// How far the pixels of a distortion-free camera are from squares: skew, or the logarithm of the ratio of its focal

@@ -6,10 +6,13 @@
 //! pixel, in the corners to a tenth, as long as the principal point is near the middle.
 
 use crate::formats::Optics;
-use nalgebra::{DMatrix, DVector};
 use wheatstone_core::{
     camera::{CameraModel, brown_conrady::BrownConrady, pinhole::Pinhole},
     geometry::{Point3, Pose},
+};
+use wheatstone_numeric::{
+    levenberg_marquardt::{NormalEquations, Patience, minimise},
+    progress::Silent,
 };
 
 /// A place on the plane z = 1, and the pixel that shows it.
@@ -144,44 +147,38 @@ fn samples(
 /// The pixel at which a lens of so many numbers shows a place.
 type PixelOf<'a> = &'a dyn Fn(&[f64; 9], [f64; 2]) -> [f64; 2];
 
-/// The numbers with which `pixel` shows the places where they were seen, by Gauss and Newton, and how far
-/// its pixels are off.
-fn follow(mut numbers: [f64; 9], seen: &[Sample], pixel: PixelOf) -> Option<([f64; 9], Vec<f64>)> {
-    const STEPS: usize = 12;
-    let off = |numbers: &[f64; 9]| -> DVector<f64> {
-        let each = seen.iter().flat_map(|(place, truth)| {
-            let found = pixel(numbers, *place);
-            [found[0] - truth[0], found[1] - truth[1]]
-        });
-        DVector::from_iterator(2 * seen.len(), each)
-    };
+/// The numbers with which `pixel` shows the places nearest to where they were seen, and how far its pixels are off.
+fn follow(start: [f64; 9], seen: &[Sample], pixel: PixelOf) -> Option<([f64; 9], Vec<f64>)> {
+    const PATIENCE: Patience = Patience { steps: 50, least_gain: 1e-14 };
     if seen.len() < 20 {
         return None;
     }
-    for _ in 0..STEPS {
-        let now = off(&numbers);
-        let mut slopes = DMatrix::zeros(2 * seen.len(), 9);
-        for number in 0..9 {
-            let step = 1e-6 * numbers[number].abs().max(1e-2);
-            let mut moved = numbers;
-            moved[number] += step;
-            slopes.set_column(number, &((off(&moved) - &now) / step));
+    let evaluate = |numbers: &[f64], normal: &mut NormalEquations| {
+        let numbers: [f64; 9] = numbers.try_into().ok()?;
+        let mut cost = 0.0;
+        for (place, truth) in seen {
+            let [u, v] = pixel(&numbers, *place);
+            let mut slopes = [[0.0; 9]; 2];
+            for number in 0..9 {
+                let step = 1e-6 * numbers[number].abs().max(1e-2);
+                let mut moved = numbers;
+                moved[number] += step;
+                let ahead = pixel(&moved, *place);
+                slopes[0][number] = (ahead[0] - u) / step;
+                slopes[1][number] = (ahead[1] - v) / step;
+            }
+            let off = [u - truth[0], v - truth[1]];
+            normal.add_pixel([&slopes[0], &slopes[1]], off);
+            cost += 0.5 * (off[0] * off[0] + off[1] * off[1]);
         }
-        // Columns of one length: focal lengths are thousands, coefficients hundredths.
-        let lengths: Vec<f64> = slopes.column_iter().map(|c| c.norm().max(1e-300)).collect();
-        for (mut column, length) in slopes.column_iter_mut().zip(&lengths) {
-            column /= *length;
-        }
-        if slopes.iter().any(|value| !value.is_finite()) {
-            return None;
-        }
-        let change = slopes.svd(true, true).solve(&now, 1e-12).ok()?;
-        for ((number, change), length) in numbers.iter_mut().zip(&change).zip(&lengths) {
-            *number -= change / length;
-        }
-    }
-    let off = off(&numbers);
-    let distances: Vec<f64> =
-        off.as_slice().chunks_exact(2).map(|by| libm::hypot(by[0], by[1])).collect();
+        cost.is_finite().then_some(cost)
+    };
+    let found = minimise(&start, PATIENCE, &Silent, evaluate).ok()?;
+    let numbers: [f64; 9] = found.parameters.try_into().ok()?;
+    let distance = |(place, truth): &Sample| {
+        let at = pixel(&numbers, *place);
+        libm::hypot(at[0] - truth[0], at[1] - truth[1])
+    };
+    let distances: Vec<f64> = seen.iter().map(distance).collect();
     distances.iter().all(|distance| *distance < MOST).then_some((numbers, distances))
 }
