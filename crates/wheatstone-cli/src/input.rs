@@ -112,6 +112,15 @@ fn foreign_table(path: &Path) -> Option<&'static Format> {
 
 /// Reads correspondences, detecting the chart first where a capture is given.
 pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded> {
+    load_where(path, reading, true, bar)
+}
+
+/// The same, also of matched pixels of which nothing else is known.
+pub(crate) fn load_any(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded> {
+    load_where(path, reading, false, bar)
+}
+
+fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> Outcome<Loaded> {
     let truth = truth_beside(path)?;
     if is_capture(path) {
         let (capture, found) = open_and_detect(path, reading.whole_pixels, bar)?;
@@ -141,7 +150,9 @@ pub(crate) fn load(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loaded>
         ..TableOptions::default()
     };
     let reader = TableReader::open(path, &options)?;
-    reader.needs_points()?;
+    if needs_places {
+        reader.needs_points()?;
+    }
     let data = reader.gather(&options)?;
     // Charts held by hand get a frame of their own, in which the true cameras do not stand.
     let truth = truth.filter(|_| !bundle::needed(&data));

@@ -1,6 +1,7 @@
 //! The file that a fit leaves behind: the fitted map, the data that it was fitted to, how it was
 //! fitted, and how good it is. It carries its own evidence.
 
+mod camera_motion;
 mod origin;
 
 pub use origin::{Imported, Source};

@@ -64,6 +64,12 @@ impl Covariance {
         sum
     }
 
+    /// The whole matrix of so many numbers; zeros where it holds fewer.
+    #[must_use]
+    pub fn matrix(&self, numbers: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(numbers, numbers, |row, column| self.between(row, column).unwrap_or(0.0))
+    }
+
     /// Whether it is one of so many numbers, and finite.
     #[must_use]
     pub fn is_sound(&self, numbers: usize) -> bool {
@@ -87,6 +93,24 @@ fn product(one: &[f64], other: &[f64]) -> f64 {
     }
     let rest: f64 = one_rest.iter().zip(other_rest).map(|(one, other)| one * other).sum();
     rest + sums.iter().sum::<f64>()
+}
+
+/// A matrix that gives a covariance when multiplied by its transpose: row by number, column by independent error of
+/// standard deviation 1. The numbers may be in many units; of a matrix that rounding made indefinite, what is negative is
+/// left out.
+#[must_use]
+pub fn square_root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let sigmas = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
+    let over = sigmas.map(|sigma| if sigma > 0.0 { 1.0 / sigma } else { 0.0 });
+    let axes = scaled(over.as_slice(), covariance.clone()).symmetric_eigen();
+    let mut root = axes.eigenvectors;
+    for (mut column, value) in root.column_iter_mut().zip(axes.eigenvalues.iter()) {
+        column *= value.max(0.0).sqrt();
+    }
+    for (mut row, sigma) in root.row_iter_mut().zip(sigmas.iter()) {
+        row *= *sigma;
+    }
+    root
 }
 
 /// The sums from which follows the covariance of unknowns that least squares found, where each

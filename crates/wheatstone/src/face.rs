@@ -48,7 +48,8 @@ pub use wheatstone_core::{
 #[doc(inline)]
 pub use wheatstone_core::{
     evaluate::{
-        Comparison, CrossValidation, Evaluation, MethodScore, compare, cross_validate, evaluate,
+        CameraChange, CameraMotion, Comparison, CrossValidation, Evaluation, MethodScore, compare,
+        cross_validate, evaluate,
     },
     preparation::checks::{Examination, Finding, Severity, examine},
 };

@@ -1,6 +1,6 @@
 //! `wheatstone check`.
 
-use super::print_json;
+use super::{camera_motion, print_json};
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
@@ -32,12 +32,17 @@ use wheatstone::{
 #[command(after_help = "Examples:\n  wheatstone check points.csv\n  \
     wheatstone check points.csv --fix repaired.csv\n  \
     wheatstone check capture/ --expect-baseline 200:1% --json\n  \
+    wheatstone check today.csv --against model.json    have the cameras moved?\n  \
     wheatstone check --survey 500      how often faults are identified, on random captures\n\n\
-    The exit status is 1 if a fatal fault remains, or if `--fix` could only leave\n    pictures out, or correct a size by an estimate.")]
+    The exit status is 1 if a fatal fault remains, if a camera moved, or if `--fix` could only leave\n    pictures out, or correct a size by an estimate.")]
 pub(crate) struct Check {
-    /// A capture, or a points file with X, Y, Z
+    /// A capture, or a points file with X, Y, Z; with --against also matched pixels alone
     #[arg(required_unless_present = "survey")]
     input: Option<PathBuf>,
+    /// Check instead whether the cameras still stand as they did when this model was fitted: which camera moved, by how
+    /// much, and how sure that is
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["fix", "expect_baseline", "survey"])]
+    against: Option<PathBuf>,
     /// Write a points file in which the faults that can be corrected safely are corrected
     #[arg(long, value_name = "OUT")]
     fix: Option<PathBuf>,
@@ -74,6 +79,9 @@ impl Check {
         let Some(input) = &self.input else {
             return Err(Failure::usage("no data to check", "name a capture or a points file"));
         };
+        if let Some(model) = &self.against {
+            return camera_motion::check(input, model, &self.reading, self.json);
+        }
         let bar = Bar::new();
         let data = load(input, &self.reading, &bar)?.data;
         let examination = self.examine(&data, &bar)?;

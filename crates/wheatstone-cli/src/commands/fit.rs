@@ -179,16 +179,19 @@ fn with_known_lenses(paths: &[PathBuf]) -> Outcome<AnyMethod> {
         let path = std::slice::from_ref(path);
         let unknown = PictureSizes::default().given(None, None);
         match read_cameras(source(None, path)?, path, &unknown)?.0 {
-            Cameras::Model(model) => match &model.reconstructor {
-                AnyReconstructor::Brown(fitted) => brown.lenses.extend(fitted.lenses()),
-                AnyReconstructor::KannalaBrandt(fitted) => fisheye.lenses.extend(fitted.lenses()),
-                _ => {
-                    return Err(no_lens(
-                        &path[0],
-                        &format!("a `{}` model", model.fitted()?.0.name()),
-                    ));
+            Cameras::Model(model) => {
+                let (method, train) = (model.fitted()?.0, model.data.restored());
+                let numbers = method.lens_numbers();
+                match &model.reconstructor {
+                    AnyReconstructor::Brown(fitted) => {
+                        brown.lenses.extend(fitted.lenses_among(&numbers, &train));
+                    }
+                    AnyReconstructor::KannalaBrandt(fitted) => {
+                        fisheye.lenses.extend(fitted.lenses_among(&numbers, &train));
+                    }
+                    _ => return Err(no_lens(&path[0], &format!("a `{}` model", method.name()))),
                 }
-            },
+            }
             Cameras::Rig(rig) => {
                 for camera in rig.cameras {
                     match camera.optics {

@@ -1,6 +1,7 @@
 //! One file a verb, and its row below.
 
 pub(crate) mod chart;
+mod camera_motion;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;

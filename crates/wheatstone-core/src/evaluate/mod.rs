@@ -3,6 +3,7 @@
 
 mod boards;
 mod budget;
+pub mod camera_motion;
 mod compare;
 mod coverage;
 mod cross_validation;
@@ -11,6 +12,7 @@ mod one_camera;
 
 pub use boards::{BoardEvaluation, BoardView, Deviation, Lengths, evaluate_boards};
 pub use budget::{Budget, HeldOut, Part, Reference};
+pub use camera_motion::{CameraChange, CameraMotion, camera_motion};
 pub use compare::{Comparison, MethodScore, compare, divide};
 pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};
 pub(crate) use cross_validation::hold_out_of;

@@ -64,6 +64,11 @@ impl Brown {
     const PRESETS: &'static [&'static str] =
         &["default", "pinhole", "radial", "fixed", "rational", "prism", "full", "tilt"];
 
+    /// The numbers that a camera may have, those that it may do without included.
+    pub(super) fn numbers(&self) -> Vec<usize> {
+        self.ladder().rungs.pop().unwrap_or_default()
+    }
+
     /// The terms one by one, in the order in which a camera takes them on: those that real lenses have most
     /// of come first. p1 and p2 are one lens element off the axis, s1 to s4 one prism, both angles one sensor.
     fn ladder(&self) -> NestedModels {

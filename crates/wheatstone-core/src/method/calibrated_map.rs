@@ -1,7 +1,7 @@
 //! A map whose error bars hold what its own do not: noise that differs from point to point, and what is
 //! uncertain of the charts that it was fitted to.
 
-use super::{Located, PointNoise, Reconstructor};
+use super::{FitErrors, Located, PointNoise, Reconstructor};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, Ray, StageCovariance},
@@ -78,6 +78,10 @@ impl Reconstructor for CalibratedMap<'_> {
 
     fn unproject(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
         self.map.unproject(camera, pixel)
+    }
+
+    fn fit_errors(&self) -> Option<FitErrors<'_>> {
+        self.map.fit_errors()
     }
 
     fn effective_parameters(&self) -> Option<f64> {

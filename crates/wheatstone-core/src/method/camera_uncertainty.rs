@@ -151,6 +151,38 @@ impl CameraUncertainty {
         spread.covariance()
     }
 
+    /// What the lens's numbers are more uncertain by if those of `numbers` that were not adjusted are not taken for 0: all of
+    /// these numbers, and the covariance that is added to their own. `None` where there are none, or `pairs` do not tell.
+    pub(super) fn of_omitted<L: AdjustableCamera>(
+        &self,
+        camera: &FittedCamera<L>,
+        numbers: &[usize],
+        pairs: &[(Point3, Pixel)],
+    ) -> Option<(Vec<usize>, DMatrix<f64>)> {
+        let all = numbers.iter().map(|number| POSE + number);
+        let mut adjusted: Vec<usize> = self.adjusted.iter().copied().chain(all).collect();
+        adjusted.sort_unstable();
+        adjusted.dedup();
+        if adjusted.len() == self.adjusted.len() || pairs.is_empty() {
+            return None;
+        }
+        let wide = Self { adjusted, ..self.clone() };
+        let (wider, own) = (wide.of_adjusted(camera, pairs)?, self.of_adjusted(camera, pairs)?);
+        let place = |number: usize| self.adjusted.iter().position(|other| *other == number);
+        let lens: Vec<usize> = wide.adjusted.iter().copied().filter(|n| *n >= POSE).collect();
+        let added = |row: usize, column: usize| {
+            let [first, second] =
+                [row, column].map(|index| wide.adjusted.len() - lens.len() + index);
+            let narrow = place(lens[row]).zip(place(lens[column]));
+            let narrow = narrow.and_then(|(row, column)| own.between(row, column));
+            Some(wider.between(first, second)? - narrow.unwrap_or(0.0))
+        };
+        let covariance = DMatrix::from_fn(lens.len(), lens.len(), |row, column| {
+            added(row, column).unwrap_or(0.0)
+        });
+        Some((lens.iter().map(|number| number - POSE).collect(), covariance))
+    }
+
     /// The covariance of an adjusted pose and a known lens.
     fn with_lens<L: AdjustableCamera>(
         &self,
@@ -232,6 +264,18 @@ impl CameraUncertainty {
         self.covariance = Covariance::of(&all.view((first, first), (count, count)).into_owned());
         let row = |row: usize| (0..first).map(move |column| all[(row, column)]);
         self.shared = (first..first + count).flat_map(row).collect();
+    }
+
+    /// Writes its part of the covariance of all cameras' numbers, which begins at `first`.
+    pub(super) fn put(&self, all: &mut DMatrix<f64>, first: usize) {
+        let count = self.numbers();
+        all.view_mut((first, first), (count, count)).copy_from(&self.covariance.matrix(count));
+        for (row, shared) in self.shared.chunks_exact(first.max(1)).enumerate() {
+            for (column, value) in shared.iter().enumerate() {
+                all[(first + row, column)] = *value;
+                all[(column, first + row)] = *value;
+            }
+        }
     }
 
     /// What it has in common with cameras before it, for right sides of a point's equations: of each

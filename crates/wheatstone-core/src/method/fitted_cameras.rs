@@ -4,14 +4,16 @@
 //! doi:10.1006/cviu.1997.0547), from the point nearest to all rays.
 
 use super::{
-    CameraUncertainty, FittedCamera, Located, Plan, Reconstructor, point_covariance::Observation,
+    CameraUncertainty, FitErrors, FittedCamera, Located, Plan, Reconstructor,
+    fit_errors::Displacements, point_covariance::Observation,
 };
 use crate::{
     camera::AdjustableCamera,
     geometry::{Pixel, Point3, Pose, Ray, triangulation},
 };
-use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix2x3, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
+use wheatstone_numeric::covariance::square_root;
 
 /// Cameras fitted to the same points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,6 +111,32 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
 
     fn unproject(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
         self.cameras.get(camera)?.ray(pixel)
+    }
+
+    fn fit_errors(&self) -> Option<FitErrors<'_>> {
+        let firsts: Vec<usize> = self
+            .uncertainty
+            .iter()
+            .scan(0, |next, open| Some(std::mem::replace(next, *next + open.numbers())))
+            .collect();
+        let count = self.uncertainty.iter().map(CameraUncertainty::numbers).sum();
+        let mut covariance = DMatrix::zeros(count, count);
+        for (open, first) in self.uncertainty.iter().zip(&firsts) {
+            open.put(&mut covariance, *first);
+        }
+        let root = square_root(&covariance);
+        let displacements: Displacements = Box::new(move |index, world| {
+            let (camera, open) = (self.cameras.get(index)?, self.uncertainty.get(index)?);
+            let slopes = open.slopes(camera, world)?;
+            let own = root.rows(*firsts.get(index)?, open.numbers());
+            let by = |error: usize| {
+                let numbers = own.column(error).into_owned();
+                let each = slopes.iter().zip(numbers.iter());
+                each.map(|(slope, value)| Vector2::from(*slope) * *value).sum()
+            };
+            Some((0..count).map(by).collect())
+        });
+        Some(FitErrors { count, displacements })
     }
 
     fn plan(&self) -> Plan<'_> {

@@ -45,6 +45,11 @@ pub type KannalaBrandtReconstructor = FittedCameras<Model>;
 impl KannalaBrandt {
     const PRESETS: &'static [&'static str] = &["default", "fixed"];
 
+    /// The numbers that a camera may have, those that it may do without included.
+    pub(super) fn numbers(&self) -> Vec<usize> {
+        self.ladder().rungs.pop().unwrap_or_default()
+    }
+
     fn ladder(&self) -> NestedModels {
         let least = if self.choose { 0 } else { self.terms };
         let rungs: Vec<Vec<usize>> =

@@ -39,9 +39,33 @@ impl<L: AdjustableCamera> FittedCameras<L> {
         });
         known.collect()
     }
+
+    /// [`FittedCameras::lenses`] of cameras that could have had more `numbers` (the lens's, as it lists them) when they were
+    /// fitted to `train`, but did without those that predicted no better: what is uncertain of these is kept too. They are
+    /// not known to be 0.
+    #[must_use]
+    pub fn lenses_among(&self, numbers: &[usize], train: &Dataset) -> Vec<KnownLens<L>> {
+        let each = self.lenses().into_iter().zip(&self.cameras).zip(&self.uncertainty).enumerate();
+        let known = each.map(|(index, ((lens, camera), open))| {
+            let pairs = train.seen_by_camera(index);
+            let omitted = open.of_omitted(camera, numbers, &pairs);
+            omitted.map_or(lens.clone(), |omitted| lens.with_omitted(omitted))
+        });
+        known.collect()
+    }
 }
 
 impl AnyMethod {
+    /// The numbers that its lenses may have, as they list them; none for a method without lenses apart from poses.
+    #[must_use]
+    pub fn lens_numbers(&self) -> Vec<usize> {
+        match self {
+            Self::Brown(brown) => brown.numbers(),
+            Self::KannalaBrandt(fisheye) => fisheye.numbers(),
+            _ => Vec::new(),
+        }
+    }
+
     /// The lenses that it keeps, one a camera; none for a method that finds them.
     #[must_use]
     pub fn known_lenses(&self) -> Vec<AnyCamera> {

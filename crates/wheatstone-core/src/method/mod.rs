@@ -19,10 +19,12 @@ mod fitted_cameras;
 mod chart_pose_uncertainty;
 pub mod interpolation;
 mod intrinsics;
+mod fit_errors;
 mod lens_numbers;
 pub mod kannala_brandt;
 mod known_lens;
 mod known_lens_fit;
+mod located;
 mod locator;
 mod matrix_uncertainty;
 pub mod mismatch;
@@ -40,10 +42,12 @@ pub use calibrated_map::CalibratedMap;
 pub use camera_uncertainty::CameraUncertainty;
 pub use checks::depth_is_observable;
 pub use choice::Choice;
+pub use fit_errors::FitErrors;
 pub use fitted_camera::FittedCamera;
 pub use fitted_cameras::FittedCameras;
 pub use intrinsics::{IntrinsicParameter, Intrinsics};
 pub use known_lens::KnownLens;
+pub use located::{Located, Residual};
 use locator::Formulas;
 pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
 pub use pixel_noise::PixelNoise;
@@ -58,7 +62,7 @@ use crate::{
     geometry::{Pixel, Point3, Ray},
     registry,
 };
-use nalgebra::{Matrix2x3, Matrix3};
+use nalgebra::Matrix2x3;
 use rayon::prelude::*;
 use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
 
@@ -132,52 +136,6 @@ impl Fit {
     }
 }
 
-/// A point found from its pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Located {
-    /// Where it is, in world coordinates.
-    pub point: Point3,
-    /// Its covariance, in squared world units.
-    pub covariance: Matrix3<f64>,
-    /// Its reprojection error; `None` for methods that have no rays.
-    pub residual: Option<Residual>,
-}
-
-/// The reprojection error of a located point, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Residual {
-    /// Root mean square over the coordinates of all pixels.
-    pub rms: f64,
-    /// What noise and uncertainty of the fit let expect of it, as the standard deviation of one
-    /// coordinate.
-    pub sigma: f64,
-}
-
-impl Residual {
-    /// [`Located::misfit`].
-    fn misfit(self, cameras: usize) -> Option<(f64, usize)> {
-        let coordinates = 2 * cameras;
-        let chi_square = coordinates as f64 * (self.rms / self.sigma).powi(2);
-        (chi_square.is_finite() && coordinates > 3).then(|| (chi_square, coordinates - 3))
-    }
-}
-
-impl Located {
-    /// Of a method that has no rays, and so no residual.
-    #[must_use]
-    pub fn without_rays(point: Point3, covariance: Matrix3<f64>) -> Self {
-        Self { point, covariance, residual: None }
-    }
-
-    /// The residual as a chi-square, with its degrees of freedom: two coordinates for each of the
-    /// cameras that saw the point, less three. Larger than chance allows for pixels that do not
-    /// belong together. `None` where there are no rays, or no error is expected.
-    #[must_use]
-    pub fn misfit(&self, cameras: usize) -> Option<(f64, usize)> {
-        self.residual?.misfit(cameras)
-    }
-}
-
 /// A fitted map from pixels to points.
 ///
 /// Only [`Reconstructor::cameras`] and [`Reconstructor::locate`] are needed.
@@ -218,6 +176,12 @@ pub trait Reconstructor: Sync + Send {
     /// share of the noise that the errors at the fit's own points lack. `None` for a map that passes
     /// through its points, or does not know.
     fn effective_parameters(&self) -> Option<f64> {
+        None
+    }
+
+    /// What is uncertain of the pixels that [`Reconstructor::project`] says, of all cameras together; `None` for
+    /// maps that do not know.
+    fn fit_errors(&self) -> Option<FitErrors<'_>> {
         None
     }
 

@@ -83,13 +83,12 @@ const CHI_SQUARE: f64 = 12.592;
 #[test]
 fn one_view_tells_poses_and_their_error_bars() {
     let rig = Rig::named("paper", 2).unwrap();
-    // All terms: which of them a lens has is a choice, of which its covariance knows nothing.
-    let all_terms = AnyMethod::named("brown").unwrap().preset("fixed").unwrap();
+    // Which terms a lens has is a choice: what was left out is not known to be 0.
+    let numbers = AnyMethod::named("brown").unwrap().lens_numbers();
     let mut all = Vec::new();
     for seed in 0..100 {
         let session = recorded(&rig, 8, true, 1000 + seed);
-        let lenses =
-            brown(all_terms.fit_checked(&session, 0, &Silent).unwrap().reconstructor).lenses();
+        let lenses = calibrated(&session).lenses_among(&numbers, &session);
         let moved = knocked(&rig, seed);
         let view = recorded(&moved, 1, true, seed);
         let found = keeping(lenses).fit_checked(&view, 0, &Silent).unwrap();

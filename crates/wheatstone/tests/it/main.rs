@@ -4,6 +4,7 @@
 
 mod architecture;
 mod bodies;
+mod camera_motion;
 mod charuco;
 mod clinic;
 mod contract;

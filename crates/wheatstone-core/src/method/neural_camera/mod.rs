@@ -26,8 +26,9 @@ pub(crate) mod uncertain_poses;
 pub(super) use {epipolar_check::EpipolarCheck, pose_uncertainty::Motions};
 
 use super::{
-    AnyMethod, Fit, Located, Method, Plan, Reconstructor,
+    AnyMethod, Fit, FitErrors, Located, Method, Plan, Reconstructor,
     checks::{enough, linear_camera},
+    fit_errors::Displacements,
     lens_numbers::LensNumbers,
     only_default,
     point_covariance::Observation,
@@ -40,7 +41,7 @@ use crate::{
 };
 use fit::POINTS_NEEDED;
 use model::{NeuralCameraModel, PixelCovariance};
-use nalgebra::{Matrix2, Matrix2x3};
+use nalgebra::{DMatrix, Matrix2, Matrix2x3, Vector2};
 use pose_uncertainty::{Following, FoundCharts};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -242,6 +243,25 @@ impl Reconstructor for NeuralCameraReconstructor {
 
     fn unproject(&self, camera: usize, pixel: Pixel) -> Option<Ray> {
         self.cameras.get(camera)?.optics.ray(pixel, None)
+    }
+
+    fn fit_errors(&self) -> Option<FitErrors<'_>> {
+        let roots: Vec<_> = self.cameras.iter().map(NeuralCameraModel::errors).collect();
+        // Each camera's own errors stand one after the other, then the motions of charts, which all cameras follow.
+        let own = |[weights, lens]: &[DMatrix<f64>; 2]| 2 * weights.ncols() + lens.ncols();
+        let own: Vec<usize> = roots.iter().map(own).collect();
+        let all: usize = own.iter().sum();
+        let count = all + self.cameras.first().map_or(0, NeuralCameraModel::modes);
+        let displacements: Displacements = Box::new(move |index, world| {
+            let camera = self.cameras.get(index)?;
+            let [displaced, by_charts] = camera.displacements(roots.get(index)?, world)?;
+            let first: usize = own.iter().take(index).sum();
+            let mut by = vec![Vector2::zeros(); count];
+            by.get_mut(first..first + displaced.len())?.copy_from_slice(&displaced);
+            by.get_mut(all..)?.copy_from_slice(&by_charts);
+            Some(by)
+        });
+        Some(FitErrors { count, displacements })
     }
 
     fn plan(&self) -> Plan<'_> {

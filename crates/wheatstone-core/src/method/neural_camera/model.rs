@@ -4,7 +4,7 @@ use super::{
     correction_basis::{Field, chained},
     evidence::Posterior,
     fit::{displaced, refit_state, undetermined},
-    jacobian::Sloped,
+    jacobian::{ByNumbers, Sloped},
     lens::{Lens, PARAMETERS},
     settings::{NOISE, Settings},
 };
@@ -14,9 +14,12 @@ use crate::{
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray},
     method::{PlacedCamera, lens_numbers::LensNumbers},
 };
-use nalgebra::{Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, DVectorView, Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::{covariance::Covariance, progress::Progress};
+use wheatstone_numeric::{
+    covariance::{Covariance, square_root},
+    progress::Progress,
+};
 
 /// Lens and correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,11 +95,30 @@ pub(super) struct Mode {
 }
 
 impl Mode {
+    /// By how much it displaces a pixel.
+    fn displaces(&self, plain: &[f64], slopes: &ByNumbers) -> Vector2<f64> {
+        let by_lens = slopes * SVector::<f64, PARAMETERS>::from_column_slice(&self.lens);
+        let by_field = self.weights.each_ref().map(|weights| {
+            plain.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>()
+        });
+        by_lens + Vector2::from(by_field)
+    }
+
     fn is_consistent(&self, functions: usize) -> bool {
         self.lens.len() == PARAMETERS
             && self.weights.iter().all(|weights| weights.len() == functions)
             && self.lens.iter().chain(self.weights.iter().flatten()).all(|v| v.is_finite())
     }
+}
+
+/// How a point's pixel depends on a camera's numbers.
+struct PixelSlopes {
+    /// By each weight, along either axis.
+    plain: Vec<f64>,
+    /// By the lens's numbers with the weights held fixed.
+    lens: ByNumbers,
+    /// And with the weights following them, an axis.
+    free: [SVector<f64, PARAMETERS>; 2],
 }
 
 /// How far a camera's pixels of one point may be off.
@@ -212,16 +234,15 @@ impl NeuralCameraModel {
         Some(displaced.iter().fold(covariance, |sum, by| sum + by * by.transpose()))
     }
 
-    /// How far a pixel of this point may be from its prediction.
-    pub(super) fn pixel_uncertainty(&self, world: Point3) -> Option<PixelCovariance> {
+    /// How a point's pixel depends on the numbers of lens and correction.
+    fn slopes(&self, world: Point3) -> Option<PixelSlopes> {
         let Optics { lens, field, weights } = &self.optics;
         let (seen, slopes) = Sloped::new(lens).project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
-        let slopes = displaced(&slopes, &field.sum(&values, weights));
+        let lens = displaced(&slopes, &field.sum(&values, weights));
         let plain: Vec<f64> = values.iter().map(|value| value[0]).collect();
-        let own = self.weight_covariance.of_one(&plain);
-        let free: [SVector<f64, PARAMETERS>; 2] = std::array::from_fn(|axis| {
-            let mut free = slopes.row(axis).transpose();
+        let free = std::array::from_fn(|axis| {
+            let mut free = lens.row(axis).transpose();
             for (value, follow) in plain.iter().zip(self.follow[axis].as_chunks::<PARAMETERS>().0) {
                 for (slope, by) in free.iter_mut().zip(follow) {
                     *slope -= value * by;
@@ -229,19 +250,48 @@ impl NeuralCameraModel {
             }
             free
         });
+        Some(PixelSlopes { plain, lens, free })
+    }
+
+    /// How far a pixel of this point may be from its prediction.
+    pub(super) fn pixel_uncertainty(&self, world: Point3) -> Option<PixelCovariance> {
+        let PixelSlopes { plain, lens: slopes, free } = self.slopes(world)?;
+        let own = self.weight_covariance.of_one(&plain);
         let lens = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_column_slice(&self.lens_covariance);
         let along = |a: usize, b: usize| free[a].dot(&(lens * free[b]));
         let level = self.noise().powi(2) + own;
         let covariance =
             Matrix2::new(level + along(0, 0), along(0, 1), along(0, 1), level + along(1, 1));
-        let by = |mode: &Mode| {
-            let by_lens = slopes * SVector::<f64, PARAMETERS>::from_column_slice(&mode.lens);
-            let by_field = mode.weights.each_ref().map(|weights| {
-                plain.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>()
-            });
-            by_lens + Vector2::from(by_field)
+        let displaced = self.modes.iter().map(|mode| mode.displaces(&plain, &slopes)).collect();
+        Some(PixelCovariance { covariance, displaced })
+    }
+
+    /// Square roots of the covariances of the weights along one axis and of the lens's numbers: a column an error.
+    pub(super) fn errors(&self) -> [DMatrix<f64>; 2] {
+        let lens = DMatrix::from_column_slice(PARAMETERS, PARAMETERS, &self.lens_covariance);
+        let weights = self.weight_covariance.matrix(self.optics.weights.len());
+        [square_root(&weights), square_root(&lens)]
+    }
+
+    /// By how much each of its own errors displaces a point's pixel (the weights' along x, those along y, the lens's), then
+    /// each motion of the charts.
+    pub(super) fn displacements(
+        &self,
+        [weights, lens]: &[DMatrix<f64>; 2],
+        world: Point3,
+    ) -> Option<[Vec<Vector2<f64>>; 2]> {
+        let PixelSlopes { plain, lens: slopes, free } = self.slopes(world)?;
+        let of = |column: DVectorView<f64>, by: &[f64]| -> f64 {
+            column.iter().zip(by).map(|(value, slope)| value * slope).sum()
         };
-        Some(PixelCovariance { covariance, displaced: self.modes.iter().map(by).collect() })
+        let by_weights: Vec<f64> = weights.column_iter().map(|error| of(error, &plain)).collect();
+        let along_x = by_weights.iter().map(|by| Vector2::new(*by, 0.0));
+        let along_y = by_weights.iter().map(|by| Vector2::new(0.0, *by));
+        let by_lens = lens.column_iter().map(|error| {
+            Vector2::new(of(error, free[0].as_slice()), of(error, free[1].as_slice()))
+        });
+        let own = along_x.chain(along_y).chain(by_lens).collect();
+        Some([own, self.modes.iter().map(|mode| mode.displaces(&plain, &slopes)).collect()])
     }
 
     pub(super) fn is_consistent(&self) -> bool {

@@ -198,7 +198,9 @@ fn by_pixels(evidence: &Evidence) -> Option<Proposal> {
         }
     }
     let (left, stretch) = best?;
-    Some(proposal(evidence, stretch, vec![("error left, of that before".into(), left)]))
+    let figures = vec![("error left, of that before".into(), left)];
+    // Of two units that both explain the pixels well, the better one is not always the true one.
+    Some(Proposal { is_estimate: true, ..proposal(evidence, stretch, figures) })
 }
 
 fn proposal(

@@ -1,0 +1,49 @@
+//! Whether a model's cameras still stand as they did.
+
+use super::Calibration;
+use crate::{
+    Error, Result,
+    dataset::Dataset,
+    error::{Hint, Remedy},
+    evaluate::{CameraMotion, Reference, camera_motion},
+    method::Reconstructor,
+};
+use wheatstone_numeric::progress::Progress;
+
+impl Calibration {
+    /// Looks for motions of the cameras since the model was fitted, by what they see in `data`: points at places in the
+    /// model's frame, boards whose poses are not known, or matched points of anything.
+    ///
+    /// Models that are no cameras (`network`, `interpolation`), or do not tell what is uncertain of their cameras (`dlt`,
+    /// `soloff`), are stood in for by neural cameras fitted to the model's own points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Mismatch`] for another number of cameras, or a unit that does not convert; those of
+    /// [`evaluate::camera_motion`](crate::evaluate::camera_motion()); those of the fit of a neural camera.
+    pub fn camera_motion(&self, data: &Dataset, progress: &dyn Progress) -> Result<CameraMotion> {
+        let cameras = self.reconstructor.cameras();
+        if data.cameras != cameras {
+            return Err(Error::Mismatch {
+                what: "number of cameras",
+                model: cameras.to_string(),
+                data: data.cameras.to_string(),
+            });
+        }
+        let data = data.clone().in_unit(&self.unit)?;
+        let map: &dyn Reconstructor = &*self.reconstructor;
+        if map.fit_errors().is_some() {
+            return camera_motion(map, &data, progress);
+        }
+        let reference = if self.data.world.is_empty() { None } else { self.reference(progress)? };
+        let reference = reference.ok_or_else(|| Error::Degenerate {
+            problem: "this model is no camera, and holds no points to fit cameras to".into(),
+            hint: Hint::new("fit it to the points of a chart", Remedy::Fit),
+        })?;
+        camera_motion(reference.cameras(), &data, progress)
+    }
+
+    fn reference(&self, progress: &dyn Progress) -> Result<Option<Reference>> {
+        Reference::fit(&self.data.restored(), progress)
+    }
+}
