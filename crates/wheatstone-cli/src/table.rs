@@ -39,6 +39,17 @@ pub(crate) fn figure(value: f64) -> String {
     format!("{value:.places$}")
 }
 
+/// A value with its standard deviation, both to two digits of that.
+pub(crate) fn with_sigma(value: f64, sigma: f64) -> String {
+    /// More say nothing.
+    const MOST: f64 = 9.0;
+    if !(sigma > 0.0 && sigma.is_finite()) {
+        return figure(value);
+    }
+    let places = (1.0 - sigma.log10().floor()).clamp(0.0, MOST) as usize;
+    format!("{value:.places$} ± {sigma:.places$}")
+}
+
 /// A figure, or a dash where there is none.
 pub(crate) fn figure_or_dash(value: Option<f64>) -> String {
     value.map_or_else(|| "-".into(), figure)
@@ -58,6 +69,18 @@ mod tests {
             (3e-7, "3.00e-7"),
         ] {
             assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn values_are_rounded_by_their_standard_deviation() {
+        for (value, sigma, text) in [
+            (3.148_31, 0.002_14, "3.1483 ± 0.0021"),
+            (-0.05, 0.1, "-0.05 ± 0.10"),
+            (1234.5, 120.0, "1234 ± 120"),
+            (1234.5, 0.0, "1234"),
+        ] {
+            assert_eq!(with_sigma(value, sigma), text);
         }
     }
 

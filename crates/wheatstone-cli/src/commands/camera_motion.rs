@@ -5,7 +5,7 @@ use crate::{
     failure::Outcome,
     input::{Reading, load_any},
     progress::Bar,
-    table::{figure, table},
+    table::{figure, table, with_sigma},
     verbosity::{remark, say},
 };
 use serde_json::{Value, json};
@@ -48,7 +48,12 @@ fn json_of(found: &CameraMotion) -> Value {
     };
     let mut value = json!(found);
     value["changes"] = found.changes.iter().map(change).collect();
-    value["verdict"] = if found.changes.is_empty() { "unchanged" } else { "changed" }.into();
+    value["verdict"] = match (found.changes.is_empty(), found.is_explained()) {
+        (false, _) => "changed",
+        (true, true) => "unchanged",
+        (true, false) => "unexplained",
+    }
+    .into();
     value
 }
 
@@ -58,7 +63,15 @@ fn tell(found: &CameraMotion, model: &Path) {
         Known::Boards => "points of boards at unknown poses",
         Known::Matches => "matched points",
     };
-    if found.changes.is_empty() {
+    if found.changes.is_empty() && !found.is_explained() {
+        say!(
+            "No camera moved, as far as {} {points} tell, but they do not agree with {}: noise alone differs so much \
+             with a probability of {}, and no motion explains it",
+            found.n,
+            model.display(),
+            figure(found.chance)
+        );
+    } else if found.changes.is_empty() {
         say!(
             "Unchanged: what the cameras see of {} {points} agrees with {} (noise alone differs more with a \
              probability of {})",
@@ -115,7 +128,7 @@ fn tell_noise(found: &CameraMotion) {
     } else {
         say!("Reprojection errors are {now} px; the model expects {before}");
     }
-    if !found.changes.is_empty() && found.chance_of_rest < 1e-3 {
+    if !found.changes.is_empty() && !found.is_explained() {
         remark!("warning", "these changes do not explain all that the pixels show");
     }
 }
@@ -136,7 +149,7 @@ fn subject(change: &CameraChange) -> String {
 fn length(of: [f64; 3], sigma: [f64; 3]) -> String {
     let norm = of.iter().map(|value| value * value).sum::<f64>().sqrt();
     let square: f64 = of.iter().zip(sigma).map(|(value, sigma)| (value * sigma).powi(2)).sum();
-    format!("{} ± {}", figure(norm), figure(square.sqrt() / norm.max(f64::MIN_POSITIVE)))
+    with_sigma(norm, square.sqrt() / norm.max(f64::MIN_POSITIVE))
 }
 
 fn manner(change: &CameraChange, unit: &str) -> String {
@@ -150,9 +163,8 @@ fn manner(change: &CameraChange, unit: &str) -> String {
         ),
         Change::TurnAndShift => format!("turned by {turn} degrees and shifted by {shift} {unit}"),
         Change::FocalLength => format!(
-            "by {} ± {} percent",
-            figure(100.0 * change.focal_length),
-            figure(100.0 * change.focal_length_sigma)
+            "by {} percent",
+            with_sigma(100.0 * change.focal_length, 100.0 * change.focal_length_sigma)
         ),
     }
 }

@@ -13,10 +13,9 @@ use std::path::PathBuf;
 use wheatstone::{
     Calibration,
     dataset::Dataset,
-    error::{Hint, Remedy},
     evaluate::{
         BoardEvaluation, BoardView, Budget, Coverage, Deviation, Ellipsoids, Evaluation, aligned,
-        coverage, evaluate, evaluate_boards, evaluate_one_camera, mistaken_unit,
+        coverage, evaluate, evaluate_boards, evaluate_one_camera, refuse_mistaken_unit,
     },
     fit::bundle,
 };
@@ -80,7 +79,7 @@ impl Evaluate {
     /// By lengths and flatness: nobody knows where a board in the hand stood.
     fn boards(&self, model: &Calibration, data: Dataset) -> Outcome {
         let data = data.in_unit(&model.unit)?;
-        let found = evaluate_boards(&model.map(), &data)?;
+        let found = evaluate_boards(&model.map(), &data, &model.ellipsoids)?;
         let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
         refuse_exchanged(model, &pixels, FALSE_ALARM)?;
         if self.json {
@@ -115,17 +114,7 @@ impl Evaluate {
             data = aligned(&*model.reconstructor, &data).unwrap_or(data);
         }
         let data = data.in_unit(&model.unit)?;
-        if let Some(unit) = mistaken_unit(&*model.reconstructor, &data) {
-            return Err(wheatstone::Error::Faulty {
-                code: "unit".into(),
-                problem: format!(
-                    "these lengths look like {unit}, but were read as {}, the model's unit",
-                    model.unit
-                ),
-                hint: Hint::new("say the unit of the points file", Remedy::Unit),
-            }
-            .into());
-        }
+        refuse_mistaken_unit(&*model.reconstructor, &data)?;
         let found = evaluate(&*model.reconstructor, &data, model.viewpoint)?;
         let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
         // A model of other cameras, or of these in another order, shows in the pixels alone.

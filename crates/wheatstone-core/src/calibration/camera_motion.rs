@@ -5,7 +5,7 @@ use crate::{
     Error, Result,
     dataset::Dataset,
     error::{Hint, Remedy},
-    evaluate::{CameraMotion, Reference, camera_motion},
+    evaluate::{CameraMotion, Ellipsoids, Reference, camera_motion, refuse_mistaken_unit},
     method::Reconstructor,
 };
 use wheatstone_numeric::progress::Progress;
@@ -19,7 +19,8 @@ impl Calibration {
     ///
     /// # Errors
     ///
-    /// [`Error::Mismatch`] for another number of cameras, or a unit that does not convert; those of
+    /// [`Error::Mismatch`] for another number of cameras, or a unit that does not convert; [`Error::Faulty`] for
+    /// places in another unit than was said; those of
     /// [`evaluate::camera_motion`](crate::evaluate::camera_motion()); those of the fit of a neural camera.
     pub fn camera_motion(&self, data: &Dataset, progress: &dyn Progress) -> Result<CameraMotion> {
         let cameras = self.reconstructor.cameras();
@@ -32,15 +33,19 @@ impl Calibration {
         }
         let data = data.clone().in_unit(&self.unit)?;
         let map: &dyn Reconstructor = &*self.reconstructor;
+        refuse_mistaken_unit(map, &data)?;
         if map.fit_errors().is_some() {
-            return camera_motion(map, &data, progress);
+            // Whoever errs more than it says on views held out does so on others.
+            let told = Ellipsoids::NORMAL.radius2_95;
+            let widened = (self.ellipsoids.radius2_95 / told).max(1.0);
+            return camera_motion(map, &data, widened, progress);
         }
         let reference = if self.data.world.is_empty() { None } else { self.reference(progress)? };
         let reference = reference.ok_or_else(|| Error::Degenerate {
             problem: "this model is no camera, and holds no points to fit cameras to".into(),
             hint: Hint::new("fit it to the points of a chart", Remedy::Fit),
         })?;
-        camera_motion(reference.cameras(), &data, progress)
+        camera_motion(reference.cameras(), &data, 1.0, progress)
     }
 
     fn reference(&self, progress: &dyn Progress) -> Result<Option<Reference>> {

@@ -3,6 +3,7 @@
 //! Points are located one by one, then compared with the board's own coordinates: lengths between them, their distances
 //! from a plane, and, after the best rigid motion of each view (Horn 1987, doi:10.1364/JOSAA.4.000629), all of them.
 
+use super::coverage::Ellipsoids;
 use crate::{
     Error, Result,
     dataset::{Correspondence, Dataset},
@@ -93,19 +94,25 @@ struct OnBoard<'a> {
 /// An error and its standard deviation.
 type Judged = (f64, f64);
 
-/// Judges a map by the boards of `data` whose places are not known.
+/// Judges a map by the boards of `data` whose places are not known. Its `ellipsoids` say how much longer than its standard
+/// deviations its errors are.
 ///
 /// # Errors
 ///
 /// [`Error::Degenerate`] where no view has four located points.
-pub fn evaluate_boards(map: &dyn Reconstructor, data: &Dataset) -> Result<BoardEvaluation> {
+pub fn evaluate_boards(
+    map: &dyn Reconstructor,
+    data: &Dataset,
+    ellipsoids: &Ellipsoids,
+) -> Result<BoardEvaluation> {
+    let widened = ellipsoids.radius2_95 / Ellipsoids::NORMAL.radius2_95;
     let is_judged = |row: &&Correspondence| row.board.is_some() && row.seen_by() >= 2;
     let n = data.correspondences.iter().filter(is_judged).count();
     let (mut views, mut all) = (Vec::new(), Errors::default());
     let (mut near, mut far) = (Vec::new(), Vec::new());
     for (view, name) in data.views.iter().enumerate() {
         let rows = data.correspondences.iter().filter(|row| row.view == view).filter(is_judged);
-        let points: Vec<OnBoard> = rows.filter_map(|row| on_board(map, row)).collect();
+        let points: Vec<OnBoard> = rows.filter_map(|row| on_board(map, row, widened)).collect();
         if points.len() < LEAST {
             continue;
         }
@@ -155,7 +162,11 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     root_mean_square(&values.collect::<Vec<_>>())
 }
 
-fn on_board<'a>(map: &dyn Reconstructor, row: &'a Correspondence) -> Option<OnBoard<'a>> {
+fn on_board<'a>(
+    map: &dyn Reconstructor,
+    row: &'a Correspondence,
+    widened: f64,
+) -> Option<OnBoard<'a>> {
     let [x, y] = row.board?;
     let found = map.locate(&row.pixels)?;
     let mut information = Matrix3::zeros();
@@ -173,7 +184,7 @@ fn on_board<'a>(map: &dyn Reconstructor, row: &'a Correspondence) -> Option<OnBo
     Some(OnBoard {
         board: Point3::new(x, y, 0.0),
         found: found.point,
-        covariance: found.covariance,
+        covariance: found.covariance * widened,
         noise,
         pixels: &row.pixels,
     })

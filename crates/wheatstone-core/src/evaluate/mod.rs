@@ -24,6 +24,7 @@ pub(crate) use one_camera::{hold_out_one_camera, on_its_own_points};
 use crate::{
     Error, Result,
     dataset::Dataset,
+    error::{Hint, Remedy},
     geometry::{Point3, Pose, ProjectionMatrix, Vector3},
     method::Reconstructor,
     unit,
@@ -128,7 +129,7 @@ pub fn point_errors(
 /// The unit that lengths of `data` seem to be in, where that is not the one that they were taken for: located
 /// points are spread as widely once it is put right, and lie ten times as near.
 #[must_use]
-pub fn mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<&'static str> {
+fn mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<&'static str> {
     let errors = point_errors(reconstructor, data, None);
     let world = |error: &PointError| data.correspondences[error.row].world;
     let pairs: Vec<(Point3, Point3)> =
@@ -148,6 +149,24 @@ pub fn mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Optio
         median(&pairs.iter().map(|(at, found)| (found - at * scale).norm()).collect::<Vec<_>>())
     };
     (off(factor) < 0.1 * off(1.0)).then_some(unit)
+}
+
+/// Refuses places that seem to be in another unit than they were taken for.
+///
+/// # Errors
+///
+/// [`Error::Faulty`], with the unit.
+pub fn refuse_mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Result<()> {
+    mistaken_unit(reconstructor, data).map_or(Ok(()), |unit| {
+        Err(Error::Faulty {
+            code: "unit".into(),
+            problem: format!(
+                "these lengths look like {unit}, but were read as {}, the model's unit",
+                data.unit
+            ),
+            hint: Hint::new("say the unit of the points file", Remedy::Unit),
+        })
+    })
 }
 
 /// Sums errors up; `n` is how many points there were to locate.

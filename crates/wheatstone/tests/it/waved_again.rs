@@ -17,7 +17,7 @@ fn calibrated(data: &Dataset, method: &str) -> Calibration {
 }
 
 fn judged(model: &Calibration, data: &Dataset) -> BoardEvaluation {
-    evaluate_boards(&model.map(), data).unwrap()
+    evaluate_boards(&model.map(), data, &model.ellipsoids).unwrap()
 }
 
 #[test]

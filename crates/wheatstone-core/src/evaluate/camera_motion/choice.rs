@@ -65,6 +65,8 @@ pub(super) struct Search<'a, 'b> {
     pub(super) errors: Option<&'a FitErrors<'b>>,
     /// Of the pixels, in units of what the map expects.
     pub(super) variance: f64,
+    /// How much larger covariances are than noise and fit make them.
+    pub(super) widened: f64,
     /// Chance makes more with this probability at most.
     pub(super) rate: f64,
     pub(super) progress: &'a dyn Progress,
@@ -73,7 +75,7 @@ pub(super) struct Search<'a, 'b> {
 impl Search<'_, '_> {
     /// The covariance of gradients at a solution.
     pub(super) fn noise(&self, solution: &Solution) -> Option<Noise> {
-        solution.noise(self.rig, self.variance, self.errors)
+        Some(solution.noise(self.rig, self.variance, self.errors)?.widened(self.widened))
     }
 
     fn judged(&self, solution: &Solution) -> Option<ChiSquare> {

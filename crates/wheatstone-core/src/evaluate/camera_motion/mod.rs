@@ -62,7 +62,7 @@ pub struct CameraMotion {
     pub left_out: usize,
     /// The probability that cameras which did not move look so, or more so.
     pub chance: f64,
-    /// What changed; nothing where `chance` is above one in two thousand.
+    /// What changed; nothing where `chance` is above one in two thousand, or no motion explains what differs.
     pub changes: Vec<CameraChange>,
     /// The probability of what these changes leave unexplained.
     pub chance_of_rest: f64,
@@ -72,6 +72,14 @@ pub struct CameraMotion {
     pub expected_pixel_sigma: f64,
     /// What these pixels could show, a camera.
     pub noticeable: Vec<Noticeable>,
+}
+
+impl CameraMotion {
+    /// Whether the changes, if there are any, leave no more than noise and fit make by themselves.
+    #[must_use]
+    pub fn is_explained(&self) -> bool {
+        self.chance_of_rest >= RATE
+    }
 }
 
 /// One change.
@@ -115,7 +123,9 @@ pub struct Noticeable {
     pub focal_length: f64,
 }
 
-/// Looks for motions of the cameras of `map` since it was fitted, by what they see in `data`.
+/// Looks for motions of the cameras of `map` since it was fitted, by what they see in `data`. Covariances are taken for
+/// `widened` times what noise and fit make them: 1, or more for a map whose errors at points held out are larger than it
+/// says.
 ///
 /// # Errors
 ///
@@ -124,6 +134,7 @@ pub struct Noticeable {
 pub fn camera_motion(
     map: &dyn Reconstructor,
     data: &Dataset,
+    widened: f64,
     progress: &dyn Progress,
 ) -> Result<CameraMotion> {
     let Scene { groups, mut places } = Scene::of(map, data);
@@ -149,7 +160,8 @@ pub fn camera_motion(
     let plain = whole.noise(&rig, 1.0, None).ok_or_else(unknown)?;
     let (_, rank) = whole.power(&plain).ok_or_else(unknown)?;
     let variance = (squares / count.saturating_sub(rank).max(1) as f64).max(f64::MIN_POSITIVE);
-    let search = Search { rig: &rig, errors: errors.as_ref(), variance, rate: RATE, progress };
+    let search =
+        Search { rig: &rig, errors: errors.as_ref(), variance, widened, rate: RATE, progress };
     let still = solve(&rig, places.clone(), Vec::new(), progress)?;
     let judged = |solution: &Solution| solution.against(&search.noise(solution)?);
     let against = judged(&still).ok_or_else(unknown)?;

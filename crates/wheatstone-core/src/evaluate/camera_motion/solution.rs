@@ -37,6 +37,13 @@ pub(super) struct Noise {
     covariance: DMatrix<f64>,
 }
 
+impl Noise {
+    /// So many times as large.
+    pub(super) fn widened(self, times: f64) -> Self {
+        Self { covariance: self.covariance * times }
+    }
+}
+
 impl Solution {
     /// From `start`, with these columns free; `None` where a camera does not see what it saw.
     pub(super) fn of(
