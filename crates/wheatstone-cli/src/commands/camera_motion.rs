@@ -16,10 +16,12 @@ use wheatstone::{
 };
 
 /// Compares what cameras see now with what the model expects.
-pub(super) fn check(input: &Path, model: &Path, reading: &Reading, as_json: bool) -> Outcome {
+pub(super) fn check(input: &Path, model: &Path, mut reading: Reading, as_json: bool) -> Outcome {
     let bar = Bar::new();
     let calibration = Calibration::load(model)?;
-    let data = load_any(input, reading, &bar)?.data;
+    // A points file's numbers are in the model's unit unless it says otherwise.
+    reading.unit.get_or_insert_with(|| calibration.unit.clone());
+    let data = load_any(input, &reading, &bar)?.data;
     let found = calibration.camera_motion(&data, &bar)?;
     drop(bar);
     if as_json {

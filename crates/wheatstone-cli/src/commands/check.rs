@@ -80,7 +80,7 @@ impl Check {
             return Err(Failure::usage("no data to check", "name a capture or a points file"));
         };
         if let Some(model) = &self.against {
-            return camera_motion::check(input, model, &self.reading, self.json);
+            return camera_motion::check(input, model, self.reading.clone(), self.json);
         }
         let bar = Bar::new();
         let data = load(input, &self.reading, &bar)?.data;

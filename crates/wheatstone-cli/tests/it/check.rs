@@ -1,6 +1,6 @@
 //! `wheatstone check` as a user meets it.
 
-use crate::program::{said, wheatstone};
+use crate::program::{done, said, wheatstone};
 use std::path::Path;
 
 /// A points file in which the two cameras are exchanged in one view.
@@ -128,4 +128,56 @@ fn the_survey_prints_its_table() {
     );
     let neither = wheatstone(dir.path(), &["check"]);
     assert_eq!(neither.status.code(), Some(2));
+}
+
+/// Today's points with the pixels of camera 2 lower by half a pixel, of so many columns.
+fn lowered(folder: &Path, name: &str, columns: usize) {
+    let text = std::fs::read_to_string(folder.join("today.csv")).unwrap();
+    let mut lines = text.lines();
+    let cut = |line: &str| line.split(',').take(columns).collect::<Vec<_>>().join(",");
+    let mut moved = cut(lines.next().unwrap()) + "\n";
+    for line in lines {
+        let mut cells: Vec<String> = line.split(',').take(columns).map(str::to_owned).collect();
+        cells[3] = (cells[3].parse::<f64>().unwrap() + 0.5).to_string();
+        moved += &format!("{}\n", cells.join(","));
+    }
+    std::fs::write(folder.join(name), moved).unwrap();
+}
+
+#[test]
+fn cameras_are_checked_against_the_model_that_knows_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    let made = ["synth", "--points", "--noise", "0.1", "-o"];
+    done(at, &[&made[..], &["session.csv"]].concat());
+    let later = ["today.csv", "--near", "70", "--far", "110", "--step", "20", "--seed", "1"];
+    done(at, &[&made[..], &later].concat());
+    done(at, &["fit", "session.csv", "--method", "brown", "-o", "model.json"]);
+    let against =
+        |name: &str| wheatstone(at, &["check", name, "--against", "model.json", "--json"]);
+    let told = |output: &std::process::Output| -> serde_json::Value {
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let same = against("today.csv");
+    assert!(same.status.success(), "{}", said(&same));
+    assert_eq!(told(&same)["verdict"], "unchanged");
+    assert!(told(&same)["chance"].as_f64().unwrap() > 5e-4);
+    lowered(at, "moved.csv", 9);
+    let moved = against("moved.csv");
+    assert_eq!(moved.status.code(), Some(1), "{}", said(&moved));
+    assert!(said(&moved).contains("error: Camera 2 moved since"), "{}", said(&moved));
+    let change = &told(&moved)["changes"][0];
+    assert_eq!(change["cameras"], serde_json::json!([2]));
+    // Half a pixel of a focal length of some 620.
+    let pitch = change["turn"][0].as_f64().unwrap();
+    assert!((pitch.abs() - 0.046).abs() < 0.01, "{change:#}");
+    // The pixels alone show it too, though not of which camera, and tell what they hide.
+    lowered(at, "matches.csv", 4);
+    let matches = against("matches.csv");
+    assert_eq!(told(&matches)["known"], "matches");
+    assert_eq!(told(&matches)["changes"][0]["cameras"].as_array().map(Vec::len), Some(2));
+    let text = said(&wheatstone(at, &["check", "matches.csv", "--against", "model.json"]));
+    assert!(text.contains("yaw cannot be seen"), "{text}");
+    let refused = wheatstone(at, &["check", "today.csv", "--against", "today.csv"]);
+    assert!(said(&refused).contains("not a model file"), "{}", said(&refused));
 }
