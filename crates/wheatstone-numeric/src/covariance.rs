@@ -100,6 +100,9 @@ fn product(one: &[f64], other: &[f64]) -> f64 {
 /// left out.
 #[must_use]
 pub fn square_root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    if covariance.is_empty() {
+        return covariance.clone();
+    }
     let sigmas = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
     let over = sigmas.map(|sigma| if sigma > 0.0 { 1.0 / sigma } else { 0.0 });
     let axes = scaled(over.as_slice(), covariance.clone()).symmetric_eigen();
@@ -169,5 +172,22 @@ fn add_square(matrix: &mut DMatrix<f64>, row: &[f64], factor: f64) {
         for (place, other) in row.iter().enumerate().skip(column) {
             matrix[(place, column)] += scaled * other;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_root_gives_the_covariance_again() {
+        // In many units, and of a number that is known exactly.
+        let slopes = DMatrix::from_row_slice(3, 2, &[1e-4, 2e-4, 50.0, -3.0, 0.0, 0.0]);
+        let covariance = matrix_product::product(&slopes, &slopes.transpose());
+        let root = square_root(&covariance);
+        let again = matrix_product::product(&root, &root.transpose());
+        let scales = [1e4, 0.02, 1.0];
+        assert!(scaled(&scales, again - covariance).norm() < 1e-12);
+        assert!(square_root(&DMatrix::zeros(0, 0)).is_empty());
     }
 }

@@ -24,6 +24,12 @@ pub(super) fn check(input: &Path, model: &Path, mut reading: Reading, as_json: b
     let data = load_any(input, &reading, &bar)?.data;
     let found = calibration.camera_motion(&data, &bar)?;
     drop(bar);
+    if calibration.imported.is_some() {
+        remark!(
+            "note",
+            "another program's calibration does not say how uncertain it is: its cameras are taken for exact"
+        );
+    }
     if as_json {
         print_json(&json_of(&found))?;
     } else {
@@ -174,8 +180,8 @@ fn manner(change: &CameraChange, unit: &str) -> String {
 fn components(change: &CameraChange, unit: &str) -> Vec<String> {
     let names = |names: [&str; 3], of: [f64; 3], sigma: [f64; 3], unit: &str| {
         let each = names.iter().zip(of.iter().zip(sigma));
-        let each = each
-            .map(|(name, (value, sigma))| format!("{name} {} ± {}", figure(*value), figure(sigma)));
+        let each =
+            each.map(|(name, (value, sigma))| format!("{name} {}", with_sigma(*value, sigma)));
         format!("{} {unit}", each.collect::<Vec<_>>().join(", "))
     };
     let axes =
@@ -203,6 +209,9 @@ fn limits(found: &CameraMotion) -> String {
     table(&heading, &rows.collect::<Vec<Vec<String>>>())
 }
 
+/// A yaw is called hidden that has to be as many times larger than a pitch to be noticed.
+const HIDDEN: f64 = 5.0;
+
 /// What data of this kind hide.
 fn cannot_show(found: &CameraMotion) -> Vec<String> {
     if found.known == Known::Places {
@@ -220,8 +229,10 @@ fn cannot_show(found: &CameraMotion) -> Vec<String> {
                 .into(),
         );
     }
-    if found.known == Known::Matches {
-        let yaw = found.noticeable.iter().map(|least| least.turn[1]).fold(0.0, f64::max);
+    // Of cameras that do not stand in a row, others see what a yaw changes.
+    let hidden = found.noticeable.iter().filter(|least| least.turn[1] > HIDDEN * least.turn[0]);
+    let yaw = hidden.map(|least| least.turn[1]).fold(0.0, f64::max);
+    if found.known == Known::Matches && yaw > 0.0 {
         let degrees = if yaw.is_finite() { figure(yaw) } else { "90".into() };
         sentences.push(format!(
             "Without a chart, yaw cannot be seen: it changes distances, and hardly how pixels match; less than {degrees} \

@@ -178,6 +178,12 @@ fn cameras_are_checked_against_the_model_that_knows_them() {
     assert_eq!(told(&matches)["changes"][0]["cameras"].as_array().map(Vec::len), Some(2));
     let text = said(&wheatstone(at, &["check", "matches.csv", "--against", "model.json"]));
     assert!(text.contains("yaw cannot be seen"), "{text}");
+    // Cameras of another program come without their uncertainty.
+    done(at, &["export", "model.json", "--format", "opencv", "-o", "cameras.yml"]);
+    done(at, &["convert", "cameras.yml", "imported.json", "--unit", "cm"]);
+    let imported = said(&wheatstone(at, &["check", "matches.csv", "--against", "imported.json"]));
+    assert!(imported.contains("its cameras are taken for exact"), "{imported}");
+    assert!(imported.contains("moved: "), "{imported}");
     let refused = wheatstone(at, &["check", "today.csv", "--against", "today.csv"]);
     assert!(said(&refused).contains("not a model file"), "{}", said(&refused));
 }

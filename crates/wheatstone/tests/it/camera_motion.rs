@@ -238,6 +238,15 @@ fn too_little_is_refused() {
     let model = calibrated(&staged(&rig, Stage::default(), 1), "brown");
     let few = model.camera_motion(&matches(&rig, 10, 2), &Silent);
     assert!(matches!(few, Err(Error::Degenerate { .. })), "{few:?}");
+    // Rows that pair one point's pixel with another's.
+    let mut paired = matches(&rig, 300, 2);
+    let first = paired.correspondences[0].pixels[1];
+    for row in 1..300 {
+        paired.correspondences[row - 1].pixels[1] = paired.correspondences[row].pixels[1];
+    }
+    paired.correspondences[299].pixels[1] = first;
+    let told = model.camera_motion(&paired, &Silent).unwrap_err().to_string();
+    assert!(told.contains("reprojection errors of"), "{told}");
     let three = Rig::named("paper", 3).unwrap();
     let other = model.camera_motion(&again(&three, 2), &Silent);
     assert!(matches!(other, Err(Error::Mismatch { .. })), "{other:?}");

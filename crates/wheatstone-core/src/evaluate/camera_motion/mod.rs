@@ -140,26 +140,12 @@ pub fn camera_motion(
     let Scene { groups, mut places } = Scene::of(map, data);
     let mut rig = Rig { map, frames: frames(map, data)?, middle: middle(data), groups };
     let given = rig.middle.is_some();
-    enough(&rig, given)?;
-    let all = free(&rig, given);
-    let mut whole = solve(&rig, places.clone(), all.clone(), progress)?;
-    let pixels = rig.groups.iter().map(|group| group.seen.len()).sum::<usize>();
-    // Gross errors hide behind each other.
-    for _ in 0..10 {
-        let outliers = scene::outliers(&rig, &whole);
-        if outliers.is_empty() {
-            break;
-        }
-        scene::leave_out(&mut rig, &mut places, &outliers);
-        enough(&rig, given)?;
-        whole = solve(&rig, places.clone(), all.clone(), progress)?;
-    }
-    let errors = map.fit_errors();
-    let (squares, count) = whole.squares();
+    let (whole, left_out) = all_free(&mut rig, &mut places, progress)?;
     let unknown = || degenerate("what these points tell of the cameras is not finite");
-    let plain = whole.noise(&rig, 1.0, None).ok_or_else(unknown)?;
-    let (_, rank) = whole.power(&plain).ok_or_else(unknown)?;
-    let variance = (squares / count.saturating_sub(rank).max(1) as f64).max(f64::MIN_POSITIVE);
+    let variance = variance(&rig, &whole).ok_or_else(unknown)?;
+    let expected = expected_sigma(&rig);
+    belonging(expected * variance.sqrt(), expected)?;
+    let errors = map.fit_errors();
     let search =
         Search { rig: &rig, errors: errors.as_ref(), variance, widened, rate: RATE, progress };
     let still = solve(&rig, places.clone(), Vec::new(), progress)?;
@@ -170,21 +156,18 @@ pub fn camera_motion(
     let noise = search.noise(&found).ok_or_else(unknown)?;
     let covariance = found.covariance(&noise).ok_or_else(unknown)?;
     let change = |choice: &Choice| change(&rig, &found, choice, &covariance);
-    let sigmas = rig.groups.iter().flat_map(|group| group.seen.iter().map(|seen| seen.sigma));
-    let expected = root_mean_square(&sigmas.collect::<Vec<_>>());
     let known = match (given, places.iter().any(|place| matches!(place, Place::Board(_)))) {
         (true, _) => Known::Places,
         (false, true) => Known::Boards,
         (false, false) => Known::Matches,
     };
-    let kept = rig.groups.iter().map(|group| group.seen.len()).sum::<usize>();
     let noise = search.noise(&whole).ok_or_else(unknown)?;
     let (power, rank) = whole.power(&noise).ok_or_else(unknown)?;
     Ok(CameraMotion {
         unit: data.unit.clone(),
         known,
         n: points(&rig, &places),
-        left_out: pixels - kept,
+        left_out,
         chance: against.chance(),
         changes: choices.iter().map(change).collect(),
         chance_of_rest: rest.chance(),
@@ -241,6 +224,62 @@ fn enough(rig: &Rig<'_>, given: bool) -> Result<()> {
     Err(degenerate(&format!(
         "the pixels give {equations} equations, and motions of the cameras need {needed}"
     )))
+}
+
+/// The least reprojection error with all cameras free, without gross errors; how many pixels those were.
+fn all_free(
+    rig: &mut Rig<'_>,
+    places: &mut Vec<Place>,
+    progress: &dyn Progress,
+) -> Result<(Solution, usize)> {
+    /// Gross errors hide behind each other.
+    const ROUNDS: usize = 10;
+    let pixels = |rig: &Rig<'_>| rig.groups.iter().map(|group| group.seen.len()).sum::<usize>();
+    let (given, before) = (rig.middle.is_some(), pixels(rig));
+    let solved = |rig: &Rig<'_>, places: &[Place]| {
+        enough(rig, given)?;
+        solve(rig, places.to_vec(), free(rig, given), progress)
+    };
+    let mut whole = solved(rig, places)?;
+    for _ in 0..ROUNDS {
+        let outliers = scene::outliers(rig, &whole);
+        if outliers.is_empty() {
+            break;
+        }
+        scene::leave_out(rig, places, &outliers);
+        whole = solved(rig, places)?;
+    }
+    Ok((whole, before - pixels(rig)))
+}
+
+/// Of the pixels about what all free cameras expect, in units of what the map expects.
+fn variance(rig: &Rig<'_>, whole: &Solution) -> Option<f64> {
+    let (squares, count) = whole.squares();
+    let (_, rank) = whole.power(&whole.noise(rig, 1.0, None)?)?;
+    Some((squares / count.saturating_sub(rank).max(1) as f64).max(f64::MIN_POSITIVE))
+}
+
+/// Standard deviation of a pixel coordinate by the map, root mean square.
+fn expected_sigma(rig: &Rig<'_>) -> f64 {
+    let sigmas = rig.groups.iter().flat_map(|group| group.seen.iter().map(|seen| seen.sigma));
+    root_mean_square(&sigmas.collect::<Vec<_>>())
+}
+
+/// Refuses pixels that no motion brings together.
+fn belonging(sigma: f64, expected: f64) -> Result<()> {
+    /// Of the noise: matches of natural texture are not so bad.
+    const MOST: f64 = 20.0;
+    /// Pixels.
+    const LEAST: f64 = 3.0;
+    if sigma < LEAST.max(MOST * expected) {
+        return Ok(());
+    }
+    Err(Error::Degenerate {
+        problem: format!(
+            "however the cameras moved, reprojection errors of {sigma:.1} px remain, where the model expects {expected:.2}"
+        ),
+        hint: "check that pixels of one row show one point, that they are of these cameras, and the size of the chart".into(),
+    })
 }
 
 fn solve(

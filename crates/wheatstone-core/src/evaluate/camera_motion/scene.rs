@@ -18,6 +18,9 @@ pub(super) struct Scene {
     pub(super) places: Vec<Place>,
 }
 
+/// More points tell no more: what is uncertain of the fit then is.
+const MOST: usize = 20_000;
+
 /// Points of a board that give it a pose and leave something to judge.
 const LEAST_ON_BOARD: usize = 6;
 
@@ -26,7 +29,9 @@ impl Scene {
     pub(super) fn of(map: &dyn Reconstructor, data: &Dataset) -> Self {
         let mut scene = Self { groups: Vec::new(), places: Vec::new() };
         let mut boards: Vec<Vec<&Correspondence>> = vec![Vec::new(); data.views.len().max(1)];
-        for row in &data.correspondences {
+        // Evenly chosen where there are more.
+        let stride = data.correspondences.len().div_ceil(MOST).max(1);
+        for row in data.correspondences.iter().step_by(stride) {
             if let Some(world) = row.world {
                 scene.push(Place::Given, seen(map, row, world, world));
             } else if row.board.is_some() {
