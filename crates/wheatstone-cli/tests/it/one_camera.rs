@@ -54,6 +54,8 @@ fn one_camera_is_calibrated_judged_in_pixels_and_exported() {
             told.contains("one camera") && told.contains("Held-out error (leave-one-view-out): "),
             "{told}"
         );
+        let told = refused(here, &["check", "exam.csv", "--against", "model.json"]);
+        assert!(told.contains("only against points at known places"), "{told}");
         let (json, _) = done(here, &["evaluate", "model.json", "exam.csv", "--json"]);
         let judged: serde_json::Value = serde_json::from_str(&json).unwrap();
         let found = judged["rms"].as_f64().unwrap();

@@ -140,6 +140,12 @@ pub fn camera_motion(
     let Scene { groups, mut places } = Scene::of(map, data);
     let mut rig = Rig { map, frames: frames(map, data)?, middle: middle(data), groups };
     let given = rig.middle.is_some();
+    if !given && rig.frames.len() == 1 {
+        return Err(Error::Degenerate {
+            problem: "one camera shows its motion only against points at known places".into(),
+            hint: "give the places of the points, in the frame of the model".into(),
+        });
+    }
     let (whole, left_out) = all_free(&mut rig, &mut places, progress)?;
     let unknown = || degenerate("what these points tell of the cameras is not finite");
     let variance = variance(&rig, &whole).ok_or_else(unknown)?;
