@@ -40,15 +40,15 @@ impl Calibration {
             let widened = (self.ellipsoids.radius2_95 / told).max(1.0);
             return camera_motion(map, &data, widened, progress);
         }
-        let reference = if self.data.world.is_empty() { None } else { self.reference(progress)? };
+        let reference = if self.data.world.is_empty() {
+            None
+        } else {
+            Reference::fit(&self.data.restored(), progress)?
+        };
         let reference = reference.ok_or_else(|| Error::Degenerate {
             problem: "this model is no camera, and holds no points to fit cameras to".into(),
             hint: Hint::new("fit it to the points of a chart", Remedy::Fit),
         })?;
         camera_motion(reference.cameras(), &data, 1.0, progress)
-    }
-
-    fn reference(&self, progress: &dyn Progress) -> Result<Option<Reference>> {
-        Reference::fit(&self.data.restored(), progress)
     }
 }

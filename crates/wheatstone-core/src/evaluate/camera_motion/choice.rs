@@ -2,10 +2,10 @@
 
 use super::{
     rows::{COLUMNS, Rig, SHIFT, TURN, ZOOM},
-    solution::{ChiSquare, Noise, Solution, pseudo_inverse},
+    solution::{ChiSquare, Solution, pseudo_inverse},
 };
 use crate::{Result, method::FitErrors};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use wheatstone_numeric::progress::Progress;
 
@@ -74,8 +74,8 @@ pub(super) struct Search<'a, 'b> {
 
 impl Search<'_, '_> {
     /// The covariance of gradients at a solution.
-    pub(super) fn noise(&self, solution: &Solution) -> Option<Noise> {
-        Some(solution.noise(self.rig, self.variance, self.errors)?.widened(self.widened))
+    pub(super) fn noise(&self, solution: &Solution) -> Option<DMatrix<f64>> {
+        Some(solution.noise(self.rig, self.variance, self.errors)? * self.widened)
     }
 
     fn judged(&self, solution: &Solution) -> Option<ChiSquare> {

@@ -212,9 +212,7 @@ fn middle(data: &Dataset) -> Option<Point3> {
 /// All columns that can be free together: where nothing is at a given place the first camera stays.
 fn free(rig: &Rig<'_>, given: bool) -> Vec<usize> {
     let first = if given { 0 } else { ZOOM.start };
-    let skipped = if given { 0..0 } else { ZOOM.end..COLUMNS };
-    let count = COLUMNS * rig.frames.len();
-    (first..count).filter(|column| !skipped.contains(column)).collect()
+    (first..COLUMNS * rig.frames.len()).collect()
 }
 
 fn enough(rig: &Rig<'_>, given: bool) -> Result<()> {

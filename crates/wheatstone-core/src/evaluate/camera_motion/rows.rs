@@ -29,6 +29,20 @@ pub(super) enum Place {
     Board(Pose),
 }
 
+impl Place {
+    /// Pixels that tell something of the cameras, at least.
+    pub(super) fn least(&self) -> usize {
+        match self {
+            Self::Given => 1,
+            Self::Point(_) => 2,
+            Self::Board(_) => LEAST_ON_BOARD,
+        }
+    }
+}
+
+/// Points of a board that give it a pose and leave something to judge.
+pub(super) const LEAST_ON_BOARD: usize = 6;
+
 /// A pixel.
 pub(super) struct Seen {
     pub(super) camera: usize,

@@ -1,7 +1,7 @@
 //! What was seen, as groups of pixels that share a place, without gross errors.
 
 use super::{
-    rows::{Group, Place, Rig, Seen},
+    rows::{Group, LEAST_ON_BOARD, Place, Rig, Seen},
     solution::Solution,
 };
 use crate::{
@@ -20,9 +20,6 @@ pub(super) struct Scene {
 
 /// More points tell no more: what is uncertain of the fit then is.
 const MOST: usize = 20_000;
-
-/// Points of a board that give it a pose and leave something to judge.
-const LEAST_ON_BOARD: usize = 6;
 
 impl Scene {
     /// Points at given places, boards whose poses are not known, and points that two cameras or more matched.
@@ -47,8 +44,7 @@ impl Scene {
     }
 
     fn push(&mut self, place: Place, seen: Vec<Seen>) {
-        let least = if matches!(place, Place::Point(_)) { 2 } else { 1 };
-        if seen.len() >= least {
+        if seen.len() >= place.least() {
             self.groups.push(Group { seen });
             self.places.push(place);
         }
@@ -114,12 +110,7 @@ pub(super) fn leave_out(rig: &mut Rig<'_>, places: &mut Vec<Place>, outliers: &[
             .filter(|(own, _)| !all.contains(&(index, Some(*own))) && !all.contains(&(index, None)))
             .map(|(_, seen)| seen)
             .collect();
-        let least = match place {
-            Place::Given => 1,
-            Place::Point(_) => 2,
-            Place::Board(_) => LEAST_ON_BOARD,
-        };
-        if kept.len() >= least {
+        if kept.len() >= place.least() {
             rig.groups.push(Group { seen: kept });
             places.push(place);
         }

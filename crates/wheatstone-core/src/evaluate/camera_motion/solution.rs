@@ -2,10 +2,10 @@
 
 use super::rows::{Equations, Freed, Rig, State};
 use crate::{Result, method::FitErrors};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use wheatstone_numeric::{
     levenberg_marquardt::{Damping, Patience, search},
-    matrix_product::product,
+    matrix_product::{product, scaled},
     progress::Progress,
     statistics::chi_square_beyond,
 };
@@ -32,18 +32,6 @@ impl ChiSquare {
     }
 }
 
-/// The covariance of gradients, in units in which every column is known equally well by itself.
-pub(super) struct Noise {
-    covariance: DMatrix<f64>,
-}
-
-impl Noise {
-    /// So many times as large.
-    pub(super) fn widened(self, times: f64) -> Self {
-        Self { covariance: self.covariance * times }
-    }
-}
-
 impl Solution {
     /// From `start`, with these columns free; `None` where a camera does not see what it saw.
     pub(super) fn of(
@@ -66,13 +54,13 @@ impl Solution {
         rig: &Rig<'_>,
         variance: f64,
         errors: Option<&FitErrors<'_>>,
-    ) -> Option<Noise> {
+    ) -> Option<DMatrix<f64>> {
         let mut covariance = &self.equations.normal * variance;
         if let Some(errors) = errors.filter(|errors| errors.count > 0) {
             let mixed = rig.mixed(&self.state, &self.equations, errors)?;
             covariance += product(&mixed, &mixed.transpose());
         }
-        Some(Noise { covariance })
+        Some(covariance)
     }
 
     /// The inverse of the normal matrix of the free columns, in their order.
@@ -98,24 +86,24 @@ impl Solution {
     }
 
     /// What the pixels say against there being no other motion than those that are free.
-    pub(super) fn against(&self, noise: &Noise) -> Option<ChiSquare> {
+    pub(super) fn against(&self, noise: &DMatrix<f64>) -> Option<ChiSquare> {
         let freed = self.freed()?;
-        let covariance = product(&product(&freed, &noise.covariance), &freed.transpose());
+        let covariance = product(&product(&freed, noise), &freed.transpose());
         let left = &freed * &self.equations.gradient;
-        let (inverse, rank) = pseudo_inverse_of(covariance, &noise.covariance)?;
+        let (inverse, rank) = pseudo_inverse_of(covariance, noise)?;
         Some(ChiSquare { value: left.dot(&(inverse * &left)), freedom: rank })
     }
 
     /// The covariance of the free columns, in their order.
-    pub(super) fn covariance(&self, noise: &Noise) -> Option<DMatrix<f64>> {
+    pub(super) fn covariance(&self, noise: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let inverse = self.inverse()?;
-        let own = noise.covariance.select_rows(&self.columns).select_columns(&self.columns);
+        let own = noise.select_rows(&self.columns).select_columns(&self.columns);
         Some(product(&product(&inverse, &own), &inverse))
     }
 
     /// For each column the chi-square that a motion of one unit adds on average, and the directions that the pixels tell.
-    pub(super) fn power(&self, noise: &Noise) -> Option<(Vec<f64>, usize)> {
-        let (inverse, rank) = pseudo_inverse(noise.covariance.clone())?;
+    pub(super) fn power(&self, noise: &DMatrix<f64>) -> Option<(Vec<f64>, usize)> {
+        let (inverse, rank) = pseudo_inverse(noise.clone())?;
         let normal = &self.equations.normal;
         let power = product(&product(normal, &inverse), normal);
         Some((power.diagonal().as_slice().to_vec(), rank))
@@ -147,17 +135,22 @@ fn pseudo_inverse_of(matrix: DMatrix<f64>, scale: &DMatrix<f64>) -> Option<(DMat
         .iter()
         .map(|value| if *value > 0.0 { 1.0 / value.sqrt() } else { 0.0 })
         .collect();
-    let mut scaled = wheatstone_numeric::matrix_product::scaled(&over, matrix);
-    scaled = (&scaled + scaled.transpose()) * 0.5;
-    if !scaled.iter().all(|value| value.is_finite()) {
+    let unit = scaled(&over, matrix);
+    let unit = (&unit + unit.transpose()) * 0.5;
+    if !unit.iter().all(|value| value.is_finite()) {
         return None;
     }
-    let axes = scaled.symmetric_eigen();
-    let is_told = |value: &&f64| **value > LEAST;
-    let rank = axes.eigenvalues.iter().filter(is_told).count();
-    let inverse: DVector<f64> =
-        axes.eigenvalues.map(|value| if value > LEAST { 1.0 / value } else { 0.0 });
-    let back = axes.eigenvectors.clone() * DMatrix::from_diagonal(&inverse);
+    let axes = unit.symmetric_eigen();
+    let mut back = axes.eigenvectors.clone();
+    let mut rank = 0;
+    for (mut axis, value) in back.column_iter_mut().zip(axes.eigenvalues.iter()) {
+        if *value > LEAST {
+            rank += 1;
+            axis /= *value;
+        } else {
+            axis.fill(0.0);
+        }
+    }
     let found = product(&back, &axes.eigenvectors.transpose());
-    Some((wheatstone_numeric::matrix_product::scaled(&over, found), rank))
+    Some((scaled(&over, found), rank))
 }
