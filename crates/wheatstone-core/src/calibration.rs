@@ -2,6 +2,7 @@
 //! fitted, and how good it is. It carries its own evidence.
 
 mod camera_motion;
+mod locators;
 mod origin;
 
 pub use origin::{Imported, Source};
@@ -17,11 +18,8 @@ use crate::{
         self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference,
     },
     fit::stage::ViewOffset,
-    geometry::{Pixel, Point3, StageCovariance},
-    method::{
-        AnyMethod, AnyReconstructor, CalibratedMap, Choice, Fit, Located, Locator, PointNoise,
-        Reconstructor,
-    },
+    geometry::{Point3, StageCovariance},
+    method::{AnyMethod, AnyReconstructor, CalibratedMap, Choice, Fit, PointNoise, Reconstructor},
     preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
     storage,
 };
@@ -171,27 +169,6 @@ impl Calibration {
             imported: None,
             source: None,
         })
-    }
-
-    /// The point that the cameras saw at `pixels` (one entry a camera), with all that is uncertain of it:
-    /// [`Reconstructor::locate`] by [`Calibration::map`].
-    #[must_use]
-    pub fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
-        self.map().locate(pixels)
-    }
-
-    /// The same for many points, with the trust that the volume gives each.
-    #[must_use]
-    pub fn locator(&self) -> Locator<'_> {
-        Locator::new(&*self.reconstructor, Some(&self.volume))
-            .with_uncertainty(self.point_noise, self.stage_covariance.as_ref())
-    }
-
-    /// The fitted map with all that is uncertain of a point in its covariances.
-    #[must_use]
-    pub fn map(&self) -> CalibratedMap<'_> {
-        CalibratedMap::new(&*self.reconstructor)
-            .with_uncertainty(self.point_noise, self.stage_covariance.as_ref())
     }
 
     /// The method whose fit this is, and that fit, as they were held against views left out.

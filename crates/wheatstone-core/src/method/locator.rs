@@ -11,12 +11,14 @@ mod located_batch;
 mod piece;
 mod plan;
 mod rig;
+mod settled;
 mod undistortion_table;
 mod undistortion_tiles;
 
 pub use located_batch::LocatedBatch;
 pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
+pub use settled::SettledLocator;
 
 use super::{PointNoise, Reconstructor};
 use crate::{

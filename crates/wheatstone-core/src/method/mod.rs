@@ -49,7 +49,9 @@ pub use intrinsics::{IntrinsicParameter, Intrinsics};
 pub use known_lens::KnownLens;
 pub use located::{Located, Residual};
 use locator::Formulas;
-pub use locator::{FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan};
+pub use locator::{
+    FormulaCameras, Learned, LocatedBatch, Locator, PlacedCamera, Plan, SettledLocator,
+};
 pub use pixel_noise::PixelNoise;
 pub use point_noise::PointNoise;
 pub(crate) use resection::information;

@@ -1,28 +1,20 @@
 //! Many points at once beside each by itself.
 
-use crate::worlds::chart;
+use crate::worlds::{gaps, world};
 use wheatstone_charts::chart::AnyChart;
 use wheatstone_core::{
-    dataset::{Dataset, volume::Volume},
+    dataset::volume::Volume,
     geometry::{Pixel, PixelColumns, columns_of},
     method::{AnyMethod, LocatedBatch, Locator, Plan, Reconstructor, network::Training},
 };
 use wheatstone_numeric::progress::Silent;
-use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences};
+use wheatstone_synthetic::{Noise, Rig, random_correspondences};
 
 /// So many points see what has come to pay made.
 const PIECE: usize = 8 * 2048;
 
 /// So many points see sheets over the whole picture made.
 const MANY: usize = 4 * PIECE;
-
-fn world(name: &str, cameras: usize) -> (Rig, AnyChart, Dataset) {
-    let rig = Rig::named(name, cameras).unwrap();
-    let chart = chart(&rig);
-    let views = Stage::default().views().unwrap();
-    let train = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 3), Some(400));
-    (rig, chart, train)
-}
 
 /// Enough points in a part of the space that patches and boxes are made.
 fn crowd(rig: &Rig, chart: &AnyChart, count: usize) -> Vec<Vec<Option<Pixel>>> {
@@ -41,31 +33,6 @@ fn crowd_between(
 
 fn borrowed(columns: &[[Vec<f64>; 2]]) -> PixelColumns<'_> {
     PixelColumns::new(columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect())
-}
-
-/// The largest gap of points, in standard deviations; of standard deviations, those of residuals among them,
-/// as a share; of residuals, in pixels.
-fn gaps(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], places: &LocatedBatch) -> [f64; 3] {
-    let mut gaps = [0.0_f64; 3];
-    for (index, row) in rows.iter().enumerate() {
-        let Some(exact) = map.locate(row) else {
-            assert!(places.point[0][index].is_nan() && places.covariance[0][index].is_nan());
-            continue;
-        };
-        for axis in 0..3 {
-            let sigma = exact.covariance[(axis, axis)].sqrt();
-            gaps[0] = gaps[0].max((places.point[axis][index] - exact.point[axis]).abs() / sigma);
-            let own = places.covariance[[0, 3, 5][axis]][index].sqrt();
-            gaps[1] = gaps[1].max((own / sigma - 1.0).abs());
-        }
-        let told = (places.residual[index], places.residual_sigma[index]);
-        assert_eq!(told.0.is_nan(), exact.residual.is_none());
-        if let Some(exact) = exact.residual {
-            gaps[1] = gaps[1].max((told.1 / exact.sigma - 1.0).abs());
-            gaps[2] = gaps[2].max((told.0 - exact.rms).abs());
-        }
-    }
-    gaps
 }
 
 #[test]

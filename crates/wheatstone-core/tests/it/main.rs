@@ -17,5 +17,6 @@ mod neural_camera;
 mod outliers;
 mod soloff;
 mod volume;
+mod settled_locator;
 mod staged;
 mod worlds;

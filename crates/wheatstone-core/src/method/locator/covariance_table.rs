@@ -12,6 +12,7 @@ use super::{super::Reconstructor, plan::PlacedCamera};
 use crate::geometry::Pixel;
 use cell::{Cell, FIGURES, Interpolate, NONE, fitted, through, told};
 use nalgebra::{DMatrix, Matrix3};
+use std::{cmp::Reverse, collections::BTreeMap};
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Boxes along each side of the picture that can be told apart; the outermost are never made, for they
@@ -51,6 +52,9 @@ pub(super) struct CovarianceTable {
 
 /// Marks a box that could not be made, but its eighths perhaps.
 const SPLIT: u32 = 1 << 31;
+
+/// So many whole boxes are made at once, at most: a box takes from a third of a millisecond to some milliseconds.
+const MOST_SETTLED: usize = 384;
 
 /// Slots of whole boxes; those of the first eighths of all follow, then those of the second.
 const SLOTS: usize = SIDE * SIDE * LAYERS;
@@ -136,11 +140,40 @@ impl CovarianceTable {
     pub(super) fn missing(&self, pixel: Pixel, nearness: f64) -> Option<u32> {
         let place = self.place(pixel.x, pixel.y, nearness);
         let slot = place.slot;
-        let inner = |cell: usize, cells: usize| (1..cells - 1).contains(&cell);
-        let within = inner(slot % SIDE, SIDE) && inner(slot / SIDE % SIDE, SIDE);
-        let known = within && inner(slot / (SIDE * SIDE), LAYERS) && nearness > 0.0;
+        let known = is_inner(slot) && nearness > 0.0;
         let (found, place) = self.found(place);
         (known && found == 0).then_some(place.slot as u32)
+    }
+
+    /// The slots of whole boxes that points lie in, and of those between two such; where there are too many, those that
+    /// hold the most. Sorted.
+    pub(super) fn around(&self, [x, y, nearness]: [&[f64]; 3]) -> Vec<u32> {
+        let mut held: BTreeMap<usize, usize> = BTreeMap::new();
+        for ((x, y), near) in x.iter().zip(y).zip(nearness) {
+            if x.is_finite() && y.is_finite() && near.is_finite() && *near > 0.0 {
+                *held.entry(self.place(*x, *y, *near).slot).or_default() += 1;
+            }
+        }
+        let steps = [1, SIDE, SIDE * SIDE];
+        let pairs = held.keys().flat_map(|slot| steps.map(|step| (*slot, step)));
+        let between = pairs.filter(|(slot, step)| held.contains_key(&(slot + 2 * step)));
+        let between: Vec<usize> = between.map(|(slot, step)| slot + step).collect();
+        for slot in between {
+            held.entry(slot).or_default();
+        }
+        let mut slots: Vec<(usize, usize)> =
+            held.into_iter().filter(|(slot, _)| is_inner(*slot)).collect();
+        slots.sort_by_key(|(slot, points)| (Reverse(*points), *slot));
+        slots.truncate(MOST_SETTLED);
+        let mut slots: Vec<u32> = slots.into_iter().map(|(slot, _)| slot as u32).collect();
+        slots.sort_unstable();
+        slots
+    }
+
+    /// The slots of the eighths that stand in place of a box that could not be made.
+    pub(super) fn eighths_of(&self, slot: u32) -> impl Iterator<Item = u32> {
+        let is_split = self.index[slot as usize] & SPLIT != 0;
+        (1..=8).filter(move |_| is_split).map(move |part| slot + (part * SLOTS) as u32)
     }
 
     /// Takes over what was made for a slot.
@@ -211,6 +244,14 @@ impl CovarianceTable {
         let (low, high) = (f64::from_bits(layer << BELOW), f64::from_bits((layer + 1) << BELOW));
         (pixel, low + (high - low) * (0.5 + 0.5 * near))
     }
+}
+
+/// Whether a whole box's slot is not one of the outermost.
+fn is_inner(slot: usize) -> bool {
+    let inner = |cell: usize, cells: usize| (1..cells - 1).contains(&cell);
+    inner(slot % SIDE, SIDE)
+        && inner(slot / SIDE % SIDE, SIDE)
+        && inner(slot / (SIDE * SIDE), LAYERS)
 }
 
 /// One run through columns.

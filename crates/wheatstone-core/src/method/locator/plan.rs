@@ -22,10 +22,10 @@ pub enum Plan<'a> {
 }
 
 /// Where a camera observes a world point, in pixels, with derivatives by the world's coordinates.
-type Projecting<'a> = dyn Fn(Point3) -> Option<(Pixel, Matrix2x3<f64>)> + Sync + 'a;
+type Projecting<'a> = dyn Fn(Point3) -> Option<(Pixel, Matrix2x3<f64>)> + Send + Sync + 'a;
 
 /// About where a pixel looks: a point that falls near it.
-type Looking<'a> = dyn Fn(Pixel) -> Option<Point3> + Sync + 'a;
+type Looking<'a> = dyn Fn(Pixel) -> Option<Point3> + Send + Sync + 'a;
 
 /// A camera as it departs from a projective one.
 pub struct PlacedCamera<'a> {
@@ -64,7 +64,7 @@ pub(in crate::method) enum Formulas {
 }
 
 /// Points from columns of pixels: reads where the base would have them, and puts the map's instead.
-type Correcting<'a> = dyn Fn(&PixelColumns, &mut [&mut [f64]; 3]) + Sync + 'a;
+type Correcting<'a> = dyn Fn(&PixelColumns, &mut [&mut [f64]; 3]) + Send + Sync + 'a;
 
 /// A map that is a formula.
 pub struct Learned<'a> {

@@ -16,6 +16,7 @@ use crate::{
     },
     method::PixelNoise,
 };
+use rayon::prelude::*;
 use wheatstone_numeric::{
     aligned::ask_ahead,
     number::{Doubles, Number, Pair, registers, registers_mut},
@@ -113,6 +114,28 @@ impl<'a> Rig<'a> {
                 *sheet = Some((part, ChebyshevUndistortion::new(camera, part)));
             }
         }
+    }
+
+    /// Makes sheets over the parts of the pictures that pixels lie in and a little beyond, and patches where a sheet
+    /// does not follow a camera: once and for all.
+    pub(super) fn settle(&mut self, shown: &PixelColumns) {
+        let seen = self.cameras.iter().zip(shown.cameras());
+        let lenses = seen.zip(&mut self.patches).zip(&mut self.sheets);
+        for (((camera, seen), patches), sheet) in lenses {
+            let Some((patches, part)) = patches.as_mut().zip(Part::around(*seen)) else { continue };
+            let slots = patches.over(part);
+            let touched = slots.iter().map(|slot| patches.part(*slot)).reduce(Part::with);
+            let whole = touched
+                .and_then(|part| Some((part, Some(ChebyshevUndistortion::new(camera, part)?))));
+            if whole.is_some() {
+                *sheet = whole;
+                continue;
+            }
+            let made = slots.par_iter().map(|slot| patches.make(camera, *slot));
+            let made: Vec<_> = made.collect();
+            slots.into_iter().zip(made).for_each(|(slot, made)| patches.take(slot, made));
+        }
+        self.cover();
     }
 
     /// The patches that a point asks for and that are not made yet: camera and slot.

@@ -25,6 +25,19 @@ pub(super) struct Part {
 }
 
 impl Part {
+    /// What holds all of some places, and a twentieth of its width more on each side; `None` of no places.
+    pub(super) fn around([x, y]: [&[f64]; 2]) -> Option<Self> {
+        const MORE: f64 = 0.05;
+        let seen = x.iter().zip(y).filter(|(x, y)| x.is_finite() && y.is_finite());
+        let places = seen.map(|(x, y)| Self { least: [*x, *y], most: [*x, *y] });
+        let own = places.reduce(Self::with)?;
+        let more = [0, 1].map(|axis| MORE * (own.most[axis] - own.least[axis]));
+        Some(Self {
+            least: [0, 1].map(|axis| own.least[axis] - more[axis]),
+            most: [0, 1].map(|axis| own.most[axis] + more[axis]),
+        })
+    }
+
     /// What holds both.
     pub(super) fn with(self, other: Self) -> Self {
         Self {

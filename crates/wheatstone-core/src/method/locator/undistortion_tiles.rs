@@ -150,12 +150,26 @@ impl UndistortionTiles {
         self.covered
     }
 
+    /// The slots that a part of the picture touches, but for the outermost.
+    pub(super) fn over(&self, part: Part) -> Vec<u32> {
+        let cell =
+            |value: f64| (value * self.density + BEFORE).max(1.0).min((SIDE - 2) as f64) as usize;
+        let along = |axis: usize| cell(part.least[axis])..=cell(part.most[axis]);
+        let row = |row: usize| along(0).map(move |column| (row * SIDE + column) as u32);
+        along(1).flat_map(row).collect()
+    }
+
+    /// The part of the picture that a slot is.
+    pub(super) fn part(&self, slot: u32) -> Part {
+        let [least, most] = [-1.0, 1.0].map(|end| self.pixel(slot as usize, end, end).into());
+        Part { least, most }
+    }
+
     /// Takes over what was made for a slot.
     pub(super) fn take(&mut self, slot: u32, made: BuiltTile) {
-        let [least, most] = [-1.0, 1.0].map(|end| self.pixel(slot as usize, end, end).into());
+        let own = self.part(slot);
         self.index[slot as usize] = match made.0 {
             Some(patch) => {
-                let own = Part { least, most };
                 self.covered = Some(self.covered.map_or(own, |covered| covered.with(own)));
                 self.patches.push(*patch);
                 self.patches.len() as u32 - 1
