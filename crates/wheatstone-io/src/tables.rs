@@ -4,7 +4,7 @@
 //! `X,Y,Z` world, or `board_x,board_y` on a chart whose pose is unknown, optionally `view` and `id`.
 //! Usual other names are understood (`u1`, `x_1`, `left_x`, `X_mm`), others are told by [`ColumnNames`];
 //! columns that are none of these are passed over. Text with commas, semicolons or tabs, gzipped or not,
-//! Parquet and Arrow files are read and written.
+//! Parquet and Arrow files are read and written; record batches of Arrow are read as they are.
 
 mod arrow_lengths;
 mod cells;
@@ -32,4 +32,10 @@ pub use rounding::{is_text, round_to_sigma};
 pub use rows::Rows;
 pub use writer::{TableStyle, TableWriter};
 
-pub use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
+pub use arrow_array::{
+    Array, ArrayRef, Float64Array, RecordBatch, RecordBatchIterator, RecordBatchReader, StringArray,
+};
+pub use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+
+/// Arrow's own crates, of the release whose types are in the signatures.
+pub use {arrow_array, arrow_schema};

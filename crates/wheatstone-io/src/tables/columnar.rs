@@ -1,4 +1,4 @@
-//! Tables that files hold by column: Parquet and Arrow.
+//! Tables by column: Parquet and Arrow files, and batches in memory.
 
 use super::{
     arrow_lengths,
@@ -41,6 +41,11 @@ pub(super) struct ColumnTable {
     row: u64,
 }
 
+/// What messages call a table, by where it comes from.
+const PARQUET: &str = "Parquet file";
+const ARROW: &str = "Arrow file";
+const HANDED_OVER: &str = "table in memory";
+
 /// Rows that are decoded at once.
 const ROWS: usize = 1 << 14;
 
@@ -50,7 +55,7 @@ impl ColumnTable {
         file: F,
         told: Option<&ColumnNames>,
     ) -> Result<Self> {
-        let (schema, unit, batches) = guarded(path, "Parquet", || {
+        let (schema, unit, batches) = guarded(path, PARQUET, || {
             parquet_lengths::check_footer(&file)?;
             let metadata = ArrowReaderMetadata::load(&file, ArrowReaderOptions::default())?;
             parquet_lengths::check_columns(&metadata, file.len())?;
@@ -64,7 +69,7 @@ impl ColumnTable {
             let reader = builder.build()?;
             Ok((reader.schema(), unit, Box::new(reader) as Batches))
         })?;
-        Self::new(path, "Parquet", (schema, unit, batches), told)
+        Self::new(path, PARQUET, (schema, unit, batches), told)
     }
 
     /// A file of Arrow's, also known as Feather, or where it is none a stream.
@@ -74,7 +79,7 @@ impl ColumnTable {
         stream: bool,
         told: Option<&ColumnNames>,
     ) -> Result<Self> {
-        let opened = guarded(path, "Arrow", || {
+        let opened = guarded(path, ARROW, || {
             arrow_lengths::check(&mut file, stream)?;
             file.rewind()?;
             let batches: (SchemaRef, Batches) = if stream {
@@ -87,7 +92,21 @@ impl ColumnTable {
             let unit = batches.0.metadata().get(UNIT).cloned();
             Ok((batches.0, unit, batches.1))
         })?;
-        Self::new(path, "Arrow", opened, told)
+        Self::new(path, ARROW, opened, told)
+    }
+
+    /// Batches that are in memory, or that another program hands over.
+    pub(super) fn batches(
+        name: &Path,
+        batches: Box<dyn RecordBatchReader + Send>,
+        told: Option<&ColumnNames>,
+    ) -> Result<Self> {
+        let opened = guarded(name, HANDED_OVER, || {
+            let schema = batches.schema();
+            let unit = schema.metadata().get(UNIT).cloned();
+            Ok((schema, unit, batches as Batches))
+        })?;
+        Self::new(name, HANDED_OVER, opened, told)
     }
 
     fn new(
@@ -120,10 +139,14 @@ impl ColumnTable {
             let batch = match self.rest.take() {
                 Some(rest) => rest,
                 None => {
-                    let batches = &mut self.batches;
-                    match guarded(&self.table.path, self.kind, || {
-                        Ok(batches.next().transpose()?)
-                    })? {
+                    let (batches, columns) = (&mut self.batches, self.table.names.len());
+                    let next = guarded(&self.table.path, self.kind, || {
+                        let next = batches.next().transpose()?;
+                        let is_whole =
+                            next.as_ref().is_none_or(|next| next.num_columns() == columns);
+                        if is_whole { Ok(next) } else { Err("a batch lacks columns".into()) }
+                    })?;
+                    match next {
                         Some(batch) => batch,
                         None => return Ok(None),
                     }
@@ -165,6 +188,11 @@ fn damaged(path: &Path, kind: &str, what: &str) -> Error {
             "write it with Snappy (the default of pandas), Zstandard or gzip, or uncompressed";
         return malformed(path, None, problem, hint);
     }
-    let problem = format!("not a readable {kind} file: {what}");
-    malformed(path, None, problem, "is this the file that you meant? Was it copied completely?")
+    let problem = format!("not a readable {kind}: {what}");
+    let hint = if kind == HANDED_OVER {
+        "check the program that hands it over"
+    } else {
+        "is this the file that you meant? Was it copied completely?"
+    };
+    malformed(path, None, problem, hint)
 }

@@ -1,6 +1,9 @@
 //! A column as numbers, whatever its file keeps them as.
 
-use super::cells::{self, Fault};
+use super::{
+    cells::{self, Fault},
+    shown::keys_of,
+};
 use arrow_array::{
     Array, Float64Array, cast::AsArray, downcast_integer_array, types::Decimal128Type,
 };
@@ -21,6 +24,8 @@ pub(super) fn of(array: &dyn Array, comma: bool) -> Result<Float64Array, Unfit> 
         DataType::LargeUtf8 => of_text(array.as_string::<i64>(), comma),
         DataType::Utf8View => of_text(array.as_string_view(), comma),
         DataType::Dictionary(..) => of_dictionary(array, comma),
+        // A column of nothing but nulls may have no kind.
+        DataType::Null => Ok(vec![f64::NAN; array.len()].into()),
         DataType::Float64 => places(array.as_primitive().clone()),
         DataType::Float32 => {
             of_values(array.as_primitive::<arrow_array::types::Float32Type>(), f64::from)
@@ -62,9 +67,7 @@ fn of_values<T: Copy>(
 /// Rows that share their values: each value is looked at once.
 fn of_dictionary(array: &dyn Array, comma: bool) -> Result<Float64Array, Unfit> {
     let Some(dictionary) = array.as_any_dictionary_opt() else { return Err(Unfit::Kind) };
-    let keys: Vec<Option<usize>> = (dictionary.normalized_keys().into_iter().enumerate())
-        .map(|(row, key)| dictionary.is_valid(row).then_some(key))
-        .collect();
+    let keys = keys_of(dictionary);
     let values = of(dictionary.values(), comma).map_err(|unfit| match unfit {
         Unfit::Row(value, fault) => {
             Unfit::Row(keys.iter().position(|key| *key == Some(value)).unwrap_or(0), fault)
@@ -95,7 +98,8 @@ fn places(array: Float64Array) -> Result<Float64Array, Unfit> {
 mod tests {
     use super::*;
     use arrow_array::{
-        Decimal128Array, DictionaryArray, Int64Array, ListArray, StringViewArray, UInt8Array,
+        Decimal128Array, DictionaryArray, Int64Array, ListArray, NullArray, StringViewArray,
+        UInt8Array,
         types::{Int8Type, Int32Type},
     };
 
@@ -114,6 +118,8 @@ mod tests {
         let shared: DictionaryArray<Int32Type> = [Some("7"), None, Some("7")].into_iter().collect();
         let found = values(&shared);
         assert_eq!((found[0], found[2], found[1].is_nan()), (7.0, 7.0, true));
+        let empty: DictionaryArray<Int32Type> = [None::<&str>].into_iter().collect();
+        assert!(values(&empty)[0].is_nan() && values(&NullArray::new(2))[1].is_nan());
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::{
     text::TextTable,
     writer::{Kind, TableStyle},
 };
+use arrow_array::RecordBatchReader;
 use flate2::read::MultiGzDecoder;
 use std::{
     fs::File,
@@ -69,6 +70,21 @@ impl TableReader {
     /// As [`TableReader::open`].
     pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: &TableOptions) -> Result<Self> {
         Self::of_kind(name, Sort::of(&bytes, name), Cursor::new(bytes), options)
+    }
+
+    /// Reads record batches that are in memory, or that another program hands over by Arrow's C interface; `name` stands
+    /// for them in messages. Their schema's metadata may say the unit of lengths, under the key `unit`.
+    ///
+    /// # Errors
+    ///
+    /// As [`TableReader::open`].
+    pub fn of_batches(
+        name: &Path,
+        batches: Box<dyn RecordBatchReader + Send>,
+        options: &TableOptions,
+    ) -> Result<Self> {
+        let table = ColumnTable::batches(name, batches, options.columns.as_ref())?;
+        Ok(Self { kind: Table::Columns(table), prompt: options.prompt })
     }
 
     fn of_kind<F: Source>(

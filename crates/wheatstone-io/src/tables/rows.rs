@@ -107,7 +107,9 @@ impl Rows {
         let mut fields: Vec<Field> =
             self.batch.schema().fields().iter().map(|field| field.as_ref().clone()).collect();
         for column in self.table.layout.numbers() {
-            if fields[column].data_type() == &DataType::Utf8 {
+            if let DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View =
+                fields[column].data_type()
+            {
                 let numbers = self.numbers(column)?;
                 let cells = numbers.values().iter().map(|v| (!v.is_nan()).then_some(*v));
                 columns[column] = Arc::new(cells.collect::<Float64Array>()) as ArrayRef;

@@ -1,8 +1,8 @@
 //! Cells of any kind as text.
 
 use arrow_array::{
-    Array, Float32Array, Float64Array, StringArray, cast::AsArray, downcast_integer_array,
-    downcast_temporal_array, types::Decimal128Type,
+    Array, Float32Array, Float64Array, StringArray, array::AnyDictionaryArray, cast::AsArray,
+    downcast_integer_array, downcast_temporal_array, types::Decimal128Type,
 };
 use arrow_schema::DataType;
 use std::fmt::{self, Write};
@@ -25,9 +25,7 @@ impl<'a> Shown<'a> {
             DataType::Utf8 => Self::Text(array.as_string()),
             DataType::Dictionary(..) => {
                 let dictionary = array.as_any_dictionary();
-                let keys = dictionary.normalized_keys().into_iter().enumerate();
-                let keys = keys.map(|(row, key)| array.is_valid(row).then_some(key)).collect();
-                Self::Shared(keys, Box::new(Self::of(dictionary.values())))
+                Self::Shared(keys_of(dictionary), Box::new(Self::of(dictionary.values())))
             }
             _ => Self::Other(array),
         }
@@ -66,6 +64,16 @@ impl<'a> Shown<'a> {
         self.push(row, &mut text);
         text
     }
+}
+
+/// Which value each row has, of rows that share their values.
+pub(super) fn keys_of(dictionary: &dyn AnyDictionaryArray) -> Vec<Option<usize>> {
+    // Without values there are no keys either.
+    if dictionary.values().is_empty() {
+        return vec![None; dictionary.len()];
+    }
+    let keys = dictionary.normalized_keys().into_iter().enumerate();
+    keys.map(|(row, key)| dictionary.is_valid(row).then_some(key)).collect()
 }
 
 /// A cell that is not null, of the kinds that tables keep seldom; nothing for lists, structures and what else text has

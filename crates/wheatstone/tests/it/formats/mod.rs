@@ -1,6 +1,7 @@
 //! Files of other programs: pixels that their own tools project, round trips, losses, and damaged files.
 
 mod tables;
+mod batches;
 mod damaged;
 mod losses;
 mod points;
