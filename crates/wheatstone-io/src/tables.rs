@@ -12,6 +12,7 @@ mod collected;
 mod columnar;
 mod layout;
 mod lines;
+mod located;
 mod names;
 mod numbers;
 mod parquet_lengths;
@@ -24,6 +25,7 @@ mod text;
 mod writer;
 
 pub use collected::Duplicates;
+pub use located::LocatedColumns;
 pub use names::ColumnNames;
 pub(crate) use points::encode_in;
 pub use points::{encode, read, read_bytes, read_with, save, write};

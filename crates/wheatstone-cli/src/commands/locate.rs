@@ -12,26 +12,18 @@ use clap::Args;
 use std::{
     collections::VecDeque,
     io::IsTerminal,
-    mem::take,
     path::PathBuf,
-    sync::{
-        Arc,
-        mpsc::{Receiver, RecvTimeoutError, channel},
-    },
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
     time::{Duration, Instant},
 };
 use wheatstone::{
     Calibration, Error,
-    dataset::volume::Trust,
     geometry::{Pixel, PixelColumns},
     method::{
         LocatedBatch,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
     },
-    tables::{
-        ArrayRef, ColumnNames, Float64Array, Rows, StringArray, TableOptions, TableReader,
-        TableStyle, is_text, round_to_sigma,
-    },
+    tables::{ColumnNames, LocatedColumns, Rows, TableOptions, TableReader, TableStyle, is_text},
 };
 
 /// Triangulate: turn matched pixels into 3-D points with error bars
@@ -75,12 +67,6 @@ fn rate(text: &str) -> Result<f64, String> {
     if value > 0.0 && value < 1.0 { Ok(value) } else { Err("give a value between 0 and 1".into()) }
 }
 
-/// What is appended to each row.
-const COLUMNS: [&str; 9] = ["X", "Y", "Z", "sX", "sY", "sZ", "residual", "trust", "mismatch"];
-
-/// What is appended where the covariance is asked for.
-const COVARIANCE: [&str; 6] = ["cXX", "cXY", "cXZ", "cYY", "cYZ", "cZZ"];
-
 impl Locate {
     pub(crate) fn run(self) -> Outcome {
         let mut model = Calibration::load(&self.model)?;
@@ -103,22 +89,25 @@ impl Locate {
             }
             .into());
         }
-        let names = self.header(input.names());
+        let added = LocatedColumns {
+            covariance: self.covariance,
+            rounded: is_text(&self.output),
+            test: MismatchTest::new(self.false_alarm, input.cameras()),
+        };
+        let names = added.names(input.names());
         let style = TableStyle { unit: Some(model.unit.clone()), ..input.style() };
         let sink = Sink::create(&self.output, names, style)?;
         let (mut counter, mut done) =
             (Counter::new(standard && std::io::stdout().is_terminal()), 0);
-        let test = MismatchTest::new(self.false_alarm, input.cameras());
         let mut locator = model.locator();
         let mut rows = Arriving { rows: tables::start(input), first: VecDeque::new() };
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
         refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
-        let (covariance, text) = (self.covariance, is_text(&self.output));
         // Columns that are not written come back, for the next rows: new memory costs as much as what fills it.
         let (back, spare) = channel::<LocatedBatch>();
         let writing = sink.start(move |rows, mut places: LocatedBatch| {
-            let columns = added(rows, &mut places, &test, (covariance, text));
+            let columns = added.of(&rows.pixels(), &mut places);
             // Nobody may be there to take it any more.
             let _ = back.send(places);
             columns
@@ -134,59 +123,6 @@ impl Locate {
         }
         writing.finish()
     }
-
-    /// The input's columns and the appended ones, each name once.
-    fn header<'a>(&self, columns: impl Iterator<Item = &'a str>) -> Vec<String> {
-        let covariance = if self.covariance { &COVARIANCE[..] } else { &[] };
-        let appended = || COLUMNS.iter().chain(covariance);
-        let free = |name: &str| {
-            if appended().any(|own| *own == name) { format!("input_{name}") } else { name.into() }
-        };
-        columns.map(free).chain(appended().map(|name| (*name).into())).collect()
-    }
-}
-
-/// The appended columns, taken out of `places`; null where nothing was located or a figure does not exist.
-/// In text, places are rounded to what their standard deviations mean.
-fn added(
-    rows: &Rows,
-    places: &mut LocatedBatch,
-    test: &MismatchTest,
-    (covariance, text): (bool, bool),
-) -> Vec<ArrayRef> {
-    let mismatch = test.mismatches(&rows.pixels(), places);
-    let trust = places.trust.iter().zip(&places.point[0]).map(|(trust, x)| match trust {
-        _ if x.is_nan() => None,
-        Trust::Inside => Some("inside"),
-        Trust::Edge => Some("edge"),
-        Trust::Outside => Some("outside"),
-    });
-    let trust = Arc::new(trust.collect::<StringArray>());
-    let mismatch = mismatch.into_iter().map(|mismatch| mismatch.then_some("yes"));
-    let mut sigmas = places.sigma();
-    if text {
-        for (axis, sigmas) in places.point.iter_mut().zip(&mut sigmas) {
-            round_to_sigma(axis, sigmas);
-            let own = sigmas.clone();
-            round_to_sigma(sigmas, &own);
-        }
-    }
-    let mut columns: Vec<ArrayRef> = Vec::with_capacity(COLUMNS.len() + COVARIANCE.len());
-    columns.extend(take(&mut places.point).into_iter().chain(sigmas).map(number));
-    columns.push(number(take(&mut places.residual)));
-    columns.extend([trust as ArrayRef, Arc::new(mismatch.collect::<StringArray>())]);
-    if covariance {
-        columns.extend(take(&mut places.covariance).into_iter().map(number));
-    }
-    columns
-}
-
-/// A column of numbers, null where one is not finite.
-fn number(values: Vec<f64>) -> ArrayRef {
-    if values.iter().all(|value| value.is_finite()) {
-        return Arc::new(Float64Array::from(values));
-    }
-    Arc::new(values.into_iter().map(|v| v.is_finite().then_some(v)).collect::<Float64Array>())
 }
 
 /// Rows as they come.

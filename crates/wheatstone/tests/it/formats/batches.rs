@@ -1,14 +1,17 @@
-//! Record batches in memory, as data frames hand them over.
+//! Record batches in memory, as data frames hand them over, and what locating adds to them.
 
 use std::{path::Path, sync::Arc};
 use wheatstone::{
-    Error,
+    Calibration, Error, Prepared, Silent,
     dataset::Dataset,
+    geometry::{PixelColumns, columns_of},
+    method::{AnyMethod, mismatch::MismatchTest},
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
     tables::{
-        ArrayRef, ArrowError, Float64Array, RecordBatch, RecordBatchIterator, SchemaRef,
-        StringArray, TableOptions, TableReader,
+        ArrayRef, ArrowError, DataType, Field, Float64Array, LocatedColumns, RecordBatch,
+        RecordBatchIterator, Schema, SchemaRef, StringArray, TableOptions, TableReader,
         arrow_array::{
-            DictionaryArray, Float32Array, Int64Array, LargeStringArray, NullArray,
+            Array, DictionaryArray, Float32Array, Int64Array, LargeStringArray, NullArray,
             StringViewArray,
             cast::AsArray,
             types::{Float64Type, Int32Type},
@@ -134,4 +137,45 @@ fn a_schema_says_its_unit() {
     let own = own.with_schema(Arc::clone(&schema)).unwrap();
     let reader = reader(schema, vec![Ok(own)]).unwrap();
     assert_eq!(reader.unit().unwrap().as_deref(), Some("mm"));
+}
+
+#[test]
+fn rows_get_their_points_and_keep_their_places() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let chart = wheatstone::LineGrid { pitch: rig.chart_pitch(), ..Default::default() }.into();
+    let views = Stage::default().views().unwrap();
+    let data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 3), Some(60));
+    let mut rows: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
+    rows[3][1] = None;
+    let method = AnyMethod::named("brown").unwrap();
+    let model =
+        Calibration::fit(&method, &Prepared::as_given(data.clone()), 0, false, &Silent).unwrap();
+    let columns = columns_of(&rows, 2);
+    let pixels =
+        PixelColumns::new(columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect());
+    let names = ["x1", "y1", "x2", "y2"].into_iter();
+    let input = batch(names.zip(columns.iter().flatten().map(|v| doubles(v))).collect());
+    let taken = Arc::new(Schema::new(vec![Field::new("X", DataType::Float64, true)]));
+    let test = MismatchTest::new(0.001, 2);
+    let added = LocatedColumns { covariance: true, rounded: false, test };
+    assert_eq!(added.schema(&taken).field(0).name(), "input_X");
+    for with_covariance in [true, false] {
+        let locator = model.settled_locator(with_covariance);
+        let mut places = locator.locate(&pixels);
+        let whole = places.clone();
+        let output = added.append(&input, &pixels, &mut places).unwrap();
+        let names = added.names(input.schema().fields().iter().map(|field| field.name().as_str()));
+        let schema = output.schema();
+        assert!(schema.fields().iter().map(|field| field.name()).eq(&names));
+        assert_eq!((output.num_rows(), output.num_columns()), (rows.len(), 4 + 9 + 6));
+        let z = output.column_by_name("Z").unwrap();
+        assert!(z.is_null(3) && z.null_count() == 1);
+        assert_eq!(z.as_primitive::<Float64Type>().value(7), whole.point[2][7]);
+        let sigma = output.column_by_name("sZ").unwrap();
+        assert_eq!(sigma.null_count(), if with_covariance { 1 } else { rows.len() });
+        let trust = output.column_by_name("trust").unwrap().as_string::<i32>();
+        assert!(trust.is_null(3) && trust.value(7) == "inside");
+    }
+    let mut few = model.settled_locator(true).locate(&pixels.part(0..5));
+    assert!(matches!(added.append(&input, &pixels, &mut few), Err(Error::Mismatch { .. })));
 }
