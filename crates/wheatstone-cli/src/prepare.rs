@@ -10,7 +10,7 @@ use crate::{
 use clap::{Args, builder::PossibleValuesParser};
 use wheatstone::{
     fit::{
-        bundle::{BundleSettings, Gauge, Lenses},
+        bundle::{BundleSettings, Gauge},
         stage::{Significance, StagePrior, ViewOffset, suspect},
     },
     method::AnyMethod,
@@ -88,9 +88,14 @@ impl Preparing {
             baseline: self.expect_baseline,
             keep_outliers: self.keep_outliers,
             stage: self.stage(&loaded.sigmas()),
-            bundle_settings: self.bundle_settings(method)?,
-            lenses: method.map_or_else(Vec::new, AnyMethod::known_lenses),
-        };
+            bundle_settings: BundleSettings {
+                gauge: Gauge::named(&self.gauge)?,
+                keep_gross: self.keep_outliers,
+                ..BundleSettings::default()
+            },
+            ..Preparation::default()
+        }
+        .for_method(method);
         let unit = loaded.data.unit.clone();
         let points = loaded.data.correspondences.len();
         let prepared = preparation.run(loaded.data.clone(), seed, bar)?;
@@ -159,20 +164,6 @@ impl Preparing {
             words.extend(["--gauge".into(), self.gauge.clone()]);
         }
         words
-    }
-
-    /// With the lens of the method that will be fitted, where it has one.
-    fn bundle_settings(&self, method: Option<&AnyMethod>) -> Outcome<BundleSettings> {
-        let (lenses, all_terms) = match method {
-            Some(AnyMethod::Brown(brown)) => (Lenses::Brown, !brown.choose),
-            Some(AnyMethod::KannalaBrandt(_)) => (Lenses::KannalaBrandt, false),
-            _ => (Lenses::Either, false),
-        };
-        let gauge = Gauge::named(&self.gauge)?;
-        // Only where the method is to be chosen may a lens be good enough.
-        let always_model_free = !matches!(method, None | Some(AnyMethod::Auto(_)));
-        let keep_gross = self.keep_outliers;
-        Ok(BundleSettings { gauge, lenses, all_terms, keep_gross, always_model_free })
     }
 
     /// The prior of the charts' places: that of the option, and each view's own.

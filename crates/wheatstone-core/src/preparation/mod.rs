@@ -11,10 +11,11 @@ use crate::{
     dataset::Dataset,
     error::{Hint, Remedy},
     fit::{
-        bundle::{self, BundleSettings, Gauge, ViewPose},
+        bundle::{self, BundleSettings, Gauge, Lenses, ViewPose},
         stage::{self, StagePrior, ViewOffset},
     },
     geometry::StageCovariance,
+    method::AnyMethod,
 };
 use checks::{Examination, Finding, Severity};
 use outliers::Outlier;
@@ -168,6 +169,22 @@ impl Prepared {
 }
 
 impl Preparation {
+    /// For a fit of this method: charts held by hand are placed with its lens, where it has one, and lenses that
+    /// it knows are kept. Without a method they are placed with whichever lens predicts best.
+    #[must_use]
+    pub fn for_method(mut self, method: Option<&AnyMethod>) -> Self {
+        (self.bundle_settings.lenses, self.bundle_settings.all_terms) = match method {
+            Some(AnyMethod::Brown(brown)) => (Lenses::Brown, !brown.choose),
+            Some(AnyMethod::KannalaBrandt(_)) => (Lenses::KannalaBrandt, false),
+            _ => (Lenses::Either, false),
+        };
+        // Only where the method is to be chosen may a lens be good enough.
+        self.bundle_settings.always_model_free =
+            !matches!(method, None | Some(AnyMethod::Auto(_)));
+        self.lenses = method.map_or_else(Vec::new, AnyMethod::known_lenses);
+        self
+    }
+
     /// Prepares `data`; the same `seed` gives the same bits.
     ///
     /// # Errors

@@ -1,0 +1,157 @@
+"""What users hand over, as arrays and tables that the extension module takes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, TypeAlias, Union, cast, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import ArgumentError
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+
+@runtime_checkable
+class ArrowStream(Protocol):
+    """A table of any library with Arrow's PyCapsule interface: pandas, polars, pyarrow, DuckDB, ..."""
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+
+Table: TypeAlias = Union[ArrowStream, Mapping[str, npt.ArrayLike]]
+PathLike: TypeAlias = Union[str, "os.PathLike[str]"]
+
+
+def is_path(value: object) -> bool:
+    return isinstance(value, (str, os.PathLike))
+
+
+def is_table(value: object) -> bool:
+    """Whether it has columns with names."""
+    if isinstance(value, np.ndarray):
+        return False
+    return (
+        isinstance(value, Mapping)
+        or hasattr(value, "__arrow_c_stream__")
+        or hasattr(value, "__arrow_c_array__")
+    )
+
+
+def floats(value: npt.ArrayLike, name: str) -> npt.NDArray[np.float64] | npt.NDArray[np.float32]:
+    """An array of float64 or float32, the given one wherever it is one already: nothing is copied then."""
+    if isinstance(value, np.ma.MaskedArray):
+        value = value.astype(np.float64).filled(np.nan)
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind == "c":
+            raise TypeError("complex numbers")
+        if array.dtype not in (np.dtype(np.float64), np.dtype(np.float32)):
+            array = array.astype(np.float64)
+    except (TypeError, ValueError) as problem:
+        raise ArgumentError(
+            f"{name} is not an array of numbers: {problem}", hint="give an array of float64"
+        ) from None
+    # Unaligned memory is copied; strides of any kind are not.
+    return np.require(array, requirements="A")
+
+
+def doubles(value: npt.ArrayLike, name: str) -> FloatArray:
+    return floats(value, name).astype(np.float64, copy=False)
+
+
+def pixels_array(
+    value: npt.ArrayLike, cameras: int | None, rows: int | None = None
+) -> npt.NDArray[np.float64] | npt.NDArray[np.float32]:
+    """Matched pixels as (n, 2 * cameras).
+
+    Taken as they are: (n, 2 * cameras), (n, cameras, 2), and (cameras, n, 2) as aniposelib has them, where the
+    number of cameras or of rows says which of the last two it is.
+    """
+    array = floats(value, "pixels")
+    if array.ndim == 3 and array.shape[2] == 2:
+        by_row = array.shape[1] == cameras if cameras is not None else array.shape[0] == rows
+        by_camera = array.shape[0] == cameras if cameras is not None else array.shape[1] == rows
+        if by_camera and not by_row:
+            array = array.transpose(1, 0, 2)
+        return array.reshape(len(array), -1)
+    if array.ndim == 1 and cameras is not None and array.shape[0] == 2 * cameras:
+        raise ArgumentError(
+            f"pixels has shape {array.shape}", hint="give one row for one point: pixels[None]"
+        )
+    if array.ndim != 2:
+        raise ArgumentError(
+            f"pixels has shape {array.shape}",
+            hint="give (n, 2 * cameras): x and y of each camera, NaN where a camera did not see the point",
+        )
+    return array
+
+
+def places_array(value: npt.ArrayLike, name: str, columns: int, rows: int | None) -> FloatArray:
+    array = doubles(value, name)
+    if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
+        wanted = f"({'n' if rows is None else rows}, {columns})"
+        raise ArgumentError(f"{name} has shape {array.shape}", hint=f"give an array of shape {wanted}")
+    return array
+
+
+def labels(value: Sequence[object] | npt.NDArray[Any] | None, name: str, rows: int) -> list[str] | None:
+    if value is None:
+        return None
+    array = np.asarray(value)
+    if array.shape != (rows,):
+        raise ArgumentError(f"{name} has shape {array.shape}", hint=f"give one a row: shape ({rows},)")
+    return [_label(item) for item in array.tolist()]
+
+
+def _label(item: object) -> str:
+    if isinstance(item, float) and item.is_integer():
+        return str(int(item))
+    return str(item)
+
+
+def table_columns(table: Table) -> dict[str, npt.NDArray[Any]]:
+    """The columns of a table by their names."""
+    if isinstance(table, Mapping):
+        return {str(name): np.asarray(column) for name, column in table.items()}
+    named = cast(Any, table)
+    names = named.column_names if hasattr(named, "column_names") else list(named.columns)
+    return {str(name): _to_numpy(named[name]) for name in names}
+
+
+def _to_numpy(column: Any) -> npt.NDArray[Any]:
+    return np.asarray(column.to_numpy() if hasattr(column, "to_numpy") else column)
+
+
+def arrow_table(table: Table) -> Any:
+    """A table that gives Arrow's capsules, whatever is installed."""
+    if not isinstance(table, Mapping) and _gives_capsules(table):
+        return table
+    columns = table_columns(table)
+    try:
+        import pyarrow as pa
+    except ImportError:
+        raise ArgumentError(
+            f"a table of {type(table).__module__.split('.')[0]} needs pyarrow",
+            hint="pip install pyarrow, or give arrays",
+        ) from None
+    return pa.table({name: _arrow_column(column) for name, column in columns.items()})
+
+
+def _gives_capsules(table: object) -> bool:
+    if not type(table).__module__.startswith("pandas"):
+        return True
+    # pandas makes them by pyarrow.
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def _arrow_column(column: npt.NDArray[Any]) -> Any:
+    if column.dtype.kind == "O":
+        return [None if item is None or item != item else str(item) for item in column.tolist()]
+    return column

@@ -1,0 +1,601 @@
+"""A fitted model: from matched pixels to points with error bars."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import threading
+import weakref
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, Union, cast, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _wheatstone as _w
+from ._arrays import (
+    FloatArray,
+    PathLike,
+    Table,
+    arrow_table,
+    is_path,
+    is_table,
+    pixels_array,
+    places_array,
+)
+from .data import Columns, Data, Dataset, Progress, as_dataset, column_names
+from .errors import ArgumentError
+from .results import (
+    BoardEvaluation,
+    CameraMotion,
+    Evaluation,
+    Finding,
+    Located,
+    Rectification,
+    Report,
+    Validation,
+)
+
+__all__ = ["Calibration", "image_sizes"]
+
+ImageSize = Union[tuple[int, int], Sequence["tuple[int, int] | None"], None]
+"""Width and height of the pictures: one pair for all cameras, or one a camera."""
+
+
+def image_sizes(size: ImageSize, cameras: int) -> list[list[int] | None]:
+    """One width and height a camera."""
+    if size is None:
+        return [None] * cameras
+    if len(size) == 2 and all(isinstance(side, (int, np.integer)) for side in size):
+        pair = cast("tuple[int, int]", size)
+        return [[int(pair[0]), int(pair[1])]] * cameras
+    each = cast("Sequence[tuple[int, int] | None]", size)
+    if len(each) != cameras:
+        raise ArgumentError(
+            f"{len(each)} image sizes for {cameras} cameras", hint="give (width, height), or one a camera"
+        )
+    return [None if pair is None else [int(pair[0]), int(pair[1])] for pair in each]
+
+
+class Calibration:
+    """A fitted model. Made by `fit`, `calibrate`, `from_opencv`, `read_cameras` and `Calibration.load`.
+
+    Cameras count from 0. Pixel (0, 0) is the centre of the top-left pixel, x right, y down. World lengths are in
+    `unit`. A row's result depends on the model and on that row alone: the same bits in any order, in any cut into
+    calls, with any number of threads and on any worker.
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> data = ws.synth(rig="paper", noise=0.1, count=300)
+    >>> cal = ws.fit(data, method="brown", validate=False)
+    >>> cal
+    <wheatstone.Calibration: brown, 2 cameras, cm>
+    >>> located = cal.locate(data.pixels)
+    >>> located.points.shape, located.sigmas.shape
+    ((300, 3), (300, 3))
+    """
+
+    __slots__ = ("__weakref__", "_evidence_cache", "_model")
+    _model: _w.Model
+    _evidence_cache: dict[str, Any] | None
+
+    def __init__(self, model: _w.Model) -> None:
+        self._model = model
+        self._evidence_cache = None
+
+    # The file
+
+    @classmethod
+    def load(cls, path: PathLike) -> Calibration:
+        """Reads a model file.
+
+        Raises
+        ------
+        MissingFileError, FileError, MalformedError
+        """
+        return cls(_w.Model.load(path))
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Calibration:
+        """Reads what `to_bytes` gave."""
+        return cls(_w.Model.from_bytes(data))
+
+    def save(self, path: PathLike) -> None:
+        """Writes the model file; what was there before stays until the new one is whole."""
+        self._model.save(path)
+
+    def to_bytes(self) -> bytes:
+        """The content of the model file: JSON in UTF-8."""
+        return self._model.to_bytes()
+
+    def __reduce__(self) -> tuple[Callable[[str, bytes], Calibration], tuple[str, bytes]]:
+        data = self.to_bytes()
+        return _unpickled, (hashlib.sha256(data).hexdigest(), data)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Calibration) and (
+            self._model is other._model or self.to_bytes() == other.to_bytes()
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.to_bytes())
+
+    def __repr__(self) -> str:
+        return f"<wheatstone.Calibration: {self.method}, {self.cameras} cameras, {self.unit}>"
+
+    # What it is
+
+    @property
+    def cameras(self) -> int:
+        """The number of cameras."""
+        return self._model.cameras
+
+    @property
+    def unit(self) -> str:
+        """The unit of world lengths."""
+        return self._model.unit
+
+    @property
+    def method(self) -> str:
+        """The method that was fitted; that which `auto` chose."""
+        return self._model.method
+
+    @property
+    def data(self) -> Dataset:
+        """The points that it was fitted to."""
+        return Dataset(self._model.data())
+
+    @property
+    def _evidence(self) -> dict[str, Any]:
+        if self._evidence_cache is None:
+            self._evidence_cache = json.loads(self._model.evidence())
+        return self._evidence_cache
+
+    @property
+    def training(self) -> Evaluation:
+        """The error on the points that it was fitted to: no measure of its error on new ones."""
+        return Evaluation._of(self._evidence["training"])
+
+    @property
+    def validation(self) -> Validation | None:
+        """The held-out error: leave-one-view-out cross-validation; None where it was not asked for."""
+        told = self._evidence["validation"]
+        return None if told is None else Validation._of(told)
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Faults that were found in the data before the fit."""
+        return [
+            Finding(
+                told["code"],
+                told["severity"],
+                told["explanation"],
+                told["hint"],
+                tuple(told["views"]),
+                tuple(camera - 1 for camera in told["cameras"]),
+                told["repaired"],
+            )
+            for told in self._evidence["findings"]
+        ]
+
+    @property
+    def broken(self) -> str | None:
+        """Why the model is unusable, if it is."""
+        return self._model.broken
+
+    @property
+    def viewpoint(self) -> FloatArray | None:
+        """(3,), the middle of the cameras in the world, where it is known."""
+        told = self._evidence["viewpoint"]
+        return None if told is None else np.asarray(told, dtype=np.float64)
+
+    @property
+    def image_sizes(self) -> list[tuple[int, int] | None]:
+        """Width and height of each camera's pictures, where they are known."""
+        return [None if size is None else (size[0], size[1]) for size in self._evidence["sizes"]]
+
+    @property
+    def intrinsics(self) -> list[dict[str, Any]] | None:
+        """Intrinsic parameters of each camera with standard deviations and correlations; None for a map without
+        cameras."""
+        told: list[dict[str, Any]] | None = self._evidence["intrinsics"]
+        return told
+
+    @property
+    def outliers(self) -> list[dict[str, Any]]:
+        """Points that were excluded as gross outliers: ``view``, ``id``, ``cameras`` (from 1), ``residual`` (px)."""
+        told: list[dict[str, Any]] = self._evidence["outliers"]
+        return told
+
+    # Points
+
+    def predict(self, pixels: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
+        """Places of matched pixels: points alone, the fast way.
+
+        Parameters
+        ----------
+        pixels : array, (n, 2 * cameras), (n, cameras, 2) or (cameras, n, 2)
+            In pixels; NaN where a camera did not see a point. float64 and float32 of any strides are read as they
+            stand, without a copy.
+        out : array, (n, 3), optional
+            float64 in C order, to be filled.
+
+        Returns
+        -------
+        array, (n, 3)
+            X, Y, Z in the world, in `unit`; NaN where a point cannot be located.
+
+        Raises
+        ------
+        ArgumentError
+            For arrays of the wrong shape.
+        """
+        array = pixels_array(pixels, self.cameras)
+        if out is None:
+            out = np.empty((len(array), 3))
+        self._model.predict(array, out)
+        return out
+
+    def locate(
+        self, pixels: npt.ArrayLike, *, covariance: bool = False, false_alarm: float = 0.001
+    ) -> Located:
+        """Places of matched pixels with error bars.
+
+        Parameters
+        ----------
+        pixels : array, as in `predict`
+        covariance : bool
+            Whether to keep the whole covariance of each point.
+        false_alarm : float
+            The share of correct matches that may be called a mismatch.
+
+        Returns
+        -------
+        Located
+            Points, standard deviations, residuals, trust, mismatch.
+
+        Examples
+        --------
+        >>> import wheatstone as ws
+        >>> data = ws.synth(rig="paper", noise=0.1, count=300)
+        >>> cal = ws.fit(data, method="brown", validate=False)
+        >>> located = cal.locate(data.pixels[:5], covariance=True)
+        >>> bool((located.trust <= ws.Trust.EDGE).all()), located.covariance.shape
+        (True, (5, 3, 3))
+        """
+        if not 0.0 < false_alarm < 1.0:
+            raise ArgumentError(f"false_alarm cannot be {false_alarm}", hint="give a value between 0 and 1")
+        array = pixels_array(pixels, self.cameras)
+        columns = np.empty((13 if covariance else 7, len(array)))
+        codes = np.empty((2, len(array)), dtype=np.uint8)
+        self._model.locate(array, columns, codes, false_alarm)
+        return Located(columns, codes, self.unit)
+
+    def locate_arrow(
+        self,
+        table: Table,
+        *,
+        covariance: bool = False,
+        false_alarm: float = 0.001,
+        columns: Columns | None = None,
+    ) -> Any:
+        """A table with places appended: the same rows, in the same order.
+
+        Appended are ``X, Y, Z``, their standard deviations ``sX, sY, sZ``, ``residual``, ``trust`` and ``mismatch``,
+        as `wheatstone locate` writes them, and with `covariance` ``cXX, cXY, cXZ, cYY, cYZ, cZZ``. Rows that cannot
+        be located keep their place, with nulls.
+
+        Parameters
+        ----------
+        table : pyarrow Table or RecordBatch, polars or pandas DataFrame, mapping of columns, or any Arrow stream
+            With columns ``x1, y1, x2, y2, ...``, or those that `columns` names.
+
+        Returns
+        -------
+        table of the same kind
+            For other Arrow streams an object with ``__arrow_c_stream__``, whose batches are located when they are
+            asked for.
+        """
+        stream = self._model.locate_stream(
+            arrow_table(table), covariance, false_alarm, column_names(columns)
+        )
+        return _same_kind(table, stream)
+
+    def located_schema(self, schema: Any, *, covariance: bool = False) -> Any:
+        """The pyarrow schema of what `locate_arrow` gives for a table of this schema."""
+        import pyarrow as pa
+
+        return pa.schema(self._model.located_schema(schema, covariance))
+
+    def project(self, points: npt.ArrayLike, camera: int) -> FloatArray:
+        """Where a camera sees points of the world.
+
+        Parameters
+        ----------
+        points : array, (n, 3), in `unit`
+        camera : int, from 0
+
+        Returns
+        -------
+        array, (n, 2)
+            Pixels; NaN where the camera does not see the point, and for maps that are no cameras (`network`,
+            `interpolation`).
+        """
+        return self._model.project(self._camera(camera), places_array(points, "points", 3, None))
+
+    def rays(self, pixels: npt.ArrayLike, camera: int) -> tuple[FloatArray, FloatArray]:
+        """Where pixels of a camera look.
+
+        Parameters
+        ----------
+        pixels : array, (n, 2)
+        camera : int, from 0
+
+        Returns
+        -------
+        origins, directions : arrays, (n, 3)
+            A point of each ray, in `unit`, and its direction, a unit vector; NaN for maps that are no cameras.
+        """
+        rays = self._model.rays(self._camera(camera), places_array(pixels, "pixels", 2, None))
+        return rays[:, :3], rays[:, 3:]
+
+    def _camera(self, camera: int) -> int:
+        if not 0 <= camera < self.cameras:
+            raise ArgumentError(
+                f"there is no camera {camera}", hint=f"cameras count from 0 to {self.cameras - 1}"
+            )
+        return camera
+
+    def relative(self) -> Calibration:
+        """The same model with error bars within its frame: without the errors of shift, scale and skew that all
+        points share, for models fitted with `stage_sigma`."""
+        return Calibration(self._model.relative())
+
+    # How good it is
+
+    def evaluate(
+        self,
+        pixels: Data,
+        points: npt.ArrayLike | None = None,
+        *,
+        views: Sequence[object] | npt.NDArray[Any] | None = None,
+        board: npt.ArrayLike | None = None,
+        align: bool = False,
+        unit: str | None = None,
+        columns: Columns | None = None,
+        progress: Progress | None = None,
+    ) -> Evaluation | BoardEvaluation:
+        """The error on points with known places, that were not fitted.
+
+        Parameters
+        ----------
+        pixels, points, views, board, columns
+            As in `fit`.
+        align : bool
+            First move the points' frame to that of the model by the best rigid motion.
+        unit : str, optional
+            The unit of the points; that of the model otherwise.
+
+        Returns
+        -------
+        Evaluation, or BoardEvaluation for boards whose poses nobody knows
+        """
+        data = as_dataset(
+            pixels,
+            points,
+            board=board,
+            views=views,
+            unit=unit or (None if is_path(pixels) or is_table(pixels) else self.unit),
+            columns=columns,
+            progress=progress,
+        )
+        told = json.loads(self._model.evaluate(data._data, align, progress))
+        return BoardEvaluation._of(told) if told["kind"] == "boards" else Evaluation._of(told)
+
+    def camera_motion(
+        self,
+        pixels: Data,
+        points: npt.ArrayLike | None = None,
+        *,
+        views: Sequence[object] | npt.NDArray[Any] | None = None,
+        board: npt.ArrayLike | None = None,
+        unit: str | None = None,
+        progress: Progress | None = None,
+    ) -> CameraMotion:
+        """Whether the cameras still stand as they did when this model was fitted.
+
+        Parameters
+        ----------
+        pixels, points, views, board
+            As in `fit`; matched pixels alone do, but hide motions of all cameras together.
+
+        Returns
+        -------
+        CameraMotion
+            Which camera moved, by how much, and how sure that is.
+        """
+        data = as_dataset(
+            pixels, points, board=board, views=views, unit=unit or self.unit, progress=progress
+        )
+        return CameraMotion._of(json.loads(self._model.camera_motion(data._data, progress)))
+
+    def report(
+        self, title: str = "model", *, held_out: bool = True, progress: Progress | None = None
+    ) -> Report:
+        """The report: accuracy, reprojection errors, coverage, a 3-D view; one HTML page.
+
+        Parameters
+        ----------
+        title : str
+        held_out : bool
+            Fit once more without each view, so that errors are those on points that the fit has not seen.
+        """
+        page, summary, verdict = self._model.report(title, held_out, progress)
+        return Report(page, verdict, json.loads(summary))
+
+    # Other programs
+
+    @overload
+    def export(
+        self, format: Literal["opencv"], path: None = None, *, image_size: ImageSize = None
+    ) -> dict[str, Any]: ...
+    @overload
+    def export(self, format: str, path: PathLike, *, image_size: ImageSize = None) -> list[str]: ...
+    def export(
+        self, format: str, path: PathLike | None = None, *, image_size: ImageSize = None
+    ) -> dict[str, Any] | list[str]:
+        """Writes the cameras for another program; a model that the format cannot hold is approximated.
+
+        Parameters
+        ----------
+        format : str
+            One of `wheatstone.FORMATS`.
+        path : path
+            The file, or the folder for formats of several files. Without it ``"opencv"`` gives what `to_opencv` does.
+        image_size : (width, height) or one a camera, optional
+
+        Returns
+        -------
+        list of str
+            The files that were written.
+        """
+        if path is None:
+            if format == "opencv":
+                return self.to_opencv(image_size=image_size)
+            raise ArgumentError(f"`{format}` is a format of files", hint="give a path")
+        sizes = image_sizes(image_size, self.cameras)
+        files, _ = self._model.export(format, path, sizes)
+        return [str(file) for file in files]
+
+    def to_opencv(self, *, fisheye: bool = False, image_size: ImageSize = None) -> dict[str, Any]:
+        """The cameras as OpenCV's arrays.
+
+        Parameters
+        ----------
+        fisheye : bool
+            Coefficients of ``cv2.fisheye``.
+        image_size : (width, height) or one a camera, optional
+            Where the model does not know it.
+
+        Returns
+        -------
+        dict
+            ``K1, D1, K2, D2, ...`` and ``R, T`` (``x2 = R x1 + T``; ``R3, T3`` of a third camera, from the first, and
+            so on), ``camera_from_world`` (cameras, 3, 4), ``image_size``, ``unit``, and ``loss``: None where the
+            arrays say all, otherwise how far they are from the model in pixels (``rms``, ``largest``).
+
+        Examples
+        --------
+        >>> import wheatstone as ws
+        >>> cal = ws.fit(ws.synth(rig="paper", noise=0.1, count=300), method="brown", validate=False)
+        >>> sorted(cal.to_opencv())[:6]
+        ['D1', 'D2', 'K1', 'K2', 'R', 'T']
+        """
+        sizes = image_sizes(image_size, self.cameras)
+        cameras, loss = self._model.matrices(fisheye, sizes)
+        told: dict[str, Any] = {}
+        poses = np.stack([camera["camera_from_world"] for camera in cameras])
+        for number, camera in enumerate(cameras, start=1):
+            told[f"K{number}"], told[f"D{number}"] = camera["K"], camera["D"]
+            if number > 1:
+                rotation = poses[number - 1][:, :3] @ poses[0][:, :3].T
+                end = "" if number == 2 else str(number)
+                told[f"R{end}"] = rotation
+                told[f"T{end}"] = poses[number - 1][:, 3] - rotation @ poses[0][:, 3]
+        told["camera_from_world"] = poses
+        told["image_size"] = [
+            None if camera["size"] is None else tuple(camera["size"]) for camera in cameras
+        ]
+        told["unit"], told["loss"] = self.unit, json.loads(loss)
+        return told
+
+    def rectify(
+        self,
+        cameras: tuple[int, int] = (0, 1),
+        *,
+        image_size: ImageSize = None,
+        size: tuple[int, int] | None = None,
+        focal: float | None = None,
+    ) -> Rectification:
+        """A virtual rectified pair of two cameras, of any method.
+
+        Parameters
+        ----------
+        cameras : (int, int)
+            Counted from 0; the one to the left becomes the left one.
+        image_size : (width, height) or one a camera, optional
+            Of the pictures, where the model does not know it.
+        size : (width, height), optional
+            Of the rectified pictures.
+        focal : float, optional
+            Focal length of the rectified pictures, in pixels.
+        """
+        given = image_sizes(image_size, self.cameras)
+        known = [own or size for own, size in zip(given, self._evidence["sizes"])]
+        wanted = None if size is None else [int(size[0]), int(size[1])]
+        pair = [self._camera(cameras[0]), self._camera(cameras[1])]
+        maps, text = self._model.rectify(pair, known, wanted, focal)
+        told = json.loads(text)
+        rotation = np.asarray(told["rotation"])
+        back = np.empty((3, 4))
+        back[:, :3] = rotation.T
+        back[:, 3] = -rotation.T @ np.asarray(told["translation"])
+        made = told["pair"]
+        return Rectification(
+            (maps[0], maps[1]),
+            (maps[2], maps[3]),
+            np.asarray(told["P1"]),
+            np.asarray(told["P2"]),
+            np.asarray(told["Q"]),
+            back,
+            (made["cameras"][0], made["cameras"][1]),
+            (made["size"][0], made["size"][1]),
+            made["focal"],
+            made["baseline"],
+            made["unit"],
+            told["leftover"],
+        )
+
+
+def _same_kind(source: Any, stream: Any) -> Any:
+    """A stream as the library of the source has tables."""
+    module = type(source).__module__.partition(".")[0]
+    if module == "polars":
+        import polars as pl
+
+        return pl.DataFrame(stream)
+    if module not in ("pyarrow", "pandas") and not isinstance(source, dict):
+        return stream
+    import pyarrow as pa
+
+    reader = pa.RecordBatchReader.from_stream(stream)
+    if module == "pandas":
+        return reader.read_all().to_pandas()
+    if isinstance(source, pa.RecordBatch):
+        return reader.read_all().combine_chunks().to_batches()[0] if len(source) else _empty(reader)
+    if isinstance(source, pa.RecordBatchReader):
+        return reader
+    return reader.read_all()
+
+
+def _empty(reader: Any) -> Any:
+    import pyarrow as pa
+
+    return pa.RecordBatch.from_pylist([], schema=reader.schema)
+
+
+_MODELS: weakref.WeakValueDictionary[str, Calibration] = weakref.WeakValueDictionary()
+_MODELS_LOCK = threading.Lock()
+
+
+def _unpickled(digest: str, data: bytes) -> Calibration:
+    """A model that was pickled; once a process, however often it comes."""
+    with _MODELS_LOCK:
+        known = _MODELS.get(digest)
+        if known is None:
+            known = Calibration.from_bytes(data)
+            _MODELS[digest] = known
+        return known
+
+

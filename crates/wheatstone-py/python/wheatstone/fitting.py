@@ -1,0 +1,571 @@
+"""From data to models: fits, comparisons, checks, and cameras of other programs."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Sequence
+from typing import Any, Literal, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _wheatstone as _w
+from ._arrays import PathLike, is_path
+from .calibration import Calibration, ImageSize, image_sizes
+from .charts import Chart, detect_in_pictures
+from .data import Columns, Data, Dataset, Progress, as_dataset
+from .errors import ArgumentError, DataWarning, FaultyError
+from .results import Comparison, Examination, Report
+
+__all__ = [
+    "calibrate",
+    "check",
+    "compare",
+    "fit",
+    "from_opencv",
+    "read_cameras",
+    "report",
+    "synth",
+    "synth_capture",
+]
+
+Gauge = Literal["first-view", "first-camera"]
+Baseline = Union[float, tuple[float, float]]
+
+QUICK = ("dlt", "tsai", "brown", "kannala-brandt", "soloff", "neural-camera")
+"""The methods that take seconds."""
+
+
+def _baseline(value: Baseline | None) -> list[float] | None:
+    if value is None:
+        return None
+    length, tolerance = value if isinstance(value, tuple) else (value, 0.01)
+    if not (length > 0 and tolerance > 0):
+        raise ArgumentError(
+            f"expect_baseline cannot be {value}", hint="give a length, or a length and a relative tolerance"
+        )
+    return [float(length), float(tolerance)]
+
+
+def _settings(
+    *,
+    method: str = "auto",
+    preset: str | None = None,
+    epochs: int | None = None,
+    seed: int = 0,
+    validate: bool = True,
+    fix: bool = False,
+    force: bool = False,
+    keep_outliers: bool = False,
+    stage_sigma: float | None = None,
+    expect_baseline: Baseline | None = None,
+    gauge: str = "first-view",
+    sizes: Sequence[Sequence[int] | None] = (),
+    source: dict[str, str] | None = None,
+) -> str:
+    if stage_sigma is not None and not stage_sigma > 0:
+        raise ArgumentError(f"stage_sigma cannot be {stage_sigma}", hint="give a positive length")
+    if not 0 <= seed < 2**64:
+        raise ArgumentError(f"seed cannot be {seed}", hint="give a number from 0 to 2**64 - 1")
+    return json.dumps(
+        {
+            "method": method,
+            "preset": preset,
+            "epochs": epochs,
+            "seed": int(seed),
+            "validate": bool(validate),
+            "fix": bool(fix),
+            "force": bool(force),
+            "keep_outliers": bool(keep_outliers),
+            "stage_sigma": None if stage_sigma is None else float(stage_sigma),
+            "expect_baseline": _baseline(expect_baseline),
+            "gauge": gauge,
+            "sizes": [None if size is None else list(size) for size in sizes],
+            "source": source,
+        }
+    )
+
+
+def fit(
+    pixels: Data,
+    points: npt.ArrayLike | None = None,
+    *,
+    method: str = "auto",
+    preset: str | None = None,
+    views: Sequence[object] | npt.NDArray[Any] | None = None,
+    board: npt.ArrayLike | None = None,
+    seed: int = 0,
+    unit: str | None = None,
+    stage_sigma: float | None = None,
+    expect_baseline: Baseline | None = None,
+    gauge: Gauge = "first-view",
+    intrinsics: Calibration | Sequence[Calibration] | None = None,
+    image_size: ImageSize = None,
+    epochs: int | None = None,
+    validate: bool = True,
+    fix: bool = False,
+    force: bool = False,
+    keep_outliers: bool = False,
+    columns: Columns | None = None,
+    drop_duplicates: bool = False,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Calibrates: fits a map from matched pixels to points.
+
+    Parameters
+    ----------
+    pixels : array, Dataset, table, or path
+        Matched pixels (n, 2 * cameras): x and y in each camera, NaN where a camera did not see the point. Or all data
+        at once: a `Dataset`, a DataFrame of pandas or polars or a pyarrow table with columns ``x1, y1, x2, y2, ...``
+        and ``X, Y, Z`` (or ``board_x, board_y``, and ``view``), or the path of a table or a capture.
+    points : array, (n, 3), optional
+        Where the points are in the world, in `unit`.
+    method : str
+        One of `wheatstone.METHODS`; ``"auto"`` chooses by held-out error.
+    preset : str, optional
+        Ready-made settings of the method, such as ``"paper"`` for ``"network"``.
+    views : sequence of n labels, optional
+        Which placement of the chart each row belongs to. Without views, held-out errors leave out slabs of depth.
+    board : array, (n, 2), optional
+        In place of `points`: places on a board in the hand, whose poses are estimated by bundle adjustment.
+    seed : int
+        Of every random choice. The same data and seed give the same bits, those of the program `wheatstone fit`.
+    unit : str, optional
+        The unit of lengths; millimetres where nothing says another.
+    stage_sigma : float, optional
+        Standard deviation of the given chart positions, in `unit`: the true positions are then estimated too.
+    expect_baseline : float or (float, float), optional
+        The distance of cameras 0 and 1 as measured on the rig, and the relative tolerance (0.01): a wrong scale is
+        then noticed.
+    gauge : "first-view" or "first-camera"
+        The world frame where no chart pose is given.
+    intrinsics : Calibration or one a camera, optional
+        Keep these lenses, and estimate only where the cameras stand, from one view or more.
+    image_size : (width, height) or one a camera, optional
+        Of the pictures, for exports and rectification.
+    epochs : int, optional
+        Epochs of training, for ``"network"`` with preset ``"paper"``.
+    validate : bool
+        Leave-one-view-out cross-validation, which takes one more fit a view: `Calibration.validation`.
+    fix : bool
+        Correct faults of the data where that is safe.
+    force : bool
+        Go on in spite of faults that make a fit worthless.
+    keep_outliers : bool
+        Fit gross outliers too.
+    columns, drop_duplicates
+        How a table is read; see `read`.
+    progress : callable, optional
+        Called as ``progress(task, done, total)``; an exception that it raises cancels the fit. So does Ctrl-C.
+
+    Returns
+    -------
+    Calibration
+
+    Warns
+    -----
+    DataWarning
+        For faults of the data that do not stop the fit.
+
+    Raises
+    ------
+    FaultyError
+        Where the data, or the model that comes out, are worthless; `code` names the fault.
+    TooFewError, DegenerateError
+        Where the data do not determine the method.
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> data = ws.synth(rig="water", noise=0.1, count=400)
+    >>> cal = ws.fit(data.pixels, data.points, views=data.views, unit="cm")
+    >>> held_out = cal.validation.all
+    >>> held_out.unit, bool(held_out.rms < 1.0)
+    ('cm', True)
+    """
+    data = as_dataset(
+        pixels,
+        points,
+        board=board,
+        views=views,
+        unit=unit,
+        columns=columns,
+        drop_duplicates=drop_duplicates,
+        progress=progress,
+    )
+    lenses = [intrinsics] if isinstance(intrinsics, Calibration) else list(intrinsics or ())
+    name = os.path.basename(os.fspath(pixels)) if is_path(pixels) else "arrays"  # type: ignore[arg-type]
+    sizes = [] if image_size is None else image_sizes(image_size, data.cameras)
+    settings = _settings(
+        method=method,
+        preset=preset,
+        epochs=epochs,
+        seed=seed,
+        validate=validate,
+        fix=fix,
+        force=force,
+        keep_outliers=keep_outliers,
+        stage_sigma=stage_sigma,
+        expect_baseline=expect_baseline,
+        gauge=gauge,
+        sizes=sizes,
+        source={"name": name, "frame": _frame(data, gauge)},
+    )
+    model = Calibration(_w.fit(data._data, settings, [lens._model for lens in lenses], progress))
+    for finding in model.findings:
+        if finding.severity != "information" and not finding.fixable:
+            warnings.warn(f"{finding.explanation} ({finding.code})", DataWarning, stacklevel=2)
+    broken = model.broken
+    if broken is not None:
+        if not force and preset != "paper":
+            raise FaultyError(
+                f"the model is unusable: {broken}",
+                hint="`wheatstone.check` looks for faults in the data; `force=True` gives the model anyway",
+                code="broken-model",
+            )
+        warnings.warn(f"the model is unusable: {broken}", DataWarning, stacklevel=2)
+    return model
+
+
+def _frame(data: Dataset, gauge: str) -> str:
+    if not bool(np.isnan(data.points).all()):
+        return "that of the given points"
+    if gauge == "first-camera":
+        return "camera 1's: X right, Y down, Z forward; its origin is the projection centre"
+    return "the board's in the first view: X along board_x, Y along board_y, Z into the board"
+
+
+def calibrate(
+    pictures: Sequence[Sequence[Any]],
+    chart: Chart,
+    *,
+    translations: npt.ArrayLike | None = None,
+    rotations: npt.ArrayLike | None = None,
+    view_names: Sequence[object] | None = None,
+    unit: str = "mm",
+    bgr: bool = False,
+    progress: Progress | None = None,
+    **settings: Any,
+) -> Calibration:
+    """Calibrates from pictures of a chart, held by hand or on a stage.
+
+    Parameters
+    ----------
+    pictures : one sequence a camera, of one picture a view
+        Arrays or paths; None where a camera has no picture of a view. ``[left_pictures, right_pictures]``.
+    chart : Chart
+        What was shown.
+    translations, rotations : arrays, (views, 3), optional
+        Where the chart stood, if that is known; see `detect_all`.
+    view_names : sequence of labels, optional
+    unit : str
+        The unit of the chart's lengths.
+    bgr : bool
+        Whether colours stand in OpenCV's order.
+    **settings
+        Of `fit`: `method`, `seed`, `expect_baseline`, `gauge`, ...
+
+    Returns
+    -------
+    Calibration
+    """
+    data, sizes = detect_in_pictures(
+        pictures, chart, view_names, translations, rotations, unit, bgr, progress
+    )
+    settings.setdefault("image_size", sizes)
+    return fit(data, progress=progress, **settings)
+
+
+def compare(
+    pixels: Data,
+    points: npt.ArrayLike | None = None,
+    *,
+    methods: Sequence[str] = QUICK,
+    views: Sequence[object] | npt.NDArray[Any] | None = None,
+    board: npt.ArrayLike | None = None,
+    seed: int = 0,
+    unit: str | None = None,
+    stage_sigma: float | None = None,
+    fix: bool = False,
+    force: bool = False,
+    columns: Columns | None = None,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Compares methods by leave-one-view-out cross-validation.
+
+    Parameters
+    ----------
+    pixels, points, views, board, seed, unit, stage_sigma, fix, force, columns, progress
+        As in `fit`.
+    methods : sequence of str
+        Of `wheatstone.METHODS`; those that take seconds otherwise.
+
+    Returns
+    -------
+    Comparison
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> found = ws.compare(ws.synth(rig="paper", noise=0.1, count=300), methods=["dlt", "brown"])
+    >>> found.chosen
+    'brown'
+    """
+    for name in methods:
+        _w.require_method(name)
+    data = as_dataset(
+        pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
+    )
+    settings = _settings(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
+    told = _w.compare_methods(data._data, list(methods), settings, progress)
+    return Comparison._of(json.loads(told))
+
+
+def check(
+    pixels: Data,
+    points: npt.ArrayLike | None = None,
+    *,
+    views: Sequence[object] | npt.NDArray[Any] | None = None,
+    board: npt.ArrayLike | None = None,
+    unit: str | None = None,
+    expect_baseline: Baseline | None = None,
+    columns: Columns | None = None,
+    progress: Progress | None = None,
+) -> Examination:
+    """Looks for faults of data: swapped cameras, a turned board, a wrong pitch, mixed units, and others.
+
+    Parameters
+    ----------
+    pixels, points, views, board, unit, expect_baseline, columns, progress
+        As in `fit`.
+
+    Returns
+    -------
+    Examination
+        A sequence of `Finding`, the worst first, and what these data cannot show.
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> data = ws.synth(rig="paper", noise=0.1)
+    >>> [finding.code for finding in ws.check(data) if finding.severity != "information"]
+    []
+    >>> swapped = data.pixels.copy()
+    >>> swapped[data.views == 2] = swapped[data.views == 2][:, [2, 3, 0, 1]]
+    >>> ws.check(swapped, data.points, views=data.views, unit="cm")[0].code
+    'cameras-swapped'
+    """
+    data = as_dataset(
+        pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
+    )
+    return Examination(_w.check(data._data, _baseline(expect_baseline), progress))
+
+
+def from_opencv(
+    K1: npt.ArrayLike,
+    D1: npt.ArrayLike,
+    K2: npt.ArrayLike,
+    D2: npt.ArrayLike,
+    R: npt.ArrayLike,
+    T: npt.ArrayLike,
+    image_size: ImageSize = None,
+    *,
+    unit: str = "mm",
+    fisheye: bool = False,
+    pixel_sigma: float = 0.5,
+) -> Calibration:
+    """A model of a stereo pair that OpenCV calibrated: ``x2 = R x1 + T``; the world is camera 0's frame.
+
+    Parameters
+    ----------
+    K1, K2 : arrays, (3, 3)
+    D1, D2 : arrays
+        0, 4, 5, 8, 12 or 14 coefficients; 4 for `fisheye`.
+    R, T : arrays, (3, 3) and (3,)
+    image_size : (width, height), optional
+    unit : str
+        The unit of `T`.
+    fisheye : bool
+        Whether the coefficients are those of ``cv2.fisheye``.
+    pixel_sigma : float
+        Standard deviation of a pixel coordinate, which OpenCV does not tell: error bars follow it.
+
+    Returns
+    -------
+    Calibration
+        Its accuracy is unknown until `Calibration.evaluate` measures it; every point is ``OUTSIDE`` its data.
+
+    Examples
+    --------
+    >>> import numpy as np, wheatstone as ws
+    >>> K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
+    >>> cal = ws.from_opencv(K, np.zeros(5), K, np.zeros(5), np.eye(3), [-60.0, 0, 0], (640, 480))
+    >>> cal.predict([[320.0, 240.0, 272.0, 240.0]]).round(6).tolist()
+    [[0.0, 0.0, 1000.0]]
+    """
+    sizes = image_sizes(image_size, 2)
+    identity = (np.eye(3), np.zeros(3))
+    given = [(K1, D1, *identity, sizes[0]), (K2, D2, R, T, sizes[1])]
+    cameras = [
+        (
+            _numbers(k, "K", 9),
+            _numbers(d, "D", None),
+            _numbers(r, "R", 9),
+            _numbers(t, "T", 3),
+            size,
+        )
+        for k, d, r, t, size in given
+    ]
+    return Calibration(_w.from_matrices(cameras, unit, fisheye, float(pixel_sigma)))
+
+
+def _numbers(value: npt.ArrayLike, name: str, count: int | None) -> list[float]:
+    array = np.asarray(value, dtype=np.float64)
+    if (count is not None and array.size != count) or not bool(np.isfinite(array).all()):
+        raise ArgumentError(
+            f"{name} has shape {array.shape}", hint=f"give {count or 'a few'} finite numbers"
+        )
+    numbers: list[float] = array.reshape(-1).tolist()
+    return numbers
+
+
+def read_cameras(
+    *paths: PathLike,
+    format: str | None = None,
+    image_size: tuple[int, int] | Sequence[tuple[int, int]] | None = None,
+    unit: str | None = None,
+    pixel_sigma: float = 0.5,
+) -> Calibration:
+    """A model of cameras in files of OpenCV, ROS, Kalibr, mrcal, COLMAP, Anipose, OpenPTV, MyPTV, DLT, ...
+
+    Parameters
+    ----------
+    *paths : path
+        The files, or the folder, of all cameras.
+    format : str, optional
+        One of `wheatstone.FORMATS`; guessed from the files otherwise.
+    image_size : (width, height) or one a camera, optional
+    unit : str, optional
+        Of the files' lengths, where they do not say it.
+    pixel_sigma : float
+        Standard deviation of a pixel coordinate, which such files do not tell.
+    """
+    if not paths:
+        raise ArgumentError("there is no file to read", hint="name the files of all cameras")
+    size: Any = image_size
+    sizes = [] if size is None else [size] if isinstance(size[0], (int, np.integer)) else list(size)
+    whole = [[int(width), int(height)] for width, height in sizes]
+    return Calibration(_w.read_cameras(list(paths), format, whole, unit, float(pixel_sigma)))
+
+
+def report(
+    model: Calibration,
+    title: str = "model",
+    *,
+    held_out: bool = True,
+    progress: Progress | None = None,
+) -> Report:
+    """The report on a model; see `Calibration.report`."""
+    return model.report(title, held_out=held_out, progress=progress)
+
+
+def _scene(
+    rig: str,
+    cameras: int,
+    noise: float | str,
+    count: int | None,
+    random: int | None,
+    hand_held: int | None,
+    distances: tuple[float, float, float],
+    seed: int,
+    chart: Chart | None,
+) -> str:
+    for name, value in (("count", count), ("random", random), ("hand_held", hand_held)):
+        if value is not None and value < 1:
+            raise ArgumentError(f"{name} cannot be {value}", hint="give a positive number")
+    near, far, step = distances
+    return json.dumps(
+        {
+            "rig": rig,
+            "cameras": cameras,
+            "noise": str(noise),
+            "count": count,
+            "random": random,
+            "hand_held": hand_held,
+            "near": near,
+            "far": far,
+            "step": step,
+            "seed": seed,
+            "chart": None if chart is None else chart.settings,
+        }
+    )
+
+
+DISTANCES = (50.0, 140.0, 15.0)
+"""Nearest and farthest distance of the chart, and the step between them, in centimetres."""
+
+
+def synth(
+    rig: str = "paper",
+    *,
+    cameras: int = 2,
+    noise: float | str = 0.1,
+    count: int | None = None,
+    random: int | None = None,
+    hand_held: int | None = None,
+    distances: tuple[float, float, float] = DISTANCES,
+    seed: int = 0,
+    chart: Chart | None = None,
+) -> Dataset:
+    """Synthetic data with known truth, in centimetres.
+
+    Parameters
+    ----------
+    rig : str
+        One of `wheatstone.RIGS`: the cameras and the optics before them.
+    cameras : int
+    noise : float, "quantised" or "none"
+        Standard deviation of a pixel coordinate; or whole pixels.
+    count : int, optional
+        Keep at most so many chart points, chosen at random.
+    random : int, optional
+        So many points at random places, instead of a chart on a stage.
+    hand_held : int, optional
+        A board in the hand in so many views, its poses not given.
+    distances : (nearest, farthest, step)
+        Of the chart, in centimetres.
+    seed : int
+    chart : Chart, optional
+        A line grid that fills the pictures otherwise.
+
+    Returns
+    -------
+    Dataset
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> ws.synth(rig="fisheye", cameras=3, random=100)
+    <wheatstone.Dataset: 100 points, 3 cameras, 0 views, cm>
+    """
+    return Dataset(
+        _w.synth(_scene(rig, cameras, noise, count, random, hand_held, distances, seed, chart))
+    )
+
+
+def synth_capture(
+    folder: PathLike,
+    rig: str = "paper",
+    *,
+    cameras: int = 2,
+    hand_held: int | None = None,
+    distances: tuple[float, float, float] = DISTANCES,
+    seed: int = 0,
+    chart: Chart | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Renders pictures of a chart before synthetic cameras: a capture, with the true cameras beside it."""
+    scene = _scene(rig, cameras, "none", None, None, hand_held, distances, seed, chart)
+    _w.synth_capture(folder, scene, progress)
