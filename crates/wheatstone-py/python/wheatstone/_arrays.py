@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, TypeAlias, Union, cast, runtime_checkable
@@ -25,6 +27,11 @@ Table: TypeAlias = Union[ArrowStream, Mapping[str, npt.ArrayLike]]
 PathLike: TypeAlias = Union[str, "os.PathLike[str]"]
 
 
+def pyarrow() -> Any:
+    """The module, which few functions need."""
+    return importlib.import_module("pyarrow")
+
+
 def is_path(value: object) -> bool:
     return isinstance(value, (str, os.PathLike))
 
@@ -43,7 +50,8 @@ def is_table(value: object) -> bool:
 def floats(value: npt.ArrayLike, name: str) -> npt.NDArray[np.float64] | npt.NDArray[np.float32]:
     """An array of float64 or float32, the given one wherever it is one already: nothing is copied then."""
     if isinstance(value, np.ma.MaskedArray):
-        value = value.astype(np.float64).filled(np.nan)
+        masked: Any = value
+        value = masked.astype(np.float64).filled(np.nan)
     try:
         array = np.asarray(value)
         if array.dtype.kind == "c":
@@ -70,13 +78,14 @@ def pixels_array(
     Taken as they are: (n, 2 * cameras), (n, cameras, 2), and (cameras, n, 2) as aniposelib has them, where the
     number of cameras or of rows says which of the last two it is.
     """
-    array = floats(value, "pixels")
+    array: Any = floats(value, "pixels")
     if array.ndim == 3 and array.shape[2] == 2:
         by_row = array.shape[1] == cameras if cameras is not None else array.shape[0] == rows
         by_camera = array.shape[0] == cameras if cameras is not None else array.shape[1] == rows
         if by_camera and not by_row:
             array = array.transpose(1, 0, 2)
-        return array.reshape(len(array), -1)
+        flat: npt.NDArray[np.float64] = array.reshape(array.shape[0], 2 * array.shape[1])
+        return flat
     if array.ndim == 1 and cameras is not None and array.shape[0] == 2 * cameras:
         raise ArgumentError(
             f"pixels has shape {array.shape}", hint="give one row for one point: pixels[None]"
@@ -86,7 +95,8 @@ def pixels_array(
             f"pixels has shape {array.shape}",
             hint="give (n, 2 * cameras): x and y of each camera, NaN where a camera did not see the point",
         )
-    return array
+    matched: npt.NDArray[np.float64] = array
+    return matched
 
 
 def places_array(value: npt.ArrayLike, name: str, columns: int, rows: int | None) -> FloatArray:
@@ -131,7 +141,7 @@ def arrow_table(table: Table) -> Any:
         return table
     columns = table_columns(table)
     try:
-        import pyarrow as pa
+        pa = pyarrow()
     except ImportError:
         raise ArgumentError(
             f"a table of {type(table).__module__.split('.')[0]} needs pyarrow",
@@ -144,11 +154,7 @@ def _gives_capsules(table: object) -> bool:
     if not type(table).__module__.startswith("pandas"):
         return True
     # pandas makes them by pyarrow.
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        return False
-    return True
+    return importlib.util.find_spec("pyarrow") is not None
 
 
 def _arrow_column(column: npt.NDArray[Any]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import json
 import threading
 import weakref
@@ -12,7 +13,7 @@ from typing import Any, Literal, Union, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
+import wheatstone._wheatstone as _w
 from ._arrays import (
     FloatArray,
     PathLike,
@@ -22,6 +23,7 @@ from ._arrays import (
     is_table,
     pixels_array,
     places_array,
+    pyarrow,
 )
 from .data import Columns, Data, Dataset, Progress, as_dataset, column_names
 from .errors import ArgumentError
@@ -76,12 +78,13 @@ class Calibration:
     ((300, 3), (300, 3))
     """
 
-    __slots__ = ("__weakref__", "_evidence_cache", "_model")
-    _model: _w.Model
+    __slots__ = ("__weakref__", "_evidence_cache", "handle")
+    handle: _w.Model
+    """The extension module's object, for this package's own use."""
     _evidence_cache: dict[str, Any] | None
 
     def __init__(self, model: _w.Model) -> None:
-        self._model = model
+        self.handle = model
         self._evidence_cache = None
 
     # The file
@@ -103,11 +106,11 @@ class Calibration:
 
     def save(self, path: PathLike) -> None:
         """Writes the model file; what was there before stays until the new one is whole."""
-        self._model.save(path)
+        self.handle.save(path)
 
     def to_bytes(self) -> bytes:
         """The content of the model file: JSON in UTF-8."""
-        return self._model.to_bytes()
+        return self.handle.to_bytes()
 
     def __reduce__(self) -> tuple[Callable[[str, bytes], Calibration], tuple[str, bytes]]:
         data = self.to_bytes()
@@ -115,7 +118,7 @@ class Calibration:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Calibration) and (
-            self._model is other._model or self.to_bytes() == other.to_bytes()
+            self.handle is other.handle or self.to_bytes() == other.to_bytes()
         )
 
     def __hash__(self) -> int:
@@ -129,39 +132,41 @@ class Calibration:
     @property
     def cameras(self) -> int:
         """The number of cameras."""
-        return self._model.cameras
+        return self.handle.cameras
 
     @property
     def unit(self) -> str:
         """The unit of world lengths."""
-        return self._model.unit
+        return self.handle.unit
 
     @property
     def method(self) -> str:
         """The method that was fitted; that which `auto` chose."""
-        return self._model.method
+        return self.handle.method
 
     @property
     def data(self) -> Dataset:
         """The points that it was fitted to."""
-        return Dataset(self._model.data())
+        return Dataset(self.handle.data())
 
     @property
     def _evidence(self) -> dict[str, Any]:
-        if self._evidence_cache is None:
-            self._evidence_cache = json.loads(self._model.evidence())
-        return self._evidence_cache
+        cached = self._evidence_cache
+        if cached is None:
+            told: dict[str, Any] = json.loads(self.handle.evidence())
+            self._evidence_cache = cached = told
+        return cached
 
     @property
     def training(self) -> Evaluation:
         """The error on the points that it was fitted to: no measure of its error on new ones."""
-        return Evaluation._of(self._evidence["training"])
+        return Evaluation.of_figures(self._evidence["training"])
 
     @property
     def validation(self) -> Validation | None:
         """The held-out error: leave-one-view-out cross-validation; None where it was not asked for."""
         told = self._evidence["validation"]
-        return None if told is None else Validation._of(told)
+        return None if told is None else Validation.of_figures(told)
 
     @property
     def findings(self) -> list[Finding]:
@@ -182,7 +187,7 @@ class Calibration:
     @property
     def broken(self) -> str | None:
         """Why the model is unusable, if it is."""
-        return self._model.broken
+        return self.handle.broken
 
     @property
     def viewpoint(self) -> FloatArray | None:
@@ -234,7 +239,7 @@ class Calibration:
         array = pixels_array(pixels, self.cameras)
         if out is None:
             out = np.empty((len(array), 3))
-        self._model.predict(array, out)
+        self.handle.predict(array, out)
         return out
 
     def locate(
@@ -269,7 +274,7 @@ class Calibration:
         array = pixels_array(pixels, self.cameras)
         columns = np.empty((13 if covariance else 7, len(array)))
         codes = np.empty((2, len(array)), dtype=np.uint8)
-        self._model.locate(array, columns, codes, false_alarm)
+        self.handle.locate(array, columns, codes, false_alarm)
         return Located(columns, codes, self.unit)
 
     def locate_arrow(
@@ -297,16 +302,14 @@ class Calibration:
             For other Arrow streams an object with ``__arrow_c_stream__``, whose batches are located when they are
             asked for.
         """
-        stream = self._model.locate_stream(
+        stream = self.handle.locate_stream(
             arrow_table(table), covariance, false_alarm, column_names(columns)
         )
         return _same_kind(table, stream)
 
     def located_schema(self, schema: Any, *, covariance: bool = False) -> Any:
         """The pyarrow schema of what `locate_arrow` gives for a table of this schema."""
-        import pyarrow as pa
-
-        return pa.schema(self._model.located_schema(schema, covariance))
+        return pyarrow().schema(self.handle.located_schema(schema, covariance))
 
     def project(self, points: npt.ArrayLike, camera: int) -> FloatArray:
         """Where a camera sees points of the world.
@@ -322,7 +325,7 @@ class Calibration:
             Pixels; NaN where the camera does not see the point, and for maps that are no cameras (`network`,
             `interpolation`).
         """
-        return self._model.project(self._camera(camera), places_array(points, "points", 3, None))
+        return self.handle.project(self._camera(camera), places_array(points, "points", 3, None))
 
     def rays(self, pixels: npt.ArrayLike, camera: int) -> tuple[FloatArray, FloatArray]:
         """Where pixels of a camera look.
@@ -337,7 +340,7 @@ class Calibration:
         origins, directions : arrays, (n, 3)
             A point of each ray, in `unit`, and its direction, a unit vector; NaN for maps that are no cameras.
         """
-        rays = self._model.rays(self._camera(camera), places_array(pixels, "pixels", 2, None))
+        rays = self.handle.rays(self._camera(camera), places_array(pixels, "pixels", 2, None))
         return rays[:, :3], rays[:, 3:]
 
     def _camera(self, camera: int) -> int:
@@ -350,7 +353,7 @@ class Calibration:
     def relative(self) -> Calibration:
         """The same model with error bars within its frame: without the errors of shift, scale and skew that all
         points share, for models fitted with `stage_sigma`."""
-        return Calibration(self._model.relative())
+        return Calibration(self.handle.relative())
 
     # How good it is
 
@@ -390,8 +393,8 @@ class Calibration:
             columns=columns,
             progress=progress,
         )
-        told = json.loads(self._model.evaluate(data._data, align, progress))
-        return BoardEvaluation._of(told) if told["kind"] == "boards" else Evaluation._of(told)
+        told = json.loads(self.handle.evaluate(data.handle, align, progress))
+        return BoardEvaluation.of_figures(told) if told["kind"] == "boards" else Evaluation.of_figures(told)
 
     def camera_motion(
         self,
@@ -418,7 +421,7 @@ class Calibration:
         data = as_dataset(
             pixels, points, board=board, views=views, unit=unit or self.unit, progress=progress
         )
-        return CameraMotion._of(json.loads(self._model.camera_motion(data._data, progress)))
+        return CameraMotion.of_figures(json.loads(self.handle.camera_motion(data.handle, progress)))
 
     def report(
         self, title: str = "model", *, held_out: bool = True, progress: Progress | None = None
@@ -431,7 +434,7 @@ class Calibration:
         held_out : bool
             Fit once more without each view, so that errors are those on points that the fit has not seen.
         """
-        page, summary, verdict = self._model.report(title, held_out, progress)
+        page, summary, verdict = self.handle.report(title, held_out, progress)
         return Report(page, verdict, json.loads(summary))
 
     # Other programs
@@ -465,7 +468,7 @@ class Calibration:
                 return self.to_opencv(image_size=image_size)
             raise ArgumentError(f"`{format}` is a format of files", hint="give a path")
         sizes = image_sizes(image_size, self.cameras)
-        files, _ = self._model.export(format, path, sizes)
+        files, _ = self.handle.export(format, path, sizes)
         return [str(file) for file in files]
 
     def to_opencv(self, *, fisheye: bool = False, image_size: ImageSize = None) -> dict[str, Any]:
@@ -493,7 +496,7 @@ class Calibration:
         ['D1', 'D2', 'K1', 'K2', 'R', 'T']
         """
         sizes = image_sizes(image_size, self.cameras)
-        cameras, loss = self._model.matrices(fisheye, sizes)
+        cameras, loss = self.handle.matrices(fisheye, sizes)
         told: dict[str, Any] = {}
         poses = np.stack([camera["camera_from_world"] for camera in cameras])
         for number, camera in enumerate(cameras, start=1):
@@ -535,9 +538,9 @@ class Calibration:
         known = [own or size for own, size in zip(given, self._evidence["sizes"])]
         wanted = None if size is None else [int(size[0]), int(size[1])]
         pair = [self._camera(cameras[0]), self._camera(cameras[1])]
-        maps, text = self._model.rectify(pair, known, wanted, focal)
+        maps, text = self.handle.rectify(pair, known, wanted, focal)
         told = json.loads(text)
-        rotation = np.asarray(told["rotation"])
+        rotation: Any = np.asarray(told["rotation"])
         back = np.empty((3, 4))
         back[:, :3] = rotation.T
         back[:, 3] = -rotation.T @ np.asarray(told["translation"])
@@ -562,13 +565,10 @@ def _same_kind(source: Any, stream: Any) -> Any:
     """A stream as the library of the source has tables."""
     module = type(source).__module__.partition(".")[0]
     if module == "polars":
-        import polars as pl
-
-        return pl.DataFrame(stream)
-    if module not in ("pyarrow", "pandas") and not isinstance(source, dict):
+        return importlib.import_module("polars").DataFrame(stream)
+    if module not in ("pyarrow", "pandas", "builtins"):
         return stream
-    import pyarrow as pa
-
+    pa = pyarrow()
     reader = pa.RecordBatchReader.from_stream(stream)
     if module == "pandas":
         return reader.read_all().to_pandas()
@@ -580,9 +580,7 @@ def _same_kind(source: Any, stream: Any) -> Any:
 
 
 def _empty(reader: Any) -> Any:
-    import pyarrow as pa
-
-    return pa.RecordBatch.from_pylist([], schema=reader.schema)
+    return pyarrow().RecordBatch.from_pylist([], schema=reader.schema)
 
 
 _MODELS: weakref.WeakValueDictionary[str, Calibration] = weakref.WeakValueDictionary()

@@ -11,8 +11,8 @@ from typing import Any, Literal, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
-from ._arrays import FloatArray
+import wheatstone._wheatstone as _w
+from ._arrays import FloatArray, is_path, places_array
 from .data import Dataset, Progress
 from .errors import ArgumentError
 
@@ -35,12 +35,13 @@ class Chart:
     (54, 3)
     """
 
-    __slots__ = ("_json",)
-    _json: str
+    __slots__ = ("json",)
+    json: str
+    """The settings as JSON."""
 
     def __init__(self, settings: str) -> None:
         """Of the settings of ``[chart]`` in ``capture.toml``, as JSON; see the class methods."""
-        self._json = _w.chart_settings(settings)
+        self.json = _w.chart_settings(settings)
 
     @classmethod
     def _of(cls, kind: str, **settings: object) -> Chart:
@@ -152,31 +153,31 @@ class Chart:
         diameter: float | None = None,
     ) -> Chart:
         """A rigid body with marks at `points` (n, 3) in its own frame."""
-        places = np.asarray(points, dtype=np.float64).reshape(-1, 3).tolist()
+        places = places_array(points, "points", 3, None).tolist()
         return cls._of("point-list", points=places, marks=marks, diameter=diameter)
 
     @property
     def settings(self) -> dict[str, Any]:
         """All settings, as ``[chart]`` of ``capture.toml`` has them."""
-        settings: dict[str, Any] = json.loads(self._json)
+        settings: dict[str, Any] = json.loads(self.json)
         return settings
 
     @property
     def points(self) -> FloatArray:
         """(n, 3), the places of its points in its own frame: x right, y down, z into the chart."""
-        return _w.chart_points(self._json)
+        return _w.chart_points(self.json)
 
     def __repr__(self) -> str:
         return f"<wheatstone.Chart: {self.settings}>"
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Chart) and other._json == self._json
+        return isinstance(other, Chart) and other.json == self.json
 
     def __hash__(self) -> int:
-        return hash(self._json)
+        return hash(self.json)
 
     def __reduce__(self) -> tuple[type[Chart], tuple[str]]:
-        return Chart, (self._json,)
+        return Chart, (self.json,)
 
 
 @dataclass(frozen=True)
@@ -212,7 +213,7 @@ class Detection:
 
 
 def _picture(image: Any) -> Any:
-    array = np.asarray(image)
+    array: Any = np.asarray(image)
     if array.dtype == np.bool_:
         array = array.astype(np.uint8) * np.uint8(255)
     elif array.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)):
@@ -222,6 +223,13 @@ def _picture(image: Any) -> Any:
             )
         array = array.astype(np.float32)
     return np.require(array, requirements="A")
+
+
+def _seen(item: Any) -> Any:
+    """What the extension module takes for a picture: a path, an array, or nothing."""
+    if item is None:
+        return None
+    return os.fspath(item) if is_path(item) else _picture(item)
 
 
 def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
@@ -254,7 +262,7 @@ def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
     >>> len(found), found.pixels[0].round(1).tolist()
     (42, [69.5, 69.5])
     """
-    return Detection(*_w.detect(_picture(image), chart._json, bgr))
+    return Detection(*_w.detect(_picture(image), chart.json, bgr))
 
 
 def detect_all(
@@ -328,12 +336,6 @@ def detect_in_pictures(
                 hint=f"give one row a view: ({count}, 3)",
             )
         places = list(zip(moved.tolist(), turned.tolist()))
-    seen = [
-        [
-            None if item is None else os.fspath(item) if isinstance(item, (str, os.PathLike)) else _picture(item)
-            for item in of_camera
-        ]
-        for of_camera in pictures
-    ]
-    data, sizes = _w.detect_all(seen, chart._json, list(zip(names, places)), (unit, bgr), progress)
+    seen = [[_seen(item) for item in of_camera] for of_camera in pictures]
+    data, sizes = _w.detect_all(seen, chart.json, list(zip(names, places)), (unit, bgr), progress)
     return Dataset(data), [None if size is None else (size[0], size[1]) for size in sizes]

@@ -9,7 +9,7 @@ from typing import Any, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
+import wheatstone._wheatstone as _w
 from ._arrays import (
     FloatArray,
     PathLike,
@@ -50,11 +50,12 @@ class Dataset:
     (2, 4)
     """
 
-    __slots__ = ("_data",)
-    _data: _w.Dataset
+    __slots__ = ("handle",)
+    handle: _w.Dataset
+    """The extension module's object, for this package's own use."""
 
     def __init__(self, data: _w.Dataset) -> None:
-        self._data = data
+        self.handle = data
 
     @classmethod
     def from_arrays(
@@ -117,7 +118,7 @@ class Dataset:
         )
 
     def __len__(self) -> int:
-        return len(self._data)
+        return len(self.handle)
 
     def __repr__(self) -> str:
         views = len(self.view_names)
@@ -127,46 +128,46 @@ class Dataset:
     @property
     def cameras(self) -> int:
         """The number of cameras."""
-        return self._data.cameras
+        return self.handle.cameras
 
     @property
     def unit(self) -> str:
         """The unit of lengths."""
-        return self._data.unit
+        return self.handle.unit
 
     @property
     def pixels(self) -> FloatArray:
         """(n, 2 * cameras), in pixels; NaN where a camera did not see the point."""
-        return self._data.pixels()
+        return self.handle.pixels()
 
     @property
     def points(self) -> FloatArray:
         """(n, 3), places in the world in `unit`; NaN where they are not known."""
-        return self._data.points()
+        return self.handle.points()
 
     @property
     def board(self) -> FloatArray:
         """(n, 2), places on a board whose pose is not known, in `unit`; NaN elsewhere."""
-        return self._data.board()
+        return self.handle.board()
 
     @property
     def view_names(self) -> list[str]:
         """The names of the views."""
-        return self._data.view_names
+        return self.handle.view_names
 
     @property
     def views(self) -> npt.NDArray[np.int64]:
         """(n,), the index of each row's view in `view_names`: groups for cross-validation."""
-        return self._data.views()
+        return self.handle.views()
 
     @property
     def ids(self) -> list[str | None]:
         """The name of each row's point within its view, where it has one."""
-        return self._data.ids()
+        return self.handle.ids()
 
     def save(self, path: PathLike) -> None:
         """Writes a table of points: CSV, Parquet or Arrow, by the extension of `path`."""
-        self._data.save(path)
+        self.handle.save(path)
 
 
 def read(
@@ -261,7 +262,7 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     things, thing = np.unique(objects, return_inverse=True)
     keypoints, keypoint = np.unique(columns["keypoint_id"], return_inverse=True)
     keys, row = np.unique(np.stack([view, thing, keypoint], axis=1), axis=0, return_inverse=True)
-    row = row.reshape(-1)
+    row = np.ravel(row)
     pixels = np.full((len(keys), len(cameras), 2), np.nan)
     pixels[row, camera, 0] = columns["img_loc_x"]
     pixels[row, camera, 1] = columns["img_loc_y"]

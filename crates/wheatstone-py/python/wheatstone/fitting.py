@@ -11,7 +11,7 @@ from typing import Any, Literal, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
+import wheatstone._wheatstone as _w
 from ._arrays import PathLike, is_path
 from .calibration import Calibration, ImageSize, image_sizes
 from .charts import Chart, detect_in_pictures
@@ -213,7 +213,7 @@ def fit(
         sizes=sizes,
         source={"name": name, "frame": _frame(data, gauge)},
     )
-    model = Calibration(_w.fit(data._data, settings, [lens._model for lens in lenses], progress))
+    model = Calibration(_w.fit(data.handle, settings, [lens.handle for lens in lenses], progress))
     for finding in model.findings:
         if finding.severity != "information" and not finding.fixable:
             warnings.warn(f"{finding.explanation} ({finding.code})", DataWarning, stacklevel=2)
@@ -319,8 +319,8 @@ def compare(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
     settings = _settings(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
-    told = _w.compare_methods(data._data, list(methods), settings, progress)
-    return Comparison._of(json.loads(told))
+    told = _w.compare_methods(data.handle, list(methods), settings, progress)
+    return Comparison.of_figures(json.loads(told))
 
 
 def check(
@@ -360,7 +360,7 @@ def check(
     data = as_dataset(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
-    return Examination(_w.check(data._data, _baseline(expect_baseline), progress))
+    return Examination(_w.check(data.handle, _baseline(expect_baseline), progress))
 
 
 def from_opencv(
@@ -427,7 +427,7 @@ def _numbers(value: npt.ArrayLike, name: str, count: int | None) -> list[float]:
         raise ArgumentError(
             f"{name} has shape {array.shape}", hint=f"give {count or 'a few'} finite numbers"
         )
-    numbers: list[float] = array.reshape(-1).tolist()
+    numbers: list[float] = np.ravel(array).tolist()
     return numbers
 
 

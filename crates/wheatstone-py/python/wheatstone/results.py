@@ -9,13 +9,13 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
-from ._arrays import FloatArray, PathLike
+import wheatstone._wheatstone as _w
+from ._arrays import FloatArray, PathLike, pyarrow
 from .data import Dataset
 
 __all__ = [
@@ -77,17 +77,22 @@ class Located:
     @property
     def points(self) -> FloatArray:
         """(n, 3), X, Y, Z in the world, in `unit`."""
-        return self._columns[0:3].T
+        columns: Any = self._columns
+        points: FloatArray = columns[0:3].T
+        return points
 
     @property
     def sigmas(self) -> FloatArray:
         """(n, 3), standard deviations of X, Y, Z, in `unit`."""
-        return self._columns[3:6].T
+        columns: Any = self._columns
+        sigmas: FloatArray = columns[3:6].T
+        return sigmas
 
     @property
     def residual(self) -> FloatArray:
         """(n,), rms reprojection error of each point over its pixel coordinates, in pixels."""
-        return self._columns[6]
+        residual: FloatArray = self._columns[6]
+        return residual
 
     @property
     def covariance(self) -> FloatArray:
@@ -95,25 +100,30 @@ class Located:
         if len(self._columns) < 13:
             raise AttributeError("no covariance was asked for: locate(..., covariance=True)")
         xx, xy, xz, yy, yz, zz = self._columns[7:13]
-        return np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
+        full: FloatArray = np.empty((len(self), 3, 3))
+        for row, values in enumerate(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))):
+            for column, value in enumerate(values):
+                full[:, row, column] = value
+        return full
 
     @property
     def trust(self) -> npt.NDArray[np.uint8]:
         """(n,), a value of `Trust` each."""
-        return self._codes[0]
+        trust: npt.NDArray[np.uint8] = self._codes[0]
+        return trust
 
     @property
     def mismatch(self) -> npt.NDArray[np.bool_]:
         """(n,), whether the rays do not intersect: the pixels are probably mismatched."""
-        return self._codes[1].view(np.bool_)
+        mismatch: npt.NDArray[np.bool_] = self._codes[1].view(np.bool_)
+        return mismatch
 
     def to_arrow(self) -> Any:
         """A pyarrow table with columns X, Y, Z, sX, sY, sZ, residual, trust, mismatch; nulls where not located.
 
         Needs pyarrow.
         """
-        import pyarrow as pa
-
+        pa = pyarrow()
         names = ["X", "Y", "Z", "sX", "sY", "sZ", "residual"]
         columns: dict[str, Any] = {
             name: pa.array(column, from_pandas=True)
@@ -173,7 +183,8 @@ class Evaluation:
     fitted_share: float = 0.0
 
     @classmethod
-    def _of(cls, told: Mapping[str, Any]) -> Evaluation:
+    def of_figures(cls, told: Mapping[str, Any]) -> Evaluation:
+        """Of figures as the library writes them."""
         x, y, z = told["rms_xyz"]
         covered, budget = told.get("coverage"), told.get("budget")
         return cls(
@@ -207,7 +218,8 @@ class BoardEvaluation:
     details: dict[str, Any] = field(repr=False)
 
     @classmethod
-    def _of(cls, told: dict[str, Any]) -> BoardEvaluation:
+    def of_figures(cls, told: dict[str, Any]) -> BoardEvaluation:
+        """Of figures as the library writes them."""
         return cls(told["unit"], told["n"], told["located"], told)
 
     @property
@@ -246,8 +258,9 @@ class Validation:
     folds: tuple[Fold, ...] = field(repr=False)
 
     @classmethod
-    def _of(cls, told: Mapping[str, Any]) -> Validation:
-        return cls(Evaluation._of(told["all"]), tuple(_fold(fold) for fold in told["folds"]))
+    def of_figures(cls, told: Mapping[str, Any]) -> Validation:
+        """Of figures as the library writes them."""
+        return cls(Evaluation.of_figures(told["all"]), tuple(_fold(fold) for fold in told["folds"]))
 
 
 def _fold(told: Mapping[str, Any]) -> Fold:
@@ -288,7 +301,7 @@ class Finding:
     views: tuple[str, ...] = ()
     cameras: tuple[int, ...] = ()
     fixable: bool = False
-    figures: dict[str, float] = field(default_factory=dict, repr=False)
+    figures: Mapping[str, float] = field(default_factory=lambda: dict[str, float](), repr=False)
 
     def __str__(self) -> str:
         return f"{self.severity}[{self.code}]: {self.explanation}\n  hint: {self.hint}"
@@ -319,7 +332,11 @@ class Examination(Sequence[Finding]):
     def __len__(self) -> int:
         return len(self.findings)
 
-    def __getitem__(self, index: Any) -> Any:
+    @overload
+    def __getitem__(self, index: int) -> Finding: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Finding, ...]: ...
+    def __getitem__(self, index: int | slice) -> Finding | tuple[Finding, ...]:
         return self.findings[index]
 
     def __iter__(self) -> Iterator[Finding]:
@@ -415,7 +432,8 @@ class CameraMotion:
     details: dict[str, Any] = field(repr=False)
 
     @classmethod
-    def _of(cls, told: dict[str, Any]) -> CameraMotion:
+    def of_figures(cls, told: dict[str, Any]) -> CameraMotion:
+        """Of figures as the library writes them."""
         changes = tuple(
             CameraChange(
                 tuple(change["cameras"]),
@@ -466,7 +484,8 @@ class Comparison:
     budget: dict[str, Any] | None = field(repr=False)
 
     @classmethod
-    def _of(cls, told: Mapping[str, Any]) -> Comparison:
+    def of_figures(cls, told: Mapping[str, Any]) -> Comparison:
+        """Of figures as the library writes them."""
         methods = tuple(
             MethodScore(
                 row["method"],
