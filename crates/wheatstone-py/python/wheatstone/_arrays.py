@@ -50,8 +50,7 @@ def is_table(value: object) -> bool:
 def floats(value: npt.ArrayLike, name: str) -> npt.NDArray[np.float64] | npt.NDArray[np.float32]:
     """An array of float64 or float32, the given one wherever it is one already: nothing is copied then."""
     if isinstance(value, np.ma.MaskedArray):
-        masked: Any = value
-        value = masked.astype(np.float64).filled(np.nan)
+        value = cast(Any, value).astype(np.float64).filled(np.nan)
     try:
         array = np.asarray(value)
         if array.dtype.kind == "c":

@@ -222,7 +222,8 @@ def _picture(image: Any) -> Any:
                 f"a picture of {array.dtype}", hint="give uint8, uint16, or floats of 0 to 255"
             )
         array = array.astype(np.float32)
-    return np.require(array, requirements="A")
+    aligned: Any = np.require(array, requirements="A")
+    return aligned
 
 
 def _seen(item: Any) -> Any:
