@@ -35,9 +35,8 @@ pub(crate) fn from_matrices(
 ) -> PyResult<PyModel> {
     let camera = |(index, given): (usize, &Given9)| -> PyResult<RigCamera> {
         let (k, d, r, t, size) = given;
-        let refuse = |problem: &str, hint: &str| {
-            invalid(format!("camera {index}: {problem}"), hint)
-        };
+        let refuse =
+            |problem: &str, hint: &str| invalid(format!("camera {index}: {problem}"), hint);
         let (&[fx, skew, cx, _, fy, cy, ..], &[x, y, z]) = (&k[..], &t[..]) else {
             return Err(refuse("K is no 3 x 3 matrix, or T no vector", "give OpenCV's arrays"));
         };
@@ -213,9 +212,7 @@ impl PyModel {
             }));
         }
         let found = self.approximated(py, format.forms(), &sizes)?;
-        let written = py
-            .detach(|| save(&format.write_rig(&found.rig)?, &path))
-            .map_err(raised)?;
+        let written = py.detach(|| save(&format.write_rig(&found.rig)?, &path)).map_err(raised)?;
         let loss = found.loss.or_else(|| format.loss(&found.rig));
         Ok((written, json!(loss).to_string()))
     }
@@ -238,8 +235,12 @@ impl PyModel {
                 matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
             };
             let [p1, p2] = made.pair.projections();
-            let q: Vec<Vec<f64>> =
-                made.pair.depth_matrix().row_iter().map(|row| row.iter().copied().collect()).collect();
+            let q: Vec<Vec<f64>> = made
+                .pair
+                .depth_matrix()
+                .row_iter()
+                .map(|row| row.iter().copied().collect())
+                .collect();
             let pose = made.pair.rectified_from_world;
             let r: Vec<Vec<f64>> =
                 pose.rotation.row_iter().map(|row| row.iter().copied().collect()).collect();

@@ -1,13 +1,17 @@
 //! Correspondences, from arrays, tables and files.
 
-use crate::{errors::{invalid, raised}, work};
-use arrow_array::RecordBatchReader;
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ndarray::Array2,
+use crate::{
+    errors::{invalid, raised},
+    work,
 };
+use arrow_array::RecordBatchReader;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ndarray::Array2};
 use pyo3::{prelude::*, types::PyList};
 use pyo3_arrow::input::AnyRecordBatch;
-use std::{collections::HashMap, path::{Path, PathBuf}};
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+};
 use wheatstone::{
     Correspondence, Dataset, DetectionSettings, Pixel, Point3,
     capture::{Capture, FILE_NAME},
@@ -32,13 +36,13 @@ struct Reading {
 
 impl Reading {
     fn of(text: &str) -> PyResult<Self> {
-        serde_json::from_str(text).map_err(|e| invalid(format!("cannot read the settings: {e}"), ""))
+        serde_json::from_str(text)
+            .map_err(|e| invalid(format!("cannot read the settings: {e}"), ""))
     }
 
     fn table(&self) -> wheatstone::Result<TableOptions> {
         let columns = self.columns.as_deref().map(ColumnNames::parse).transpose()?;
-        let duplicates =
-            if self.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
+        let duplicates = if self.drop_duplicates { Duplicates::Drop } else { Duplicates::Refuse };
         Ok(TableOptions { columns, unit: self.unit.clone(), duplicates, ..TableOptions::default() })
     }
 }

@@ -202,8 +202,7 @@ pub(crate) fn check(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyExamination> {
     work::run(py, progress, |progress| {
-        let mut examination =
-            preparation::examine(&data.0, BundleSettings::default(), progress)?;
+        let mut examination = preparation::examine(&data.0, BundleSettings::default(), progress)?;
         if let Some([length, tolerance]) = expect_baseline {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
@@ -217,11 +216,8 @@ impl PyExamination {
     /// All that it says, as JSON; cameras counted from 0.
     fn told(&self) -> String {
         let finding = |finding: &Finding| {
-            let figures: serde_json::Map<_, _> = finding
-                .figures
-                .iter()
-                .map(|(name, value)| (name.clone(), json!(value)))
-                .collect();
+            let figures: serde_json::Map<_, _> =
+                finding.figures.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
             json!({
                 "code": finding.code,
                 "severity": finding.severity,

@@ -3,11 +3,7 @@
 //! Rows are read in blocks, straight from the array that was given, whatever its strides; the array is never
 //! copied as a whole. Every row's result depends on the model and on that row alone.
 
-use crate::{
-    errors::invalid,
-    model::PyModel,
-    pool::pool,
-};
+use crate::{errors::invalid, model::PyModel, pool::pool};
 use numpy::{
     Element, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
     ndarray::{ArrayView2, s},
@@ -31,7 +27,9 @@ fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>)
     for (index, column) in columns.iter_mut().enumerate() {
         column.clear();
         match rows.as_slice() {
-            Some(flat) => column.extend(flat.iter().skip(index).step_by(width).map(|v| (*v).into())),
+            Some(flat) => {
+                column.extend(flat.iter().skip(index).step_by(width).map(|v| (*v).into()))
+            }
             None => column.extend(rows.column(index).iter().map(|value| (*value).into())),
         }
     }
@@ -164,10 +162,11 @@ impl PyModel {
                 &format!("give an array of shape ({}, 3)", rows.nrows()),
             ));
         }
-        let mut into = out.try_readwrite().map_err(|e| invalid(e.to_string(), ""))?;
-        let slots = into.as_slice_mut().map_err(|e| {
-            invalid(format!("out: {e}"), "give an array of float64 in C order")
-        })?;
+        if !out.is_c_contiguous() {
+            return Err(invalid("out is not in C order", "give an array of float64 in C order"));
+        }
+        let mut into = out.try_readwrite().map_err(|e| invalid(format!("out: {e}"), ""))?;
+        let slots = into.as_slice_mut().map_err(|e| invalid(format!("out: {e}"), ""))?;
         for (turn, slots) in slots.chunks_mut(3 * TURN).enumerate() {
             py.check_signals()?;
             let first = turn * TURN;

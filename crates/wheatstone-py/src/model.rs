@@ -1,8 +1,8 @@
 //! A fitted model: its file, its evidence, and the locators made of it.
 
 use crate::{
-    errors::{invalid, raised, worded},
     dataset::PyDataset,
+    errors::{invalid, raised, worded},
     work,
 };
 use pyo3::{prelude::*, types::PyBytes};
@@ -14,9 +14,7 @@ use std::{
 use wheatstone::{
     Calibration, Material, Report, SettledLocator, Wording,
     dataset::Dataset,
-    evaluate::{
-        coverage, evaluate, evaluate_boards, evaluate_one_camera, refuse_mistaken_unit,
-    },
+    evaluate::{coverage, evaluate, evaluate_boards, evaluate_one_camera, refuse_mistaken_unit},
     fit::bundle,
 };
 
@@ -183,7 +181,8 @@ impl PyModel {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<String> {
         work::run(py, progress, |progress| {
-            let found = self.model.camera_motion(&data.0.clone().in_unit(&self.model.unit)?, progress)?;
+            let found =
+                self.model.camera_motion(&data.0.clone().in_unit(&self.model.unit)?, progress)?;
             let mut value = json!(found);
             value["explained"] = found.is_explained().into();
             Ok(value.to_string())

@@ -7,7 +7,8 @@ use crate::{
     work,
 };
 use numpy::{
-    Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn, ndarray::{Array2, ArrayViewD},
+    Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn,
+    ndarray::{Array2, ArrayViewD},
 };
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
@@ -40,11 +41,11 @@ fn picture(array: &Bound<PyAny>, bgr: bool) -> PyResult<GrayImage> {
     ) -> PyResult<GrayImage> {
         let shape = pixels.shape();
         let gray = match *shape {
-            [height, width] => {
+            [height, width] if height > 0 && width > 0 => {
                 let values = pixels.iter().map(|pixel| value(*pixel)).collect();
                 GrayImage::from_values(width, height, values)
             }
-            [height, width, channels @ (1 | 3 | 4)] => {
+            [height, width, channels @ (1 | 3 | 4)] if height > 0 && width > 0 => {
                 let mut shares = RGB;
                 if bgr {
                     shares.reverse();

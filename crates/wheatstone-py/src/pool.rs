@@ -40,7 +40,8 @@ pub(crate) fn pool() -> PyResult<Arc<ThreadPool>> {
     let (process, threads) = (std::process::id(), wanted());
     // It is held for moments only, and by nobody while Python forks: `before_fork` takes it.
     let mut made = POOL.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(own) = made.as_ref().filter(|own| own.process == process && own.threads == threads) {
+    if let Some(own) = made.as_ref().filter(|own| own.process == process && own.threads == threads)
+    {
         return Ok(own.pool.clone());
     }
     let pool = ThreadPoolBuilder::new()

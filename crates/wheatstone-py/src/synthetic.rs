@@ -52,10 +52,7 @@ impl Settings {
         Ok((rig, LineGrid { pitch, ..LineGrid::default() }.into()))
     }
 
-    fn placements(
-        &self,
-        chart: &AnyChart,
-    ) -> wheatstone::Result<Vec<(String, wheatstone::Pose)>> {
+    fn placements(&self, chart: &AnyChart) -> wheatstone::Result<Vec<(String, wheatstone::Pose)>> {
         let Some(views) = self.hand_held else {
             return Stage { near: self.near, far: self.far, step: self.step }.views();
         };

@@ -88,7 +88,9 @@ impl PyModel {
         let (appended, options) = options((covariance, false_alarm), self.cameras(), columns)?;
         let source: Box<dyn RecordBatchReader + Send> = table.into_reader()?;
         let schema = appended.schema(&source.schema());
-        let rows = TableReader::of_batches(Path::new("table"), source, &options).map_err(raised)?;
+        let rows = TableReader::of_batches(Path::new("table"), source, &options)
+            .map_err(raised)?
+            .lenient();
         self.needs(2 * rows.cameras())?;
         let ready = py.detach(|| pool().map(|pool| pool.install(|| self.ready(true))))?;
         let found = LocatedBatch::default();

@@ -269,7 +269,7 @@ impl<'a> Locator<'a> {
             let row: Vec<Option<Pixel>> = pixels.point(index).collect();
             let nearness = nearness.get(index).copied().unwrap_or(f64::NAN);
             self.ask(&mut wanted, &row, (is_met, nearness));
-            slots.put(index, map.reconstructor.locate(&row).as_ref());
+            slots.put(index, map.reconstructor.locate(&row).as_ref(), is_met);
         };
         for index in lost {
             one_by_one(index, false);

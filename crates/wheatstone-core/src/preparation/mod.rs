@@ -179,8 +179,7 @@ impl Preparation {
             _ => (Lenses::Either, false),
         };
         // Only where the method is to be chosen may a lens be good enough.
-        self.bundle_settings.always_model_free =
-            !matches!(method, None | Some(AnyMethod::Auto(_)));
+        self.bundle_settings.always_model_free = !matches!(method, None | Some(AnyMethod::Auto(_)));
         self.lenses = method.map_or_else(Vec::new, AnyMethod::known_lenses);
         self
     }

@@ -5,6 +5,7 @@ use super::{
     cells::{Foreign, malformed},
     layout::{Header, Layout},
     names::ColumnNames,
+    numbers::Reading,
     parquet_lengths::{self, CheckedPages},
     rows::{Rows, Table},
 };
@@ -128,7 +129,8 @@ impl ColumnTable {
             }
         }
         let layout = Layout::of(&header(&names), told)?;
-        let table = Table { path: path.into(), names, layout, comma: true };
+        let reading = Reading { comma: true, lenient: false };
+        let table = Table { path: path.into(), names, layout, reading };
         let table = Arc::new(table);
         Ok(Self { table, unit, kind, batches, rest: None, row: 0 })
     }

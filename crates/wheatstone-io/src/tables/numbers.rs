@@ -17,28 +17,37 @@ pub(super) enum Unfit {
     Kind,
 }
 
-/// The numbers of a column, NaN in place of nulls. In text a comma may stand for the decimal point.
-pub(super) fn of(array: &dyn Array, comma: bool) -> Result<Float64Array, Unfit> {
+/// How cells are read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reading {
+    /// Whether a comma in text may stand for the decimal point.
+    pub(super) comma: bool,
+    /// Whether cells that are no pixels and no lengths count for empty ones, instead of ending the reading.
+    pub(super) lenient: bool,
+}
+
+/// The numbers of a column, NaN in place of nulls.
+pub(super) fn of(array: &dyn Array, reading: Reading) -> Result<Float64Array, Unfit> {
     match array.data_type() {
-        DataType::Utf8 => of_text(array.as_string::<i32>(), comma),
-        DataType::LargeUtf8 => of_text(array.as_string::<i64>(), comma),
-        DataType::Utf8View => of_text(array.as_string_view(), comma),
-        DataType::Dictionary(..) => of_dictionary(array, comma),
+        DataType::Utf8 => of_text(array.as_string::<i32>(), reading),
+        DataType::LargeUtf8 => of_text(array.as_string::<i64>(), reading),
+        DataType::Utf8View => of_text(array.as_string_view(), reading),
+        DataType::Dictionary(..) => of_dictionary(array, reading),
         // A column of nothing but nulls may have no kind.
         DataType::Null => Ok(vec![f64::NAN; array.len()].into()),
-        DataType::Float64 => places(array.as_primitive().clone()),
+        DataType::Float64 => places(array.as_primitive().clone(), reading),
         DataType::Float32 => {
-            of_values(array.as_primitive::<arrow_array::types::Float32Type>(), f64::from)
+            of_values(array.as_primitive::<arrow_array::types::Float32Type>(), f64::from, reading)
         }
         DataType::Float16 => {
-            of_values(array.as_primitive::<arrow_array::types::Float16Type>(), f64::from)
+            of_values(array.as_primitive::<arrow_array::types::Float16Type>(), f64::from, reading)
         }
         DataType::Decimal128(_, scale) => {
             let unit = 10f64.powi(-i32::from(*scale));
-            of_values(array.as_primitive::<Decimal128Type>(), |value| value as f64 * unit)
+            of_values(array.as_primitive::<Decimal128Type>(), |value| value as f64 * unit, reading)
         }
         _ => downcast_integer_array!(
-            array => of_values(array, |value| value as f64),
+            array => of_values(array, |value| value as f64, reading),
             _ => Err(Unfit::Kind)
         ),
     }
@@ -46,10 +55,11 @@ pub(super) fn of(array: &dyn Array, comma: bool) -> Result<Float64Array, Unfit> 
 
 fn of_text<'a>(
     text: impl IntoIterator<Item = Option<&'a str>>,
-    comma: bool,
+    reading: Reading,
 ) -> Result<Float64Array, Unfit> {
     let number = |(row, cell): (usize, Option<&str>)| {
-        let value = cells::number(cell.unwrap_or_default().trim(), comma);
+        let value = cells::number(cell.unwrap_or_default().trim(), reading.comma);
+        let value = if reading.lenient { Ok(value.unwrap_or(None)) } else { value };
         value.map(|value| value.unwrap_or(f64::NAN)).map_err(|fault| Unfit::Row(row, fault))
     };
     let values: Vec<f64> = text.into_iter().enumerate().map(number).collect::<Result<_, _>>()?;
@@ -59,16 +69,17 @@ fn of_text<'a>(
 fn of_values<T: Copy>(
     cells: impl IntoIterator<Item = Option<T>>,
     number: impl Fn(T) -> f64,
+    reading: Reading,
 ) -> Result<Float64Array, Unfit> {
     let numbers = cells.into_iter().map(|cell| cell.map_or(f64::NAN, &number));
-    places(numbers.collect::<Vec<f64>>().into())
+    places(numbers.collect::<Vec<f64>>().into(), reading)
 }
 
 /// Rows that share their values: each value is looked at once.
-fn of_dictionary(array: &dyn Array, comma: bool) -> Result<Float64Array, Unfit> {
+fn of_dictionary(array: &dyn Array, reading: Reading) -> Result<Float64Array, Unfit> {
     let Some(dictionary) = array.as_any_dictionary_opt() else { return Err(Unfit::Kind) };
     let keys = keys_of(dictionary);
-    let values = of(dictionary.values(), comma).map_err(|unfit| match unfit {
+    let values = of(dictionary.values(), reading).map_err(|unfit| match unfit {
         Unfit::Row(value, fault) => {
             Unfit::Row(keys.iter().position(|key| *key == Some(value)).unwrap_or(0), fault)
         }
@@ -82,12 +93,16 @@ fn of_dictionary(array: &dyn Array, comma: bool) -> Result<Float64Array, Unfit> 
 }
 
 /// Numbers with NaN in place of nulls, where each can be a pixel or a length.
-fn places(array: Float64Array) -> Result<Float64Array, Unfit> {
+fn places(array: Float64Array, reading: Reading) -> Result<Float64Array, Unfit> {
     let whole = if array.null_count() == 0 {
         array
     } else {
         array.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect::<Vec<f64>>().into()
     };
+    if reading.lenient {
+        let place = |value: &f64| cells::place(*value).unwrap_or(None).unwrap_or(f64::NAN);
+        return Ok(whole.values().iter().map(place).collect::<Vec<f64>>().into());
+    }
     for (row, value) in whole.values().iter().enumerate() {
         cells::place(*value).map_err(|fault| Unfit::Row(row, fault))?;
     }
@@ -104,7 +119,7 @@ mod tests {
     };
 
     fn values(array: &dyn Array) -> Vec<f64> {
-        of(array, false).ok().unwrap().values().to_vec()
+        of(array, Reading::default()).ok().unwrap().values().to_vec()
     }
 
     #[test]
@@ -126,7 +141,7 @@ mod tests {
     fn a_null_is_not_a_number_and_a_list_is_no_column_of_numbers() {
         assert!(values(&Int64Array::from(vec![None, Some(1)]))[0].is_nan());
         let lists = ListArray::from_iter_primitive::<Int32Type, _, _>([Some([Some(1)])]);
-        assert!(matches!(of(&lists, false), Err(Unfit::Kind)));
+        assert!(matches!(of(&lists, Reading::default()), Err(Unfit::Kind)));
     }
 
     #[test]

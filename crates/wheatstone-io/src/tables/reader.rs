@@ -15,6 +15,7 @@ use std::{
     fs::File,
     io::{Cursor, Read, Seek},
     path::Path,
+    sync::Arc,
 };
 use wheatstone_core::{Error, Result, storage};
 
@@ -85,6 +86,16 @@ impl TableReader {
     ) -> Result<Self> {
         let table = ColumnTable::batches(name, batches, options.columns.as_ref())?;
         Ok(Self { kind: Table::Columns(table), prompt: options.prompt })
+    }
+
+    /// Takes pixels and lengths that are none (out of range, text that is no number, one coordinate alone) for what was
+    /// not seen, instead of ending with an error. Only tables of columns: rows then pass through whatever they hold.
+    #[must_use]
+    pub fn lenient(mut self) -> Self {
+        if let Table::Columns(columns) = &mut self.kind {
+            Arc::make_mut(&mut columns.table).reading.lenient = true;
+        }
+        self
     }
 
     fn of_kind<F: Source>(

@@ -3,7 +3,7 @@
 use super::{
     cells::{self, Fault},
     layout::Layout,
-    numbers::{self, Unfit},
+    numbers::{self, Reading, Unfit},
     shown::Shown,
 };
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
@@ -21,8 +21,8 @@ pub(super) struct Table {
     pub(super) path: PathBuf,
     pub(super) names: Vec<String>,
     pub(super) layout: Layout,
-    /// Whether commas in cells may be decimal ones.
-    pub(super) comma: bool,
+    /// How cells are read: whether commas may be decimal ones, and whether what is no number counts for empty.
+    pub(super) reading: Reading,
 }
 
 /// Some rows of a table: their columns, and the pixels as numbers.
@@ -45,6 +45,22 @@ enum Place {
     Rows(u64),
 }
 
+/// A coordinate without its partner is no pixel.
+fn drop_halves(pair: &mut [Float64Array]) {
+    let [x, y] = pair else { return };
+    let is_half = |(x, y): (&f64, &f64)| x.is_nan() != y.is_nan();
+    if !x.values().iter().zip(y.values()).any(is_half) {
+        return;
+    }
+    let beside = |own: &Float64Array, other: &Float64Array| -> Float64Array {
+        let both = own.values().iter().zip(other.values());
+        both.map(|(own, other)| if other.is_nan() { f64::NAN } else { *own })
+            .collect::<Vec<_>>()
+            .into()
+    };
+    (*x, *y) = (beside(x, y), beside(y, x));
+}
+
 impl Rows {
     pub(super) fn new(table: Arc<Table>, batch: RecordBatch, pixels: Vec<Float64Array>) -> Self {
         Self { table, batch, pixels, at: Place::Rows(1), decimal_comma: false }
@@ -61,6 +77,10 @@ impl Rows {
         let Table { layout, .. } = &*rows.table;
         let axes: Vec<usize> = layout.pixels.iter().flatten().copied().collect();
         rows.pixels = axes.into_iter().map(|column| rows.numbers(column)).collect::<Result<_>>()?;
+        if rows.table.reading.lenient {
+            rows.pixels.chunks_exact_mut(2).for_each(drop_halves);
+            return Ok(rows);
+        }
         for (pair, columns) in rows.pixels.chunks_exact(2).zip(&layout.pixels) {
             let (x, y) = (pair[0].values(), pair[1].values());
             let half = x.iter().zip(y.iter()).position(|(x, y)| x.is_nan() != y.is_nan());
@@ -123,7 +143,7 @@ impl Rows {
     /// A column as numbers; NaN where there is none.
     fn numbers(&self, column: usize) -> Result<Float64Array> {
         let array = self.batch.column(column);
-        numbers::of(array, self.table.comma).map_err(|unfit| match unfit {
+        numbers::of(array, self.table.reading).map_err(|unfit| match unfit {
             Unfit::Row(row, fault) => self.fault(fault, row, column),
             Unfit::Kind => {
                 let name = &self.table.names[column];

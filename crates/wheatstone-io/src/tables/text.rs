@@ -5,6 +5,7 @@ use super::{
     layout::{Header, Layout},
     lines::Lines,
     names::ColumnNames,
+    numbers::Reading,
     rows::{Rows, Table},
 };
 use arrow_array::{ArrayRef, RecordBatch, builder::StringBuilder};
@@ -96,15 +97,16 @@ impl TextTable {
         let path = self.table.path.clone();
         let header = Header { path: &path, line: Some(line), names: &names };
         let layout = Layout::of(&header, told)?;
-        self.table = Arc::new(Table { path, names, layout, comma });
+        self.table =
+            Arc::new(Table { path, names, layout, reading: Reading { comma, lenient: false } });
         Ok(())
     }
 
     /// The next rows, at most so many; with `prompt` those that have come.
     pub(super) fn next_rows(&mut self, most: usize, prompt: bool) -> Result<Option<Rows>> {
         let table = Arc::clone(&self.table);
-        let Table { path, names, layout, comma } = &*table;
-        let (columns, comma) = (names.len(), *comma);
+        let Table { path, names, layout, reading } = &*table;
+        let (columns, comma) = (names.len(), reading.comma);
         let mut texts: Vec<StringBuilder> = (0..columns).map(|_| StringBuilder::new()).collect();
         let numbers: Vec<usize> = layout.pixels.iter().flatten().copied().collect();
         let mut pixels: Vec<Vec<f64>> = vec![Vec::with_capacity(most); numbers.len()];

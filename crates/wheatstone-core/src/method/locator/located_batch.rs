@@ -43,16 +43,19 @@ pub(super) struct Slots<'p> {
 pub(super) const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl Slots<'_> {
-    /// Puts what the map said of a point.
-    pub(super) fn put(&mut self, index: usize, found: Option<&Located>) {
+    /// Puts what the map said of a point; `keeps_place` where it is already known where the point is, so that it is at the
+    /// same place with and without error bars.
+    pub(super) fn put(&mut self, index: usize, found: Option<&Located>, keeps_place: bool) {
         let none = Located {
             point: [f64::NAN; 3].into(),
             covariance: Matrix3::repeat(f64::NAN),
             residual: None,
         };
         let found = found.unwrap_or(&none);
-        for (axis, column) in self.point.iter_mut().enumerate() {
-            column[index] = found.point[axis];
+        if !(keeps_place && found.point.x.is_finite()) {
+            for (axis, column) in self.point.iter_mut().enumerate() {
+                column[index] = found.point[axis];
+            }
         }
         if self.residual.is_empty() {
             return;

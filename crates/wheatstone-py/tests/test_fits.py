@@ -1,0 +1,237 @@
+"""Fits, their evidence, and that they are those of the program."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wheatstone as ws
+
+
+def map_of(cal: ws.Calibration) -> dict:
+    told = json.loads(cal.to_bytes())
+    return {key: told[key] for key in ("reconstructor", "validation", "training", "volume", "ellipsoids", "data")}
+
+
+def test_five_lines_from_two_arrays_to_points_with_error_bars(data):
+    cal = ws.fit(data.pixels, data.points, views=data.views, unit="cm")
+    assert cal.unit == "cm" and cal.cameras == 2
+    located = cal.locate(data.pixels)
+    assert np.isfinite(located.sigmas).all()
+    validation = cal.validation
+    assert validation is not None and len(validation.folds) == 7
+    assert 0.2 < validation.all.rms < 0.45 and validation.all.rms > cal.training.rms
+    exam = cal.evaluate(ws.synth(random=500, seed=3))
+    assert exam.ratio_to_floor < 1.1 and 0.6 < exam.coverage[0] < 0.76 and exam.fitted_share == 0
+    assert cal.evaluate(data).fitted_share == 1
+
+
+@pytest.mark.parametrize("method", ["brown", "dlt", "network"])
+def test_fits_are_those_of_the_program_bit_for_bit(method, data, tmp_path):
+    program = os.environ.get("WHEATSTONE_PROGRAM") or shutil.which("wheatstone")
+    if not program:
+        pytest.skip("the program is not built: WHEATSTONE_PROGRAM names it")
+    table, model = tmp_path / "points.csv", tmp_path / "model.json"
+    data.save(table)
+    command = [program, "fit", str(table), "--method", method, "--seed", "3", "-o", str(model)]
+    subprocess.run(command, check=True, capture_output=True)
+    theirs = ws.load(model)
+    ours = ws.fit(table, method=method, seed=3)
+    assert ours.to_bytes() == theirs.to_bytes() or map_of(ours) == map_of(theirs)
+    points, wanted = ours.predict(data.pixels), theirs.predict(data.pixels)
+    assert np.array_equal(points, wanted)
+
+
+def test_all_ways_in_are_one(data, tmp_path):
+    pa, pd, pl = (pytest.importorskip(name) for name in ("pyarrow", "pandas", "polars"))
+    names = ["x1", "y1", "x2", "y2"]
+    columns = {name: data.pixels[:, index] for index, name in enumerate(names)}
+    columns |= {name: data.points[:, index] for index, name in enumerate("XYZ")}
+    columns["view"] = [data.view_names[view] for view in data.views]
+    columns["id"] = data.ids
+    table = pa.table(columns)
+    paths = [tmp_path / f"points.{kind}" for kind in ("csv", "parquet", "arrow")]
+    for path in paths:
+        data.save(path)
+    wanted = map_of(ws.fit(data, method="dlt"))
+    views = [data.view_names[view] for view in data.views]
+    assert map_of(ws.fit(data.pixels, data.points, views=views, method="dlt", unit="cm"))["reconstructor"] == wanted["reconstructor"]
+    for given in (table, pd.DataFrame(columns), pl.DataFrame(columns), columns, *paths):
+        assert map_of(ws.fit(given, method="dlt", unit="cm")) == wanted, type(given)
+    renamed = table.rename_columns(["u_left", "v_left", "u_right", "v_right", "X", "Y", "Z", "view", "id"])
+    found = ws.fit(renamed, method="dlt", unit="cm", columns={"x1": "u_left", "y1": "v_left", "x2": "u_right", "y2": "v_right"})
+    assert map_of(found) == wanted
+
+
+def test_models_go_through_files_bytes_and_pickles(cal, tmp_path):
+    cal.save(tmp_path / "model.json")
+    assert ws.load(tmp_path / "model.json") == cal
+    assert ws.Calibration.from_bytes(cal.to_bytes()).to_bytes() == cal.to_bytes()
+    packed = pickle.dumps(cal)
+    first, second = pickle.loads(packed), pickle.loads(packed)
+    assert first is second and first == cal and hash(first) == hash(cal)
+    with pytest.raises(ws.errors.MalformedError):
+        ws.Calibration.from_bytes(cal.to_bytes()[:-200])
+    with pytest.raises(FileNotFoundError) as raised:
+        ws.load(tmp_path / "none.json")
+    assert pickle.loads(pickle.dumps(raised.value)).hint == raised.value.hint
+
+
+def test_faults_are_named(data):
+    assert not ws.check(data).fatal
+    pixels = data.pixels
+    mixed = data.views == 3
+    pixels[mixed] = pixels[mixed][:, [2, 3, 0, 1]]
+    found = ws.check(pixels, data.points, views=data.views, unit="cm")
+    assert found.fatal and found[0].code == "cameras-swapped" and found[0].views == ("3",)
+    assert "hint" in str(found)
+    with pytest.raises(ws.errors.FaultyError) as raised:
+        ws.fit(pixels, data.points, views=data.views, unit="cm", method="dlt")
+    assert raised.value.code == "cameras-swapped" and "fix=True" in str(raised.value)
+    fixed = ws.fit(pixels, data.points, views=data.views, unit="cm", method="dlt", fix=True)
+    assert np.array_equal(found.repaired().pixels, data.pixels)
+    assert fixed.findings[0].fixable
+
+
+def test_worthless_models_are_refused_unless_they_are_wanted(data):
+    pixels = data.pixels
+    pixels[:, 2:] = pixels[np.random.default_rng(1).permutation(len(pixels))][:, 2:]
+    with pytest.raises(ws.WheatstoneError):
+        ws.fit(pixels, data.points, views=data.views, unit="cm", method="network")
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        cal = ws.fit(pixels, data.points, views=data.views, unit="cm", method="network", force=True, keep_outliers=True)
+    assert cal.broken and any(issubclass(w.category, ws.DataWarning) for w in warned)
+
+
+def test_a_moved_camera_is_found(data):
+    cal = ws.fit(data, method="brown")
+    assert not cal.camera_motion(ws.synth(noise=0.1, seed=11)).moved
+    pixels = ws.synth(noise=0.1, seed=11).pixels
+    pixels[:, 3] += 1.0
+    motion = cal.camera_motion(pixels, data.points, views=data.views)
+    assert motion.moved and motion.changes[0].cameras[0] == 1 and motion.chance < 1e-6
+
+
+def test_boards_in_the_hand():
+    data = ws.synth(rig="pinhole", hand_held=12, noise=0.1)
+    assert np.isnan(data.points).all() and np.isfinite(data.board).all()
+    cal = ws.fit(data.pixels, board=data.board, views=data.views, unit="cm", method="brown", validate=False)
+    exam = cal.evaluate(ws.synth(rig="pinhole", hand_held=6, noise=0.1, seed=4))
+    assert isinstance(exam, ws.BoardEvaluation)
+    assert abs(exam.length_error) < 0.05 and exam.flatness_rms < 0.5
+
+
+def test_intrinsics_are_kept(data):
+    cal = ws.fit(data, method="brown", validate=False)
+    one = data.views == 2
+    moved = ws.fit(data.pixels[one], data.points[one], unit="cm", intrinsics=cal, validate=False)
+    kept, free = moved.to_opencv(), cal.to_opencv()
+    assert np.array_equal(kept["K1"], free["K1"]) and np.array_equal(kept["D2"], free["D2"])
+
+
+def test_a_comparison_names_the_simplest_that_is_good(data):
+    found = ws.compare(data, methods=["dlt", "brown"])
+    assert found.chosen == "brown" and found.methods[0].rms > found.methods[1].rms
+    with pytest.raises(ws.errors.UnknownNameError, match="brwn"):
+        ws.compare(data, methods=["brwn"])
+
+
+def test_a_report_is_one_page(cal, tmp_path):
+    report = cal.report("test", held_out=False)
+    report.save(tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text("utf-8").lower().startswith("<!doctype html>")
+    assert report.verdict and report.summary and report._repr_html_().startswith("<iframe")
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_progress_is_told_and_cancels(data):
+    told = []
+    ws.fit(data, method="neural-camera", progress=lambda *step: told.append(step))
+    assert told and all(len(step) == 3 for step in told)
+
+    class Enough(Exception):
+        pass
+
+    def stop(task, done, total):
+        raise Enough
+
+    with pytest.raises(Enough):
+        ws.fit(data, method="neural-camera", progress=stop)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX's")
+def test_ctrl_c_ends_a_fit():
+    code = (
+        "import os, signal, threading, wheatstone as ws\n"
+        "data = ws.synth(rig='bump', cameras=4)\n"
+        "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+        "try:\n"
+        "    for seed in range(1000): ws.fit(data, method='network', preset='paper', seed=seed)\n"
+        "except KeyboardInterrupt: print('ended')\n"
+    )
+    began = time.monotonic()
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert ended.stdout.strip() == "ended" and time.monotonic() - began < 60
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+def test_models_are_safe_in_other_processes(method, cal, data):
+    import multiprocessing
+
+    cal.predict(data.pixels)
+    context = multiprocessing.get_context(method)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        with context.Pool(2) as pool:
+            parts = pool.map_async(cal.predict, np.array_split(data.pixels, 6)).get(timeout=120)
+    assert np.array_equal(np.concatenate(parts), cal.predict(data.pixels))
+
+
+def test_a_thread_may_fork_while_others_work(cal, data):
+    """The pool is made anew in a child, whatever the parent's threads were doing."""
+    pixels = np.tile(data.pixels, (200, 1))
+    stop = threading.Event()
+
+    def busy():
+        while not stop.is_set():
+            cal.predict(pixels)
+
+    thread = threading.Thread(target=busy)
+    thread.start()
+    try:
+        for _ in range(5):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DeprecationWarning)
+                child = os.fork()
+            if child == 0:
+                ok = np.array_equal(cal.predict(data.pixels), cal.predict(pixels)[: len(data)])
+                os._exit(0 if ok else 1)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    finally:
+        stop.set()
+        thread.join()
+
+
+def test_the_package_needs_numpy_alone():
+    code = (
+        "import sys\n"
+        "before = set(sys.modules)\n"
+        "import numpy, wheatstone\n"
+        "heavy = {'pandas', 'polars', 'pyarrow', 'sklearn', 'cv2', 'ray', 'pyspark', 'scipy'}\n"
+        "print(sorted(heavy & set(sys.modules)))\n"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
+    assert Path(ws.__file__).with_name("py.typed").exists()

@@ -1,0 +1,126 @@
+"""Charts in arrays, and cameras of OpenCV."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import wheatstone as ws
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("capture")
+    ws.synth_capture(folder, rig="pinhole", hand_held=7, chart=ws.Chart.chessboard(9, 6, 5.5), seed=2)
+    return folder
+
+
+def board(columns=9, rows=6, square=24):
+    cells = np.indices((rows + 1, columns + 1)).sum(axis=0) % 2
+    return np.pad(np.kron(cells, np.ones((square, square))) * 200, 40, constant_values=200) + 20
+
+
+def test_pictures_of_any_form_give_the_same():
+    chart, gray = ws.Chart.chessboard(9, 6, 30.0), board().astype(np.uint8)
+    wanted = ws.detect(gray, chart)
+    assert len(wanted) == 54 and np.isfinite(wanted.pixels).all() and wanted.board.shape == (54, 3)
+    assert np.allclose(wanted.pixels.min(axis=0), 40 + 24 - 0.5, atol=0.02)
+    colour = np.repeat(gray[:, :, None], 3, axis=2)
+    wide = np.zeros((gray.shape[0], 2 * gray.shape[1]), np.uint8)
+    wide[:, ::2] = gray
+    forms = [colour, colour[:, :, ::-1], gray[:, :, None], np.asfortranarray(gray), wide[:, ::2]]
+    forms += [gray.astype(np.uint16) * 257, gray.astype(np.float32), gray.astype(np.float64), gray.astype(np.int64)]
+    for form in forms:
+        found = ws.detect(form, chart)
+        assert np.array_equal(found.ids, wanted.ids)
+        assert np.abs(found.pixels - wanted.pixels).max() < 1e-3
+    assert np.abs(ws.detect(colour, chart, bgr=True).pixels - wanted.pixels).max() < 1e-3
+    with pytest.raises(ws.errors.ChartNotFoundError):
+        ws.detect(np.zeros((200, 200), np.uint8), chart)
+    for bad in (np.zeros((3,)), np.zeros((0, 0), np.uint8), np.zeros((9, 9, 7), np.uint8), np.zeros((9, 9), complex)):
+        with pytest.raises(ws.errors.ArgumentError):
+            ws.detect(bad, chart)
+
+
+def test_charts_have_their_points():
+    charts = [
+        (ws.Chart.chessboard(9, 6, 30), 54),
+        (ws.Chart.charuco(8, 6, 30, 22), 35),
+        (ws.Chart.dots(10, 7, 20, asymmetric=False), 70),
+        (ws.Chart.lines(9, 7, 5), 63),
+        (ws.Chart.april_grid(6, 4, 30, 0.3), 96),
+        (ws.Chart.of_points([[0, 0, 0], [30, 0, 0], [0, 40, 5], [20, 50, 0]]), 4),
+    ]
+    for chart, count in charts:
+        assert chart.points.shape == (count, 3)
+        assert eval(repr(chart).removeprefix("<wheatstone.Chart: ").removesuffix(">")) == chart.settings
+    with pytest.raises(ws.errors.SettingError):
+        ws.Chart.chessboard(9, 6, -1)
+
+
+def test_pictures_become_a_model(capture):
+    chart = ws.Chart.chessboard(9, 6, 5.5)
+    paths = [sorted((capture / side).glob("*.png")) for side in ("left", "right")]
+    cal = ws.calibrate(paths, chart, unit="cm", method="brown", validate=False)
+    assert cal.image_sizes[0] is not None and cal.training.rms < 0.1
+    from_folder = ws.fit(capture, method="brown", validate=False)
+    assert np.array_equal(from_folder.data.pixels, cal.data.pixels, equal_nan=True)
+    cv2 = pytest.importorskip("cv2")
+    arrays = [[cv2.imread(str(path)) for path in of_camera] for of_camera in paths]
+    arrays[1][2] = None
+    data = ws.detect_all(arrays, chart, unit="cm", bgr=True)
+    assert np.isnan(data.pixels[data.views == 2][:, 2:]).all()
+    with pytest.raises(ws.errors.ArgumentError):
+        ws.detect_all([paths[0], paths[1][:3]], chart)
+
+
+def test_opencv_projects_as_the_model_does(cal, data):
+    cv2 = pytest.importorskip("cv2")
+    told = cal.to_opencv(image_size=(640, 480))
+    assert told["loss"] is None
+    for camera in (1, 2):
+        pose = told["camera_from_world"][camera - 1]
+        vector, _ = cv2.Rodrigues(np.ascontiguousarray(pose[:, :3]))
+        pixels, _ = cv2.projectPoints(data.points, vector, pose[:, 3], told[f"K{camera}"], told[f"D{camera}"])
+        assert np.abs(pixels.reshape(-1, 2) - cal.project(data.points, camera - 1)).max() < 1e-9
+    keys = ("K1", "D1", "K2", "D2", "R", "T")
+    back = ws.from_opencv(*(told[key] for key in keys), (640, 480), unit="cm")
+    # Its world is the frame of camera 1.
+    pose = told["camera_from_world"][0]
+    expected = cal.predict(data.pixels) @ pose[:, :3].T + pose[:, 3]
+    assert np.abs(back.predict(data.pixels) - expected).max() < 1e-3
+    with pytest.raises(ws.errors.ArgumentError):
+        ws.from_opencv(np.eye(2), told["D1"], told["K2"], told["D2"], told["R"], told["T"])
+    with pytest.raises(ws.errors.ArgumentError):
+        ws.from_opencv(told["K1"], np.zeros(3), told["K2"], told["D2"], told["R"], told["T"])
+
+
+def test_files_of_other_programs_go_there_and_back(cal, data, tmp_path):
+    for name, path in {"opencv": "stereo.yml", "dlt": "dlt.csv", "kalibr": "camchain.yaml"}.items():
+        files = cal.export(name, tmp_path / path, image_size=(640, 480))
+        if name == "dlt":
+            continue
+        back = ws.read_cameras(*files, unit="cm")
+        residual = back.locate(data.pixels).residual
+        assert np.median(residual) < 0.3, name
+    assert cal.export("opencv")["K1"].shape == (3, 3)
+    with pytest.raises(ws.errors.UnknownNameError):
+        cal.export("opencvv", tmp_path / "x")
+
+
+def test_a_rectified_pair_triangulates(cal, data):
+    cv2 = pytest.importorskip("cv2")
+    pair = ws.rectify(cal, image_size=(640, 480))
+    left = cal.project(data.points, pair.cameras[0])
+    assert pair.left_map[0].shape == (pair.size[1], pair.size[0]) and pair.left_map[0].dtype == np.float32
+    inverse = pair.world[:, :3].T @ (data.points - pair.world[:, 3]).T
+    homogeneous = np.vstack([inverse, np.ones(len(data))])
+    seen = [(p @ homogeneous) for p in (pair.P1, pair.P2)]
+    seen = [(p[:2] / p[2]).T for p in seen]
+    assert np.abs(seen[0][:, 1] - seen[1][:, 1]).max() < 1e-6
+    disparity = seen[0][:, 0] - seen[1][:, 0]
+    back = pair.Q @ np.vstack([seen[0].T, disparity, np.ones(len(data))])
+    assert np.allclose((back[:3] / back[3]).T, inverse.T, atol=1e-6)
+    x = cv2.remap(np.tile(np.arange(640, dtype=np.float32), (480, 1)), *pair.left_map, cv2.INTER_LINEAR)
+    column, row = np.rint(seen[0][200]).astype(int)
+    assert abs(x[row, column] - left[200, 0]) < 2

@@ -1,0 +1,183 @@
+"""Pixels in, points out: the same bits whatever the array looks like, however it is cut, on any thread."""
+
+from __future__ import annotations
+
+import resource
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import wheatstone as ws
+
+METHODS = [("brown", "paper", 2), ("dlt", "pinhole", 3), ("kannala-brandt", "fisheye", 2)]
+METHODS += [("network", "paper", 2), ("neural-camera", "water", 2)]
+
+
+def same(a, b):
+    return np.array_equal(np.asarray(a), np.asarray(b), equal_nan=True)
+
+
+@pytest.mark.parametrize(("method", "rig", "cameras"), METHODS)
+def test_points_are_near_the_truth_and_error_bars_hold(method, rig, cameras, data_of, model_of):
+    cal = model_of(method, rig, cameras)
+    exam = ws.synth(rig=rig, cameras=cameras, noise=0.1, random=400, seed=7)
+    located = cal.locate(exam.pixels, covariance=True)
+    off = located.points - exam.points
+    distance2 = np.einsum("ni,nij,nj->n", off, np.linalg.inv(located.covariance), off)
+    within = np.mean(distance2 < 7.815)
+    assert 0.88 <= within <= 0.99, within
+    assert np.median(np.linalg.norm(off, axis=1)) < 0.6
+    assert same(located.points, cal.predict(exam.pixels))
+    variances = np.diagonal(located.covariance, axis1=1, axis2=2)
+    assert np.allclose(np.sqrt(variances), located.sigmas, rtol=1e-14)
+
+
+@pytest.mark.parametrize(("method", "rig", "cameras"), METHODS)
+def test_a_row_depends_on_nothing_but_itself(method, rig, cameras, data_of, model_of):
+    cal, pixels = model_of(method, rig, cameras), data_of(rig, cameras).pixels
+    pixels = np.repeat(pixels, 40, axis=0) + np.random.default_rng(3).normal(0, 20, (40 * len(pixels), 2 * cameras))
+    whole, order = cal.locate(pixels, covariance=True), np.random.default_rng(5).permutation(len(pixels))
+    permuted = cal.locate(pixels[order], covariance=True)
+    for name in ("points", "sigmas", "covariance", "residual", "trust", "mismatch"):
+        assert same(getattr(whole, name)[order], getattr(permuted, name)), name
+    before = ws.get_threads()
+    try:
+        for threads in (1, 3):
+            ws.set_threads(threads)
+            assert same(cal.locate(pixels).points, whole.points)
+            assert same(cal.predict(pixels)[order], cal.predict(pixels[order]))
+    finally:
+        ws.set_threads(0)
+    assert ws.get_threads() == before
+    again = ws.Calibration.from_bytes(cal.to_bytes())
+    parts = [again.predict(part) for part in np.array_split(pixels, 37)]
+    assert same(np.concatenate(parts), cal.predict(pixels))
+
+
+def test_arrays_of_any_form_give_the_same(cal, data):
+    pixels = data.pixels
+    wanted = cal.predict(pixels)
+    n = len(pixels)
+    padded = np.zeros((n, 9))
+    padded[:, 1:9:2] = pixels
+    unaligned = np.frombuffer(b"x" + pixels.tobytes(), dtype=np.uint8)[1:].view(np.float64).reshape(n, 4)
+    forms = {
+        "fortran": np.asfortranarray(pixels),
+        "strided": padded[:, 1:9:2],
+        "reversed": np.ascontiguousarray(pixels[::-1])[::-1],
+        "by camera": pixels.reshape(n, 2, 2),
+        "aniposelib": pixels.reshape(n, 2, 2).transpose(1, 0, 2),
+        "list": pixels.tolist(),
+        "big-endian": pixels.astype(">f8"),
+        "unaligned": unaligned,
+        "masked": np.ma.masked_array(pixels, mask=False),
+        "object": pixels.astype(object),
+    }
+    for name, form in forms.items():
+        assert same(cal.predict(form), wanted), name
+        assert same(cal.locate(form).points, wanted), name
+    frozen = pixels.copy()
+    frozen.flags.writeable = False
+    assert same(cal.predict(frozen), wanted)
+    single = pixels.astype(np.float32)
+    assert same(cal.predict(single), cal.predict(single.astype(np.float64)))
+    whole = np.rint(pixels).astype(np.int16)
+    assert same(cal.predict(whole), cal.predict(whole.astype(np.float64)))
+
+
+def test_into_an_array_that_is_given(cal, data):
+    out = np.empty((len(data), 3))
+    assert cal.predict(data.pixels, out) is out
+    assert same(out, cal.predict(data.pixels))
+    for bad in (np.empty((3, len(data))).T, np.empty((len(data), 2)), np.empty((1, 3))):
+        with pytest.raises(ws.errors.ArgumentError):
+            cal.predict(data.pixels, bad)
+
+
+def test_what_is_not_seen_is_not_located(cal, data):
+    pixels = data.pixels[:8].copy()
+    pixels[1, 0] = np.nan
+    pixels[2] = np.nan
+    pixels[3, 2:] = np.nan
+    pixels[4, 1] = np.inf
+    pixels[5, 3] = -np.inf
+    located = cal.locate(pixels, covariance=True)
+    lost = [False, True, True, True, True, True, False, False]
+    assert np.isnan(located.points).all(axis=1).tolist() == lost
+    assert np.isnan(located.sigmas).all(axis=1).tolist() == lost
+    assert np.isnan(located.covariance).all(axis=(1, 2)).tolist() == lost
+    assert (located.trust == ws.Trust.NOT_LOCATED).tolist() == lost
+    assert not located.mismatch[lost].any()
+    assert np.isfinite(located.points[[0, 6, 7]]).all()
+
+
+def test_nothing_comes_of_nothing(cal):
+    assert cal.predict(np.empty((0, 4))).shape == (0, 3)
+    located = cal.locate(np.empty((0, 4)), covariance=True)
+    assert located.points.shape == (0, 3) and located.covariance.shape == (0, 3, 3)
+
+
+def test_trust_and_mismatch(cal, data):
+    located = cal.locate(data.pixels)
+    assert (located.trust == ws.Trust.INSIDE).mean() > 0.95
+    assert located.mismatch.mean() < 0.01
+    far = cal.locate(data.pixels + np.array([0, 300, 0, 300]))
+    assert (far.trust == ws.Trust.OUTSIDE).mean() > 0.5
+    assert cal.locate(data.pixels + np.array([0, 30, 0, -30])).mismatch.mean() > 0.95
+
+
+def test_projections_and_rays_belong_together(cal, data):
+    for camera in range(2):
+        pixels = cal.project(data.points, camera)
+        off = pixels - data.pixels[:, 2 * camera : 2 * camera + 2]
+        assert np.sqrt(np.mean(off**2)) < 0.15
+        origins, directions = cal.rays(pixels, camera)
+        assert np.allclose(np.linalg.norm(directions, axis=1), 1, rtol=1e-12)
+        to = data.points - origins
+        along = np.sum(to * directions, axis=1, keepdims=True)
+        assert np.abs(to - along * directions).max() < 1e-6
+    with pytest.raises(ws.errors.ArgumentError):
+        cal.project(data.points, 2)
+
+
+def test_eight_threads_on_one_model(data_of, model_of):
+    cal, pixels = ws.Calibration.from_bytes(model_of("brown", "paper", 2).to_bytes()), data_of("paper", 2).pixels
+    pixels = np.tile(pixels, (40, 1))
+    wanted = model_of("brown", "paper", 2).locate(pixels, covariance=True)
+
+    def work(index):
+        match index % 3:
+            case 0:
+                return same(cal.predict(pixels), wanted.points)
+            case 1:
+                return same(cal.locate(pixels, covariance=True).covariance, wanted.covariance)
+            case _:
+                return cal.to_bytes() == cal.to_bytes() and same(cal.data.pixels[:9], pixels[:9])
+
+    with ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(work, range(48)))
+
+
+def test_the_input_is_not_copied(cal, data):
+    pixels = np.tile(data.pixels, (4000, 1))
+    out = np.empty((len(pixels), 3))
+    cal.predict(pixels[:1000], out[:1000])
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    cal.predict(np.asfortranarray(pixels[:10]), out[:10])
+    cal.predict(pixels, out)
+    more = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    # `out` is touched for the first time.
+    assert more < out.nbytes + pixels.nbytes / 4
+
+
+def test_errors_say_what_to_do(cal):
+    with pytest.raises(ValueError, match="6 columns.*2 cameras") as raised:
+        cal.predict(np.zeros((3, 6)))
+    assert isinstance(raised.value, ws.WheatstoneError) and "(n, 4)" in str(raised.value.hint)
+    for bad in ("text", [[1, 2], [3]], np.zeros(4), np.zeros((2, 2, 2, 2)), np.zeros((3, 4), complex), None, {}):
+        with pytest.raises((ws.errors.ArgumentError, TypeError)):
+            cal.predict(bad)
+    for rate in (0, 1, -1, float("nan")):
+        with pytest.raises(ws.errors.ArgumentError):
+            cal.locate(np.zeros((1, 4)), false_alarm=rate)
