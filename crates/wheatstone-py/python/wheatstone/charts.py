@@ -260,7 +260,7 @@ def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
     >>> square = np.indices((7, 8)).sum(axis=0) % 2
     >>> picture = np.pad(np.kron(square, np.ones((40, 40))), 30, constant_values=1) * 200.0
     >>> found = ws.detect(picture.astype(np.uint8), ws.Chart.chessboard(7, 6, 25.0))
-    >>> len(found), found.pixels[0].round(1).tolist()
+    >>> len(found), found.pixels.min(axis=0).round(1).tolist()
     (42, [69.5, 69.5])
     """
     return Detection(*_w.detect(_picture(image), chart.json, bgr))
