@@ -1,0 +1,210 @@
+"""Ray: locating points of a Ray dataset, and many calibrations at once.
+
+Needs Ray: ``pip install wheatstone[ray]``. Wheatstone must be installed where the workers run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+import ray
+import ray.data
+
+from ._workers import Model, check_false_alarm, loaded, located, model_bytes, use_threads
+from .calibration import Calibration
+from .data import Columns, Data, Dataset
+from .errors import ArgumentError
+from .fitting import fit
+
+__all__ = ["fit_many", "locate"]
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class _Locator:
+    """An actor: it loads the model once, and locates the batches that it gets."""
+
+    def __init__(
+        self,
+        model: bytes,
+        covariance: bool,
+        false_alarm: float,
+        columns: Columns | None,
+        threads: int,
+    ) -> None:
+        use_threads(threads)
+        self.calibration = loaded(model)
+        self.settings = (covariance, false_alarm, columns)
+
+    def __call__(self, batch: Any) -> Any:
+        return located(self.calibration, batch, *self.settings)
+
+
+def locate(
+    dataset: ray.data.Dataset,
+    model: Model,
+    *,
+    covariance: bool = False,
+    false_alarm: float = 0.001,
+    columns: Columns | None = None,
+    concurrency: int | tuple[int, int] | None = None,
+    num_cpus: float = 1,
+) -> ray.data.Dataset:
+    """Appends places to a Ray dataset of matched pixels: the same rows, in the same order.
+
+    Lazy, as all of Ray Data. The columns are those of `Calibration.locate_arrow`, and so are the bits. Rows that
+    cannot be located keep their place, with nulls; so do rows whose pixels lack a coordinate or are out of range, in
+    columns that are called x1, y1, ... or that `columns` names.
+
+    Parameters
+    ----------
+    dataset : ray.data.Dataset
+        With columns ``x1, y1, x2, y2, ...`` in pixels, or those that `columns` names; others go along. The order of
+        blocks is preserved for it too.
+    model : Calibration, bytes, or path
+        The model, the content of its file, or the path, which is read here and not on the workers.
+    covariance : bool
+        Whether to append the whole covariance of each point.
+    false_alarm : float
+        The share of correct matches that may be called a mismatch.
+    columns : mapping or sequence, optional
+        What the dataset calls its columns; see `wheatstone.read`.
+    concurrency : int or (int, int), optional
+        The number of workers, or the least and the most; Ray chooses otherwise.
+    num_cpus : float
+        CPUs that Ray reserves for a worker. A worker has as many threads, one at least, unless
+        ``WHEATSTONE_THREADS`` says their number.
+
+    Returns
+    -------
+    ray.data.Dataset
+        A batch whose worker died is located by another one.
+
+    Examples
+    --------
+    >>> import ray, wheatstone.ray
+    >>> rows = ray.data.read_parquet("matched/")  # doctest: +SKIP
+    >>> wheatstone.ray.locate(rows, "model.json").write_parquet("located/")  # doctest: +SKIP
+    """
+    check_false_alarm(false_alarm)
+    if concurrency is None:
+        workers = ray.data.ActorPoolStrategy(min_size=1)
+    elif isinstance(concurrency, tuple):
+        workers = ray.data.ActorPoolStrategy(min_size=concurrency[0], max_size=concurrency[1])
+    else:
+        workers = ray.data.ActorPoolStrategy(size=concurrency)
+    threads = max(1, int(num_cpus))
+    result = dataset.map_batches(
+        _Locator,
+        fn_constructor_args=(model_bytes(model), covariance, false_alarm, columns, threads),
+        batch_format="pyarrow",
+        batch_size=None,
+        compute=workers,
+        num_cpus=num_cpus,
+        max_restarts=-1,
+        max_task_retries=-1,
+    )
+    result.context.execution_options.preserve_order = True
+    return result
+
+
+def fit_many(
+    tables: Mapping[Key, Data] | Iterable[tuple[Key, Data]], *, num_cpus: float = 1, **settings: Any
+) -> dict[Key, Calibration | Exception]:
+    """Fits many models, each in a Ray task.
+
+    Parameters
+    ----------
+    tables : mapping, or iterable of (key, data)
+        What each model is fitted to: a `Dataset`, a table or a path, as `wheatstone.fit` takes it. An iterable is
+        asked for as many as there are CPUs to fit them, and some more.
+    num_cpus : float
+        CPUs that Ray reserves for a fit, which has as many threads, one at least, unless ``WHEATSTONE_THREADS`` says
+        their number.
+    **settings
+        Of `wheatstone.fit`, for all of them.
+
+    Returns
+    -------
+    dict
+        The models by their keys, in the order of `tables`. In place of one whose fit failed stands its exception.
+
+    Examples
+    --------
+    >>> import wheatstone as ws, wheatstone.ray
+    >>> rigs = {"left": "left.csv", "right": "right.csv"}
+    >>> models = wheatstone.ray.fit_many(rigs, method="brown")  # doctest: +SKIP
+    >>> broken = {key: model for key, model in models.items() if isinstance(model, Exception)}  # doctest: +SKIP
+    """
+    if not ray.is_initialized():
+        ray.init()
+    threads = max(1, int(num_cpus))
+    task = ray.remote(_fitted).options(num_cpus=num_cpus, max_retries=3)
+    pairs = tables.items() if isinstance(tables, Mapping) else tables
+    most = 2 * _places(num_cpus)
+    fitted: dict[Key, Calibration | Exception] = {}
+    running: dict[Any, Key] = {}
+
+    def collect(count: int) -> None:
+        done, _ = ray.wait(list(running), num_returns=count)
+        for reference in done:
+            key = running.pop(reference)
+            try:
+                result = ray.get(reference)
+            except ray.exceptions.RayError as problem:
+                result = problem
+            fitted[key] = Calibration.from_bytes(result) if isinstance(result, bytes) else result
+
+    order: dict[Key, None] = {}
+    for key, data in pairs:
+        if key in order:
+            raise ArgumentError(f"key {key!r} stands there twice", hint="give each table a key of its own")
+        order[key] = None
+        if len(running) >= most:
+            collect(1)
+        running[task.remote(_parts(data), settings, threads)] = key
+    if running:
+        collect(len(running))
+    return {key: fitted[key] for key in order}
+
+
+def _places(num_cpus: float) -> int:
+    """How many tasks run at a time."""
+    resources: dict[str, float] = ray.cluster_resources()  # type: ignore[no-untyped-call]
+    return max(1, int(resources.get("CPU", 1.0) / max(num_cpus, 0.01)))
+
+
+def _parts(data: Data) -> Any:
+    """A dataset as what can be sent to another process."""
+    if not isinstance(data, Dataset):
+        return data
+    points, board, ids, names = data.points, data.board, data.ids, data.view_names
+    return _Parts(
+        data.pixels,
+        points=None if np.isnan(points).all() else points,
+        board=None if np.isnan(board).all() else board,
+        views=[names[view] for view in data.views] if names else None,
+        ids=None if any(name is None for name in ids) else ids,
+        unit=data.unit,
+    )
+
+
+class _Parts:
+    """The arrays of a `Dataset`."""
+
+    def __init__(self, pixels: Any, **others: Any) -> None:
+        self.pixels = pixels
+        self.others = others
+
+    def whole(self) -> Dataset:
+        return Dataset.from_arrays(self.pixels, **self.others)
+
+
+def _fitted(data: Any, settings: dict[str, Any], threads: int) -> bytes | Exception:
+    use_threads(threads)
+    try:
+        return fit(data.whole() if isinstance(data, _Parts) else data, **settings).to_bytes()
+    except Exception as problem:
+        return problem

@@ -1,0 +1,119 @@
+"""Spark: locating points of a Spark DataFrame.
+
+Needs PySpark 3.5 or later: ``pip install wheatstone[spark]``. Wheatstone must be installed where the workers run.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import pyarrow as pa
+from pyspark.sql import DataFrame
+from pyspark.sql.types import DoubleType, StringType, StructField, StructType
+
+from ._workers import Model, check_false_alarm, loaded, located, model_bytes, use_threads
+from .data import Columns
+from .errors import ArgumentError
+
+__all__ = ["locate"]
+
+
+def locate(
+    df: DataFrame,
+    model: Model,
+    *,
+    covariance: bool = False,
+    false_alarm: float = 0.001,
+    columns: Columns | None = None,
+) -> DataFrame:
+    """Appends places to a Spark DataFrame of matched pixels: the same rows, in the same order within partitions.
+
+    Lazy, as all transformations of Spark. The columns are those of `Calibration.locate_arrow`, and so are the bits.
+    Rows that cannot be located keep their place, with nulls; so do rows whose pixels lack a coordinate or are out of
+    range, in columns that are called x1, y1, ... or that `columns` names. Each worker has one thread, unless
+    ``WHEATSTONE_THREADS`` says their number; Spark runs one worker a core.
+
+    Parameters
+    ----------
+    df : pyspark.sql.DataFrame
+        With columns ``x1, y1, x2, y2, ...`` in pixels, or those that `columns` names; others go along.
+    model : Calibration, bytes, or path
+        The model, the content of its file, or the path, which is read here and not on the workers.
+    covariance : bool
+        Whether to append the whole covariance of each point.
+    false_alarm : float
+        The share of correct matches that may be called a mismatch.
+    columns : mapping or sequence, optional
+        What the DataFrame calls its columns; see `wheatstone.read`.
+
+    Returns
+    -------
+    pyspark.sql.DataFrame
+
+    Raises
+    ------
+    MalformedError
+        Where columns are missing.
+    ArgumentError
+        Where two columns would differ in case only, such as `x` and the appended `X`, and Spark tells no cases apart.
+
+    Examples
+    --------
+    >>> import wheatstone.spark
+    >>> rows = spark.read.parquet("matched/")  # doctest: +SKIP
+    >>> wheatstone.spark.locate(rows, "model.json").write.parquet("located/")  # doctest: +SKIP
+    """
+    check_false_alarm(false_alarm)
+    data = model_bytes(model)
+    schema = _schema(df, data, covariance, columns)
+    task = functools.partial(_located, data, covariance, false_alarm, columns)
+    return df.mapInArrow(task, schema)
+
+
+def _schema(
+    df: DataFrame, model: bytes, covariance: bool, columns: Columns | None
+) -> StructType:
+    own = df.schema
+    calibration = loaded(model)
+    # Types do not matter to names, and some of Spark's have no equal in Arrow.
+    as_doubles = pa.schema([(field.name, pa.float64()) for field in own.fields])
+    names = calibration.located_schema(as_doubles, covariance=covariance).names
+    # Columns that are missing are found here, and not by a worker.
+    calibration.locate_arrow(as_doubles.empty_table(), columns=columns)
+    if str(df.sparkSession.conf.get("spark.sql.caseSensitive")).lower() != "true":
+        _require_distinct(names)
+    fields = [
+        StructField(name, field.dataType, field.nullable, field.metadata)
+        for name, field in zip(names, own.fields)
+    ]
+    for name in names[len(fields) :]:
+        kind = StringType() if name in ("trust", "mismatch") else DoubleType()
+        fields.append(StructField(name, kind))
+    return StructType(fields)
+
+
+def _require_distinct(names: list[str]) -> None:
+    known: dict[str, str] = {}
+    for name in names:
+        other = known.setdefault(name.lower(), name)
+        if other != name:
+            raise ArgumentError(
+                f"columns `{other}` and `{name}` are one to Spark, which tells no cases apart",
+                hint=f'rename `{other}`, or set "spark.sql.caseSensitive" to "true"',
+            )
+
+
+def _located(
+    model: bytes,
+    covariance: bool,
+    false_alarm: float,
+    columns: Columns | None,
+    batches: Iterable[Any],
+) -> Iterator[Any]:
+    use_threads(1)
+    calibration = loaded(model)
+    for batch in batches:
+        table = pa.Table.from_batches([batch])
+        yield from located(calibration, table, covariance, false_alarm, columns).to_batches()
