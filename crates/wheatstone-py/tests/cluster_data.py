@@ -83,3 +83,8 @@ def spoiled(table: Any) -> tuple[Any, list[int]]:
     x1[5], y2[7], y2[11] = None, float("inf"), 1e300
     table = table.set_column(table.column_names.index("x1"), "x1", pa.array(x1, pa.float64()))
     return table.set_column(table.column_names.index("y2"), "y2", pa.array(y2, pa.float64())), [5, 7, 11]
+
+
+def located_in_process(calibration: ws.Calibration, pixels: Any) -> tuple[bytes, bytes]:
+    """What a process of a pool is asked for."""
+    return calibration.predict(pixels).tobytes(), calibration.locate(pixels).points.tobytes()

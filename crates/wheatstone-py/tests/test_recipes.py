@@ -1,0 +1,110 @@
+"""Other engines by the examples, and processes of Python's own: the bits of one process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import runpy
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pa = pytest.importorskip("pyarrow")
+
+from cluster_data import (
+    PIXELS,
+    located_in_process,
+    matched_pixels,
+    read_parts,
+    require_same,
+    write_model,
+    write_parts,
+)
+
+import wheatstone as ws
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_model(tmp_path_factory.mktemp("model"))
+
+
+@pytest.fixture(scope="module")
+def table() -> Any:
+    return matched_pixels()
+
+
+@pytest.fixture(scope="module")
+def parts(table: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_parts(table, tmp_path_factory.mktemp("matched") / "parts")
+
+
+def run(name: str, parts: Path, output: Path, model: Path) -> Any:
+    example = runpy.run_path(str(EXAMPLES / f"{name}_locate.py"))
+    example["main"](str(parts), str(output), str(model))
+    return read_parts(output)
+
+
+def test_polars(table: Any, parts: Path, model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("polars")
+    require_same(table, model, run("polars", parts, tmp_path / "located.parquet", model))
+
+
+def test_duckdb(table: Any, parts: Path, model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("duckdb")
+    require_same(table, model, run("duckdb", parts, tmp_path / "located.parquet", model))
+
+
+def test_daft(table: Any, parts: Path, model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("daft")
+    found = run("daft", parts, tmp_path / "located", model)
+    # Daft does not keep the order of rows that it writes.
+    require_same(table, model, found.sort_by("key"))
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning")
+def test_dask(table: Any, parts: Path, model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("dask.dataframe")
+    require_same(table, model, run("dask", parts, tmp_path / "located", model))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_dask_on_two_processes(table: Any, parts: Path, model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("dask.dataframe")
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+        ) as cluster,
+        distributed.Client(cluster),
+    ):
+        found = run("dask", parts, tmp_path / "located", model)
+    require_same(table, model, found)
+
+
+@pytest.mark.parametrize("start", ["fork", "spawn"])
+@pytest.mark.parametrize("method", ["dlt", "brown"])
+def test_processes_have_the_same_bits(start: str, method: str, table: Any) -> None:
+    if start not in multiprocessing.get_all_start_methods():
+        pytest.skip(f"there is no {start} here")
+    calibration = ws.fit(ws.synth(rig="paper", noise=0.1, count=300), method=method, validate=False)
+    pixels = np.stack([table.column(name).to_numpy() for name in PIXELS], axis=1)
+    # Threads run in this process before it forks.
+    alone = located_in_process(calibration, pixels)
+    if method == "dlt":
+        assert alone[0] == alone[1]
+    cuts = [(calibration, part) for part in np.array_split(pixels, 4)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        pool = multiprocessing.get_context(start).Pool(2)
+    try:
+        found = pool.starmap_async(located_in_process, cuts).get(timeout=120)
+    finally:
+        pool.terminate()
+        pool.join()
+    assert b"".join(points for points, _ in found) == alone[0]
+    assert b"".join(points for _, points in found) == alone[1]
