@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import daft
 import pyarrow as pa
-from daft import DataType, Series
+from daft import DataType
 
 import wheatstone as ws
 
@@ -23,7 +24,7 @@ class Locator:
         self.calibration = ws.load(model)
 
     @daft.method.batch(return_dtype=DataType.struct(APPENDED), unnest=True)
-    def locate(self, *pixels: Series) -> pa.Array:
+    def locate(self, *pixels: Any) -> pa.Array:
         table = pa.table([column.to_arrow() for column in pixels], names=PIXELS)
         located = self.calibration.locate_arrow(table).select(list(APPENDED))
         return located.to_struct_array().combine_chunks()

@@ -13,7 +13,7 @@ import wheatstone as ws
 def main(input: str, output: str, model: str) -> None:
     """Appends places to the rows of Parquet files."""
     connection = duckdb.connect()
-    rows = connection.cursor().sql("SELECT * FROM read_parquet($files)", params={"files": f"{input}/*.parquet"})
+    rows = connection.cursor().read_parquet(f"{input}/*.parquet")
     # Batches are located while DuckDB writes them.
     located = pa.RecordBatchReader.from_stream(ws.load(model).locate_arrow(rows))
     connection.sql("SELECT * FROM located").write_parquet(output)

@@ -186,7 +186,8 @@ def test_many_fits_where_one_fails(tmp_path: Path) -> None:
         assert isinstance(fitted[key], ws.Calibration), key
     for seed in range(4):
         alone = ws.fit(data[seed], method="dlt", validate=False)
-        pixels = data[seed].pixels
-        assert fitted[seed].predict(pixels).tobytes() == alone.predict(pixels).tobytes()
+        pixels, found = data[seed].pixels, fitted[seed]
+        assert isinstance(found, ws.Calibration)
+        assert found.predict(pixels).tobytes() == alone.predict(pixels).tobytes()
     with pytest.raises(ws.errors.ArgumentError, match="twice"):
         wheatstone.ray.fit_many([("a", data[0]), ("a", data[1])], method="dlt", validate=False)

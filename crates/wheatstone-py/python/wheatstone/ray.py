@@ -54,15 +54,15 @@ def locate(
 ) -> ray.data.Dataset:
     """Appends places to a Ray dataset of matched pixels: the same rows, in the same order.
 
-    Lazy, as all of Ray Data. The columns are those of `Calibration.locate_arrow`, and so are the bits. Rows that
-    cannot be located keep their place, with nulls; so do rows whose pixels lack a coordinate or are out of range, in
-    columns that are called x1, y1, ... or that `columns` names.
+    Lazy, as all of Ray Data. The columns are those of `Calibration.locate_arrow`, and so are the bits. Rows
+    that cannot be located keep their place, with nulls; so do rows whose pixels lack a coordinate or are out
+    of range, in columns that are called x1, y1, ... or that `columns` names.
 
     Parameters
     ----------
     dataset : ray.data.Dataset
-        With columns ``x1, y1, x2, y2, ...`` in pixels, or those that `columns` names; others go along. The order of
-        blocks is preserved for it too.
+        With columns ``x1, y1, x2, y2, ...`` in pixels, or those that `columns` names; others go along. The
+        order of blocks is preserved for it too.
     model : Calibration, bytes, or path
         The model, the content of its file, or the path, which is read here and not on the workers.
     covariance : bool
@@ -118,25 +118,26 @@ def fit_many(
     Parameters
     ----------
     tables : mapping, or iterable of (key, data)
-        What each model is fitted to: a `Dataset`, a table or a path, as `wheatstone.fit` takes it. An iterable is
-        asked for as many as there are CPUs to fit them, and some more.
+        What each model is fitted to: a `Dataset`, a table or a path, as `wheatstone.fit` takes it. An
+        iterable is asked for as many as there are CPUs to fit them, and some more.
     num_cpus : float
-        CPUs that Ray reserves for a fit, which has as many threads, one at least, unless ``WHEATSTONE_THREADS`` says
-        their number.
+        CPUs that Ray reserves for a fit, which has as many threads, one at least, unless
+        ``WHEATSTONE_THREADS`` says their number.
     **settings
         Of `wheatstone.fit`, for all of them.
 
     Returns
     -------
     dict
-        The models by their keys, in the order of `tables`. In place of one whose fit failed stands its exception.
+        The models by their keys, in the order of `tables`. In place of one whose fit failed stands its
+        exception.
 
     Examples
     --------
     >>> import wheatstone as ws, wheatstone.ray
     >>> rigs = {"left": "left.csv", "right": "right.csv"}
     >>> models = wheatstone.ray.fit_many(rigs, method="brown")  # doctest: +SKIP
-    >>> broken = {key: model for key, model in models.items() if isinstance(model, Exception)}  # doctest: +SKIP
+    >>> failed = [key for key in models if isinstance(models[key], Exception)]  # doctest: +SKIP
     """
     if not ray.is_initialized():
         ray.init()

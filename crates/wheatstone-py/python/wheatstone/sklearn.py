@@ -55,9 +55,10 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         Leave-one-view-out cross-validation in every fit: ``calibration_.validation``. Off, since scikit-learn
         cross-validates from outside.
     force : bool
-        Go on in spite of faults that make a fit worthless. Where no camera model can be fitted at all, because the
-        columns are not those of two cameras or more, `y` has not three, or the data determine no model, an affine
-        map is fitted by least squares (that of affine cameras), with a `DataWarning`. Without it, such data raise.
+        Go on in spite of faults that make a fit worthless. Where no camera model can be fitted at all,
+        because the columns are not those of two cameras or more, `y` has not three, or the data determine no
+        model, an affine map is fitted by least squares (that of affine cameras), with a `DataWarning`.
+        Without it, such data raise.
 
     Attributes
     ----------
@@ -72,9 +73,9 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
 
     Notes
     -----
-    Points that a model cannot locate, because fewer than two cameras saw them, are predicted as NaN. `score` counts
-    each as if the mean of `y` had been predicted. Metrics of scikit-learn do not take NaN: leave such rows out before
-    ``scoring="neg_root_mean_squared_error"`` and the like.
+    Points that a model cannot locate, because fewer than two cameras saw them, are predicted as NaN. `score`
+    counts each as if the mean of `y` had been predicted. Metrics of scikit-learn do not take NaN: leave such
+    rows out before ``scoring="neg_root_mean_squared_error"`` and the like.
 
     Examples
     --------
@@ -83,7 +84,8 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     >>> from wheatstone.sklearn import StereoRegressor
     >>> data = ws.synth(rig="paper", noise=0.1, count=300)
     >>> regressor = StereoRegressor(method="brown", unit="cm")
-    >>> scores = cross_val_score(regressor, data.pixels, data.points, groups=data.views, cv=LeaveOneGroupOut())
+    >>> left_out = {"groups": data.views, "cv": LeaveOneGroupOut()}
+    >>> scores = cross_val_score(regressor, data.pixels, data.points, **left_out)
     >>> bool(scores.min() > 0.9)
     True
     """
@@ -244,10 +246,10 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     ) -> float:
         """The coefficient of determination R^2 of the distances from the true places.
 
-        That is 1 minus the summed squared distances, divided by those of the true places from their mean. Scores of
-        X, Y and Z are not averaged: in a view whose points have one Z, that of Z would say nothing. A point that was
-        not located counts as if the mean of `y` had been predicted, so that leaving out difficult points does not
-        raise the score.
+        That is 1 minus the summed squared distances, divided by those of the true places from their mean.
+        Scores of X, Y and Z are not averaged: in a view whose points have one Z, that of Z would say nothing.
+        A point that was not located counts as if the mean of `y` had been predicted, so that leaving out
+        difficult points does not raise the score.
 
         Parameters
         ----------

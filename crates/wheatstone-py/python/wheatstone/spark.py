@@ -1,6 +1,7 @@
 """Spark: locating points of a Spark DataFrame.
 
-Needs PySpark 3.5 or later: ``pip install wheatstone[spark]``. Wheatstone must be installed where the workers run.
+Needs PySpark 3.5 or later: ``pip install wheatstone[spark]``. Wheatstone must be installed where the workers
+run.
 """
 
 from __future__ import annotations
@@ -28,12 +29,13 @@ def locate(
     false_alarm: float = 0.001,
     columns: Columns | None = None,
 ) -> DataFrame:
-    """Appends places to a Spark DataFrame of matched pixels: the same rows, in the same order within partitions.
+    """Appends places to a Spark DataFrame of matched pixels: the same rows.
 
-    Lazy, as all transformations of Spark. The columns are those of `Calibration.locate_arrow`, and so are the bits.
-    Rows that cannot be located keep their place, with nulls; so do rows whose pixels lack a coordinate or are out of
-    range, in columns that are called x1, y1, ... or that `columns` names. Each worker has one thread, unless
-    ``WHEATSTONE_THREADS`` says their number; Spark runs one worker a core.
+    The order within each partition stays. Lazy, as all transformations of Spark. The columns are those of
+    `Calibration.locate_arrow`, and so are the bits. Rows that cannot be located keep their place, with nulls;
+    so do rows whose pixels lack a coordinate or are out of range, in columns that are called x1, y1, ... or
+    that `columns` names. Each worker has one thread, unless ``WHEATSTONE_THREADS`` says their number; Spark
+    runs one worker a core.
 
     Parameters
     ----------
@@ -57,7 +59,8 @@ def locate(
     MalformedError
         Where columns are missing.
     ArgumentError
-        Where two columns would differ in case only, such as `x` and the appended `X`, and Spark tells no cases apart.
+        Where two columns would differ in case only, such as `x` and the appended `X`, and Spark tells no
+        cases apart.
 
     Examples
     --------
