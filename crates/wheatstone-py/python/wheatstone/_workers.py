@@ -1,5 +1,8 @@
 """What workers of an engine share: the model as bytes, loaded once a process, and rows that are no pixels."""
 
+# pyright: basic
+# What it builds on has no types.
+
 from __future__ import annotations
 
 import functools

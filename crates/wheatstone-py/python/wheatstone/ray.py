@@ -3,6 +3,9 @@
 Needs Ray: ``pip install wheatstone[ray]``. Wheatstone must be installed where the workers run.
 """
 
+# pyright: basic
+# What it builds on has no types.
+
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
@@ -11,6 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 import ray
 import ray.data
+from ray.exceptions import RayError
 
 from ._workers import Model, check_false_alarm, loaded, located, model_bytes, use_threads
 from .calibration import Calibration
@@ -143,7 +147,8 @@ def fit_many(
         ray.init()
     threads = max(1, int(num_cpus))
     task = ray.remote(_fitted).options(num_cpus=num_cpus, max_retries=3)
-    pairs = tables.items() if isinstance(tables, Mapping) else tables
+    given: Any = tables.items() if isinstance(tables, Mapping) else tables
+    pairs: Iterable[tuple[Key, Data]] = given
     most = 2 * _places(num_cpus)
     fitted: dict[Key, Calibration | Exception] = {}
     running: dict[Any, Key] = {}
@@ -154,7 +159,7 @@ def fit_many(
             key = running.pop(reference)
             try:
                 result = ray.get(reference)
-            except ray.exceptions.RayError as problem:
+            except RayError as problem:
                 result = problem
             fitted[key] = Calibration.from_bytes(result) if isinstance(result, bytes) else result
 

@@ -3,6 +3,9 @@
 Needs scikit-learn 1.6 or later: ``pip install wheatstone[sklearn]``.
 """
 
+# pyright: basic
+# What it builds on has no types.
+
 from __future__ import annotations
 
 import warnings
@@ -145,7 +148,8 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         ValueError
             For arrays of the wrong shape, and for data that determine no model; its ``hint`` says what to do.
         """
-        pixels, points = validate_data(
+        validated: Any = validate_data
+        pixels, points = validated(
             self,
             X,
             y,
@@ -224,7 +228,8 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             Their standard deviations, in `unit`; only with `return_std`.
         """
         check_is_fitted(self)
-        pixels = validate_data(
+        validated: Any = validate_data
+        pixels = validated(
             self, X, reset=False, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan"
         )
         if self.calibration_ is not None:

@@ -4,6 +4,9 @@ Needs PySpark 3.5 or later: ``pip install wheatstone[spark]``. Wheatstone must b
 run.
 """
 
+# pyright: basic
+# What it builds on has no types.
+
 from __future__ import annotations
 
 import functools
