@@ -86,6 +86,21 @@ def test_dask_on_two_processes(table: Any, parts: Path, model: Path, tmp_path: P
     require_same(table, model, found)
 
 
+@pytest.mark.parametrize("name", ["daft", "dask", "duckdb", "polars", "ray", "spark"])
+def test_the_documentation_has_the_examples(name: str) -> None:
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "cluster.md"
+    if not page.exists():
+        pytest.skip("the documentation is not here")
+    program = (EXAMPLES / f"{name}_locate.py").read_text(encoding="utf-8")
+    _, _, code = program.partition('model.json``."""')
+    code, _, _ = code.partition("if __name__")
+    unshown = ("", "from __future__ import annotations", "import sys")
+    lines = [line for line in code.splitlines() if line not in unshown]
+    assert len(lines) > 5
+    shown = [line for line in page.read_text(encoding="utf-8").splitlines() if line]
+    assert "\n".join(lines) in "\n".join(shown)
+
+
 @pytest.mark.parametrize("start", ["fork", "spawn"])
 @pytest.mark.parametrize("method", ["dlt", "brown"])
 def test_processes_have_the_same_bits(start: str, method: str, table: Any) -> None:

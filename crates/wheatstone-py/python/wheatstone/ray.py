@@ -178,7 +178,8 @@ def fit_many(
 
 def _places(num_cpus: float) -> int:
     """How many tasks run at a time."""
-    resources: dict[str, float] = ray.cluster_resources()  # type: ignore[no-untyped-call]
+    cluster: Any = ray
+    resources: dict[str, float] = cluster.cluster_resources()
     return max(1, int(resources.get("CPU", 1.0) / max(num_cpus, 0.01)))
 
 
