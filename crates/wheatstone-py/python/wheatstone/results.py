@@ -244,10 +244,8 @@ class Fold:
 
     view: str
     kind: str
-    n: int
     located: int
     rms: float
-    median: float
 
 
 @dataclass(frozen=True)
@@ -267,10 +265,8 @@ def _fold(told: Mapping[str, Any]) -> Fold:
     return Fold(
         str(told["view"]),
         str(told["kind"]),
-        int(told.get("n", 0)),
         int(told.get("located", 0)),
         _number(told.get("rms")),
-        _number(told.get("median")),
     )
 
 
@@ -468,7 +464,6 @@ class MethodScore:
     mean_percent: float
     n: int
     located: int
-    ratio_to_floor: float | None
     fit_seconds: float
     problem: str | None
     folds: tuple[Fold, ...] = field(repr=False)
@@ -495,7 +490,6 @@ class Comparison:
                 _number(row["mean_percent"]),
                 row["n"],
                 row["located"],
-                row.get("ratio_to_floor"),
                 _number(row["fit_seconds"]),
                 row.get("problem"),
                 tuple(_fold(fold) for fold in row["folds"]),
