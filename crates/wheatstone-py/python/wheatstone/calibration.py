@@ -389,7 +389,7 @@ class Calibration:
             points,
             board=board,
             views=views,
-            unit=unit or (None if is_path(pixels) or is_table(pixels) else self.unit),
+            unit=unit or (self.unit if _are_arrays(pixels) else None),
             columns=columns,
             progress=progress,
         )
@@ -419,7 +419,12 @@ class Calibration:
             Which camera moved, by how much, and how sure that is.
         """
         data = as_dataset(
-            pixels, points, board=board, views=views, unit=unit or self.unit, progress=progress
+            pixels,
+            points,
+            board=board,
+            views=views,
+            unit=unit or (None if isinstance(pixels, Dataset) else self.unit),
+            progress=progress,
         )
         return CameraMotion.of_figures(json.loads(self.handle.camera_motion(data.handle, progress)))
 
@@ -559,6 +564,11 @@ class Calibration:
             made["unit"],
             told["leftover"],
         )
+
+
+def _are_arrays(pixels: object) -> bool:
+    """Whether data have no unit of their own."""
+    return not (isinstance(pixels, Dataset) or is_path(pixels) or is_table(pixels))
 
 
 def _same_kind(source: Any, stream: Any) -> Any:

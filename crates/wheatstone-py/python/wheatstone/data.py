@@ -320,6 +320,11 @@ def as_dataset(
                 hint="give them as columns of the table: X, Y, Z, board_x, board_y, view",
             )
         if isinstance(pixels, Dataset):
+            if unit is not None and unit != pixels.unit:
+                raise ArgumentError(
+                    f"unit is {unit}, and the data are in {pixels.unit}",
+                    hint="leave unit out: a Dataset has its own",
+                )
             return pixels
         if is_path(pixels):
             return read(
