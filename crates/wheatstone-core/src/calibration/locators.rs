@@ -30,7 +30,7 @@ impl Calibration {
 
     /// A locator made ready once, by the points that the model was fitted to (or, of cameras that another program
     /// calibrated, by the sizes of their pictures, where known): what it says of a point depends on nothing that it was
-    /// asked before.
+    /// asked before. Without covariances it tells points alone, and no trust.
     #[must_use]
     pub fn settled_locator(&self, with_covariance: bool) -> SettledLocator<'_> {
         let cameras = self.reconstructor.cameras();
@@ -40,8 +40,12 @@ impl Calibration {
             if self.imported.is_some() { self.corners() } else { own().collect() };
         let columns = columns_of(&rows, cameras);
         let shown = columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect();
-        let locator = self.locator();
-        let locator = if with_covariance { locator } else { locator.points_only() };
+        let locator = if with_covariance {
+            self.locator()
+        } else {
+            // Who asks for points alone does not ask for their trust.
+            Locator::new(&*self.reconstructor, None).points_only()
+        };
         locator.settled(&PixelColumns::new(shown))
     }
 
