@@ -69,8 +69,8 @@ def test_parquet_to_parquet_has_the_bits_of_one_process(
     table: Any, parts: Path, model: Path, tmp_path: Path
 ) -> None:
     rows = ray.data.read_parquet(str(parts))
-    calibration = ws.load(model)
-    located = wheatstone.ray.locate(rows, calibration, concurrency=2, num_cpus=0.5)
+    # As many workers as there are CPUs, and still one to read.
+    located = wheatstone.ray.locate(rows, ws.load(model), concurrency=2)
     located.write_parquet(str(tmp_path / "located"))
     require_same(table, model, read_parts(tmp_path / "located"))
 

@@ -76,7 +76,8 @@ def locate(
     columns : mapping or sequence, optional
         What the dataset calls its columns; see `wheatstone.read`.
     concurrency : int or (int, int), optional
-        The number of workers, or the least and the most; Ray chooses otherwise.
+        The number of workers, or the least and the most; Ray chooses otherwise. A small cluster starts with
+        fewer, since reading and writing need a CPU.
     num_cpus : float
         CPUs that Ray reserves for a worker. A worker has as many threads, one at least, unless
         ``WHEATSTONE_THREADS`` says their number.
@@ -93,19 +94,16 @@ def locate(
     >>> wheatstone.ray.locate(rows, "model.json").write_parquet("located/")  # doctest: +SKIP
     """
     check_false_alarm(false_alarm)
-    if concurrency is None:
-        workers = ray.data.ActorPoolStrategy(min_size=1)
-    elif isinstance(concurrency, tuple):
-        workers = ray.data.ActorPoolStrategy(min_size=concurrency[0], max_size=concurrency[1])
-    else:
-        workers = ray.data.ActorPoolStrategy(size=concurrency)
     threads = max(1, int(num_cpus))
+    cpus = _cpus()
+    if 0 < cpus <= num_cpus:
+        num_cpus = max(0.0, cpus - 1)
     result = dataset.map_batches(
         _Locator,
         fn_constructor_args=(model_bytes(model), covariance, false_alarm, columns, threads),
         batch_format="pyarrow",
         batch_size=None,
-        compute=workers,
+        compute=_workers(concurrency, cpus, num_cpus),
         num_cpus=num_cpus,
         max_restarts=-1,
         max_task_retries=-1,
@@ -149,7 +147,7 @@ def fit_many(
     task = ray.remote(_fitted).options(num_cpus=num_cpus, max_retries=3)
     given: Any = tables.items() if isinstance(tables, Mapping) else tables
     pairs: Iterable[tuple[Key, Data]] = given
-    most = 2 * _places(num_cpus)
+    most = 2 * _places(_cpus(), num_cpus)
     fitted: dict[Key, Calibration | Exception] = {}
     running: dict[Any, Key] = {}
 
@@ -176,11 +174,27 @@ def fit_many(
     return {key: fitted[key] for key in order}
 
 
-def _places(num_cpus: float) -> int:
-    """How many tasks run at a time."""
+def _cpus() -> float:
+    """CPUs of the cluster as it is now."""
     cluster: Any = ray
     resources: dict[str, float] = cluster.cluster_resources()
-    return max(1, int(resources.get("CPU", 1.0) / max(num_cpus, 0.01)))
+    return resources.get("CPU", 0.0)
+
+
+def _places(cpus: float, num_cpus: float) -> int:
+    """How many workers these CPUs are enough for; one at least."""
+    return max(1, int(cpus / max(num_cpus, 0.01)))
+
+
+def _workers(
+    concurrency: int | tuple[int, int] | None, cpus: float, num_cpus: float
+) -> ray.data.ActorPoolStrategy:
+    if concurrency is None:
+        return ray.data.ActorPoolStrategy(min_size=1)
+    least, most = concurrency if isinstance(concurrency, tuple) else (concurrency, concurrency)
+    # Workers that held every CPU would wait for rows that nobody is left to read.
+    least = min(least, _places(cpus - 1, num_cpus))
+    return ray.data.ActorPoolStrategy(min_size=least, max_size=most)
 
 
 def _parts(data: Data) -> Any:
