@@ -1,5 +1,7 @@
 """Parquet to Parquet on DuckDB: ``python duckdb_locate.py matched/ located.parquet model.json``."""
 
+# pyright: basic
+
 from __future__ import annotations
 
 import sys

@@ -1,5 +1,7 @@
 """Parquet to Parquet on Ray: ``python ray_locate.py matched/ located/ model.json``."""
 
+# pyright: basic
+
 from __future__ import annotations
 
 import sys

@@ -36,7 +36,7 @@ def test_passes_the_checks_of_scikit_learn() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         results = check_estimator(
-            StereoRegressor(force=True), expected_failed_checks=EXPECTED_FAILED_CHECKS, on_fail=None
+            StereoRegressor(), expected_failed_checks=EXPECTED_FAILED_CHECKS, on_fail=None
         )
     failed = {row["check_name"]: row["exception"] for row in results if row["status"] == "failed"}
     assert not failed
@@ -139,8 +139,9 @@ def test_takes_any_random_state(data: ws.Dataset, state: object) -> None:
 
 
 def test_refuses_data_that_are_no_matched_pixels(
-    data: ws.Dataset, regressor: StereoRegressor
+    data: ws.Dataset,
 ) -> None:
+    regressor = StereoRegressor("brown", unit="cm", fallback=None)
     with pytest.raises(ValueError, match="3 columns"):
         regressor.fit(data.pixels[:, :3], data.points)
     with pytest.raises(ValueError, match=r"shape \(300, 2\)"):
@@ -148,11 +149,11 @@ def test_refuses_data_that_are_no_matched_pixels(
     with pytest.raises(ws.errors.FaultyError, match="one plane"):
         regressor.fit(data.pixels[:4], data.points[:4])
     with pytest.raises(ws.errors.UnknownNameError):
-        StereoRegressor("no-such-method", force=True).fit(data.pixels, data.points)
+        StereoRegressor("no-such-method").fit(data.pixels, data.points)
 
 
-def test_an_affine_map_on_force(data: ws.Dataset) -> None:
-    regressor = StereoRegressor("brown", force=True)
+def test_an_affine_map_where_there_is_no_camera(data: ws.Dataset) -> None:
+    regressor = StereoRegressor("brown")
     with pytest.warns(ws.DataWarning, match="affine map"):
         regressor.fit(data.pixels[:, :3], data.points)
     assert regressor.calibration_ is None

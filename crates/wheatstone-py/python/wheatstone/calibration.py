@@ -289,7 +289,7 @@ class Calibration:
 
         Appended are ``X, Y, Z``, their standard deviations ``sX, sY, sZ``, ``residual``, ``trust`` and ``mismatch``,
         as `wheatstone locate` writes them, and with `covariance` ``cXX, cXY, cXZ, cYY, cYZ, cZZ``. Rows that cannot
-        be located keep their place, with nulls.
+        be located keep their place, with nulls; so do rows whose pixels are none (infinite, one coordinate alone).
 
         Parameters
         ----------

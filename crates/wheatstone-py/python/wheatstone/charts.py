@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Union, cast
+from typing import Any, Literal, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -222,7 +222,8 @@ def _picture(image: Any) -> Any:
                 f"a picture of {array.dtype}", hint="give uint8, uint16, or floats of 0 to 255"
             )
         array = array.astype(np.float32)
-    return cast(Any, np.require(array, requirements="A"))
+    require: Any = np.require
+    return require(array, requirements="A")
 
 
 def _seen(item: Any) -> Any:

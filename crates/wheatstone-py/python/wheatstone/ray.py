@@ -16,7 +16,7 @@ import ray
 import ray.data
 from ray.exceptions import RayError
 
-from ._workers import Model, check_false_alarm, loaded, located, model_bytes, use_threads
+from ._workers import Model, check_false_alarm, loaded, model_bytes, use_threads
 from .calibration import Calibration
 from .data import Columns, Data, Dataset
 from .errors import ArgumentError
@@ -40,10 +40,14 @@ class _Locator:
     ) -> None:
         use_threads(threads)
         self.calibration = loaded(model)
-        self.settings = (covariance, false_alarm, columns)
+        self.settings: dict[str, Any] = {
+            "covariance": covariance,
+            "false_alarm": false_alarm,
+            "columns": columns,
+        }
 
     def __call__(self, batch: Any) -> Any:
-        return located(self.calibration, batch, *self.settings)
+        return self.calibration.locate_arrow(batch, **self.settings)
 
 
 def locate(
@@ -59,8 +63,7 @@ def locate(
     """Appends places to a Ray dataset of matched pixels: the same rows, in the same order.
 
     Lazy, as all of Ray Data. The columns are those of `Calibration.locate_arrow`, and so are the bits. Rows
-    that cannot be located keep their place, with nulls; so do rows whose pixels lack a coordinate or are out
-    of range, in columns that are called x1, y1, ... or that `columns` names.
+    that cannot be located keep their place, with nulls.
 
     Parameters
     ----------

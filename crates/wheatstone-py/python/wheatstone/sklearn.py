@@ -26,7 +26,6 @@ from .errors import (
     ArgumentError,
     DataWarning,
     DegenerateError,
-    FaultyError,
     MismatchError,
     TooFewError,
 )
@@ -35,10 +34,10 @@ from .fitting import fit
 __all__ = ["EXPECTED_FAILED_CHECKS", "StereoRegressor"]
 
 EXPECTED_FAILED_CHECKS: dict[str, str] = {}
-"""Checks of `sklearn.utils.estimator_checks` that ``StereoRegressor(force=True)`` fails, and why."""
+"""Checks of `sklearn.utils.estimator_checks` that `StereoRegressor` fails, and why."""
 
-_UNFIT = (ArgumentError, DegenerateError, FaultyError, MismatchError, TooFewError)
-"""What says that the data are at fault, and not the settings."""
+_UNFIT = (ArgumentError, DegenerateError, MismatchError, TooFewError)
+"""What says that the data determine no camera model."""
 
 
 class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -58,10 +57,12 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         Leave-one-view-out cross-validation in every fit: ``calibration_.validation``. Off, since scikit-learn
         cross-validates from outside.
     force : bool
-        Go on in spite of faults that make a fit worthless. Where no camera model can be fitted at all,
-        because the columns are not those of two cameras or more, `y` has not three, or the data determine no
-        model, an affine map is fitted by least squares (that of affine cameras), with a `DataWarning`.
-        Without it, such data raise.
+        Go on in spite of faults that make a fit worthless.
+    fallback : "affine" or None
+        What is fitted where no camera model can be, because the columns are not those of two cameras or more,
+        `y` has not three, or the data determine no model: an affine map by least squares (that of affine
+        cameras), with a `DataWarning`. With None such data raise. Data with a fault that has a name raise
+        either way.
 
     Attributes
     ----------
@@ -107,6 +108,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         random_state: int | np.random.RandomState | None = 0,
         validate: bool = False,
         force: bool = False,
+        fallback: Literal["affine"] | None = "affine",
     ) -> None:
         self.method = method
         self.preset = preset
@@ -114,6 +116,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         self.random_state = random_state
         self.validate = validate
         self.force = force
+        self.fallback = fallback
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
@@ -174,7 +177,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
                 force=self.force,
             )
         except _UNFIT as problem:
-            if not self.force:
+            if self.fallback is None:
                 raise
             self._fit_affine(pixels, points)
             warnings.warn(

@@ -17,7 +17,7 @@ import pyarrow as pa
 from pyspark.sql import DataFrame
 from pyspark.sql.types import DoubleType, StringType, StructField, StructType
 
-from ._workers import Model, check_false_alarm, loaded, located, model_bytes, use_threads
+from ._workers import Model, check_false_alarm, loaded, model_bytes, use_threads
 from .data import Columns
 from .errors import ArgumentError
 
@@ -35,9 +35,8 @@ def locate(
     """Appends places to a Spark DataFrame of matched pixels: the same rows.
 
     The order within each partition stays. Lazy, as all transformations of Spark. The columns are those of
-    `Calibration.locate_arrow`, and so are the bits. Rows that cannot be located keep their place, with nulls;
-    so do rows whose pixels lack a coordinate or are out of range, in columns that are called x1, y1, ... or
-    that `columns` names. Each worker has one thread, unless ``WHEATSTONE_THREADS`` says their number; Spark
+    `Calibration.locate_arrow`, and so are the bits. Rows that cannot be located keep their place, with nulls.
+    Each worker has one thread, unless ``WHEATSTONE_THREADS`` says their number; Spark
     runs one worker a core.
 
     Parameters
@@ -121,5 +120,6 @@ def _located(
     use_threads(1)
     calibration = loaded(model)
     for batch in batches:
-        table = pa.Table.from_batches([batch])
-        yield from located(calibration, table, covariance, false_alarm, columns).to_batches()
+        yield calibration.locate_arrow(
+            batch, covariance=covariance, false_alarm=false_alarm, columns=columns
+        )
