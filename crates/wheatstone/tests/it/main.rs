@@ -26,6 +26,7 @@ mod real_points;
 mod rectification;
 #[cfg(feature = "robot")]
 mod robot;
+mod settled_locator;
 mod stage;
 mod report_page;
 mod formats;
