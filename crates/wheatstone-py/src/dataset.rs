@@ -9,7 +9,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ndarray::Array2};
 use pyo3::{prelude::*, types::PyList};
 use pyo3_arrow::input::AnyRecordBatch;
 use std::{
-    collections::HashMap,
+    collections::BTreeMap,
     path::{Path, PathBuf},
 };
 use wheatstone::{
@@ -74,7 +74,8 @@ impl PyDataset {
                 return Ok(detect(&Capture::open(&path)?, settings, progress)?.dataset);
             }
             let regular = path.is_dir() || path.is_file();
-            let format = if regular { guess(&[path.clone()]).ok().flatten() } else { None };
+            let format =
+                if regular { guess(std::slice::from_ref(&path)).ok().flatten() } else { None };
             if let Some(format) = format.filter(|f| !f.is_calibration() && !f.is_table()) {
                 let given = Given { unit: reading.unit.clone(), ..Given::default() };
                 return format.read_points(&gather(format, &[path])?, &given);
@@ -113,7 +114,7 @@ impl PyDataset {
         let board = board.as_ref().map(PyReadonlyArray2::as_array);
         let cameras = pixels.ncols() / 2;
         let mut data = Dataset { unit, cameras, views: Vec::new(), correspondences: Vec::new() };
-        let mut index = HashMap::new();
+        let mut index = BTreeMap::new();
         for row in 0..pixels.nrows() {
             let view = match &views {
                 None => 0,

@@ -3,6 +3,8 @@
 //! It hands arrays to the library and back; what users see is written in Python, in `python/wheatstone/`, which
 //! turns JSON of this module into objects with names and types.
 
+#![allow(clippy::too_many_arguments, reason = "arguments of Python's functions have names")]
+
 mod cameras;
 mod dataset;
 mod errors;

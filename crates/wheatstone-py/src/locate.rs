@@ -40,8 +40,7 @@ fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>)
     for pair in columns.chunks_exact_mut(2) {
         let [x, y] = pair else { continue };
         for (x, y) in x.iter_mut().zip(y) {
-            // Infinity less infinity is no number either.
-            if ((*x - *x) + (*y - *y)).is_nan() {
+            if !(x.is_finite() && y.is_finite()) {
                 (*x, *y) = (f64::NAN, f64::NAN);
             }
         }

@@ -72,7 +72,7 @@ fn picture(array: &Bound<PyAny>, bgr: bool) -> PyResult<GrayImage> {
     if let Ok(array) = array.extract::<PyReadonlyArrayDyn<u16>>() {
         return of(&array.as_array(), |pixel| f32::from(pixel) / 257.0, bgr);
     }
-    let array = array.extract::<PyReadonlyArrayDyn<f32>>().map_err(PyErr::from)?;
+    let array = array.extract::<PyReadonlyArrayDyn<f32>>()?;
     of(&array.as_array(), |pixel| if pixel.is_finite() { pixel } else { 0.0 }, bgr)
 }
 

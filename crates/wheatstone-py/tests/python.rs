@@ -4,6 +4,8 @@
 //! Where there is no Python, or its packages cannot be had, it says so and passes; with `WHEATSTONE_PYTHON=required`, as in
 //! continuous integration, it fails.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends where it cannot go on")]
+
 use std::{
     env, fs,
     io::Write,

@@ -1,0 +1,64 @@
+"""Points a second by the Python package beside OpenCV's, on the same pixels, one thread, CPU time, in one run.
+
+    python bench/peers/python.py [POINTS] [RUNS]
+
+Needs the package, NumPy and opencv-python-headless. Prints each figure and its ratio to OpenCV's `undistortPoints` (twice) with
+`triangulatePoints`, which give points without error bars.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+
+os.environ["WHEATSTONE_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import cv2  # noqa: E402
+import numpy as np  # noqa: E402
+
+import wheatstone as ws  # noqa: E402
+
+METHODS = ("brown", "dlt", "network", "neural-camera")
+
+
+def main(points: int, runs: int) -> None:
+    cv2.setNumThreads(1)
+    data = ws.synth(rig="paper", noise=0.1)
+    models = {name: ws.fit(data, method=name, validate=False) for name in METHODS}
+    some = ws.synth(rig="paper", noise=0.1, random=100_000, seed=5).pixels
+    noise = np.random.default_rng(1).normal(0, 0.05, (points, 4))
+    pixels = np.resize(some, (points, 4)) + noise
+    told = models["brown"].to_opencv(image_size=(640, 480))
+    first = np.hstack([np.eye(3), np.zeros((3, 1))])
+    second = np.hstack([told["R"], told["T"][:, None]])
+
+    def opencv() -> object:
+        left = cv2.undistortPoints(pixels[:, None, 0:2], told["K1"], told["D1"]).reshape(-1, 2)
+        right = cv2.undistortPoints(pixels[:, None, 2:4], told["K2"], told["D2"]).reshape(-1, 2)
+        found = cv2.triangulatePoints(first, second, left.T, right.T)
+        return (found[:3] / found[3]).T
+
+    work: dict[str, Callable[[], object]] = {"OpenCV": opencv}
+    for name, model in models.items():
+        work[f"{name}: predict"] = lambda model=model: model.predict(pixels)
+        work[f"{name}: locate"] = lambda model=model: model.locate(pixels)
+    columns, out = np.asfortranarray(pixels), np.empty((points, 3))
+    work["brown: predict, Fortran order"] = lambda: models["brown"].predict(columns)
+    work["brown: predict, out="] = lambda: models["brown"].predict(pixels, out)
+    seconds: dict[str, list[float]] = {name: [] for name in work}
+    for _ in range(runs + 1):
+        for name, run in work.items():
+            began = time.process_time()
+            run()
+            seconds[name].append(time.process_time() - began)
+    # The first run of each makes what later ones use.
+    medians = {name: float(np.median(times[1:])) for name, times in seconds.items()}
+    for name, median in medians.items():
+        print(f"{name:30} {points / median / 1e6:7.2f} million/s {medians['OpenCV'] / median:7.1f}")
+
+
+if __name__ == "__main__":
+    given = [int(float(argument)) for argument in sys.argv[1:]] + [1_000_000, 7]
+    main(given[0], given[1] if len(given) > 3 else 7)
