@@ -60,5 +60,5 @@ def main(points: int, runs: int) -> None:
 
 
 if __name__ == "__main__":
-    given = [int(float(argument)) for argument in sys.argv[1:]] + [1_000_000, 7]
-    main(given[0], given[1] if len(given) > 3 else 7)
+    count = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
+    main(count, int(sys.argv[2]) if len(sys.argv) > 2 else 7)
