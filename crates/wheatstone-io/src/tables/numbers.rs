@@ -147,6 +147,6 @@ mod tests {
     #[test]
     fn a_shared_value_that_is_no_number_is_found_in_its_row() {
         let shared: DictionaryArray<Int8Type> = ["1", "2", "left"].into_iter().collect();
-        assert!(matches!(of(&shared, false), Err(Unfit::Row(2, _))));
+        assert!(matches!(of(&shared, Reading::default()), Err(Unfit::Row(2, _))));
     }
 }
