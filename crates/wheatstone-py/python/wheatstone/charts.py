@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Union
+from typing import Any, Literal, Union, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -222,8 +222,7 @@ def _picture(image: Any) -> Any:
                 f"a picture of {array.dtype}", hint="give uint8, uint16, or floats of 0 to 255"
             )
         array = array.astype(np.float32)
-    require: Any = np.require
-    return require(array, requirements="A")
+    return cast("npt.NDArray[Any]", np.require(array, requirements="A"))
 
 
 def _seen(item: Any) -> Any:
