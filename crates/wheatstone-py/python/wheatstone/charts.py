@@ -229,7 +229,7 @@ def _seen(item: Any) -> Any:
     """What the extension module takes for a picture: a path, an array, or nothing."""
     if item is None:
         return None
-    return os.fspath(item) if is_path(item) else _picture(item)
+    return os.fspath(cast("os.PathLike[str]", item)) if is_path(item) else _picture(item)
 
 
 def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
