@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -42,3 +44,27 @@ def data_of() -> Callable[[str, int], ws.Dataset]:
 def model_of() -> Callable[[str, str, int], ws.Calibration]:
     """A model by its method, of a rig with so many cameras."""
     return _model
+
+
+@pytest.fixture(scope="session")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of the model that engines locate with."""
+    from cluster_data import write_model
+
+    return write_model(tmp_path_factory.mktemp("model"))
+
+
+@pytest.fixture(scope="session")
+def table() -> Any:
+    """Matched pixels with a key."""
+    from cluster_data import matched_pixels
+
+    return matched_pixels()
+
+
+@pytest.fixture(scope="session")
+def parts(table: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the Parquet files that hold them."""
+    from cluster_data import write_parts
+
+    return write_parts(table, tmp_path_factory.mktemp("matched") / "parts")

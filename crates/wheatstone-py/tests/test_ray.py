@@ -19,12 +19,9 @@ ray = pytest.importorskip("ray")
 pytest.importorskip("ray.data")
 
 from cluster_data import (
-    matched_pixels,
     read_parts,
     require_same,
     spoiled,
-    write_model,
-    write_parts,
 )
 
 import wheatstone as ws
@@ -48,21 +45,6 @@ def cluster() -> Iterator[None]:
     ray.data.DataContext.get_current().enable_progress_bars = False
     yield
     ray.shutdown()
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_model(tmp_path_factory.mktemp("model"))
-
-
-@pytest.fixture(scope="module")
-def table() -> Any:
-    return matched_pixels()
-
-
-@pytest.fixture(scope="module")
-def parts(table: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_parts(table, tmp_path_factory.mktemp("matched") / "parts")
 
 
 def test_parquet_to_parquet_has_the_bits_of_one_process(

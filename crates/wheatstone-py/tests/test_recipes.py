@@ -16,31 +16,13 @@ pa = pytest.importorskip("pyarrow")
 from cluster_data import (
     PIXELS,
     located_in_process,
-    matched_pixels,
     read_parts,
     require_same,
-    write_model,
-    write_parts,
 )
 
 import wheatstone as ws
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_model(tmp_path_factory.mktemp("model"))
-
-
-@pytest.fixture(scope="module")
-def table() -> Any:
-    return matched_pixels()
-
-
-@pytest.fixture(scope="module")
-def parts(table: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_parts(table, tmp_path_factory.mktemp("matched") / "parts")
 
 
 def run(name: str, parts: Path, output: Path, model: Path) -> Any:

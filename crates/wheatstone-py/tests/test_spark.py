@@ -16,12 +16,9 @@ pytest.importorskip("pandas")
 pytest.importorskip("pyspark", minversion="3.5")
 
 from cluster_data import (
-    matched_pixels,
     read_parts,
     require_same,
     spoiled,
-    write_model,
-    write_parts,
 )
 from pyspark.sql import SparkSession
 
@@ -53,21 +50,6 @@ def spark() -> Iterator[SparkSession]:
         pytest.skip(f"Spark does not start: {problem}")
     yield session
     session.stop()
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_model(tmp_path_factory.mktemp("model"))
-
-
-@pytest.fixture(scope="module")
-def table() -> Any:
-    return matched_pixels()
-
-
-@pytest.fixture(scope="module")
-def parts(table: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_parts(table, tmp_path_factory.mktemp("matched") / "parts")
 
 
 def collected(df: Any) -> Any:

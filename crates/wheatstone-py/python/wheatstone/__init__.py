@@ -24,36 +24,16 @@ from ._wheatstone import (
     set_threads,
 )
 from .calibration import Calibration
+from .cameras import from_opencv, read_cameras
 from .charts import Chart, Detection, detect, detect_all
 from .data import Dataset, read, read_caliscope
 from .errors import DataWarning, WheatstoneError
-from .fitting import (
-    calibrate,
-    check,
-    compare,
-    fit,
-    from_opencv,
-    read_cameras,
-    report,
-    synth,
-    synth_capture,
-)
-from .results import (
-    BoardEvaluation,
-    CameraChange,
-    CameraMotion,
-    Comparison,
-    Evaluation,
-    Examination,
-    Finding,
-    Fold,
-    Located,
-    MethodScore,
-    Rectification,
-    Report,
-    Trust,
-    Validation,
-)
+from .fitting import calibrate, check, compare, fit, report
+from .evaluation import BoardEvaluation, Comparison, Evaluation, Fold, MethodScore, Validation
+from .findings import CameraChange, CameraMotion, Examination, Finding
+from .located import Located, Trust
+from .results import Rectification, Report
+from .synthetic import synth, synth_capture
 
 FORMATS: tuple[str, ...] = tuple(dict.fromkeys([*FORMATS_WRITTEN, *FORMATS_READ]))
 """Formats of calibrations of other programs."""

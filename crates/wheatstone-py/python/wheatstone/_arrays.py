@@ -160,3 +160,25 @@ def _arrow_column(column: npt.NDArray[Any]) -> Any:
     if column.dtype.kind == "O":
         return [None if item is None or item != item else str(item) for item in column.tolist()]
     return column
+
+
+def same_kind(source: Any, stream: Any) -> Any:
+    """A stream as the library of the source has tables."""
+    module = type(source).__module__.partition(".")[0]
+    if module == "polars":
+        return importlib.import_module("polars").DataFrame(stream)
+    if module not in ("pyarrow", "pandas", "builtins"):
+        return stream
+    pa = pyarrow()
+    reader = pa.RecordBatchReader.from_stream(stream)
+    if module == "pandas":
+        return reader.read_all().to_pandas()
+    if isinstance(source, pa.RecordBatch):
+        return reader.read_all().combine_chunks().to_batches()[0] if len(source) else _empty_batch(reader)
+    if isinstance(source, pa.RecordBatchReader):
+        return reader
+    return reader.read_all()
+
+
+def _empty_batch(reader: Any) -> Any:
+    return pyarrow().RecordBatch.from_pylist([], schema=reader.schema)

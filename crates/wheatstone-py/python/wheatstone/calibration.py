@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import json
 import threading
 import weakref
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Union, cast, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -24,39 +23,17 @@ from ._arrays import (
     pixels_array,
     places_array,
     pyarrow,
+    same_kind,
 )
+from ._sizes import ImageSize, image_sizes
 from .data import Columns, Data, Dataset, Progress, as_dataset, column_names
 from .errors import ArgumentError
-from .results import (
-    BoardEvaluation,
-    CameraMotion,
-    Evaluation,
-    Finding,
-    Located,
-    Rectification,
-    Report,
-    Validation,
-)
+from .evaluation import BoardEvaluation, Evaluation, Validation
+from .findings import CameraMotion, Finding
+from .located import Located
+from .results import Rectification, Report
 
-__all__ = ["Calibration", "image_sizes"]
-
-ImageSize = Union[tuple[int, int], Sequence["tuple[int, int] | None"], None]
-"""Width and height of the pictures: one pair for all cameras, or one a camera."""
-
-
-def image_sizes(size: ImageSize, cameras: int) -> list[list[int] | None]:
-    """One width and height a camera."""
-    if size is None:
-        return [None] * cameras
-    if len(size) == 2 and all(isinstance(side, (int, np.integer)) for side in size):
-        pair = cast("tuple[int, int]", size)
-        return [[int(pair[0]), int(pair[1])]] * cameras
-    each = cast("Sequence[tuple[int, int] | None]", size)
-    if len(each) != cameras:
-        raise ArgumentError(
-            f"{len(each)} image sizes for {cameras} cameras", hint="give (width, height), or one a camera"
-        )
-    return [None if pair is None else [int(pair[0]), int(pair[1])] for pair in each]
+__all__ = ["Calibration"]
 
 
 class Calibration:
@@ -305,7 +282,7 @@ class Calibration:
         stream = self.handle.locate_stream(
             arrow_table(table), covariance, false_alarm, column_names(columns)
         )
-        return _same_kind(table, stream)
+        return same_kind(table, stream)
 
     def located_schema(self, schema: Any, *, covariance: bool = False) -> Any:
         """The pyarrow schema of what `locate_arrow` gives for a table of this schema."""
@@ -571,28 +548,6 @@ def _are_arrays(pixels: object) -> bool:
     return not (isinstance(pixels, Dataset) or is_path(pixels) or is_table(pixels))
 
 
-def _same_kind(source: Any, stream: Any) -> Any:
-    """A stream as the library of the source has tables."""
-    module = type(source).__module__.partition(".")[0]
-    if module == "polars":
-        return importlib.import_module("polars").DataFrame(stream)
-    if module not in ("pyarrow", "pandas", "builtins"):
-        return stream
-    pa = pyarrow()
-    reader = pa.RecordBatchReader.from_stream(stream)
-    if module == "pandas":
-        return reader.read_all().to_pandas()
-    if isinstance(source, pa.RecordBatch):
-        return reader.read_all().combine_chunks().to_batches()[0] if len(source) else _empty(reader)
-    if isinstance(source, pa.RecordBatchReader):
-        return reader
-    return reader.read_all()
-
-
-def _empty(reader: Any) -> Any:
-    return pyarrow().RecordBatch.from_pylist([], schema=reader.schema)
-
-
 _MODELS: weakref.WeakValueDictionary[str, Calibration] = weakref.WeakValueDictionary()
 _MODELS_LOCK = threading.Lock()
 
@@ -605,5 +560,3 @@ def _unpickled(digest: str, data: bytes) -> Calibration:
             known = Calibration.from_bytes(data)
             _MODELS[digest] = known
         return known
-
-

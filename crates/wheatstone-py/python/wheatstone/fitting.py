@@ -1,4 +1,4 @@
-"""From data to models: fits, comparisons, checks, and cameras of other programs."""
+"""From data to models: fits, comparisons of methods, and checks of data."""
 
 from __future__ import annotations
 
@@ -12,23 +12,22 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
-from ._arrays import PathLike, is_path
-from .calibration import Calibration, ImageSize, image_sizes
+from ._arrays import is_path
+from ._sizes import ImageSize, image_sizes
+from .calibration import Calibration
 from .charts import Chart, detect_in_pictures
 from .data import Columns, Data, Dataset, Progress, as_dataset
 from .errors import ArgumentError, DataWarning, FaultyError
-from .results import Comparison, Examination, Report
+from .evaluation import Comparison
+from .findings import Examination
+from .results import Report
 
 __all__ = [
     "calibrate",
     "check",
     "compare",
     "fit",
-    "from_opencv",
-    "read_cameras",
     "report",
-    "synth",
-    "synth_capture",
 ]
 
 Gauge = Literal["first-view", "first-camera"]
@@ -363,103 +362,6 @@ def check(
     return Examination(_w.check(data.handle, _baseline(expect_baseline), progress))
 
 
-def from_opencv(
-    K1: npt.ArrayLike,
-    D1: npt.ArrayLike,
-    K2: npt.ArrayLike,
-    D2: npt.ArrayLike,
-    R: npt.ArrayLike,
-    T: npt.ArrayLike,
-    image_size: ImageSize = None,
-    *,
-    unit: str = "mm",
-    fisheye: bool = False,
-    pixel_sigma: float = 0.5,
-) -> Calibration:
-    """A model of a stereo pair that OpenCV calibrated: ``x2 = R x1 + T``; the world is camera 0's frame.
-
-    Parameters
-    ----------
-    K1, K2 : arrays, (3, 3)
-    D1, D2 : arrays
-        0, 4, 5, 8, 12 or 14 coefficients; 4 for `fisheye`.
-    R, T : arrays, (3, 3) and (3,)
-    image_size : (width, height), optional
-    unit : str
-        The unit of `T`.
-    fisheye : bool
-        Whether the coefficients are those of ``cv2.fisheye``.
-    pixel_sigma : float
-        Standard deviation of a pixel coordinate, which OpenCV does not tell: error bars follow it.
-
-    Returns
-    -------
-    Calibration
-        Its accuracy is unknown until `Calibration.evaluate` measures it; every point is ``OUTSIDE`` its data.
-
-    Examples
-    --------
-    >>> import numpy as np, wheatstone as ws
-    >>> K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
-    >>> cal = ws.from_opencv(K, np.zeros(5), K, np.zeros(5), np.eye(3), [-60.0, 0, 0], (640, 480))
-    >>> cal.predict([[320.0, 240.0, 272.0, 240.0]]).round(6).tolist()
-    [[0.0, 0.0, 1000.0]]
-    """
-    sizes = image_sizes(image_size, 2)
-    identity = (np.eye(3), np.zeros(3))
-    given = [(K1, D1, *identity, sizes[0]), (K2, D2, R, T, sizes[1])]
-    cameras = [
-        (
-            _numbers(k, "K", 9),
-            _numbers(d, "D", None),
-            _numbers(r, "R", 9),
-            _numbers(t, "T", 3),
-            size,
-        )
-        for k, d, r, t, size in given
-    ]
-    return Calibration(_w.from_matrices(cameras, unit, fisheye, float(pixel_sigma)))
-
-
-def _numbers(value: npt.ArrayLike, name: str, count: int | None) -> list[float]:
-    array = np.asarray(value, dtype=np.float64)
-    if (count is not None and array.size != count) or not bool(np.isfinite(array).all()):
-        raise ArgumentError(
-            f"{name} has shape {array.shape}", hint=f"give {count or 'a few'} finite numbers"
-        )
-    numbers: list[float] = np.ravel(array).tolist()
-    return numbers
-
-
-def read_cameras(
-    *paths: PathLike,
-    format: str | None = None,
-    image_size: tuple[int, int] | Sequence[tuple[int, int]] | None = None,
-    unit: str | None = None,
-    pixel_sigma: float = 0.5,
-) -> Calibration:
-    """A model of cameras in files of OpenCV, ROS, Kalibr, mrcal, COLMAP, Anipose, OpenPTV, MyPTV, DLT, ...
-
-    Parameters
-    ----------
-    *paths : path
-        The files, or the folder, of all cameras.
-    format : str, optional
-        One of `wheatstone.FORMATS`; guessed from the files otherwise.
-    image_size : (width, height) or one a camera, optional
-    unit : str, optional
-        Of the files' lengths, where they do not say it.
-    pixel_sigma : float
-        Standard deviation of a pixel coordinate, which such files do not tell.
-    """
-    if not paths:
-        raise ArgumentError("there is no file to read", hint="name the files of all cameras")
-    size: Any = image_size
-    sizes = [] if size is None else [size] if isinstance(size[0], (int, np.integer)) else list(size)
-    whole = [[int(width), int(height)] for width, height in sizes]
-    return Calibration(_w.read_cameras(list(paths), format, whole, unit, float(pixel_sigma)))
-
-
 def report(
     model: Calibration,
     title: str = "model",
@@ -469,103 +371,3 @@ def report(
 ) -> Report:
     """The report on a model; see `Calibration.report`."""
     return model.report(title, held_out=held_out, progress=progress)
-
-
-def _scene(
-    rig: str,
-    cameras: int,
-    noise: float | str,
-    count: int | None,
-    random: int | None,
-    hand_held: int | None,
-    distances: tuple[float, float, float],
-    seed: int,
-    chart: Chart | None,
-) -> str:
-    for name, value in (("count", count), ("random", random), ("hand_held", hand_held)):
-        if value is not None and value < 1:
-            raise ArgumentError(f"{name} cannot be {value}", hint="give a positive number")
-    near, far, step = distances
-    return json.dumps(
-        {
-            "rig": rig,
-            "cameras": cameras,
-            "noise": str(noise),
-            "count": count,
-            "random": random,
-            "hand_held": hand_held,
-            "near": near,
-            "far": far,
-            "step": step,
-            "seed": seed,
-            "chart": None if chart is None else chart.settings,
-        }
-    )
-
-
-DISTANCES = (50.0, 140.0, 15.0)
-"""Nearest and farthest distance of the chart, and the step between them, in centimetres."""
-
-
-def synth(
-    rig: str = "paper",
-    *,
-    cameras: int = 2,
-    noise: float | str = 0.1,
-    count: int | None = None,
-    random: int | None = None,
-    hand_held: int | None = None,
-    distances: tuple[float, float, float] = DISTANCES,
-    seed: int = 0,
-    chart: Chart | None = None,
-) -> Dataset:
-    """Synthetic data with known truth, in centimetres.
-
-    Parameters
-    ----------
-    rig : str
-        One of `wheatstone.RIGS`: the cameras and the optics before them.
-    cameras : int
-    noise : float, "quantised" or "none"
-        Standard deviation of a pixel coordinate; or whole pixels.
-    count : int, optional
-        Keep at most so many chart points, chosen at random.
-    random : int, optional
-        So many points at random places, instead of a chart on a stage.
-    hand_held : int, optional
-        A board in the hand in so many views, its poses not given.
-    distances : (nearest, farthest, step)
-        Of the chart, in centimetres.
-    seed : int
-    chart : Chart, optional
-        A line grid that fills the pictures otherwise.
-
-    Returns
-    -------
-    Dataset
-
-    Examples
-    --------
-    >>> import wheatstone as ws
-    >>> ws.synth(rig="fisheye", cameras=3, random=100)
-    <wheatstone.Dataset: 100 points, 3 cameras, 0 views, cm>
-    """
-    return Dataset(
-        _w.synth(_scene(rig, cameras, noise, count, random, hand_held, distances, seed, chart))
-    )
-
-
-def synth_capture(
-    folder: PathLike,
-    rig: str = "paper",
-    *,
-    cameras: int = 2,
-    hand_held: int | None = None,
-    distances: tuple[float, float, float] = DISTANCES,
-    seed: int = 0,
-    chart: Chart | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """Renders pictures of a chart before synthetic cameras: a capture, with the true cameras beside it."""
-    scene = _scene(rig, cameras, "none", None, None, hand_held, distances, seed, chart)
-    _w.synth_capture(folder, scene, progress)

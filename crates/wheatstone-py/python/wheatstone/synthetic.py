@@ -1,0 +1,113 @@
+"""Synthetic data with known truth."""
+
+from __future__ import annotations
+
+import json
+
+import wheatstone._wheatstone as _w
+from ._arrays import PathLike
+from .charts import Chart
+from .data import Dataset, Progress
+from .errors import ArgumentError
+
+__all__ = ["synth", "synth_capture"]
+
+
+DISTANCES = (50.0, 140.0, 15.0)
+"""Nearest and farthest distance of the chart, and the step between them, in centimetres."""
+
+
+def _scene(
+    rig: str,
+    cameras: int,
+    noise: float | str,
+    count: int | None,
+    random: int | None,
+    hand_held: int | None,
+    distances: tuple[float, float, float],
+    seed: int,
+    chart: Chart | None,
+) -> str:
+    for name, value in (("count", count), ("random", random), ("hand_held", hand_held)):
+        if value is not None and value < 1:
+            raise ArgumentError(f"{name} cannot be {value}", hint="give a positive number")
+    near, far, step = distances
+    return json.dumps(
+        {
+            "rig": rig,
+            "cameras": cameras,
+            "noise": str(noise),
+            "count": count,
+            "random": random,
+            "hand_held": hand_held,
+            "near": near,
+            "far": far,
+            "step": step,
+            "seed": seed,
+            "chart": None if chart is None else chart.settings,
+        }
+    )
+
+
+def synth(
+    rig: str = "paper",
+    *,
+    cameras: int = 2,
+    noise: float | str = 0.1,
+    count: int | None = None,
+    random: int | None = None,
+    hand_held: int | None = None,
+    distances: tuple[float, float, float] = DISTANCES,
+    seed: int = 0,
+    chart: Chart | None = None,
+) -> Dataset:
+    """Synthetic data with known truth, in centimetres.
+
+    Parameters
+    ----------
+    rig : str
+        One of `wheatstone.RIGS`: the cameras and the optics before them.
+    cameras : int
+    noise : float, "quantised" or "none"
+        Standard deviation of a pixel coordinate; or whole pixels.
+    count : int, optional
+        Keep at most so many chart points, chosen at random.
+    random : int, optional
+        So many points at random places, instead of a chart on a stage.
+    hand_held : int, optional
+        A board in the hand in so many views, its poses not given.
+    distances : (nearest, farthest, step)
+        Of the chart, in centimetres.
+    seed : int
+    chart : Chart, optional
+        A line grid that fills the pictures otherwise.
+
+    Returns
+    -------
+    Dataset
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> ws.synth(rig="fisheye", cameras=3, random=100)
+    <wheatstone.Dataset: 100 points, 3 cameras, 0 views, cm>
+    """
+    return Dataset(
+        _w.synth(_scene(rig, cameras, noise, count, random, hand_held, distances, seed, chart))
+    )
+
+
+def synth_capture(
+    folder: PathLike,
+    rig: str = "paper",
+    *,
+    cameras: int = 2,
+    hand_held: int | None = None,
+    distances: tuple[float, float, float] = DISTANCES,
+    seed: int = 0,
+    chart: Chart | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Renders pictures of a chart before synthetic cameras: a capture, with the true cameras beside it."""
+    scene = _scene(rig, cameras, "none", None, None, hand_held, distances, seed, chart)
+    _w.synth_capture(folder, scene, progress)
