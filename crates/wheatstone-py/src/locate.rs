@@ -170,12 +170,12 @@ impl PyModel {
         }
         let mut into = out.try_readwrite().map_err(|e| invalid(format!("out: {e}"), ""))?;
         let slots = into.as_slice_mut().map_err(|e| invalid(format!("out: {e}"), ""))?;
+        let ready = py.detach(|| self.ready(false))?;
         for (turn, slots) in slots.chunks_mut(3 * TURN).enumerate() {
             py.check_signals()?;
             let first = turn * TURN;
             py.detach(|| {
                 let work = || {
-                    let ready = self.ready(false);
                     let blocks = slots.par_chunks_mut(3 * BLOCK).enumerate();
                     blocks.for_each_init(Scratch::default, |scratch, (block, slots)| {
                         let start = first + block * BLOCK;
@@ -216,6 +216,7 @@ impl PyModel {
         }
         let mut columns: Vec<&mut [f64]> = slots.chunks_exact_mut(count).collect();
         let mut marks: Vec<&mut [u8]> = marks.chunks_exact_mut(count).collect();
+        let ready = py.detach(|| self.ready(true))?;
         for first in (0..count).step_by(TURN) {
             py.check_signals()?;
             let length = TURN.min(count - first);
@@ -223,7 +224,6 @@ impl PyModel {
             let mut blocks = blocks_of(&mut columns, &mut marks, first..first + length);
             py.detach(|| {
                 let work = || {
-                    let ready = self.ready(true);
                     let each = blocks.par_iter_mut().enumerate();
                     each.for_each_init(Scratch::default, |scratch, (block, slots)| {
                         let start = block * BLOCK;

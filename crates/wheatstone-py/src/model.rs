@@ -3,6 +3,7 @@
 use crate::{
     dataset::PyDataset,
     errors::{invalid, raised, worded},
+    pool::pool,
     work,
 };
 use pyo3::{prelude::*, types::PyBytes};
@@ -50,10 +51,13 @@ impl PyModel {
         Self { model: Arc::new(model), points: OnceLock::new(), full: OnceLock::new() }
     }
 
-    /// The locator for points alone, or with covariances. Called on the pool.
-    pub(crate) fn ready(&self, with_covariance: bool) -> Arc<Ready> {
+    /// The locator for points alone, or with covariances. To be called by a thread that is not the pool's, without the
+    /// interpreter: a thread of the pool that makes it would take up work of others meanwhile, which waits for it.
+    pub(crate) fn ready(&self, with_covariance: bool) -> PyResult<Arc<Ready>> {
         let cell = if with_covariance { &self.full } else { &self.points };
-        cell.get_or_init(|| Ready::of(self.model.clone(), with_covariance)).clone()
+        let pool = pool()?;
+        let made = || pool.install(|| Ready::of(self.model.clone(), with_covariance));
+        Ok(cell.get_or_init(made).clone())
     }
 
     pub(crate) fn cameras(&self) -> usize {

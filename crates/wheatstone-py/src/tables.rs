@@ -92,7 +92,7 @@ impl PyModel {
             .map_err(raised)?
             .lenient();
         self.needs(2 * rows.cameras())?;
-        let ready = py.detach(|| pool().map(|pool| pool.install(|| self.ready(true))))?;
+        let ready = py.detach(|| self.ready(true))?;
         let found = LocatedBatch::default();
         let located = Located { rows, ready, appended, schema, found };
         Ok(PyRecordBatchReader::new(Box::new(located)))

@@ -159,6 +159,17 @@ def test_eight_threads_on_one_model(data_of, model_of):
         assert all(pool.map(work, range(48)))
 
 
+@pytest.mark.parametrize("method", ["brown", "neural-camera"])
+def test_threads_that_come_first_at_once_do_not_wait_for_each_other_for_ever(method, data_of, model_of):
+    known, pixels = model_of(method, "paper", 2), np.tile(data_of("paper", 2).pixels, (20, 1))
+    wanted = known.locate(pixels).points
+    for _ in range(10):
+        cal = ws.Calibration.from_bytes(known.to_bytes())
+        with ThreadPoolExecutor(8) as pool:
+            found = list(pool.map(lambda _, cal=cal: cal.locate(pixels).points, range(8)))
+        assert all(same(points, wanted) for points in found)
+
+
 def test_the_input_is_not_copied(cal, data):
     pixels = np.tile(data.pixels, (4000, 1))
     out = np.empty((len(pixels), 3))
