@@ -2,9 +2,13 @@
 //! fitted, and how good it is. It carries its own evidence.
 
 mod camera_motion;
+mod judgement;
+mod known_lenses;
 mod locators;
 mod origin;
 
+pub use judgement::{Judgement, PointJudgement};
+pub use known_lenses::KnownLenses;
 pub use origin::{Imported, Source};
 
 use crate::{

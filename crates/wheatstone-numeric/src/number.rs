@@ -1,6 +1,6 @@
 //! Formulas that are written once, for one number and for a register full of them.
 
-use super::simd::{Simd, has_second_of_lost};
+use super::simd::{Simd, has_second_of_lost, negative_doubles};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// What a formula computes with. Both kinds give the same bits: what is rounded once is so in both, and every
@@ -145,7 +145,7 @@ impl<S: Simd> Number for Doubles<S> {
 
     #[inline(always)]
     fn subtract_product(self, a: Self, b: Self) -> Self {
-        Self(self.0, self.0.mul_add_f64s(self.0.neg_f64s(a.1), b.1, self.1))
+        Self(self.0, self.0.mul_add_f64s(negative_doubles(self.0, a.1), b.1, self.1))
     }
 
     #[inline(always)]

@@ -37,6 +37,18 @@ pub fn on_widest<K: WithSimd>(kernel: K) -> K::Output {
     }
 }
 
+/// `-x`. (Pulp's own function is left as a call by the compiler, which costs a kernel all of its registers.)
+#[inline(always)]
+pub(crate) fn negative_doubles<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    simd.xor_f64s(x, simd.splat_f64s(-0.0))
+}
+
+/// `-x`, as [`negative_doubles`].
+#[inline(always)]
+pub(crate) fn negative_singles<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    simd.xor_f32s(x, simd.splat_f32s(-0.0))
+}
+
 /// A floating-point number that kernels can be written over, and vectors of it.
 pub trait Real: Copy + Default + Send + Sync + 'static {
     /// As many as a register holds.
@@ -169,13 +181,13 @@ impl Real for f64 {
 
     #[inline(always)]
     fn subtract_product<S: Simd>(simd: S, sum: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.mul_add_f64s(simd.neg_f64s(a), b, sum)
+        simd.mul_add_f64s(negative_doubles(simd, a), b, sum)
     }
 
     #[inline(always)]
     fn sigmoid<S: Simd, const N: usize>(simd: S, mut x: [S::f64s; N]) -> [S::f64s; N] {
         for x in &mut x {
-            *x = simd.neg_f64s(*x);
+            *x = negative_doubles(simd, *x);
         }
         let (one, mut values) = (simd.splat_f64s(1.0), exponentials(simd, x));
         for value in &mut values {
@@ -240,7 +252,7 @@ impl Real for f32 {
 
     #[inline(always)]
     fn subtract_product<S: Simd>(simd: S, sum: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.mul_add_f32s(simd.neg_f32s(a), b, sum)
+        simd.mul_add_f32s(negative_singles(simd, a), b, sum)
     }
 
     #[inline(always)]

@@ -9,20 +9,15 @@ use crate::{
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
+use std::sync::Arc;
 use wheatstone::{
     AnyMethod, Calibration, Preparation, StagePrior,
-    calibration::Source,
+    calibration::{KnownLenses, Source},
     evaluate::compare,
     fit::bundle::{BundleSettings, Gauge},
-    method::{
-        AnyReconstructor, KnownLens,
-        brown::Brown,
-        kannala_brandt::KannalaBrandt,
-        network::{Network, Training},
-    },
     preparation::{
         self,
-        checks::{self, Examination, Finding},
+        checks::{self, Examination},
     },
 };
 
@@ -51,30 +46,19 @@ impl Settings {
             .map_err(|e| invalid(format!("cannot read the settings of the fit: {e}"), ""))
     }
 
-    fn method(&self, lenses: &[&Calibration]) -> wheatstone::Result<AnyMethod> {
+    fn method(&self, lenses: &[Arc<Calibration>]) -> wheatstone::Result<AnyMethod> {
         if !lenses.is_empty() {
-            return with_known_lenses(lenses);
+            let mut known = KnownLenses::default();
+            lenses.iter().try_for_each(|model| known.add(model))?;
+            return known.method();
         }
         let mut method = AnyMethod::named(&self.method)?;
         if let Some(preset) = &self.preset {
             method = method.preset(preset)?;
         }
-        match (self.epochs, &mut method) {
-            (None, _) => Ok(method),
-            (
-                Some(epochs),
-                AnyMethod::Network(Network {
-                    training: Training::Backpropagation(training), ..
-                }),
-            ) => {
-                training.epochs = epochs;
-                Ok(method)
-            }
-            (Some(_), other) => Err(wheatstone::Error::Setting {
-                setting: "epochs".into(),
-                value: format!("set for `{}`", other.name()),
-                need: "it to the method `network` with preset `paper` only".into(),
-            }),
+        match self.epochs {
+            Some(epochs) => method.with_epochs(epochs),
+            None => Ok(method),
         }
     }
 
@@ -97,47 +81,6 @@ impl Settings {
     }
 }
 
-/// The method that keeps the lenses of these models, all of one kind.
-fn with_known_lenses(models: &[&Calibration]) -> wheatstone::Result<AnyMethod> {
-    let refuse = |problem: String| wheatstone::Error::Unsupported {
-        format: "intrinsics".into(),
-        what: problem,
-        hint: "give models of `brown` lenses only, or of `kannala-brandt` lenses only".into(),
-    };
-    let (mut brown, mut fisheye) = (Brown::default(), KannalaBrandt::default());
-    for model in models {
-        let (method, train) = (model.fitted()?.0, model.data.restored());
-        let numbers = method.lens_numbers();
-        // Another program's calibration does not say how uncertain its lenses are.
-        let exact = model.imported.is_some();
-        match &model.reconstructor {
-            AnyReconstructor::Brown(fitted) if exact => {
-                let lenses = fitted.cameras.iter().map(|camera| KnownLens::exact(camera.model));
-                brown.lenses.extend(lenses);
-            }
-            AnyReconstructor::KannalaBrandt(fitted) if exact => {
-                let lenses = fitted.cameras.iter().map(|camera| KnownLens::exact(camera.model));
-                fisheye.lenses.extend(lenses);
-            }
-            AnyReconstructor::Brown(fitted) => {
-                brown.lenses.extend(fitted.lenses_among(&numbers, &train));
-            }
-            AnyReconstructor::KannalaBrandt(fitted) => {
-                fisheye.lenses.extend(fitted.lenses_among(&numbers, &train));
-            }
-            _ => {
-                let name = method.name();
-                return Err(refuse(format!("a `{name}` model, which has no lens of its own")));
-            }
-        }
-    }
-    match (brown.lenses.is_empty(), fisheye.lenses.is_empty()) {
-        (false, true) => Ok(brown.into()),
-        (true, false) => Ok(fisheye.into()),
-        _ => Err(refuse("lenses of two kinds".into())),
-    }
-}
-
 /// Fits a model to data.
 #[pyfunction]
 #[pyo3(signature = (data, settings, intrinsics, progress = None))]
@@ -151,7 +94,7 @@ pub(crate) fn fit(
     let settings = Settings::of(settings)?;
     let lenses: Vec<_> = intrinsics.iter().map(|model| model.model.clone()).collect();
     work::run(py, progress, |progress| {
-        let method = settings.method(&lenses.iter().map(|model| &**model).collect::<Vec<_>>())?;
+        let method = settings.method(&lenses)?;
         method.takes(data.0.cameras)?;
         let preparation = settings.preparation(Some(&method))?;
         let prepared = preparation.run(data.0.clone(), settings.seed, progress)?;
@@ -215,27 +158,7 @@ pub(crate) fn check(
 impl PyExamination {
     /// All that it says, as JSON; cameras counted from 0.
     fn told(&self) -> String {
-        let finding = |finding: &Finding| {
-            let figures: serde_json::Map<_, _> =
-                finding.figures.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
-            json!({
-                "code": finding.code,
-                "severity": finding.severity,
-                "views": finding.views,
-                "cameras": finding.cameras,
-                "explanation": finding.explanation,
-                "hint": finding.hint,
-                "fixable": finding.is_fixable(),
-                "estimate": finding.is_estimate,
-                "figures": figures,
-            })
-        };
-        json!({
-            "findings": self.examination.findings.iter().map(finding).collect::<Vec<_>>(),
-            "cannot_be_seen": self.examination.cannot_be_seen,
-            "layout": self.examination.layout,
-        })
-        .to_string()
+        self.examination.to_json(0).to_string()
     }
 
     /// The data with the faults corrected that can be.

@@ -7,17 +7,12 @@ use crate::{
     work,
 };
 use pyo3::{prelude::*, types::PyBytes};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::{
     path::PathBuf,
     sync::{Arc, OnceLock},
 };
-use wheatstone::{
-    Calibration, Material, Report, SettledLocator, Wording,
-    dataset::Dataset,
-    evaluate::{coverage, evaluate, evaluate_boards, evaluate_one_camera, refuse_mistaken_unit},
-    fit::bundle,
-};
+use wheatstone::{Calibration, Material, Report, SettledLocator, Wording, calibration::Judgement};
 
 self_cell::self_cell! {
     /// A locator beside the model that it borrows.
@@ -172,7 +167,15 @@ impl PyModel {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<String> {
         work::run(py, progress, |progress| {
-            Ok(judged(&self.model, data.0.clone(), align, progress)?.to_string())
+            let found = self.model.judge(data.0.clone(), align, progress)?;
+            let mut value = json!(found);
+            let is_boards = matches!(found, Judgement::Boards(_));
+            value["kind"] = if is_boards { "boards" } else { "points" }.into();
+            if let Judgement::Points(_) = found {
+                let own = data.0.clone().in_unit(&self.model.unit)?;
+                value["fitted_share"] = json!(self.model.data.share_of(&own));
+            }
+            Ok(value.to_string())
         })
     }
 
@@ -218,37 +221,4 @@ impl PyModel {
             Ok((report.html(), summary, report.verdict.sentence.clone()))
         })
     }
-}
-
-/// What a model is worth on data: in lengths, in pixels for one camera, by lengths and flatness for boards whose
-/// poses nobody knows.
-fn judged(
-    model: &Calibration,
-    mut data: Dataset,
-    align: bool,
-    progress: &dyn wheatstone::Progress,
-) -> wheatstone::Result<Value> {
-    let map = &*model.reconstructor;
-    if map.cameras() == 1 {
-        let mut value = json!(evaluate_one_camera(map, &data)?);
-        value["kind"] = "points".into();
-        return Ok(value);
-    }
-    if data.known().next().is_none() && bundle::needed(&data) {
-        let data = data.in_unit(&model.unit)?;
-        let mut value = json!(evaluate_boards(&model.map(), &data, &model.ellipsoids)?);
-        value["kind"] = "boards".into();
-        return Ok(value);
-    }
-    if align {
-        data = wheatstone::evaluate::aligned(map, &data).unwrap_or(data);
-    }
-    let data = data.in_unit(&model.unit)?;
-    refuse_mistaken_unit(map, &data)?;
-    let mut value = json!(evaluate(map, &data, model.viewpoint)?);
-    value["kind"] = "points".into();
-    value["coverage"] = json!(coverage(&model.map(), &data, &model.ellipsoids));
-    value["budget"] = json!(model.budget(&data, progress)?);
-    value["fitted_share"] = json!(model.data.share_of(&data));
-    Ok(value)
 }

@@ -46,8 +46,7 @@ impl Settings {
             chart.validate()?;
             return Ok((rig, chart.clone()));
         }
-        // A board in the hand is smaller than a wall chart, and stays in the picture when tilted.
-        let share = if self.hand_held.is_some() { 0.75 } else { 1.0 };
+        let share = if self.hand_held.is_some() { HandHeld::SIZE } else { 1.0 };
         let pitch = share * rig.chart_pitch();
         Ok((rig, LineGrid { pitch, ..LineGrid::default() }.into()))
     }
@@ -56,9 +55,7 @@ impl Settings {
         let Some(views) = self.hand_held else {
             return Stage { near: self.near, far: self.far, step: self.step }.views();
         };
-        let near = 1.3 * self.near;
-        let far = (0.9 * self.far).max(near);
-        HandHeld { views, near, far, ..HandHeld::default() }.placements(chart, self.seed)
+        HandHeld::between([self.near, self.far], views).placements(chart, self.seed)
     }
 }
 

@@ -1,6 +1,6 @@
 """The interface under arrays of every shape, type and layout: no crash, and never a wrong answer.
 
-``WHEATSTONE_FUZZ_SECONDS=3600 pytest tests/test_fuzz.py`` goes on for an hour.
+``WHEATSTONE_FUZZ_SECONDS=3600 pytest tests/test_fuzz.py`` goes on for an hour, half of it for each of the two tests.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class Over(Exception):
 
 
 @pytest.fixture(scope="module")
-def clock():
-    return time.monotonic() + SECONDS
+def began():
+    return time.monotonic()
 
 
 @st.composite
@@ -90,11 +90,11 @@ def columns(array) -> np.ndarray | None:
     return plain
 
 
-def test_predict_and_locate(cal, clock):
+def test_predict_and_locate(cal, began):
     @SETTINGS
     @hypothesis.given(arrays())
     def check(array):
-        if SECONDS and time.monotonic() > clock:
+        if SECONDS and time.monotonic() > began + SECONDS / 2:
             raise Over
         meant = columns(array)
         if meant is None:
@@ -118,11 +118,11 @@ def test_predict_and_locate(cal, clock):
         pass
 
 
-def test_data_and_pictures(clock):
+def test_data_and_pictures(began):
     @SETTINGS
     @hypothesis.given(arrays(), arrays(), st.sampled_from(["dlt", "brown"]))
     def check(pixels, points, method):
-        if SECONDS and time.monotonic() > clock + SECONDS:
+        if SECONDS and time.monotonic() > began + SECONDS:
             raise Over
         for attempt in (
             lambda: ws.fit(pixels, points, method=method, validate=False, force=True),

@@ -31,6 +31,17 @@ impl Default for HandHeld {
 }
 
 impl HandHeld {
+    /// How large a board in the hand is, as a share of a chart that fills the pictures: it stays in them when tilted.
+    pub const SIZE: f64 = 0.75;
+
+    /// So many views between a stage's distances, from a little beyond the first, where a tilted board still is in the
+    /// pictures.
+    #[must_use]
+    pub fn between([near, far]: [f64; 2], views: usize) -> Self {
+        let near = 1.3 * near;
+        Self { views, near, far: (0.9 * far).max(near), ..Self::default() }
+    }
+
     /// The placements, near to far; named in that order.
     ///
     /// # Errors

@@ -10,7 +10,6 @@ use crate::{
     verbosity::say,
 };
 use clap::Args;
-use serde_json::{Value, json};
 use std::{
     io::Write,
     path::{Path, PathBuf},
@@ -87,7 +86,7 @@ impl Check {
         let examination = self.examine(&data, &bar)?;
         drop(bar);
         if self.json {
-            print_json(&as_json(&examination))?;
+            print_json(&examination.to_json(1))?;
         } else {
             say!("{}", as_text(&examination, &data).trim_end());
             if let Some(holds) = baseline_holds(&examination, self.expect_baseline, &data.unit) {
@@ -213,32 +212,6 @@ fn as_text(examination: &Examination, data: &Dataset) -> String {
         text += &format!("  {}\n", camera.words);
     }
     text
-}
-
-fn as_json(examination: &Examination) -> Value {
-    let finding = |finding: &Finding| {
-        let cameras: Vec<usize> = finding.cameras.iter().map(|camera| camera + 1).collect();
-        let figures: serde_json::Map<String, Value> =
-            finding.figures.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
-        json!({
-            "code": finding.code,
-            "severity": finding.severity,
-            "views": finding.views,
-            "cameras": cameras,
-            "explanation": finding.explanation,
-            "hint": finding.hint,
-            "fixable": finding.is_fixable(),
-            "figures": figures,
-        })
-    };
-    let layout = examination.layout.iter().map(|place| {
-        json!({ "camera": place.camera + 1, "baseline": place.baseline, "words": place.words })
-    });
-    json!({
-        "findings": examination.findings.iter().map(finding).collect::<Vec<_>>(),
-        "cannot_be_seen": examination.cannot_be_seen,
-        "layout": layout.collect::<Vec<_>>(),
-    })
 }
 
 /// A row of the confusion matrix, the most frequent name first.

@@ -2,7 +2,7 @@
 
 use super::{
     detect::draw,
-    fit::set_epochs,
+    fit::with_epochs,
     report::{quoted, write as write_report},
 };
 use crate::verbosity::say;
@@ -134,7 +134,7 @@ impl Demo {
         for (name, preset, whole) in DEMONSTRATED {
             let mut method = AnyMethod::named(name)?.preset(preset)?;
             if preset == "paper" {
-                set_epochs(&mut method, self.epochs)?;
+                method = with_epochs(&method, self.epochs)?;
             }
             let (train, test) = if whole {
                 (&training.whole_pixel, &exam.whole_pixel)

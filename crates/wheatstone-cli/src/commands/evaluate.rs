@@ -12,12 +12,8 @@ use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     Calibration,
-    dataset::Dataset,
-    evaluate::{
-        BoardEvaluation, BoardView, Budget, Coverage, Deviation, Ellipsoids, Evaluation, aligned,
-        coverage, evaluate, evaluate_boards, evaluate_one_camera, refuse_mistaken_unit,
-    },
-    fit::bundle,
+    calibration::{Judgement, PointJudgement},
+    evaluate::{BoardEvaluation, BoardView, Coverage, Deviation, Evaluation},
 };
 
 /// Measure the error of a model on points with known coordinates
@@ -42,57 +38,10 @@ pub(crate) struct Evaluate {
     reading: Reading,
 }
 
-/// The figures as JSON.
-#[derive(serde::Serialize)]
-struct Judged<'a> {
-    #[serde(flatten)]
-    found: &'a Evaluation,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    budget: Option<&'a Budget>,
-    /// Share of the points within their 68 % and 95 % ellipsoids.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    coverage: Option<Coverage>,
-    /// Squared Mahalanobis radii of those ellipsoids.
-    ellipsoids: Ellipsoids,
-}
-
 /// Share of correct matches that may be called a mismatch, as `locate` has it.
 const FALSE_ALARM: f64 = 0.001;
 
 impl Evaluate {
-    /// In pixels: one camera locates no point.
-    fn one_camera(&self, model: &Calibration, data: &Dataset) -> Outcome {
-        let found = evaluate_one_camera(&*model.reconstructor, data)?;
-        if self.json {
-            return print_json(&found);
-        }
-        say!("{} of {} pixels evaluated", found.located, found.n);
-        say!(
-            "Reprojection error {} px rms, {} px median, 95 % below {} px",
-            figure(found.rms),
-            figure(found.median),
-            figure(found.p95)
-        );
-        Ok(())
-    }
-
-    /// By lengths and flatness: nobody knows where a board in the hand stood.
-    fn boards(&self, model: &Calibration, data: Dataset) -> Outcome {
-        let data = data.in_unit(&model.unit)?;
-        let found = evaluate_boards(&model.map(), &data, &model.ellipsoids)?;
-        let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
-        refuse_exchanged(model, &pixels, FALSE_ALARM)?;
-        if self.json {
-            return print_json(&found);
-        }
-        tell_boards(&found);
-        let fitted = model.data.share_of(&data);
-        if fitted > 0.5 {
-            tell_fitted(model, fitted);
-        }
-        Ok(())
-    }
-
     pub(crate) fn run(mut self) -> Outcome {
         let bar = Bar::new();
         let mut model = Calibration::load(&self.model)?;
@@ -101,39 +50,25 @@ impl Evaluate {
         }
         // A points file's numbers are in the model's unit unless it says otherwise.
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
-        let mut data = load(&self.input, &self.reading, &bar)?.data;
-        if model.reconstructor.cameras() == 1 {
-            drop(bar);
-            return self.one_camera(&model, &data);
+        let data = load(&self.input, &self.reading, &bar)?.data;
+        let found = model.judge(data.clone(), self.align, &bar)?;
+        if !matches!(found, Judgement::OneCamera(_)) {
+            // A model of other cameras, or of these in another order, shows in the pixels alone.
+            let pixels: Vec<_> =
+                data.correspondences.iter().map(|row| row.pixels.clone()).collect();
+            refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
         }
-        if data.known().next().is_none() && bundle::needed(&data) {
-            drop(bar);
-            return self.boards(&model, data);
-        }
-        if self.align {
-            data = aligned(&*model.reconstructor, &data).unwrap_or(data);
-        }
-        let data = data.in_unit(&model.unit)?;
-        refuse_mistaken_unit(&*model.reconstructor, &data)?;
-        let found = evaluate(&*model.reconstructor, &data, model.viewpoint)?;
-        let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
-        // A model of other cameras, or of these in another order, shows in the pixels alone.
-        refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
-        let fitted = model.data.share_of(&data);
-        let held = coverage(&model.map(), &data, &model.ellipsoids);
-        let budget = model.budget(&data, &bar)?;
         drop(bar);
         if self.json {
-            let ellipsoids = model.ellipsoids;
-            return print_json(&Judged {
-                found: &found,
-                budget: budget.as_ref(),
-                coverage: held,
-                ellipsoids,
-            });
+            return print_json(&found);
         }
-        tell(&found, held, budget.as_ref());
-        if fitted > 0.5 {
+        match &found {
+            Judgement::OneCamera(found) => tell_one_camera(found),
+            Judgement::Boards(found) => tell_boards(found),
+            Judgement::Points(found) => tell(found),
+        }
+        let fitted = model.data.share_of(&data.in_unit(&model.unit)?);
+        if fitted > 0.5 && !matches!(found, Judgement::OneCamera(_)) {
             tell_fitted(&model, fitted);
         }
         Ok(())
@@ -154,6 +89,17 @@ fn tell_fitted(model: &Calibration, share: f64) {
     remark!(
         "note",
         "the model was fitted to {percent:.0} % of these points, and errors on new points are larger; {held_out}"
+    );
+}
+
+/// The figures of one camera, in words.
+fn tell_one_camera(found: &Evaluation) {
+    say!("{} of {} pixels evaluated", found.located, found.n);
+    say!(
+        "Reprojection error {} px rms, {} px median, 95 % below {} px",
+        figure(found.rms),
+        figure(found.median),
+        figure(found.p95)
     );
 }
 
@@ -203,7 +149,8 @@ fn tell_boards(found: &BoardEvaluation) {
 }
 
 /// The figures in words.
-fn tell(found: &Evaluation, held: Option<Coverage>, budget: Option<&Budget>) {
+fn tell(judged: &PointJudgement) {
+    let found = &judged.evaluation;
     let unit = &found.unit;
     let [x, y, z] = found.rms_xyz.map(figure);
     say!("{} of {} points located", found.located, found.n);
@@ -215,14 +162,14 @@ fn tell(found: &Evaluation, held: Option<Coverage>, budget: Option<&Budget>) {
         figure(found.mean_percent)
     );
     say!("Along X {x}, Y {y}, Z {z} {unit} rms");
-    if let Some(Coverage { p68, p95 }) = held {
+    if let Some(Coverage { p68, p95 }) = judged.coverage {
         say!(
             "The 68 % and 95 % error ellipsoids contain {:.1} % and {:.1} % of the points",
             100.0 * p68,
             100.0 * p95
         );
     }
-    if let Some(budget) = budget {
+    if let Some(budget) = &judged.budget {
         say!("{}", budget_as_text(budget, unit).trim_end());
     }
 }

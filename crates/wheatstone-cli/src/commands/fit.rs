@@ -14,14 +14,9 @@ use clap::{Args, builder::PossibleValuesParser};
 use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration,
-    calibration::Source,
+    calibration::{KnownLenses, Source},
     formats::Optics,
-    method::{
-        AnyMethod, AnyReconstructor, KnownLens,
-        brown::Brown,
-        kannala_brandt::KannalaBrandt,
-        network::{Network, Training},
-    },
+    method::{AnyMethod, KnownLens},
     preparation::Prepared,
     storage::Output,
 };
@@ -92,7 +87,7 @@ impl Fit {
             method = method.preset(preset)?;
         }
         if let Some(epochs) = self.epochs {
-            set_epochs(&mut method, epochs)?;
+            method = with_epochs(&method, epochs)?;
         }
         let loaded = load(&self.input, &self.reading, &bar)?;
         method.takes(loaded.data.cameras)?;
@@ -173,31 +168,24 @@ impl Fit {
 
 /// The method that keeps the lenses of these files.
 fn with_known_lenses(paths: &[PathBuf]) -> Outcome<AnyMethod> {
-    let mut brown = Brown::default();
-    let mut fisheye = KannalaBrandt::default();
+    let mut lenses = KnownLenses::default();
     for path in paths {
         let path = std::slice::from_ref(path);
         let unknown = PictureSizes::default().given(None, None);
         match read_cameras(source(None, path)?, path, &unknown)?.0 {
             Cameras::Model(model) => {
-                let (method, train) = (model.fitted()?.0, model.data.restored());
-                let numbers = method.lens_numbers();
-                match &model.reconstructor {
-                    AnyReconstructor::Brown(fitted) => {
-                        brown.lenses.extend(fitted.lenses_among(&numbers, &train));
-                    }
-                    AnyReconstructor::KannalaBrandt(fitted) => {
-                        fisheye.lenses.extend(fitted.lenses_among(&numbers, &train));
-                    }
-                    _ => return Err(no_lens(&path[0], &format!("a `{}` model", method.name()))),
-                }
+                let name = model.method.name();
+                let refused = |_| no_lens(&path[0], &format!("a `{name}` model"));
+                lenses.add(&model).map_err(refused)?;
             }
             Cameras::Rig(rig) => {
                 for camera in rig.cameras {
                     match camera.optics {
-                        Optics::Brown(fitted) => brown.lenses.push(KnownLens::exact(fitted.model)),
-                        Optics::KannalaBrandt(fitted) => {
-                            fisheye.lenses.push(KnownLens::exact(fitted.model));
+                        Optics::Brown(own) => {
+                            lenses.brown.lenses.push(KnownLens::exact(own.model));
+                        }
+                        Optics::KannalaBrandt(own) => {
+                            lenses.fisheye.lenses.push(KnownLens::exact(own.model));
                         }
                         _ => return Err(no_lens(&path[0], "a projection matrix")),
                     }
@@ -205,14 +193,12 @@ fn with_known_lenses(paths: &[PathBuf]) -> Outcome<AnyMethod> {
             }
         }
     }
-    match (brown.lenses.is_empty(), fisheye.lenses.is_empty()) {
-        (false, true) => Ok(brown.into()),
-        (true, false) => Ok(fisheye.into()),
-        _ => Err(Failure::usage(
+    lenses.method().map_err(|_| {
+        Failure::usage(
             "`--intrinsics` needs lenses of one kind for all cameras",
             "give lenses of Brown's model (OpenCV's), or fisheyes of Kannala's and Brandt's",
-        )),
-    }
+        )
+    })
 }
 
 /// Cameras whose lens cannot be told from where they stand.
@@ -224,17 +210,11 @@ fn no_lens(path: &Path, what: &str) -> Failure {
 }
 
 /// Changes how long a method learns.
-pub(crate) fn set_epochs(method: &mut AnyMethod, epochs: u64) -> Outcome {
-    match method {
-        AnyMethod::Network(Network { training: Training::Backpropagation(training), .. }) => {
-            training.epochs = epochs;
-        }
-        other => {
-            return Err(Failure::usage(
-                format!("`--epochs` does not apply to `{}`", other.name()),
-                "leave out `--epochs`, or choose `--method network --preset paper`",
-            ));
-        }
-    }
-    Ok(())
+pub(crate) fn with_epochs(method: &AnyMethod, epochs: u64) -> Outcome<AnyMethod> {
+    method.with_epochs(epochs).map_err(|_| {
+        Failure::usage(
+            format!("`--epochs` does not apply to `{}`", method.name()),
+            "leave out `--epochs`, or choose `--method network --preset paper`",
+        )
+    })
 }

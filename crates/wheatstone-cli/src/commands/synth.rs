@@ -100,10 +100,7 @@ impl Synth {
         }
         let placements = match self.hand_held {
             Some(views) => {
-                let near = 1.3 * self.near;
-                let far = (0.9 * self.far).max(near);
-                HandHeld { views, near, far, ..HandHeld::default() }
-                    .placements(&chart, self.seed)?
+                HandHeld::between([self.near, self.far], views).placements(&chart, self.seed)?
             }
             None => stage.views()?,
         };
@@ -132,8 +129,7 @@ impl Synth {
     /// The chart asked for; by default one whose pitch fills the rig's field of view.
     fn chart_for(&self, rig: &Rig) -> Outcome<AnyChart> {
         let mut options = self.chart.clone();
-        // A board in the hand is smaller than a wall chart, and stays in the picture when tilted.
-        let share = if self.hand_held.is_some() { 0.75 } else { 1.0 };
+        let share = if self.hand_held.is_some() { HandHeld::SIZE } else { 1.0 };
         options.pitch.get_or_insert(share * rig.chart_pitch());
         options.chart("line-grid")
     }

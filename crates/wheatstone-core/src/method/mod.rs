@@ -277,6 +277,26 @@ impl AnyMethod {
         }
     }
 
+    /// The same, trained for so many epochs.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] for a method that is not trained by epochs.
+    pub fn with_epochs(&self, epochs: u64) -> Result<Self> {
+        let mut trained = self.clone();
+        if let Self::Network(network) = &mut trained
+            && let network::Training::Backpropagation(training) = &mut network.training
+        {
+            training.epochs = epochs;
+            return Ok(trained);
+        }
+        Err(Error::Setting {
+            setting: "epochs".into(),
+            value: format!("set for `{}`", self.name()),
+            need: "it to the method `network` with preset `paper` only".into(),
+        })
+    }
+
     /// Whether it can be fitted to so many cameras: one alone locates no point, but can be calibrated.
     /// A method of another crate is asked when it is fitted.
     ///

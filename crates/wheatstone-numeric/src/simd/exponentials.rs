@@ -1,5 +1,6 @@
 //! Exponentials in vector registers.
 
+use super::negative_singles;
 use crate::sigmoid::{BOUND, LN2, ROUND, TAIL};
 use pulp::{Simd, bytemuck::cast};
 
@@ -89,7 +90,7 @@ pub(super) fn exponentials_of_negative<S: Simd, const N: usize>(
         *x = clamped_single(simd, *x);
         *rounded = simd.mul_add_f32s(*x, log2_e, round);
         let whole = simd.sub_f32s(*rounded, round);
-        *x = simd.mul_add_f32s(*x, log2_e, simd.neg_f32s(whole));
+        *x = simd.mul_add_f32s(*x, log2_e, negative_singles(simd, whole));
     }
     let [others @ .., last] = POWER_OF_TWO;
     let mut sums = [simd.splat_f32s(last); N];

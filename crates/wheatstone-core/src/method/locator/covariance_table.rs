@@ -56,6 +56,11 @@ const SPLIT: u32 = 1 << 31;
 /// So many whole boxes are made at once, at most: a box takes from a third of a millisecond to some milliseconds.
 const MOST_SETTLED: usize = 384;
 
+/// How far from the points that were shown others are expected, as a share of a box in the picture and as a share of
+/// the nearness: one that no box holds takes a hundred times as long.
+const BESIDE: f64 = 0.1;
+const NEARER: f64 = 0.06;
+
 /// Slots of whole boxes; those of the first eighths of all follow, then those of the second.
 const SLOTS: usize = SIDE * SIDE * LAYERS;
 
@@ -145,13 +150,24 @@ impl CovarianceTable {
         (known && found == 0).then_some(place.slot as u32)
     }
 
-    /// The slots of whole boxes that points lie in, and of those between two such; where there are too many, those that
-    /// hold the most. Sorted.
+    /// The slots of whole boxes that points lie in or just beside, and of those between two such; where there are too
+    /// many, those that hold the most. Sorted.
     pub(super) fn around(&self, [x, y, nearness]: [&[f64]; 3]) -> Vec<u32> {
         let mut held: BTreeMap<usize, usize> = BTreeMap::new();
+        let aside = BESIDE / self.density;
         for ((x, y), near) in x.iter().zip(y).zip(nearness) {
             if x.is_finite() && y.is_finite() && near.is_finite() && *near > 0.0 {
                 *held.entry(self.place(*x, *y, *near).slot).or_default() += 1;
+                for side in [-1.0, 1.0] {
+                    let beside = [
+                        self.place(x + side * aside, *y, *near),
+                        self.place(*x, y + side * aside, *near),
+                        self.place(*x, *y, near * (1.0 + side * NEARER)),
+                    ];
+                    for place in beside {
+                        held.entry(place.slot).or_default();
+                    }
+                }
             }
         }
         let steps = [1, SIDE, SIDE * SIDE];

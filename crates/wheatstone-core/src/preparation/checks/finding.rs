@@ -3,6 +3,7 @@
 use super::evidence::Evidence;
 use crate::geometry::{Pixel, Point3};
 use serde::Serialize;
+use serde_json::{Map, Value, json};
 
 /// How bad a fault is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -127,6 +128,31 @@ impl Examination {
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
         self.findings.iter().map(|finding| finding.severity).max()
+    }
+
+    /// All that it says, with cameras counted from `first`: 0 for programs, 1 for people.
+    #[must_use]
+    pub fn to_json(&self, first: usize) -> Value {
+        let finding = |finding: &Finding| {
+            let figures = finding.figures.iter().map(|(name, value)| (name.clone(), json!(value)));
+            json!({
+                "code": finding.code,
+                "severity": finding.severity,
+                "views": finding.views,
+                "cameras": finding.cameras.iter().map(|camera| first + camera).collect::<Vec<_>>(),
+                "explanation": finding.explanation,
+                "hint": finding.hint,
+                "fixable": finding.is_fixable(),
+                "estimate": finding.is_estimate,
+                "figures": figures.collect::<Map<_, _>>(),
+            })
+        };
+        let place = |Layout { camera, baseline, words }: &Layout| json!({ "camera": first + camera, "baseline": baseline, "words": words });
+        json!({
+            "findings": self.findings.iter().map(finding).collect::<Vec<_>>(),
+            "cannot_be_seen": self.cannot_be_seen,
+            "layout": self.layout.iter().map(place).collect::<Vec<_>>(),
+        })
     }
 }
 
