@@ -10,6 +10,7 @@ mod failure;
 mod frame;
 mod input;
 mod interruption;
+mod output;
 mod prepare;
 mod progress;
 mod table;

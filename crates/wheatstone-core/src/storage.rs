@@ -2,12 +2,14 @@
 
 #[cfg(any(target_arch = "wasm32", test))]
 mod beside;
+mod place;
 
 use crate::{Error, Result};
 #[cfg(not(target_arch = "wasm32"))]
 use atomic_write_file::AtomicWriteFile;
 #[cfg(target_arch = "wasm32")]
 use beside::AtomicWriteFile;
+use place::Place;
 use std::{
     io::{BufWriter, Read, Write},
     path::{Path, PathBuf},
@@ -61,24 +63,33 @@ pub fn open(path: &Path) -> Result<std::fs::File> {
 
 /// A file that appears under its name only when [`Output::commit`] is called: written beside,
 /// synced, renamed. Dropped before that, it leaves nothing.
+///
+/// Of a symbolic link the file that it leads to is replaced. A file that is replaced keeps its mode. Devices, pipes and
+/// names such as `/dev/stdout` are written through and stay what they are.
 pub struct Output {
     path: PathBuf,
-    file: BufWriter<AtomicWriteFile>,
+    file: BufWriter<Place>,
 }
 
 impl Output {
-    /// Begins to write `path`.
+    /// Begins to write `path`. For a pipe it waits until somebody reads from it.
     ///
     /// # Errors
     ///
     /// [`Error::Io`] where the folder cannot be written to, or `path` is itself a folder.
     pub fn create(path: &Path) -> Result<Self> {
-        if path.is_dir() {
-            return Err(Error::writing(path, std::io::ErrorKind::IsADirectory.into()));
-        }
-        let file = AtomicWriteFile::open(path).map_err(|e| Error::writing(path, e))?;
+        let file = Place::open(path).map_err(|e| Error::writing(path, e))?;
         // Large enough for a table's rows to reach the disk in few calls.
         Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 20, file) })
+    }
+
+    /// Whether `path` can be written to, which is better known before long work than after it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Output::create`].
+    pub fn check(path: &Path) -> Result<()> {
+        Place::check(path).map_err(|e| Error::writing(path, e))
     }
 
     /// Puts the finished file in its place.
@@ -89,7 +100,7 @@ impl Output {
     pub fn commit(self) -> Result<()> {
         let Self { path, file } = self;
         let file = file.into_inner().map_err(std::io::IntoInnerError::into_error);
-        file.and_then(AtomicWriteFile::commit).map_err(|e| Error::writing(path, e))
+        file.and_then(Place::commit).map_err(|e| Error::writing(&path, e))
     }
 }
 

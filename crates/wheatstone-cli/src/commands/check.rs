@@ -4,6 +4,7 @@ use super::{camera_motion, print_json};
 use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
+    output::refuse_inputs,
     prepare::{baseline, baseline_holds, pictures},
     progress::Bar,
     table::figure,
@@ -80,6 +81,9 @@ impl Check {
         };
         if let Some(model) = &self.against {
             return camera_motion::check(input, model, self.reading.clone(), self.json);
+        }
+        if let Some(output) = &self.fix {
+            refuse_inputs(output, [&**input])?;
         }
         let bar = Bar::new();
         let data = load(input, &self.reading, &bar)?.data;

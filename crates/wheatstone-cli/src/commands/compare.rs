@@ -9,6 +9,7 @@ use crate::{
     browser::Showing,
     failure::{Failure, Outcome, worded},
     input::{Loaded, Reading, load},
+    output::refuse_inputs,
     prepare::{Preparing, suspected_stage, warn_of_stage},
     progress::Bar,
     table::{figure, figure_or_dash, table},
@@ -57,7 +58,8 @@ pub(crate) struct Compare {
 impl Compare {
     pub(crate) fn run(self) -> Outcome {
         if let Some(path) = &self.report {
-            drop(Output::create(path)?);
+            refuse_inputs(path, [&*self.input])?;
+            Output::check(path)?;
         }
         let bar = Bar::new();
         let methods = methods_named(&self.methods)?;

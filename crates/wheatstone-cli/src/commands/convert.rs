@@ -8,6 +8,7 @@ use crate::{
     },
     failure::{Failure, Outcome},
     input::columns,
+    output::refuse_inputs,
     verbosity::{remark, say},
 };
 use clap::{Args, builder::PossibleValuesParser};
@@ -80,6 +81,7 @@ impl Convert {
                 "give the input, then the output",
             ));
         };
+        refuse_inputs(output, paths.iter().map(PathBuf::as_path))?;
         let from = source(self.from.as_deref(), paths)?;
         let given = Given {
             columns: self.columns.clone(),

@@ -2,7 +2,9 @@
 
 use super::print_json;
 use crate::verbosity::say;
-use crate::{failure::Outcome, input::open_and_detect, progress::Bar, table::table};
+use crate::{
+    failure::Outcome, input::open_and_detect, output::refuse_inputs, progress::Bar, table::table,
+};
 use clap::Args;
 use serde_json::json;
 use std::{io::Write, path::PathBuf};
@@ -38,6 +40,9 @@ pub(crate) struct Detect {
 
 impl Detect {
     pub(crate) fn run(self) -> Outcome {
+        if let Some(output) = &self.output {
+            refuse_inputs(output, [&*self.capture])?;
+        }
         let bar = Bar::new();
         let (capture, found) = open_and_detect(&self.capture, self.whole_pixels, &bar)?;
         drop(bar);

@@ -4,6 +4,7 @@ use super::print_json;
 use crate::{
     conversion::{PictureSizes, read_cameras, write_cameras},
     failure::{Failure, Outcome},
+    output::refuse_inputs,
 };
 use clap::{Args, builder::PossibleValuesParser};
 use std::path::PathBuf;
@@ -46,6 +47,7 @@ impl Export {
                 "name a file with `-o`",
             ));
         }
+        refuse_inputs(&self.output, [&*self.model])?;
         let format = Format::named(&self.format)?;
         let given = self.told.given(None, None);
         let (cameras, _) = read_cameras(None, &[self.model], &given)?;

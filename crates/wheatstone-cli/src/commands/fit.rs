@@ -6,6 +6,7 @@ use crate::{
     failure::{Failure, Outcome},
     frame::{name_of, world_frame},
     input::{Reading, load},
+    output::refuse_inputs,
     prepare::{Preparing, suspected_stage, warn_of_stage},
     progress::Bar,
     table::figure,
@@ -76,7 +77,9 @@ pub(crate) struct Fit {
 impl Fit {
     pub(crate) fn run(self) -> Outcome {
         // A place that cannot be written to is better known before the work than after it.
-        drop(Output::create(&self.output)?);
+        let inputs = std::iter::once(&self.input).chain(&self.intrinsics);
+        refuse_inputs(&self.output, inputs.map(PathBuf::as_path))?;
+        Output::check(&self.output)?;
         let bar = Bar::new();
         let mut method = if self.intrinsics.is_empty() {
             AnyMethod::named(&self.method)?

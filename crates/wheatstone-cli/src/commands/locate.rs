@@ -4,6 +4,7 @@ use crate::{
     failure::Outcome,
     input::columns,
     interruption,
+    output::refuse_inputs,
     progress::Counter,
     tables::{self, Sink},
     verbosity::remark,
@@ -69,6 +70,7 @@ fn rate(text: &str) -> Result<f64, String> {
 
 impl Locate {
     pub(crate) fn run(self) -> Outcome {
+        refuse_inputs(&self.output, [&*self.model, &*self.points])?;
         let mut model = Calibration::load(&self.model)?;
         if self.relative {
             model.stage_covariance = model.stage_covariance.map(|stage| stage.relative());

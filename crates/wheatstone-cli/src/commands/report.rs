@@ -5,6 +5,7 @@ use crate::{
     browser::Showing,
     failure::{Failure, Outcome, worded},
     input::{Reading, Source, load},
+    output::refuse_inputs,
     prepare::Preparing,
     progress::Bar,
     verbosity::say,
@@ -67,9 +68,11 @@ const COMPARED: [&str; 6] = ["dlt", "tsai", "brown", "kannala-brandt", "soloff",
 
 impl Report {
     pub(crate) fn run(self) -> Outcome {
-        drop(Output::create(&self.output)?);
+        refuse_inputs(&self.output, [&*self.input])?;
+        Output::check(&self.output)?;
         if let Some(json) = &self.json {
-            drop(Output::create(json)?);
+            refuse_inputs(json, [&*self.input])?;
+            Output::check(json)?;
         }
         let bar = Bar::new();
         let report = if is_model(&self.input) { self.of_model(&bar)? } else { self.of_data(&bar)? };
