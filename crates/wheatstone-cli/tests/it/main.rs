@@ -13,6 +13,7 @@ mod messages;
 mod models;
 mod behaviour;
 mod one_camera;
+#[cfg(unix)]
 mod outputs;
 mod paper;
 mod program;
