@@ -5,10 +5,6 @@ mod beside;
 mod place;
 
 use crate::{Error, Result};
-#[cfg(not(target_arch = "wasm32"))]
-use atomic_write_file::AtomicWriteFile;
-#[cfg(target_arch = "wasm32")]
-use beside::AtomicWriteFile;
 use place::Place;
 use std::{
     io::{BufWriter, Read, Write},
@@ -136,4 +132,96 @@ pub fn create_folder(path: &Path) -> Result<()> {
         path: path.into(),
         source,
     })
+}
+
+#[cfg(unix)]
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{
+        fs::{self, File, OpenOptions},
+        os::unix::fs::{FileTypeExt, PermissionsExt, symlink},
+    };
+
+    fn mode(path: &Path) -> u32 {
+        fs::metadata(path).unwrap().permissions().mode() & 0o777
+    }
+
+    #[test]
+    fn a_link_stays_and_its_target_is_replaced_with_its_own_mode() {
+        let folder = tempfile::tempdir().unwrap();
+        let [target, link, chain] = ["target", "link", "chain"].map(|n| folder.path().join(n));
+        fs::write(&target, "old").unwrap();
+        fs::set_permissions(&target, fs::Permissions::from_mode(0o640)).unwrap();
+        symlink("target", &link).unwrap();
+        symlink(&link, &chain).unwrap();
+        write(&chain, b"new").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert!(fs::symlink_metadata(&chain).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        assert_eq!(mode(&target), 0o640);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn a_link_to_nothing_makes_its_target_as_any_new_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let [target, link, plain] = ["target", "link", "plain"].map(|n| folder.path().join(n));
+        symlink("target", &link).unwrap();
+        write(&link, b"new").unwrap();
+        fs::write(&plain, "").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        assert_eq!(mode(&target), mode(&plain));
+    }
+
+    #[test]
+    fn links_in_a_circle_are_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let [one, other] = ["one", "other"].map(|name| folder.path().join(name));
+        symlink("other", &one).unwrap();
+        symlink("one", &other).unwrap();
+        assert!(write(&one, b"new").is_err());
+        assert!(Output::check(&one).is_err());
+        assert!(fs::symlink_metadata(&one).unwrap().is_symlink());
+    }
+
+    #[test]
+    fn a_pipe_is_written_through_and_stays_a_pipe() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        // Nobody reads yet: a check does not wait.
+        Output::check(&pipe).unwrap();
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || {
+                let mut text = String::new();
+                File::open(pipe).unwrap().read_to_string(&mut text).unwrap();
+                text
+            }
+        });
+        write(&pipe, b"through").unwrap();
+        assert_eq!(reader.join().unwrap(), "through");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn an_opened_file_keeps_who_has_it_open() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        let mut opened =
+            OpenOptions::new().create_new(true).read(true).write(true).open(&path).unwrap();
+        let number = std::os::fd::AsRawFd::as_raw_fd(&opened);
+        let of_process = PathBuf::from(format!("/proc/self/fd/{number}"));
+        if !of_process.exists() {
+            return;
+        }
+        write(&of_process, b"into it").unwrap();
+        let mut text = String::new();
+        opened.read_to_string(&mut text).unwrap();
+        assert_eq!(text, "into it");
+    }
 }
