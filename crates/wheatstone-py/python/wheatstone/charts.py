@@ -221,7 +221,8 @@ def _picture(image: Any) -> Any:
             raise ArgumentError(
                 f"a picture of {array.dtype}", hint="give uint8, uint16, or floats of 0 to 255"
             )
-        array = array.astype(np.float32)
+        with np.errstate(over="ignore"):
+            array = array.astype(np.float32)
     return cast("npt.NDArray[Any]", np.require(array, requirements="A"))
 
 
