@@ -6,10 +6,13 @@
 //! that depends on its width.
 
 mod exponentials;
+mod negative;
 
 pub use exponentials::exponentials;
 use exponentials::exponentials_of_negative;
 pub(crate) use exponentials::has_second_of_lost;
+pub(crate) use negative::negative_doubles;
+use negative::negative_singles;
 use pulp::Arch;
 pub use pulp::{Simd, WithSimd};
 use std::sync::OnceLock;
@@ -35,18 +38,6 @@ pub fn on_widest<K: WithSimd>(kernel: K) -> K::Output {
         #[allow(unreachable_patterns, reason = "some processors have one kind of registers only")]
         wide => wide.dispatch(kernel),
     }
-}
-
-/// `-x`. (Pulp's own function is left as a call by the compiler, which costs a kernel all of its registers.)
-#[inline(always)]
-pub(crate) fn negative_doubles<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
-    simd.xor_f64s(x, simd.splat_f64s(-0.0))
-}
-
-/// `-x`, as [`negative_doubles`].
-#[inline(always)]
-pub(crate) fn negative_singles<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
-    simd.xor_f32s(x, simd.splat_f32s(-0.0))
 }
 
 /// A floating-point number that kernels can be written over, and vectors of it.

@@ -1,6 +1,6 @@
 //! Exponentials in vector registers.
 
-use super::negative_singles;
+use super::negative::negative_singles;
 use crate::sigmoid::{BOUND, LN2, ROUND, TAIL};
 use pulp::{Simd, bytemuck::cast};
 
