@@ -2,22 +2,23 @@
 //! fitted, and how good it is. It carries its own evidence.
 
 mod camera_motion;
+mod file;
 mod judgement;
 mod known_lenses;
 mod locators;
 mod origin;
 
+pub use file::{FORMAT, OLDEST_VERSION, VERSION};
 pub use judgement::{Judgement, PointJudgement};
 pub use known_lenses::KnownLenses;
 pub use origin::{Imported, Source};
 
 use crate::{
-    Error, Result,
+    Result,
     dataset::{
         Dataset, SavedDataset,
         volume::{Trust, Volume},
     },
-    error::{Hint, Remedy},
     evaluate::{
         self, Budget, CrossValidation, Ellipsoids, Evaluation, HeldOut, PointError, Reference,
     },
@@ -25,20 +26,9 @@ use crate::{
     geometry::{Point3, StageCovariance},
     method::{AnyMethod, AnyReconstructor, CalibratedMap, Choice, Fit, PointNoise, Reconstructor},
     preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
-    storage,
 };
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
-
-/// What the first field of every model file says.
-pub const FORMAT: &str = "wheatstone-calibration";
-
-/// The version of the form that is written.
-pub const VERSION: u32 = 2;
-
-/// The oldest version that is read. Every version since the first stays readable.
-pub const OLDEST_VERSION: u32 = 1;
 
 /// A fitted method and where it came from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,16 +95,6 @@ pub struct Calibration {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<Source>,
 }
-
-/// What is read of a file before the rest is trusted.
-#[derive(Deserialize)]
-struct Heading {
-    format: Option<String>,
-    version: Option<u32>,
-}
-
-/// A model holds its data; a million points take a hundred megabytes.
-const LARGEST_FILE: u64 = 1 << 30;
 
 impl Calibration {
     /// Fits a method to all points that were prepared, and judges it on those and, if told to, on
@@ -251,69 +231,6 @@ impl Calibration {
         self.sizes.get(camera).copied().flatten().or_else(imported)
     }
 
-    /// Writes the file; what was there before stays until the new one is whole.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`]; [`Error::Unsupported`] as [`Calibration::to_bytes`].
-    pub fn save(&self, path: &Path) -> Result<()> {
-        storage::write(path, &self.to_bytes()?)
-    }
-
-    /// The bytes of the file that [`Calibration::save`] writes: JSON in UTF-8.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Unsupported`] where the fitted map or its method is from outside of this library, which
-    /// no program could read back.
-    pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        let foreign = match (&self.reconstructor, &self.method) {
-            (AnyReconstructor::Custom(map), _) => Some(("fitted map", map.name())),
-            (_, AnyMethod::Custom(method)) => Some(("method", method.name())),
-            _ => None,
-        };
-        let refuse = |what: String, hint: &str| Error::Unsupported {
-            format: "model file".into(),
-            what,
-            hint: hint.into(),
-        };
-        if let Some((kind, name)) = foreign {
-            return Err(refuse(
-                format!("the {kind} `{name}`, which is not part of this library"),
-                "save the points and fit again, or write the map in a format of your own",
-            ));
-        }
-        let mut bytes = serde_json::to_vec(self)
-            .map_err(|e| refuse(format!("this model: {e}"), "please report this as a bug"))?;
-        bytes.push(b'\n');
-        Ok(bytes)
-    }
-
-    /// Reads a file that [`Calibration::save`] wrote, of this version or an earlier one.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of a known version.
-    pub fn load(path: &Path) -> Result<Self> {
-        parse(path, &storage::read_text(path, LARGEST_FILE)?)
-    }
-
-    /// Reads what [`Calibration::to_bytes`] gave. Messages call it `model`.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Malformed`] for anything else than a whole model of a known version.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let path = Path::new("model");
-        let text = std::str::from_utf8(bytes).map_err(|_| Error::Malformed {
-            path: path.into(),
-            line: None,
-            problem: "not text (UTF-8)".into(),
-            hint: written(),
-        })?;
-        parse(path, text)
-    }
-
     /// Whether its parts fit together.
     fn is_whole(&self) -> bool {
         self.reconstructor.is_consistent()
@@ -323,50 +240,4 @@ impl Calibration {
             && self.volume.cameras() == self.reconstructor.cameras()
             && (self.sizes.is_empty() || self.sizes.len() == self.volume.cameras())
     }
-}
-
-/// Where models come from.
-fn written() -> Hint {
-    Hint::new("model files are written by a fit", Remedy::Fit)
-}
-
-/// Reads a model; messages name `path`.
-fn parse(path: &Path, text: &str) -> Result<Calibration> {
-    let refuse = |line, problem: String, hint: Hint| Error::Malformed {
-        path: path.into(),
-        line,
-        problem,
-        hint,
-    };
-    let heading: Heading = serde_json::from_str(text)
-        .map_err(|e| refuse(Some(e.line() as u64), format!("not a model file: {e}"), written()))?;
-    if heading.format.as_deref() != Some(FORMAT) {
-        return Err(refuse(
-            None,
-            "not a model file: the key that marks one is missing".into(),
-            written(),
-        ));
-    }
-    if !heading.version.is_some_and(|version| (OLDEST_VERSION..=VERSION).contains(&version)) {
-        let found = heading.version.map_or("none".into(), |version| version.to_string());
-        return Err(refuse(
-            None,
-            format!(
-                "model version {found}; this program reads versions {OLDEST_VERSION} to {VERSION}"
-            ),
-            "use the version that wrote it, or fit again".into(),
-        ));
-    }
-    let mut model: Calibration = serde_json::from_str(text).map_err(|e| {
-        refuse(Some(e.line() as u64), format!("damaged model file: {e}"), "fit again".into())
-    })?;
-    if !model.is_whole() {
-        return Err(refuse(
-            None,
-            "damaged model file: its numbers are inconsistent".into(),
-            "fit again".into(),
-        ));
-    }
-    model.version = VERSION;
-    Ok(model)
 }

@@ -1,10 +1,17 @@
 //! Files read whole, and files written so that a failure leaves the old one as it was.
 
-#[cfg(any(target_arch = "wasm32", test))]
-mod beside;
+mod calls;
+#[cfg(test)]
+mod faults;
+mod folder;
 mod place;
+mod unfinished;
+
+pub use folder::write_folder;
+pub use unfinished::discard_unfinished;
 
 use crate::{Error, Result};
+use calls::{Calls, System};
 use place::Place;
 use std::{
     io::{BufWriter, Read, Write},
@@ -64,7 +71,23 @@ pub fn open(path: &Path) -> Result<std::fs::File> {
 /// names such as `/dev/stdout` are written through and stay what they are.
 pub struct Output {
     path: PathBuf,
-    file: BufWriter<Place>,
+    file: BufWriter<Called>,
+}
+
+/// A place, and the calls by which it is written to.
+struct Called {
+    place: Place,
+    calls: &'static dyn Calls,
+}
+
+impl Write for Called {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.place.write(bytes, self.calls)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 impl Output {
@@ -74,9 +97,14 @@ impl Output {
     ///
     /// [`Error::Io`] where the folder cannot be written to, or `path` is itself a folder.
     pub fn create(path: &Path) -> Result<Self> {
-        let file = Place::open(path).map_err(|e| Error::writing(path, e))?;
+        Self::create_with(path, &System)
+    }
+
+    fn create_with(path: &Path, calls: &'static dyn Calls) -> Result<Self> {
+        let place = Place::open(path, calls).map_err(|e| Error::writing(path, e))?;
+        let called = Called { place, calls };
         // Large enough for a table's rows to reach the disk in few calls.
-        Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 20, file) })
+        Ok(Self { path: path.into(), file: BufWriter::with_capacity(1 << 20, called) })
     }
 
     /// Whether `path` can be written to, which is better known before long work than after it.
@@ -85,7 +113,7 @@ impl Output {
     ///
     /// As [`Output::create`].
     pub fn check(path: &Path) -> Result<()> {
-        Place::check(path).map_err(|e| Error::writing(path, e))
+        Place::check(path, &System).map_err(|e| Error::writing(path, e))
     }
 
     /// Puts the finished file in its place.
@@ -96,7 +124,8 @@ impl Output {
     pub fn commit(self) -> Result<()> {
         let Self { path, file } = self;
         let file = file.into_inner().map_err(std::io::IntoInnerError::into_error);
-        file.and_then(Place::commit).map_err(|e| Error::writing(&path, e))
+        let commit = |called: Called| called.place.commit(called.calls);
+        file.and_then(commit).map_err(|e| Error::writing(&path, e))
     }
 }
 
@@ -140,6 +169,7 @@ mod tests {
     use super::*;
     use std::{
         fs::{self, File, OpenOptions},
+        io::Seek,
         os::unix::fs::{FileTypeExt, PermissionsExt, symlink},
     };
 
@@ -219,9 +249,15 @@ mod tests {
         if !of_process.exists() {
             return;
         }
-        write(&of_process, b"into it").unwrap();
-        let mut text = String::new();
-        opened.read_to_string(&mut text).unwrap();
-        assert_eq!(text, "into it");
+        let link = folder.path().join("link");
+        symlink(&of_process, &link).unwrap();
+        for name in [&of_process, &link] {
+            write(name, b"into it").unwrap();
+            let mut text = String::new();
+            opened.rewind().unwrap();
+            opened.read_to_string(&mut text).unwrap();
+            assert_eq!(text, "into it");
+        }
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     }
 }

@@ -15,6 +15,7 @@ mod lines;
 mod located;
 mod names;
 mod numbers;
+mod parquet_checksums;
 mod parquet_lengths;
 mod points;
 mod reader;

@@ -169,8 +169,6 @@ impl PyModel {
         work::run(py, progress, |progress| {
             let found = self.model.judge(data.0.clone(), align, progress)?;
             let mut value = json!(found);
-            let is_boards = matches!(found, Judgement::Boards(_));
-            value["kind"] = if is_boards { "boards" } else { "points" }.into();
             if let Judgement::Points(_) = found {
                 let own = data.0.clone().in_unit(&self.model.unit)?;
                 value["fitted_share"] = json!(self.model.data.share_of(&own));

@@ -104,7 +104,15 @@ fn the_python_package() {
     let end = if cfg!(windows) { "pyd" } else { "abi3.so" };
     fs::copy(module, package.join(format!("_wheatstone.{end}"))).unwrap();
     let mut tests = Command::new(bin.join("python"));
-    tests.args(["-m", "pytest", "-p", "no:cacheprovider", "--durations=10", "--doctest-modules"]);
+    tests.args([
+        "-m",
+        "pytest",
+        "-v",
+        "-p",
+        "no:cacheprovider",
+        "--durations=10",
+        "--doctest-modules",
+    ]);
     tests.args([own.join("tests"), package]).arg("-c").arg(own.join("pyproject.toml"));
     let program = site
         .parent()
@@ -116,10 +124,7 @@ fn the_python_package() {
         tests.env("WHEATSTONE_PROGRAM", program);
     }
     tests.env("PYTHONPATH", &site).env("PYTHONDONTWRITEBYTECODE", "1").current_dir(&folder);
-    let told = tests.output().unwrap();
-    let text = String::from_utf8_lossy(&told.stdout);
-    assert!(told.status.success(), "{text}\n{}", String::from_utf8_lossy(&told.stderr));
-    // Which tests were skipped is worth a line.
-    let last = text.lines().last().unwrap_or_default();
-    std::io::stderr().write_all(format!("\nPython package: {last}\n").as_bytes()).unwrap();
+    // What it prints is seen at once, so that a run that never ends tells where.
+    let status = tests.status().unwrap();
+    assert!(status.success(), "the tests of the Python package failed: {status}");
 }

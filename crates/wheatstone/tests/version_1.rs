@@ -60,8 +60,8 @@ fn a_model_of_version_1_is_written_as_the_present_version() {
 #[test]
 fn a_version_that_is_not_known_is_refused_by_number() {
     let text = std::fs::read_to_string(data("version-1-dlt.json")).unwrap();
-    let later = text.replacen("\"version\":1,", "\"version\":3,", 1);
+    let later = text.replacen("\"version\":1,", "\"version\":4,", 1);
     let problem = Calibration::from_bytes(later.as_bytes()).unwrap_err().to_string();
-    assert!(problem.contains("model version 3; this program reads versions 1 to 2"), "{problem}");
+    assert!(problem.contains("model version 4; this program reads versions 1 to 3"), "{problem}");
     assert!(Calibration::from_bytes(&[0xff]).is_err());
 }

@@ -52,7 +52,8 @@ impl Evaluate {
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
         let data = load(&self.input, &self.reading, &bar)?.data;
         let found = model.judge(data.clone(), self.align, &bar)?;
-        if !matches!(found, Judgement::OneCamera(_)) {
+        let is_located = !matches!(found, Judgement::Pixels(_));
+        if is_located {
             // A model of other cameras, or of these in another order, shows in the pixels alone.
             let pixels: Vec<_> =
                 data.correspondences.iter().map(|row| row.pixels.clone()).collect();
@@ -63,12 +64,12 @@ impl Evaluate {
             return print_json(&found);
         }
         match &found {
-            Judgement::OneCamera(found) => tell_one_camera(found),
+            Judgement::Pixels(found) => tell_one_camera(found),
             Judgement::Boards(found) => tell_boards(found),
             Judgement::Points(found) => tell(found),
         }
         let fitted = model.data.share_of(&data.in_unit(&model.unit)?);
-        if fitted > 0.5 && !matches!(found, Judgement::OneCamera(_)) {
+        if fitted > 0.5 && is_located {
             tell_fitted(&model, fitted);
         }
         Ok(())

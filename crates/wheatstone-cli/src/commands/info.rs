@@ -28,6 +28,9 @@ pub(crate) struct Info {
     /// Print it as JSON, with the correlations of all intrinsic parameters
     #[arg(long)]
     json: bool,
+    /// Look into a model whose content has not the checksum that it was written with
+    #[arg(long)]
+    force: bool,
 }
 
 /// Correlations of at least this size are shown.
@@ -50,7 +53,8 @@ struct Beside {
 
 impl Info {
     pub(crate) fn run(self) -> Outcome {
-        let model = Calibration::load(&self.model)?;
+        let load = if self.force { Calibration::load_damaged } else { Calibration::load };
+        let model = load(&self.model)?;
         let cameras = model.reconstructor.intrinsics();
         let stands = stands(&model, cameras.as_deref());
         let beside = stands.as_deref().map(|stands| beside(stands, middle(&model)));

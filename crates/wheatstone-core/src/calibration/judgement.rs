@@ -16,10 +16,10 @@ use wheatstone_numeric::progress::Progress;
 
 /// The figures of an evaluation, by what the data can tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Judgement {
     /// One camera locates no point: its error is one of pixels.
-    OneCamera(Evaluation),
+    Pixels(Evaluation),
     /// Boards whose poses nobody knows: lengths and flatness.
     Boards(BoardEvaluation),
     /// Points whose places are known.
@@ -60,7 +60,7 @@ impl Calibration {
     ) -> Result<Judgement> {
         let map: &dyn Reconstructor = &*self.reconstructor;
         if map.cameras() == 1 {
-            return Ok(Judgement::OneCamera(evaluate_one_camera(map, &data)?));
+            return Ok(Judgement::Pixels(evaluate_one_camera(map, &data)?));
         }
         if data.known().next().is_none() && bundle::needed(&data) {
             let data = data.in_unit(&self.unit)?;

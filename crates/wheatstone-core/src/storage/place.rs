@@ -1,9 +1,10 @@
 //! Where an output goes: into a file, which is replaced as a whole, or through a device or a pipe.
 
-#[cfg(target_arch = "wasm32")]
-use super::beside::AtomicWriteFile;
-#[cfg(not(target_arch = "wasm32"))]
-use atomic_write_file::AtomicWriteFile;
+use super::{
+    calls::{Calls, again},
+    folder::sync_folder,
+    unfinished::{Unfinished, folder_of},
+};
 use std::{
     fs::{self, File, OpenOptions},
     io::{Error, ErrorKind, Result, Write},
@@ -16,74 +17,98 @@ const MOST_LINKS: usize = 40;
 /// What an output is written to.
 pub(super) enum Place {
     /// Beside the file that it will replace.
-    Beside(AtomicWriteFile),
+    Beside(Unfinished, PathBuf),
     /// Straight into what has no content of its own to replace: a device, a pipe, an open file's name.
     Through(File),
 }
 
-/// Whether something is written straight into: it is there and is no regular file, or its name stands for what a
-/// process has opened, as `/dev/stdout` does.
-fn is_written_through(path: &Path) -> Result<bool> {
-    let is_opened = |path: &Path| path.starts_with("/dev") || path.starts_with("/proc");
-    match fs::metadata(path) {
-        Ok(found) if found.is_dir() => Err(ErrorKind::IsADirectory.into()),
-        Ok(found) => Ok(!found.is_file() || is_opened(path)),
-        Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(false),
-        Err(problem) => Err(problem),
-    }
+/// What a path leads to.
+enum Destination {
+    /// A regular file, there or not, by its own name.
+    File(PathBuf),
+    /// What is no regular file, or a name that stands for what a process has opened, as `/dev/stdout` does.
+    Through,
 }
 
-/// The file that a path leads to through symbolic links, there or not.
-pub(super) fn followed(path: &Path) -> Result<PathBuf> {
+/// Whether the name stands for what a process has opened: what is written then goes where that process writes.
+fn is_opened(path: &Path) -> bool {
+    let folder = path.parent().and_then(|folder| folder.canonicalize().ok());
+    folder.is_some_and(|folder| folder.starts_with("/proc") || folder == Path::new("/dev/fd"))
+}
+
+/// Follows a path through symbolic links.
+fn destination(path: &Path) -> Result<Destination> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
+        Ok(found) if !found.is_file() => return Ok(Destination::Through),
+        Err(problem) if problem.kind() != ErrorKind::NotFound => return Err(problem),
+        _ => {}
+    }
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
+        if is_opened(&path) {
+            return Ok(Destination::Through);
+        }
         match fs::symlink_metadata(&path) {
             Ok(found) if found.is_symlink() => {
                 let target = fs::read_link(&path)?;
                 path = path.parent().unwrap_or(Path::new("")).join(target);
             }
-            _ => return Ok(path),
+            _ => return Ok(Destination::File(path)),
         }
     }
     Err(Error::other("too many symbolic links"))
 }
 
 impl Place {
-    pub(super) fn open(path: &Path) -> Result<Self> {
-        if is_written_through(path)? {
-            return Ok(Self::Through(OpenOptions::new().write(true).truncate(true).open(path)?));
+    pub(super) fn open(path: &Path, calls: &dyn Calls) -> Result<Self> {
+        match destination(path)? {
+            Destination::File(path) => {
+                let unfinished = Unfinished::create(folder_of(&path), calls)?;
+                Ok(Self::Beside(unfinished, path))
+            }
+            Destination::Through => {
+                let opened = OpenOptions::new().write(true).truncate(true).open(path)?;
+                Ok(Self::Through(opened))
+            }
         }
-        Ok(Self::Beside(AtomicWriteFile::open(&followed(path)?)?))
     }
 
     /// Fails where [`Place::open`] would, without waiting for anybody to read from a pipe.
-    pub(super) fn check(path: &Path) -> Result<()> {
-        if is_written_through(path)? {
-            return Ok(());
+    pub(super) fn check(path: &Path, calls: &dyn Calls) -> Result<()> {
+        match destination(path)? {
+            Destination::File(path) => Unfinished::create(folder_of(&path), calls).map(drop),
+            Destination::Through => Ok(()),
         }
-        AtomicWriteFile::open(&followed(path)?).map(drop)
     }
 
-    pub(super) fn commit(self) -> Result<()> {
+    pub(super) fn write(&mut self, bytes: &[u8], calls: &dyn Calls) -> Result<usize> {
         match self {
-            Self::Beside(file) => file.commit(),
+            Self::Beside(unfinished, _) => calls.write(&mut unfinished.file, bytes),
+            Self::Through(file) => file.write(bytes),
+        }
+    }
+
+    pub(super) fn commit(self, calls: &dyn Calls) -> Result<()> {
+        match self {
+            Self::Beside(unfinished, path) => {
+                keep_owner(&unfinished.file, &path)?;
+                again(|| calls.sync(&unfinished.file))?;
+                unfinished.rename(&path, calls)?;
+                sync_folder(folder_of(&path), calls)
+            }
             Self::Through(mut file) => file.flush(),
         }
     }
 }
 
-impl Write for Place {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
-        match self {
-            Self::Beside(file) => file.write(bytes),
-            Self::Through(file) => file.write(bytes),
-        }
+/// Gives a file the mode of the one that it will replace, and its owner where that is allowed.
+fn keep_owner(file: &File, replaced: &Path) -> Result<()> {
+    let Ok(found) = fs::metadata(replaced) else { return Ok(()) };
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt, fchown};
+        let _ = fchown(file, Some(found.uid()), Some(found.gid()));
     }
-
-    fn flush(&mut self) -> Result<()> {
-        match self {
-            Self::Beside(file) => file.flush(),
-            Self::Through(file) => file.flush(),
-        }
-    }
+    file.set_permissions(found.permissions())
 }

@@ -1,8 +1,8 @@
-//! Lengths that a Parquet file says of its parts, before memory is taken for them.
+//! Lengths that a Parquet file says of its parts are checked before memory is taken for them.
 //!
 //! Source: the Apache Parquet format; Thrift's compact protocol, in which its footer is written.
 
-use super::cells::Foreign;
+use super::{cells::Foreign, parquet_checksums};
 use bytes::Bytes;
 use parquet::{
     arrow::arrow_reader::ArrowReaderMetadata,
@@ -164,6 +164,7 @@ pub(super) fn check_footer(file: &impl ChunkReader) -> Result<(), Foreign> {
     let length = u32::from_le_bytes(*length);
     let Some(begin) = end.checked_sub(u64::from(length)) else { return Ok(()) };
     let footer = file.get_bytes(begin, length as usize)?;
+    parquet_checksums::check_footer(&footer)?;
     let mut walk = Walk::of(&footer);
     match walk.structure((Some(FOOTER), false), 0) {
         _ if walk.too_long => Err("a list with more members than the file has bytes".into()),

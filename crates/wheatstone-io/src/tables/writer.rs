@@ -1,6 +1,11 @@
 //! Tables as they are written: text, Parquet or Arrow.
 
-use super::{columnar::UNIT, rows::Rows, shown::Shown};
+use super::{
+    columnar::UNIT,
+    parquet_checksums::{CheckedOutput, CheckedStores},
+    rows::Rows,
+    shown::Shown,
+};
 use arrow_array::{ArrayRef, RecordBatch};
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{Field, Schema, SchemaRef};
@@ -8,7 +13,9 @@ use flate2::{Compression as Gzip, write::GzEncoder};
 use parquet::{
     arrow::{
         ArrowWriter,
-        arrow_writer::{ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves},
+        arrow_writer::{
+            ArrowColumnWriter, ArrowRowGroupWriterFactory, ArrowWriterOptions, compute_leaves,
+        },
     },
     basic::{Compression, Encoding},
     errors::ParquetError,
@@ -220,10 +227,11 @@ impl<W: Write + Send> TableWriter<W> {
 
 type Foreign = Box<dyn std::error::Error>;
 
-/// Writes Parquet, all columns of a group at once.
+/// Writes Parquet with checksums, all columns of a group at once.
 struct Parquet<W: Write + Send> {
-    writer: SerializedFileWriter<W>,
+    writer: SerializedFileWriter<CheckedOutput<W>>,
     factory: ArrowRowGroupWriterFactory,
+    stores: Arc<CheckedStores>,
     schema: SchemaRef,
     /// The columns of the group that is being written, and its rows.
     open: Option<(Vec<ArrowColumnWriter>, usize)>,
@@ -235,25 +243,30 @@ impl<W: Write + Send> Parquet<W> {
     const GROUP: usize = 1 << 18;
 
     fn new(output: W, schema: &SchemaRef, unit: Option<&str>) -> Result<Self, ParquetError> {
-        // Doubles of measurements hardly repeat: as they are, they are read and written quickest.
+        // Doubles of measurements hardly repeat: as they are, they are read and written quickest. An index of offsets,
+        // and a dictionary before the data, would not know of the checksums.
         let mut properties = WriterProperties::builder()
             .set_encoding(Encoding::PLAIN)
             .set_dictionary_enabled(false)
+            .set_offset_index_disabled(true)
             .set_statistics_enabled(EnabledStatistics::None);
         for field in schema.fields().iter().filter(|field| !field.data_type().is_floating()) {
             let column = ColumnPath::from(field.name().as_str());
-            properties = properties
-                .set_column_dictionary_enabled(column.clone(), true)
-                .set_column_compression(column, Compression::SNAPPY);
+            properties = properties.set_column_compression(column, Compression::SNAPPY);
         }
         if let Some(unit) = unit {
             let pair = KeyValue::new(UNIT.to_owned(), unit.to_owned());
             properties = properties.set_key_value_metadata(Some(vec![pair]));
         }
+        let stores = Arc::new(CheckedStores::default());
+        let options = ArrowWriterOptions::new()
+            .with_properties(properties.build())
+            .with_page_store_factory(Arc::clone(&stores) as _);
+        let output = CheckedOutput::new(output);
         let (writer, factory) =
-            ArrowWriter::try_new(output, Arc::clone(schema), Some(properties.build()))?
+            ArrowWriter::try_new_with_options(output, Arc::clone(schema), options)?
                 .into_serialized_writer()?;
-        Ok(Self { writer, factory, schema: Arc::clone(schema), open: None, groups: 0 })
+        Ok(Self { writer, factory, stores, schema: Arc::clone(schema), open: None, groups: 0 })
     }
 
     fn write(&mut self, batch: &RecordBatch) -> Result<(), ParquetError> {
@@ -278,8 +291,10 @@ impl<W: Write + Send> Parquet<W> {
         self.groups += 1;
         let chunks: Result<Vec<_>, _> =
             columns.into_par_iter().map(ArrowColumnWriter::close).collect();
+        let mut chunks = chunks?;
+        self.stores.correct(&mut chunks)?;
         let mut group = self.writer.next_row_group()?;
-        for chunk in chunks? {
+        for chunk in chunks {
             chunk.append_to_row_group(&mut group)?;
         }
         group.close()?;
@@ -288,7 +303,9 @@ impl<W: Write + Send> Parquet<W> {
 
     fn finish(mut self) -> Result<W, ParquetError> {
         self.end_group()?;
-        self.writer.into_inner()
+        let checksum = self.writer.inner_mut().hold();
+        self.writer.append_key_value_metadata(checksum);
+        Ok(self.writer.into_inner()?.finish()?)
     }
 }
 

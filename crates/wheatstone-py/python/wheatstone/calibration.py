@@ -148,18 +148,7 @@ class Calibration:
     @property
     def findings(self) -> list[Finding]:
         """Faults that were found in the data before the fit."""
-        return [
-            Finding(
-                told["code"],
-                told["severity"],
-                told["explanation"],
-                told["hint"],
-                tuple(told["views"]),
-                tuple(camera - 1 for camera in told["cameras"]),
-                told["repaired"],
-            )
-            for told in self._evidence["findings"]
-        ]
+        return [Finding.of_figures(told, first_camera=1) for told in self._evidence["findings"]]
 
     @property
     def broken(self) -> str | None:

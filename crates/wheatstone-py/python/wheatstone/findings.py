@@ -43,6 +43,20 @@ class Finding:
     fixable: bool = False
     figures: Mapping[str, float] = field(default_factory=lambda: dict[str, float](), repr=False)
 
+    @classmethod
+    def of_figures(cls, told: Mapping[str, Any], first_camera: int) -> Finding:
+        """Of its JSON, whose first camera has this number."""
+        return cls(
+            told["code"],
+            told["severity"],
+            told["explanation"],
+            told["hint"],
+            tuple(told["views"]),
+            tuple(camera - first_camera for camera in told["cameras"]),
+            told.get("fixable", told.get("repaired", False)),
+            {name: number(value) for name, value in told.get("figures", {}).items()},
+        )
+
     def __str__(self) -> str:
         return f"{self.severity}[{self.code}]: {self.explanation}\n  hint: {self.hint}"
 
@@ -56,17 +70,7 @@ class Examination(Sequence[Finding]):
         self._examination = examination
         self._told: dict[str, Any] = json.loads(examination.told())
         self.findings: tuple[Finding, ...] = tuple(
-            Finding(
-                told["code"],
-                told["severity"],
-                told["explanation"],
-                told["hint"],
-                tuple(told["views"]),
-                tuple(told["cameras"]),
-                told["fixable"],
-                {name: number(value) for name, value in told["figures"].items()},
-            )
-            for told in self._told["findings"]
+            Finding.of_figures(told, first_camera=0) for told in self._told["findings"]
         )
 
     def __len__(self) -> int:

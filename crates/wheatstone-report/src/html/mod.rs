@@ -2,9 +2,9 @@
 //! bytes and pictures inside the page, and a policy that lets no request out.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use hmac_sha256::Hash;
 use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
 use maud::{Markup, PreEscaped, Render};
-use sha2::{Digest, Sha256};
 use wheatstone_charts::imaging::GrayImage;
 
 /// The colours of all pages, and what their parts look like.
@@ -23,7 +23,7 @@ pub fn policy(style: &str, script: &str) -> String {
 
 /// How a policy names a script or a style: `sha256-` and the digest.
 fn source(text: &str) -> String {
-    format!("sha256-{}", base64(&Sha256::digest(text.as_bytes())))
+    format!("sha256-{}", base64(&Hash::hash(text.as_bytes())))
 }
 
 /// Replaces `{{name}}` by values, each escaped as its type says; what a value holds is not looked at

@@ -1,8 +1,8 @@
 //! Named figures, and in which of them two runs differ.
 
+use hmac_sha256::Hash;
 use serde::Serialize;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
 /// Figures in the order in which they were computed. Numbers are written in the fewest digits that give back
@@ -29,7 +29,7 @@ impl Figures {
 
     /// The hash of bytes.
     pub(crate) fn bytes(&mut self, name: &str, bytes: &[u8]) {
-        let hash = Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
+        let hash = Hash::hash(bytes).iter().fold(String::new(), |mut text, byte| {
             write!(text, "{byte:02x}").unwrap();
             text
         });

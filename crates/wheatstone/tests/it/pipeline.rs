@@ -8,9 +8,9 @@ use wheatstone::{
     detection::{DetectionSettings, detect},
     evaluate::evaluate,
     method::AnyMethod,
-    numeric::progress::Silent,
+    numeric::{progress::Silent, random::Random},
     preparation::Preparation,
-    synthetic::{Rig, Sensor, Stage, Truth, write_capture},
+    synthetic::{Noise, Rig, Sensor, Stage, Truth, random_correspondences, write_capture},
 };
 
 fn rendered(folder: &Path, chart: &AnyChart, stage: Stage) -> Capture {
@@ -49,21 +49,65 @@ fn a_rendered_capture_becomes_a_model_that_reads_back_bit_for_bit() {
 fn damaged_models_are_refused(path: &Path) {
     let text = std::fs::read_to_string(path).unwrap();
     for (from, to, words) in [
-        ("\"version\":2", "\"version\":3", "version 3"),
+        ("\"version\":3", "\"version\":4", "version 4"),
         ("\"format\":\"wheatstone-calibration\"", "\"format\":\"other\"", "not a model file"),
         ("\"seed\":0", "\"seed\":0,\"sede\":1", "unknown field"),
         ("\"pixel_sigma\":", "\"pixel_sigma\":-", "numbers are inconsistent"),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(path, text.replacen(from, to, 1)).unwrap();
-        let error = Calibration::load(path).unwrap_err();
+        let error = Calibration::load_damaged(path).unwrap_err();
         assert!(error.to_string().contains(words), "{to}: {error}");
         assert!(error.hint().is_some());
+        assert!(Calibration::load(path).is_err());
     }
     for length in (0..text.len()).step_by(997) {
         std::fs::write(path, &text[..length]).unwrap();
         assert!(matches!(Calibration::load(path), Err(Error::Malformed { .. })), "cut at {length}");
     }
+    no_flipped_bit_goes_unnoticed(text.as_bytes());
+}
+
+fn no_flipped_bit_goes_unnoticed(bytes: &[u8]) {
+    let model = Calibration::from_bytes(bytes).unwrap();
+    let mut random = Random::new(36);
+    for _ in 0..1000 {
+        let mut damaged = bytes.to_vec();
+        let (place, bit) = (random.below(bytes.len()), random.below(8));
+        damaged[place] ^= 1 << bit;
+        // `1e5` may have become `1E5`.
+        if let Ok(found) = Calibration::from_bytes(&damaged) {
+            assert_eq!(found, model, "bit {bit} of byte {place}");
+        }
+    }
+}
+
+#[test]
+fn a_file_in_another_layout_is_the_same_model_and_an_edited_one_is_not() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("model.json");
+    let (rig, chart) = (Rig::named("paper", 2).unwrap(), AnyChart::from(LineGrid::default()));
+    let data = random_correspondences(&rig, &chart, (50.0, 140.0), (Noise::Normal(0.1), 1), 200);
+    let prepared = Preparation::default().run(data, 0, &Silent).unwrap();
+    let dlt = AnyMethod::named("dlt").unwrap();
+    let model = Calibration::fit(&dlt, &prepared, 0, false, &Silent).unwrap();
+    let mut value: serde_json::Value = serde_json::from_slice(&model.to_bytes().unwrap()).unwrap();
+    std::fs::write(&path, serde_json::to_string_pretty(&value).unwrap()).unwrap();
+    assert_eq!(Calibration::load(&path).unwrap(), model);
+    value["unit"] = "mm".into();
+    std::fs::write(&path, value.to_string()).unwrap();
+    let error = Calibration::load(&path).unwrap_err();
+    assert!(error.to_string().contains("checksum"), "{error}");
+    assert_eq!(Calibration::load_damaged(&path).unwrap().unit, "mm");
+    value.as_object_mut().unwrap().remove("checksum");
+    std::fs::write(&path, value.to_string()).unwrap();
+    assert!(Calibration::load(&path).unwrap_err().to_string().contains("checksum"));
+
+    let mut endless = model;
+    endless.training.rms = f64::INFINITY;
+    endless.save(&path).unwrap_err();
+    // What was there before is there still.
+    assert_eq!(Calibration::load_damaged(&path).unwrap().unit, "mm");
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! Damaged files: an error or a value, never a panic, never more memory than a good file takes.
 
 use super::{file, format, given, rig, suited, written};
+use std::path::Path;
 use wheatstone::{
     dataset::{Correspondence, Dataset},
     formats::{FORMATS, Form, Given, InputFile},
     geometry::{Pixel, Point3},
     numeric::random::Random,
+    tables::{self, TableOptions},
 };
 
 /// A small table.
@@ -193,4 +195,26 @@ fn noise_is_refused() {
             assert!(!feed(name, &[file]), "{name}");
         }
     }
+}
+
+/// Pages and the footer of a Parquet file carry checksums, which refuse what no reader could see.
+#[test]
+fn no_flipped_bit_of_a_parquet_file_changes_a_point() {
+    let (name, options) = (Path::new("points.parquet"), TableOptions::default());
+    let good = tables::encode(&table(), name).unwrap();
+    let (mut refused, mut unchanged) = (0, 0);
+    for place in 0..good.len() {
+        for bit in 0..8 {
+            let mut bytes = good.clone();
+            bytes[place] ^= 1 << bit;
+            match tables::read_bytes(name, bytes, &options) {
+                Err(_) => refused += 1,
+                Ok(found) => {
+                    unchanged += 1;
+                    assert_eq!(found, table(), "bit {bit} of byte {place}");
+                }
+            }
+        }
+    }
+    assert!(refused > 9 * unchanged, "{refused} refused, {unchanged} read as they were");
 }
