@@ -1,27 +1,67 @@
-//! Ctrl-C: the first time work stops at its next step and leaves nothing half-written; the second
-//! time the program ends at once.
+//! Ctrl-C, and requests to end from other programs: work stops at its next step; what has not stopped by then is ended,
+//! and leaves nothing half-written.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    sync::atomic::{AtomicU8, Ordering},
+    thread,
+    time::Duration,
+};
+use wheatstone::storage::discard_unfinished;
 
-/// Exit status of a program that was interrupted: 128 and the number of the signal.
-pub(crate) const STATUS: u8 = 130;
+/// What work is given to stop by itself, as it does as a rule. It may wait for a pipe, or decode a picture.
+const PATIENCE: Duration = Duration::from_millis(500);
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+/// Exit status of a program that was interrupted: 128 and the number of the signal. 0: nobody asked.
+static STATUS: AtomicU8 = AtomicU8::new(0);
 
-/// Listens from now on. Where the system does not allow it, Ctrl-C ends the program at once, as ever.
+/// Ctrl-C's, where the signal is not known.
+const CTRL_C: u8 = 130;
+
+/// Listens from now on. Where the system does not allow it, a signal ends the program at once, as ever.
 pub(crate) fn listen() {
-    let caught = ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::SeqCst) {
-            std::process::exit(STATUS.into());
-        }
-        crate::verbosity::say!("\nstopping at the next step … (Ctrl-C again to stop now)");
-    });
-    if let Err(problem) = caught {
-        crate::verbosity::detail!("cannot handle Ctrl-C: {problem}");
+    #[cfg(unix)]
+    let listening = {
+        use signal_hook::{
+            consts::{SIGHUP, SIGINT, SIGTERM},
+            iterator::Signals,
+        };
+        Signals::new([SIGHUP, SIGINT, SIGTERM]).map(|mut signals| {
+            thread::spawn(move || signals.forever().for_each(|signal| stop(128 + signal as u8)));
+        })
+    };
+    #[cfg(not(unix))]
+    let listening = ctrlc::set_handler(|| stop(CTRL_C));
+    if let Err(problem) = listening {
+        crate::verbosity::detail!("cannot handle signals: {problem}");
     }
 }
 
-/// Whether the reader has asked to stop.
+/// Asks work to stop, and ends the program where it does not. Whoever asks twice is in a hurry.
+fn stop(status: u8) {
+    if STATUS.swap(status, Ordering::SeqCst) != 0 {
+        end();
+    }
+    thread::spawn(|| {
+        thread::sleep(PATIENCE);
+        crate::verbosity::labelled("error", &wheatstone::Error::Cancelled.to_string());
+        end();
+    });
+}
+
+fn end() -> ! {
+    discard_unfinished();
+    std::process::exit(status().into());
+}
+
+/// Whether somebody has asked to stop.
 pub(crate) fn asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    STATUS.load(Ordering::Relaxed) != 0
+}
+
+/// The exit status of work that was interrupted.
+pub(crate) fn status() -> u8 {
+    match STATUS.load(Ordering::Relaxed) {
+        0 => CTRL_C,
+        asked => asked,
+    }
 }

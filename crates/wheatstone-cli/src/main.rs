@@ -1,7 +1,8 @@
 //! The program `wheatstone`: from pictures of a chart to points in the world.
 //!
 //! What people read goes to standard error, what programs read to standard output. Exit status: 0
-//! done, 1 the input or the fit failed, 2 the command line was not understood, 130 interrupted.
+//! done, 1 the input or the fit failed, 2 the command line was not understood, 130 interrupted,
+//! 143 asked to end.
 
 mod browser;
 mod commands;
@@ -21,7 +22,7 @@ use clap::{
     CommandFactory, Parser,
     error::{ContextKind, ContextValue},
 };
-use std::process::ExitCode;
+use std::{io::Write, process::ExitCode};
 
 /// Metric 3-D points from matched pixels of any two or more calibrated cameras.
 ///
@@ -64,8 +65,20 @@ fn suggesting(mut error: clap::Error) -> clap::Error {
     error
 }
 
+/// Prints what the parser has to say in place of a command: help, the version, or an error.
+fn print_instead(instead: &clap::Error) -> ExitCode {
+    let printed = instead.print().and_then(|()| std::io::stdout().flush());
+    match printed {
+        Err(problem) if !instead.use_stderr() => failure::Failure::from(problem).report(),
+        _ => ExitCode::from(instead.exit_code().clamp(0, 255) as u8),
+    }
+}
+
 fn main() -> ExitCode {
-    let arguments = Arguments::try_parse().unwrap_or_else(|e| suggesting(e).exit());
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(instead) => return print_instead(&suggesting(instead)),
+    };
     arguments.verbosity.adopt();
     interruption::listen();
     match arguments.verb.run() {

@@ -64,7 +64,7 @@ impl Progress for Bar {
         if !self.terminal {
             if state.last_line.elapsed() >= LINE_EVERY {
                 state.last_line = Instant::now();
-                eprintln!("{task}: {done} of {total}");
+                crate::verbosity::tell(format_args!("{task}: {done} of {total}"));
             }
             return;
         }

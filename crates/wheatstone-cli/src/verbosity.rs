@@ -1,13 +1,16 @@
 //! What the program says to people: on standard error, in colour on terminals only, and as much as
-//! they asked for.
+//! they asked for; and what they let in.
 
 use anstyle::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
-use std::sync::atomic::{AtomicI8, Ordering};
+use std::{
+    io::Write,
+    sync::atomic::{AtomicI8, Ordering},
+};
 
-/// How much is said, and in which colours; every verb takes these.
+/// How much is said, in which colours, and how much is taken in; every verb takes these.
 #[derive(Args)]
-#[command(next_help_heading = "Output")]
+#[command(next_help_heading = "Output and limits")]
 pub(crate) struct Verbosity {
     /// Print only errors
     #[arg(short, long, global = true, conflicts_with = "verbose")]
@@ -18,6 +21,15 @@ pub(crate) struct Verbosity {
     /// Colours; `auto` uses them on terminals unless NO_COLOR is set
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     color: ColorChoice,
+    /// Take inputs up to so many times larger than what is usual
+    #[arg(
+        long,
+        global = true,
+        value_name = "TIMES",
+        default_value = "1",
+        hide_default_value = true
+    )]
+    limits: std::num::NonZeroU64,
 }
 
 /// -1 quiet, 0 as usual, 1 verbose; one for the process, as there is one standard error.
@@ -26,6 +38,7 @@ static LOUDNESS: AtomicI8 = AtomicI8::new(0);
 impl Verbosity {
     /// Keeps to it from now on.
     pub(crate) fn adopt(&self) {
+        wheatstone::limits::raise(self.limits.get());
         LOUDNESS.store(i8::from(self.verbose) - i8::from(self.quiet), Ordering::Relaxed);
         match self.color {
             ColorChoice::Always => anstream::ColorChoice::Always,
@@ -59,14 +72,19 @@ fn style_of(word: &str) -> Style {
 /// Prints `word: text`, the word in its colour; errors and their hints are printed always.
 pub(crate) fn labelled(word: &str, text: &str) {
     let style = style_of(word);
-    anstream::eprintln!("{style}{word}:{style:#} {text}");
+    tell(format_args!("{style}{word}:{style:#} {text}"));
+}
+
+/// Prints a line to standard error. Where nobody can hear it, there is nobody to tell that.
+pub(crate) fn tell(text: std::fmt::Arguments) {
+    let _ = writeln!(anstream::stderr(), "{text}");
 }
 
 /// Prints a line, or several, unless the reader wants quiet.
 macro_rules! say {
     ($($text:tt)*) => {
         if $crate::verbosity::speaks() {
-            ::anstream::eprintln!($($text)*);
+            $crate::verbosity::tell(::std::format_args!($($text)*));
         }
     };
 }
@@ -75,7 +93,7 @@ macro_rules! say {
 macro_rules! detail {
     ($($text:tt)*) => {
         if $crate::verbosity::is_verbose() {
-            ::anstream::eprintln!($($text)*);
+            $crate::verbosity::tell(::std::format_args!($($text)*));
         }
     };
 }

@@ -4,13 +4,15 @@ mod calls;
 #[cfg(test)]
 mod faults;
 mod folder;
+mod names;
 mod place;
 mod unfinished;
 
 pub use folder::write_folder;
+pub use names::file_name;
 pub use unfinished::discard_unfinished;
 
-use crate::{Error, Result};
+use crate::{Error, Result, limits::Limit};
 use calls::{Calls, System};
 use place::Place;
 use std::{
@@ -18,27 +20,26 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Reads a text file of at most `limit` bytes.
+/// Reads a whole file.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] where it cannot be read (a folder, say), [`Error::Malformed`] where it is larger
-/// than `limit` or not UTF-8.
-pub fn read_text(path: &Path, limit: u64) -> Result<String> {
+/// [`Error::Io`] where it cannot be read (a folder, say), [`Error::Malformed`] where it is larger than the limit.
+pub fn read(path: &Path, limit: Limit) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    open(path)?.take(limit + 1).read_to_end(&mut bytes).map_err(|e| Error::reading(path, e))?;
-    let malformed = |problem: String, hint: &str| Error::Malformed {
-        path: path.into(),
-        line: None,
-        problem,
-        hint: hint.into(),
-    };
-    if bytes.len() as u64 > limit {
-        return Err(malformed(
-            format!("larger than {limit} bytes"),
-            "is this the file that you meant?",
-        ));
-    }
+    let mut opened = open(path)?.take(limit.most().saturating_add(1));
+    opened.read_to_end(&mut bytes).map_err(|e| Error::reading(path, e))?;
+    limit.allow(path, bytes.len() as u64)?;
+    Ok(bytes)
+}
+
+/// Reads a text file.
+///
+/// # Errors
+///
+/// As [`read`], and [`Error::Malformed`] where it is not UTF-8.
+pub fn read_text(path: &Path, limit: Limit) -> Result<String> {
+    let bytes = read(path, limit)?;
     String::from_utf8(bytes).map_err(|e| {
         let before = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = before.iter().filter(|b| **b == b'\n').count() as u64 + 1;

@@ -144,16 +144,17 @@ impl Report {
     ///
     /// [`Error::Io`].
     pub fn write_figures(&self, folder: &Path) -> Result<()> {
-        storage::create_folder(folder)?;
-        for figure in figures::all(self) {
-            for (index, panel) in figure.panels.iter().enumerate() {
-                let number =
-                    if figure.panels.len() > 1 { format!("-{}", index + 1) } else { String::new() };
-                let path = folder.join(format!("{}{number}.svg", figure.name));
-                storage::write(&path, panel.standalone().as_bytes())?;
+        storage::write_folder(folder, |folder| {
+            for figure in figures::all(self) {
+                let many = figure.panels.len() > 1;
+                for (index, panel) in figure.panels.iter().enumerate() {
+                    let number = if many { format!("-{}", index + 1) } else { String::new() };
+                    let path = folder.join(format!("{}{number}.svg", figure.name));
+                    storage::write(&path, panel.standalone().as_bytes())?;
+                }
             }
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// A report on nothing yet.

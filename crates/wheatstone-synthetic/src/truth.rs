@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use wheatstone_core::{
     Error, Result,
     error::{Hint, Remedy},
-    storage,
+    limits, storage,
 };
 
 /// How synthetic data came about.
@@ -48,7 +48,7 @@ impl Truth {
     ///
     /// [`Error::Io`], [`Error::Malformed`].
     pub fn load(path: &Path) -> Result<Self> {
-        let text = storage::read_text(path, 1 << 24)?;
+        let text = storage::read_text(path, limits::SETTINGS_BYTES)?;
         serde_json::from_str(&text).map_err(|e| Error::Malformed {
             path: path.into(),
             line: Some(e.line() as u64),

@@ -87,6 +87,18 @@ pub fn write_capture(
     (sensor, seed): (Sensor, u64),
     progress: &dyn Progress,
 ) -> Result<()> {
+    storage::write_folder(folder, |folder| {
+        write_into(folder, (rig, chart), (views, known), (sensor, seed), progress)
+    })
+}
+
+fn write_into(
+    folder: &Path,
+    (rig, chart): (&Rig, &AnyChart),
+    (views, known): (&[Placement], bool),
+    (sensor, seed): (Sensor, u64),
+    progress: &dyn Progress,
+) -> Result<()> {
     let names = camera_names(rig.cameras.len());
     let total = (views.len() * names.len()) as u64;
     for (index, (camera, name)) in rig.cameras.iter().zip(&names).enumerate() {

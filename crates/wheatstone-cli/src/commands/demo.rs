@@ -3,7 +3,7 @@
 use super::{
     detect::draw,
     fit::with_epochs,
-    report::{quoted, write as write_report},
+    report::{present, quoted},
 };
 use crate::verbosity::say;
 use crate::{
@@ -108,18 +108,27 @@ const DEMONSTRATED: [(&str, &str, bool); 5] = [
     ("dlt", "default", false),
 ];
 
+/// The name of the report in the folder.
+const REPORT: &str = "report.html";
+
 impl Demo {
     pub(crate) fn run(self) -> Outcome {
+        let (summary, report) = storage::write_folder(&self.out, |folder| self.fill(folder))?;
+        self.tell(&summary, &report)
+    }
+
+    /// Writes all results.
+    fn fill(&self, folder: &Path) -> Outcome<(Summary, Report)> {
         let bar = Bar::new();
         let rig = Rig::named("paper", 2)?;
         let chart = AnyChart::from(LineGrid::default());
-        storage::create_folder(&self.out)?;
         let say = |text: &str| say!("{text}");
         say("Two unaligned cameras look at a grid of lines, 5 cm apart, at 50 to 140 cm");
+        let [capture, exam] = ["capture", "exam"].map(|name| folder.join(name));
         let training =
-            self.picture(&rig, &chart, ("capture", Stage::default(), self.seed), &bar)?;
-        let exam = self.picture(&rig, &chart, ("exam", EXAM, self.seed + 1), &bar)?;
-        draw(&training.capture, &training.sub_pixel, &self.out.join("detections"))?;
+            self.picture((&rig, &chart), (&capture, Stage::default(), self.seed), &bar)?;
+        let exam = self.picture((&rig, &chart), (&exam, EXAM, self.seed + 1), &bar)?;
+        draw(&training.capture, &training.sub_pixel, &folder.join("detections"))?;
         let score = |data: &Dataset| score(&rig, &training.capture, data);
         let detection = score(&training.sub_pixel.dataset);
         let whole_pixel_detection = score(&training.whole_pixel);
@@ -142,31 +151,28 @@ impl Demo {
                 (&training.sub_pixel.dataset, &exam.sub_pixel.dataset)
             };
             let label = if preset == "paper" { "network of 2001" } else { name };
-            methods.push(self.fit((&method, label), (train, test, whole), &rig, &bar)?);
+            let rows = (train, test, whole);
+            methods.push(self.fit((&method, label), rows, (&rig, folder), &bar)?);
         }
         let unit = training.sub_pixel.dataset.unit.clone();
         let summary = Summary { unit, detection, whole_pixel_detection, methods };
-        let report = self.report(&summary, (&training, &rig), &bar)?;
-        drop(bar);
-        self.finish(&summary, &report)
+        let report = self.report(&summary, (&training, &rig), folder, &bar)?;
+        let mut text = serde_json::to_vec_pretty(&summary).map_err(std::io::Error::from)?;
+        text.push(b'\n');
+        storage::write(&folder.join("summary.json"), &text)?;
+        report.write_html(&folder.join(REPORT))?;
+        Ok((summary, report))
     }
 
     fn picture(
         &self,
-        rig: &Rig,
-        chart: &AnyChart,
-        (name, stage, seed): (&str, Stage, u64),
+        (rig, chart): (&Rig, &AnyChart),
+        (folder, stage, seed): (&Path, Stage, u64),
         bar: &Bar,
     ) -> Outcome<Detections> {
-        let folder = self.out.join(name);
-        write_capture(
-            &folder,
-            (rig, chart),
-            (&stage.views()?, true),
-            (Sensor::default(), seed),
-            bar,
-        )?;
-        let capture = Capture::open(&folder)?;
+        let views = stage.views()?;
+        write_capture(folder, (rig, chart), (&views, true), (Sensor::default(), seed), bar)?;
+        let capture = Capture::open(folder)?;
         let sub_pixel = detect(&capture, DetectionSettings::default(), bar)?;
         let points = folder.join("points.csv");
         tables::save(&sub_pixel.dataset, &points)?;
@@ -185,7 +191,7 @@ impl Demo {
         &self,
         (method, label): (&AnyMethod, &str),
         (train, test, whole): (&Dataset, &Dataset, bool),
-        rig: &Rig,
+        (rig, folder): (&Rig, &Path),
         bar: &Bar,
     ) -> Outcome<MethodSummary> {
         let prepared = Preparation::default().run(train.clone(), self.seed, bar)?;
@@ -194,7 +200,7 @@ impl Demo {
         model.sizes = rig.cameras.iter().map(size).collect();
         let pixels = if whole { "whole pixels" } else { "sub-pixel" };
         let file = format!("{label}-{pixels}.json").replace(' ', "-");
-        model.save(&self.out.join(&file))?;
+        model.save(&folder.join(&file))?;
         let exam = evaluate(&*model.reconstructor, test, model.viewpoint)?;
         let allowed = floor(&rig.cameras, test)?;
         Ok(MethodSummary {
@@ -212,6 +218,7 @@ impl Demo {
         &self,
         summary: &Summary,
         (seen, rig): (&Detections, &Rig),
+        folder: &Path,
         bar: &Bar,
     ) -> Outcome<Report> {
         let rms = |method: &&MethodSummary| method.exam.rms;
@@ -225,7 +232,7 @@ impl Demo {
             wording: Wording(worded),
             title: format!("demo: {file}"),
             command: Some(command),
-            model: &Calibration::load(&self.out.join(&file))?,
+            model: &Calibration::load(&folder.join(&file))?,
             comparison: None,
             truth: Some(&rig.cameras),
             seen: Some(Pictures { capture: &seen.capture, found: &seen.sub_pixel }),
@@ -246,10 +253,8 @@ impl Demo {
         Ok(report)
     }
 
-    fn finish(&self, summary: &Summary, report: &Report) -> Outcome {
-        let mut text = serde_json::to_vec_pretty(summary).map_err(std::io::Error::from)?;
-        text.push(b'\n');
-        storage::write(&self.out.join("summary.json"), &text)?;
+    /// Says what came of it, and where it is.
+    fn tell(&self, summary: &Summary, report: &Report) -> Outcome {
         let row = |m: &MethodSummary| {
             vec![
                 format!("{}, {}", m.method, m.pixels),
@@ -268,7 +273,7 @@ impl Demo {
             "mean %: of the distance from the cameras; x floor: times the error that pixel noise alone causes"
         );
         say!("\nThe best of them, by leave-one-view-out cross-validation:");
-        write_report(report, &self.out.join("report.html"), &self.showing)?;
+        present(report, &self.out.join(REPORT), &self.showing);
         say!("Pictures            {}", show(&self.out, "detections"));
         say!("Models and figures  {}", show(&self.out, "summary.json"));
         say!("Next                wheatstone compare {}", show(&self.out, "capture"));

@@ -62,11 +62,13 @@ impl New {
         let chart = self.chart.chart("chessboard")?;
         let sheet = Sheet::new(&chart, &self.unit, None)?;
         let text = self.text(&chart, pitch)?;
-        for camera in &self.cameras {
-            storage::create_folder(&self.folder.join(camera))?;
-        }
-        storage::write(&self.folder.join("chart.pdf"), &sheet.pdf())?;
-        storage::write(&file, text.as_bytes())?;
+        storage::write_folder(&self.folder, |folder| {
+            for camera in &self.cameras {
+                storage::create_folder(&folder.join(camera))?;
+            }
+            storage::write(&folder.join("chart.pdf"), &sheet.pdf())?;
+            storage::write(&folder.join(FILE_NAME), text.as_bytes())
+        })?;
         let folder = self.folder.display();
         say!("Created a capture in {folder}");
         say!("  1. print {folder}/chart.pdf at 100 %, tape it to a flat board, measure its pitch");

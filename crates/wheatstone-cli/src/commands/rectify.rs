@@ -17,7 +17,7 @@ use wheatstone::{
     imaging::{GrayImage, Limits, read_image, read_size},
     rectification::{PairSettings, Rectification, Table},
     rectified_pictures::{remapped, side_by_side},
-    storage::create_folder,
+    storage::{self, create_folder, write_folder},
     tables::{self, Duplicates},
 };
 
@@ -92,13 +92,16 @@ impl Rectify {
         let wanted = PairSettings { cameras, sizes, size: self.rectified_size, focal: self.focal };
         let made = Rectification::of(&model, &wanted, &bar)?;
         drop(bar);
+        let exchanged = made.pair.cameras != cameras;
+        let rectified = (!pictures.is_empty()).then(|| self.rectify(&made, &pictures, exchanged));
+        let rectified = rectified.transpose()?;
+        // After the pictures, which nobody takes for whole without it.
         let mut told = write_pair(&made, Format::named("remap")?, &self.output)?;
         if let Some(path) = &self.points {
             told["points"] = judge(&made, &model, path)?;
         }
-        if !pictures.is_empty() {
-            let exchanged = made.pair.cameras != cameras;
-            told["pictures"] = self.rectify(&made, &pictures, exchanged)?;
+        if let Some(rectified) = rectified {
+            told["pictures"] = rectified;
         }
         if self.json { print_json(&told) } else { Ok(()) }
     }
@@ -130,33 +133,10 @@ impl Rectify {
         exchanged: bool,
     ) -> Outcome<Value> {
         let tables = [made.table(0), made.table(1)];
-        let folders = ["left", "right"].map(|side| self.output.join(side));
-        for folder in &folders {
-            create_folder(folder)?;
-        }
-        let bar = Bar::new();
-        let mut written = Vec::new();
-        let mut size: [Option<(usize, usize)>; 2] = [None; 2];
-        for (index, pair) in pictures.iter().enumerate() {
-            let mut rectified = Vec::with_capacity(2);
-            for side in 0..2 {
-                let path = &pair[if exchanged { 1 - side } else { side }];
-                let picture = read_image(path, Limits::default())?;
-                refuse_other_size(path, &picture, &mut size[side])?;
-                rectified.push(remapped(&tables[side], &picture));
-                let name = path.file_stem().unwrap_or_default().to_string_lossy();
-                let place = folders[side].join(format!("{name}.png"));
-                rectified[side].write_png(&place)?;
-                written.push(place);
-            }
-            if index == 0 {
-                let lines = self.output.join("lines.png");
-                side_by_side(&rectified[0], &rectified[1]).write_png(&lines)?;
-                written.push(lines);
-            }
-            wheatstone::progress::Progress::check(&bar).map_err(Error::from)?;
-        }
-        drop(bar);
+        let written = write_folder(&self.output, |folder| {
+            write_pictures(&tables, pictures, exchanged, folder)
+        })?;
+        let written: Vec<PathBuf> = written.iter().map(|name| self.output.join(name)).collect();
         let shares = tables.each_ref().map(|table: &Table| table.filled);
         say!(
             "Rectified {} pairs of pictures into {}; {:.0} % and {:.0} % of their pixels are covered",
@@ -167,6 +147,42 @@ impl Rectify {
         );
         Ok(json!({ "files": shown(&written), "filled": shares }))
     }
+}
+
+/// Rectified pictures in `left` and `right`, and the first pair side by side; gives their names in the folder.
+fn write_pictures(
+    tables: &[Table; 2],
+    pictures: &[[PathBuf; 2]],
+    exchanged: bool,
+    folder: &Path,
+) -> Outcome<Vec<PathBuf>> {
+    const SIDES: [&str; 2] = ["left", "right"];
+    for side in SIDES {
+        create_folder(&folder.join(side))?;
+    }
+    let bar = Bar::new();
+    let mut written = Vec::new();
+    let mut size: [Option<(usize, usize)>; 2] = [None; 2];
+    for (index, pair) in pictures.iter().enumerate() {
+        let mut rectified = Vec::with_capacity(2);
+        for side in 0..2 {
+            let path = &pair[if exchanged { 1 - side } else { side }];
+            let picture = read_image(path, Limits::default())?;
+            refuse_other_size(path, &picture, &mut size[side])?;
+            rectified.push(remapped(&tables[side], &picture));
+            let name = storage::file_name(&path.file_stem().unwrap_or_default().to_string_lossy());
+            let place = Path::new(SIDES[side]).join(format!("{name}.png"));
+            rectified[side].write_png(&folder.join(&place))?;
+            written.push(place);
+        }
+        if index == 0 {
+            let lines = PathBuf::from("lines.png");
+            side_by_side(&rectified[0], &rectified[1]).write_png(&folder.join(&lines))?;
+            written.push(lines);
+        }
+        wheatstone::progress::Progress::check(&bar).map_err(Error::from)?;
+    }
+    Ok(written)
 }
 
 /// A file itself; of a folder its files, in sorted order.

@@ -202,8 +202,13 @@ fn is_model(path: &Path) -> bool {
 /// Writes the page, says what it comes to and where it is, and shows it where that is asked for.
 pub(crate) fn write(report: &report::Report, path: &Path, showing: &Showing) -> Outcome {
     report.write_html(path)?;
+    present(report, path, showing);
+    Ok(())
+}
+
+/// The same of a page that is written.
+pub(crate) fn present(report: &report::Report, path: &Path, showing: &Showing) {
     say!("{}", report.verdict.sentence);
     say!("Report              {}", path.display());
     showing.show(path);
-    Ok(())
 }

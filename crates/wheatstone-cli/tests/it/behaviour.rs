@@ -1,30 +1,6 @@
-//! How the program behaves beside its work: Ctrl-C, quiet, colours, typing slips, beginnings.
+//! How the program behaves beside its work: quiet, colours, typing slips, beginnings.
 
-use crate::program::{command, said, wheatstone};
-use std::process::{Command, Stdio};
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_stops_and_leaves_nothing_half_written() {
-    let dir = tempfile::tempdir().unwrap();
-    let at = dir.path();
-    assert!(
-        wheatstone(at, &["synth", "--points", "--count", "60", "-o", "t.csv"]).status.success()
-    );
-    std::fs::write(at.join("model.json"), "the old one").unwrap();
-    let long =
-        ["fit", "t.csv", "--method", "network", "--preset", "paper", "--epochs", "900000000"];
-    let arguments: Vec<&str> = long.into_iter().chain(["-o", "model.json"]).collect();
-    let child = command(at, &arguments).stderr(Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    assert!(said(&output).contains("error: cancelled"), "{}", said(&output));
-    assert_eq!(std::fs::read_to_string(at.join("model.json")).unwrap(), "the old one");
-    assert_eq!(std::fs::read_dir(at).unwrap().count(), 3, "points, their truth, the old model");
-}
+use crate::program::{said, wheatstone};
 
 #[test]
 fn quiet_says_nothing_and_colours_come_only_when_asked_for() {

@@ -33,13 +33,15 @@ pub(super) fn write_with<T, E: From<Error>>(
 ) -> Result<T, E> {
     let failed = |problem| Error::writing(path, problem);
     let path = target(path).map_err(failed)?;
-    let parent = folder_of(&path);
+    let is_there = path.exists();
+    // A folder that is there may be another disk than what it lies in.
+    let parent = if is_there { &*path } else { folder_of(&path) };
     fs::create_dir_all(parent).map_err(failed)?;
     let unfinished = Unfinished::create(parent, calls).map_err(failed)?;
     let beside = unfinished.folder();
     again(|| calls.create_folder(&beside)).map_err(failed)?;
     let filled = fill(&beside)?;
-    let moved = if path.exists() {
+    let moved = if is_there {
         fill_in(&beside, &path, calls)
     } else {
         again(|| calls.rename(&beside, &path))

@@ -1,14 +1,11 @@
 //! Where files come from and go to.
 
 use super::{Format, Layout};
-use std::{
-    io::Write,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 use wheatstone_core::{
     Error, Result,
     error::{Hint, Remedy},
-    storage,
+    limits, storage,
 };
 
 /// A file that was read whole.
@@ -28,12 +25,6 @@ pub struct OutputFile {
     /// What goes into it.
     pub bytes: Vec<u8>,
 }
-
-/// A table of a million points takes a hundred megabytes.
-const LARGEST_FILE: u64 = 1 << 28;
-
-/// A rig has some cameras and some files each.
-const MOST_FILES: usize = 1000;
 
 impl InputFile {
     /// It as text.
@@ -112,7 +103,11 @@ pub fn gather(format: &Format, paths: &[PathBuf]) -> Result<Vec<InputFile>> {
             });
         }
     }
-    found.truncate(MOST_FILES);
+    if let Some(last) = found.last() {
+        limits::FILES.allow(last, found.len() as u64)?;
+    }
+    let read =
+        |path: PathBuf| Ok(InputFile { bytes: storage::read(&path, limits::FILE_BYTES)?, path });
     found.into_iter().map(read).collect()
 }
 
@@ -131,45 +126,20 @@ fn belongs(layout: Layout, path: &Path) -> bool {
     }
 }
 
-fn read(path: PathBuf) -> Result<InputFile> {
-    use std::io::Read;
-    let mut bytes = Vec::new();
-    let opened = storage::open(&path)?;
-    opened.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| Error::reading(&path, e))?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(Error::Malformed {
-            path,
-            line: None,
-            problem: format!("larger than {LARGEST_FILE} bytes"),
-            hint: "is this the file that you meant?".into(),
-        });
-    }
-    Ok(InputFile { path, bytes })
-}
-
-/// Writes files: one to `path` itself, several into the folder `path`. All are
-/// written out before the first takes its place.
+/// Writes files: one to `path` itself, several into the folder `path`, which gets its name when it has them all.
 ///
 /// # Errors
 ///
 /// [`Error::Io`].
 pub fn save(files: &[OutputFile], path: &Path) -> Result<Vec<PathBuf>> {
-    let mut written = Vec::new();
-    if files.iter().any(|file| !file.name.is_empty()) {
-        storage::create_folder(path)?;
+    if let [file] = files
+        && file.name.is_empty()
+    {
+        storage::write(path, &file.bytes)?;
+        return Ok(vec![path.to_path_buf()]);
     }
-    for file in files {
-        let place = if file.name.is_empty() { path.to_path_buf() } else { path.join(&file.name) };
-        let mut output = storage::Output::create(&place)?;
-        let filled = output.write_all(&file.bytes).and_then(|()| output.flush());
-        filled.map_err(|e| Error::writing(&place, e))?;
-        written.push((output, place));
-    }
-    written
-        .into_iter()
-        .map(|(output, place)| {
-            output.commit()?;
-            Ok(place)
-        })
-        .collect()
+    storage::write_folder(path, |folder| {
+        files.iter().try_for_each(|file| storage::write(&folder.join(&file.name), &file.bytes))
+    })?;
+    Ok(files.iter().map(|file| path.join(&file.name)).collect())
 }

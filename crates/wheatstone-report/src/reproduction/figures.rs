@@ -18,7 +18,10 @@ struct Curve {
 ///
 /// [`Error::Io`].
 pub fn write(all: &Reproduction, folder: &Path) -> Result<()> {
-    storage::create_folder(folder)?;
+    storage::write_folder(folder, |folder| write_into(all, folder))
+}
+
+fn write_into(all: &Reproduction, folder: &Path) -> Result<()> {
     let save = |name: &str, text: String| storage::write(&folder.join(name), text.as_bytes());
     let mut json = serde_json::to_string_pretty(all)
         .map_err(|e| Error::writing(folder.join("reproduction.json"), e.into()))?;
