@@ -8,12 +8,12 @@ use crate::{
 };
 use pairing::{pair_up, refuse};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use wheatstone_core::{
     Error, Result,
     error::{Hint, Remedy},
     geometry::{Pose, Vector3},
-    storage,
+    limits, storage,
 };
 
 /// The name of the file that describes a capture.
@@ -86,18 +86,34 @@ pub struct ViewEntry {
     pub sigma: Option<f64>,
 }
 
-/// A capture file is a page of text; this is far beyond it.
-const LARGEST_FILE: u64 = 16 << 20;
+/// Where a capture's pictures may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Reach {
+    /// In the folder of its file, and in those within it.
+    #[default]
+    Folder,
+    /// Anywhere: patterns may be absolute or go up, and links may lead out.
+    Anywhere,
+}
 
 impl Capture {
-    /// Reads `capture.toml`, or the folder that holds one, and finds the pictures.
+    /// Reads `capture.toml`, or the folder that holds one, and finds the pictures in that folder.
     ///
     /// # Errors
     ///
     /// [`Error::Io`], or [`Error::Malformed`] naming the line.
     pub fn open(path: &Path) -> Result<Self> {
+        Self::open_within(path, Reach::Folder)
+    }
+
+    /// Reads a capture whose pictures may be elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// As [`Capture::open`].
+    pub fn open_within(path: &Path, reach: Reach) -> Result<Self> {
         let path = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
-        let text = storage::read_text(&path, LARGEST_FILE)?;
+        let text = storage::read_text(&path, limits::SETTINGS_BYTES)?;
         let malformed = |e: toml::de::Error| Error::Malformed {
             path: path.clone(),
             line: e.span().map(|span| line_of(&text, span.start)),
@@ -118,7 +134,7 @@ impl Capture {
         file.chart.validate().map_err(|e| {
             refuse(&path, e.to_string(), e.hint().as_deref().unwrap_or("correct it"))
         })?;
-        Self::resolve(path, file)
+        Self::resolve(path, file, reach)
     }
 
     /// The cameras without a picture of a view, with the view: both by name.
@@ -139,8 +155,7 @@ impl Capture {
         self.cameras.iter().map(first).collect()
     }
 
-    fn resolve(path: PathBuf, file: CaptureFile) -> Result<Self> {
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    fn resolve(path: PathBuf, file: CaptureFile, reach: Reach) -> Result<Self> {
         let (mut names, mut files) = (Vec::new(), Vec::new());
         for (name, pattern) in &file.cameras {
             let Some(pattern) = pattern.as_str() else {
@@ -151,7 +166,7 @@ impl Capture {
                 ));
             };
             names.push(name.clone());
-            files.push(matching_files(&path, &folder, name, pattern)?);
+            files.push(matching_files(&path, name, pattern, reach)?);
         }
         if files.is_empty() {
             return Err(refuse(
@@ -198,7 +213,18 @@ fn line_of(text: &str, offset: usize) -> u64 {
 }
 
 /// The files that a pattern names, sorted; relative patterns begin at the capture's folder.
-fn matching_files(path: &Path, folder: &Path, camera: &str, pattern: &str) -> Result<Vec<PathBuf>> {
+fn matching_files(path: &Path, camera: &str, pattern: &str, reach: Reach) -> Result<Vec<PathBuf>> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let elsewhere = |what: &str| Error::Malformed {
+        path: path.into(),
+        line: None,
+        problem: format!("camera `{camera}`: `{what}` is not in the folder of this file"),
+        hint: Hint::new("move the pictures into that folder", Remedy::Follow),
+    };
+    let inward = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+    if reach == Reach::Folder && !Path::new(pattern).components().all(inward) {
+        return Err(elsewhere(pattern));
+    }
     // Characters of the folder's own name are meant literally.
     let full = if Path::new(pattern).is_absolute() || folder.as_os_str().is_empty() {
         pattern.to_owned()
@@ -215,6 +241,15 @@ fn matching_files(path: &Path, folder: &Path, camera: &str, pattern: &str) -> Re
     let mut files: Vec<PathBuf> =
         found.filter_map(|entry| entry.ok()).filter(|p| p.is_file()).collect();
     files.sort();
+    if reach == Reach::Folder {
+        let whole = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let whole = whole.canonicalize().map_err(|e| Error::reading(folder, e))?;
+        // A link may lead out.
+        let is_within = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| f.starts_with(&whole));
+        if let Some(file) = files.iter().find(|file| !is_within(file)) {
+            return Err(elsewhere(&file.display().to_string()));
+        }
+    }
     if files.is_empty() {
         return Err(refuse(
             path,

@@ -35,7 +35,7 @@ impl Failure {
             }
             Self::Output(e) => (format!("cannot write to standard output: {e}"), None, 1),
             Self::Library(e @ wheatstone::Error::Cancelled) => {
-                (e.to_string(), None, crate::interruption::STATUS)
+                (e.to_string(), None, crate::interruption::status())
             }
             Self::Library(e) => (e.to_string(), e.hint().map(worded), 1),
             Self::Usage { problem, hint } => (problem.clone(), Some(hint.clone()), 2),
@@ -71,6 +71,8 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::DropDuplicates) => " (`--drop-duplicates`)",
         Some(Remedy::Columns) => ": `--columns x1=u_left,y1=v_left,…`",
         Some(Remedy::Unit) => ": `--unit cm`",
+        Some(Remedy::Limits) => " `--limits 10` takes ten times as much",
+        Some(Remedy::Follow) => "; `--follow` reads them where they are",
         _ => "",
     };
     format!("{hint}{ours}")

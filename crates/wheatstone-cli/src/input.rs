@@ -5,7 +5,7 @@ use crate::{failure::Outcome, progress::Bar};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use wheatstone::{
-    capture::{Capture, FILE_NAME},
+    capture::{Capture, FILE_NAME, Reach},
     dataset::Dataset,
     detection::{DetectionSettings, Found, detect},
     fit::bundle,
@@ -20,6 +20,9 @@ pub(crate) struct Reading {
     /// Round detected points to whole pixels, as the 2001 paper measured them (captures only)
     #[arg(long)]
     pub(crate) whole_pixels: bool,
+    /// Read pictures outside of the capture's folder too, where capture.toml or links lead there
+    #[arg(long)]
+    pub(crate) follow: bool,
     /// Unit of lengths; a points file in another unit is converted [default: that of the file, else
     /// of the truth file beside it, else mm]
     #[arg(long)]
@@ -80,6 +83,9 @@ impl Reading {
         if self.whole_pixels {
             words.push("--whole-pixels".into());
         }
+        if self.follow {
+            words.push("--follow".into());
+        }
         if let Some(unit) = &self.unit {
             words.extend(["--unit".into(), unit.clone()]);
         }
@@ -123,7 +129,7 @@ pub(crate) fn load_any(path: &Path, reading: &Reading, bar: &Bar) -> Outcome<Loa
 fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> Outcome<Loaded> {
     let truth = truth_beside(path)?;
     if is_capture(path) {
-        let (capture, found) = open_and_detect(path, reading.whole_pixels, bar)?;
+        let (capture, found) = open_and_detect(path, (reading.follow, reading.whole_pixels), bar)?;
         let pictures = found.pictures.iter().flatten().flatten();
         let skipped = pictures.filter(|p| p.outcome.is_err()).count();
         if skipped > 0 {
@@ -162,10 +168,11 @@ fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> 
 /// Opens a capture and looks for its chart.
 pub(crate) fn open_and_detect(
     path: &Path,
-    whole_pixels: bool,
+    (follow, whole_pixels): (bool, bool),
     bar: &Bar,
 ) -> Outcome<(Capture, Found)> {
-    let capture = Capture::open(path)?;
+    let reach = if follow { Reach::Anywhere } else { Reach::Folder };
+    let capture = Capture::open_within(path, reach)?;
     tell_missing(&capture);
     let settings = DetectionSettings { whole_pixels, ..DetectionSettings::default() };
     let found = detect(&capture, settings, bar)?;

@@ -159,7 +159,7 @@ impl Calibration {
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownName`] where the method that was chosen is not known.
+    /// [`Error::UnknownName`](crate::Error::UnknownName) where the method that was chosen is not known.
     pub fn fitted(&self) -> Result<(AnyMethod, Fit)> {
         let method = match &self.choice {
             Some(choice) => choice.method()?,
@@ -199,7 +199,7 @@ impl Calibration {
     ///
     /// # Errors
     ///
-    /// [`Error::Cancelled`].
+    /// [`Error::Cancelled`](crate::Error::Cancelled).
     pub fn budget(&self, exam: &Dataset, progress: &dyn Progress) -> Result<Option<Budget>> {
         let train = self.data.restored();
         let reference = match &self.reconstructor {

@@ -4,8 +4,11 @@ mod hint;
 
 pub use hint::{Hint, Remedy};
 
-use crate::unit;
-use std::path::PathBuf;
+use crate::{
+    limits::{Exceeded, Limit},
+    unit,
+};
+use std::path::{Path, PathBuf};
 
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -133,9 +136,35 @@ impl From<wheatstone_numeric::Error> for Error {
     }
 }
 
+impl Limit {
+    /// Refuses more.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`], which names the file and says what is too many.
+    pub fn allow(self, path: &Path, found: u64) -> Result<()> {
+        if found <= self.most() { Ok(()) } else { Err(self.refuse(path)) }
+    }
+
+    /// That there are more.
+    #[must_use]
+    pub fn refuse(self, path: &Path) -> Error {
+        Error::Malformed {
+            path: path.into(),
+            line: None,
+            problem: Exceeded(self).to_string(),
+            hint: Hint::new("is this the file that you meant?", Remedy::Limits),
+        }
+    }
+}
+
 impl Error {
     /// A file that could not be read.
     pub fn reading(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
+        let within = source.get_ref().and_then(|own| own.downcast_ref::<Exceeded>());
+        if let Some(Exceeded(limit)) = within {
+            return limit.refuse(&path.into());
+        }
         Self::Io { action: "read", path: path.into(), source }
     }
 
@@ -196,7 +225,7 @@ impl Error {
     }
 }
 
-fn io_hint(kind: std::io::ErrorKind, path: &std::path::Path) -> String {
+fn io_hint(kind: std::io::ErrorKind, path: &Path) -> String {
     use std::io::ErrorKind as Kind;
     match kind {
         Kind::NotFound => {

@@ -5,6 +5,7 @@
 //! above it. Pictures, charts, tables and pages are in crates that build on this one.
 
 pub mod unit;
+pub mod limits;
 pub mod error;
 pub mod storage;
 pub mod registry;

@@ -14,7 +14,7 @@ use std::{
 };
 use wheatstone::{
     Correspondence, Dataset, DetectionSettings, Pixel, Point3,
-    capture::{Capture, FILE_NAME},
+    capture::{Capture, FILE_NAME, Reach},
     detect,
     formats::{Given, gather, guess},
     tables::{ColumnNames, Duplicates, TableOptions, TableReader},
@@ -32,6 +32,7 @@ struct Reading {
     columns: Option<String>,
     drop_duplicates: bool,
     whole_pixels: bool,
+    follow: bool,
 }
 
 impl Reading {
@@ -71,7 +72,9 @@ impl PyDataset {
                     whole_pixels: reading.whole_pixels,
                     ..DetectionSettings::default()
                 };
-                return Ok(detect(&Capture::open(&path)?, settings, progress)?.dataset);
+                let reach = if reading.follow { Reach::Anywhere } else { Reach::Folder };
+                let capture = Capture::open_within(&path, reach)?;
+                return Ok(detect(&capture, settings, progress)?.dataset);
             }
             let regular = path.is_dir() || path.is_file();
             let format =

@@ -82,6 +82,8 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::DropDuplicates) => " (`drop_duplicates=True`)",
         Some(Remedy::Columns) => ": `columns={\"x1\": \"u_left\", …}`",
         Some(Remedy::Unit) => ": `unit=\"cm\"`",
+        Some(Remedy::Limits) => " `wheatstone.raise_limits(10)` takes ten times as much",
+        Some(Remedy::Follow) => "; `wheatstone.read(…, follow=True)` reads them where they are",
         _ => "",
     };
     format!("{hint}{ours}")

@@ -29,6 +29,12 @@ fn formats(which: fn(&Format) -> bool) -> Vec<&'static str> {
         .collect()
 }
 
+/// Takes inputs up to so many times larger than what is usual, in this process from now on.
+#[pyfunction]
+fn raise_limits(times: u64) {
+    wheatstone::limits::raise(times);
+}
+
 #[pymodule(gil_used = false)]
 fn _wheatstone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<dataset::PyDataset>()?;
@@ -50,6 +56,7 @@ fn _wheatstone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(synthetic::synth_capture, module)?)?;
     module.add_function(wrap_pyfunction!(pool::set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(pool::get_threads, module)?)?;
+    module.add_function(wrap_pyfunction!(raise_limits, module)?)?;
     module.add("METHODS", AnyMethod::NAMES.to_vec())?;
     module.add("RIGS", Rig::NAMES.to_vec())?;
     module.add("FORMATS_READ", formats(Format::reads))?;

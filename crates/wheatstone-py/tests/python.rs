@@ -23,6 +23,11 @@ fn is_required() -> bool {
     env::var_os("WHEATSTONE_PYTHON").is_some_and(|value| value == "required")
 }
 
+/// Says something at once, whatever becomes of the test.
+fn tell(text: &str) {
+    std::io::stderr().write_all(format!("\n{text}\n").as_bytes()).unwrap();
+}
+
 /// Python's version, where the command is one.
 fn version(python: &str) -> Option<(u32, u32)> {
     let code = "import sys; print(sys.version_info[0], sys.version_info[1])";
@@ -60,6 +65,7 @@ fn environment(folder: &Path, requirements: &Path) -> Result<PathBuf, Missing> {
     if !made.is_ok_and(|made| made.status.success()) {
         return Err(Missing("this Python has no module `venv`".into()));
     }
+    tell("installing what the tests of the Python package need");
     let mut pip = Command::new(bin.join("python"));
     pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"]);
     let told = pip.arg(requirements).stderr(Stdio::piped()).output().unwrap();
@@ -89,8 +95,7 @@ fn the_python_package() {
     let bin = match environment(&folder.join("venv"), &own.join("tests/requirements.txt")) {
         Ok(bin) => bin,
         Err(Missing(why)) if !is_required() => {
-            let said = format!("\nNOT TESTED: the Python package, for {why}\n");
-            std::io::stderr().write_all(said.as_bytes()).unwrap();
+            tell(&format!("NOT TESTED: the Python package, for {why}"));
             return;
         }
         Err(Missing(why)) => panic!("the Python package cannot be tested: {why}"),
@@ -124,7 +129,8 @@ fn the_python_package() {
         tests.env("WHEATSTONE_PROGRAM", program);
     }
     tests.env("PYTHONPATH", &site).env("PYTHONDONTWRITEBYTECODE", "1").current_dir(&folder);
-    // What it prints is seen at once, so that a run that never ends tells where.
+    tell("running the tests of the Python package");
+    // What they print is seen at once, so that a run that never ends tells where.
     let status = tests.status().unwrap();
     assert!(status.success(), "the tests of the Python package failed: {status}");
 }

@@ -93,7 +93,7 @@ pub use face::*;
 
 pub use nalgebra;
 pub use wheatstone_core::{
-    calibration, camera, dataset, error, evaluate, fit, geometry, method, preparation,
+    calibration, camera, dataset, error, evaluate, fit, geometry, limits, method, preparation,
     rectification, storage,
 };
 pub use wheatstone_numeric::{self as numeric, progress};

@@ -11,10 +11,7 @@ use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
 };
-use wheatstone_core::{Error, Result, storage};
-
-/// A target is ten lines.
-const LARGEST_FILE: u64 = 1 << 20;
+use wheatstone_core::{Error, Result, limits, storage};
 
 /// A target's keys with their lines and values.
 struct Target<'a> {
@@ -35,7 +32,7 @@ pub fn read(path: &Path, unit: &str) -> Result<AnyChart> {
         name: unit.into(),
         known: super::sheet::UNITS.map(String::from).to_vec(),
     })?;
-    let text = storage::read_text(path, LARGEST_FILE)?;
+    let text = storage::read_text(path, limits::SETTINGS_BYTES)?;
     let target = Target::parse(path, &text)?;
     let chart = match target.text("target_type")? {
         "aprilgrid" => target.april_grid(per_metre)?.into(),

@@ -1,12 +1,17 @@
 //! Picture files to grey values, within limits that a hostile or broken file cannot pass.
 
 use super::GrayImage;
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::{
     io::{BufRead, BufReader, Cursor, Seek},
     path::Path,
+    sync::{Condvar, Mutex, PoisonError},
 };
-use wheatstone_core::{Error, Result, storage};
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+    limits, storage,
+};
 
 /// The largest picture that is decoded.
 #[derive(Clone, Copy, Debug)]
@@ -18,9 +23,35 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// Above the largest industrial sensors sold (151 megapixels), below what fills a machine.
+    /// [`limits::PICTURE_SIDE`] and [`limits::PICTURE_PIXELS`].
     fn default() -> Self {
-        Self { side: 16_384, pixels: 160_000_000 }
+        let side = u32::try_from(limits::PICTURE_SIDE.most()).unwrap_or(u32::MAX);
+        Self { side, pixels: limits::PICTURE_PIXELS.most() }
+    }
+}
+
+/// Pixels of the pictures that are being decoded: together they are no more than one picture may have.
+static DECODED: (Mutex<u64>, Condvar) = (Mutex::new(0), Condvar::new());
+
+/// A picture's share of what is decoded at once.
+struct Share(u64);
+
+impl Share {
+    /// Waits until there is room, or nothing else is decoded.
+    fn wait(pixels: u64, limits: Limits) -> Self {
+        let (taken, returned) = &DECODED;
+        let full = |taken: &mut u64| *taken > 0 && *taken + pixels > limits.pixels;
+        let taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = returned.wait_while(taken, full);
+        *waited.unwrap_or_else(PoisonError::into_inner) += pixels;
+        Self(pixels)
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        *DECODED.0.lock().unwrap_or_else(PoisonError::into_inner) -= self.0;
+        DECODED.1.notify_all();
     }
 }
 
@@ -55,20 +86,33 @@ fn decoded<R: BufRead + Seek>(
         hint: hint.into(),
     };
     let broken = |e: image::ImageError| not_whole(path, &e);
+    let format = reader.format();
+    let mut source = reader.into_inner();
+    if format == Some(ImageFormat::Jpeg)
+        && jpeg_ends_early(&mut source).map_err(|e| Error::reading(path, e))?
+    {
+        return Err(refuse("the JPEG ends early".into(), "was it copied completely?"));
+    }
+    let reader = match format {
+        Some(format) => ImageReader::with_format(source, format),
+        None => ImageReader::new(source),
+    };
     let mut decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 {
         return Err(refuse("the picture has no pixels".into(), "is the file truncated?"));
     }
     if width.max(height) > limits.side || u64::from(width) * u64::from(height) > limits.pixels {
-        return Err(refuse(
-            format!(
+        return Err(Error::Image {
+            path: path.into(),
+            problem: format!(
                 "{width} x {height} pixels; the limit is {} per side and {} in all",
                 limits.side, limits.pixels
             ),
-            "is the file damaged? Otherwise scale the picture down",
-        ));
+            hint: Hint::new("is the file damaged? Otherwise scale it down;", Remedy::Limits),
+        });
     }
+    let _share = Share::wait(u64::from(width) * u64::from(height), limits);
     let mut allocation = image::Limits::default();
     // Sixteen bytes hold a pixel of any kind that is read; decoders work in about as much again.
     allocation.max_alloc = Some(32 * u64::from(width) * u64::from(height) + (1 << 20));
@@ -114,8 +158,36 @@ fn not_whole(path: &Path, error: &image::ImageError) -> Error {
     }
 }
 
+/// Whether a JPEG lacks its end: decoders make up what is missing. The last scan is followed by the mark of the end; a
+/// small picture that a camera puts into the head has marks of its own before it.
+fn jpeg_ends_early(source: &mut (impl BufRead + Seek)) -> std::io::Result<bool> {
+    const MARK: u8 = 0xFF;
+    const SCAN: u8 = 0xDA;
+    const END: u8 = 0xD9;
+    let (mut last, mut is_marked) = (None, false);
+    loop {
+        let bytes = source.fill_buf()?;
+        if bytes.is_empty() {
+            break;
+        }
+        for byte in bytes {
+            if is_marked && matches!(*byte, SCAN | END) {
+                last = Some(*byte);
+            }
+            is_marked = *byte == MARK;
+        }
+        let count = bytes.len();
+        source.consume(count);
+    }
+    source.rewind()?;
+    Ok(last == Some(SCAN))
+}
+
+/// Rows that are made grey at once: little memory beside the pictures before and after.
+const STRIP: u32 = 64;
+
 fn to_gray(picture: &DynamicImage) -> GrayImage {
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let (width, height) = (picture.width(), picture.height());
     let deep = !matches!(
         picture.color(),
         image::ColorType::L8
@@ -123,11 +195,15 @@ fn to_gray(picture: &DynamicImage) -> GrayImage {
             | image::ColorType::Rgb8
             | image::ColorType::Rgba8
     );
-    let values = if deep {
-        // 65535 = 257 * 255.
-        picture.to_luma16().into_raw().into_iter().map(|v| f32::from(v) / 257.0).collect()
-    } else {
-        picture.to_luma8().into_raw().into_iter().map(f32::from).collect()
-    };
-    GrayImage { width, height, values }
+    let mut values = Vec::with_capacity(width as usize * height as usize);
+    for top in (0..height).step_by(STRIP as usize) {
+        let strip = picture.crop_imm(0, top, width, STRIP.min(height - top));
+        if deep {
+            // 65535 = 257 * 255.
+            values.extend(strip.into_luma16().into_raw().into_iter().map(|v| f32::from(v) / 257.0));
+        } else {
+            values.extend(strip.into_luma8().into_raw().into_iter().map(f32::from));
+        }
+    }
+    GrayImage { width: width as usize, height: height as usize, values }
 }

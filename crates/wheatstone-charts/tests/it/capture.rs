@@ -1,10 +1,10 @@
 //! Captures as users lay them down.
 
 use wheatstone_charts::{
-    capture::{Capture, FILE_NAME},
+    capture::{Capture, FILE_NAME, Reach},
     chart::chessboard::Chessboard,
 };
-use wheatstone_core::Result;
+use wheatstone_core::{Result, error::Remedy};
 
 const HEAD: &str = "unit = \"cm\"\n[chart]\ntype = \"line-grid\"\ncolumns = 17\nrows = 13\npitch = 5.0\n[cameras]\nleft = \"left/*.png\"\nright = \"right/*.png\"\n";
 
@@ -148,4 +148,41 @@ fn faults_are_named() {
     // One camera alone can be calibrated.
     let (_dir, one) = capture(&HEAD.replace("right = \"right/*.png\"\n", ""), &both[..1]);
     assert_eq!(one.unwrap().cameras.len(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn pictures_outside_of_the_folder_are_read_only_where_that_is_asked_for() {
+    let outside = tempfile::tempdir().unwrap();
+    std::fs::write(outside.path().join("01.png"), b"").unwrap();
+    let absolute = format!("{}/*.png", outside.path().display());
+    let (inner, opened) = capture(HEAD, &["left/01.png", "right/01.png"]);
+    assert!(opened.is_ok());
+    std::os::unix::fs::symlink(outside.path(), inner.path().join("link")).unwrap();
+    std::os::unix::fs::symlink("left", inner.path().join("inward")).unwrap();
+    let up = format!("../{}/*.png", outside.path().file_name().unwrap().to_str().unwrap());
+    for (pattern, is_within) in [
+        (&*absolute, false),
+        (&*up, false),
+        ("/**/*.png", false),
+        ("left/../../*.png", false),
+        ("link/*.png", false),
+        ("inward/*.png", true),
+        ("./left/*.png", true),
+    ] {
+        let text = HEAD.replace("right/*.png", pattern);
+        std::fs::write(inner.path().join(FILE_NAME), text).unwrap();
+        let opened = Capture::open(inner.path());
+        assert_eq!(opened.is_ok(), is_within, "{pattern}");
+        if let Err(error) = opened {
+            assert!(error.to_string().contains("not in the folder"), "{pattern}: {error}");
+            assert_eq!(error.hint().unwrap().remedy(), Some(Remedy::Follow));
+        }
+    }
+    for pattern in [absolute, up, "link/*.png".to_owned()] {
+        let text = HEAD.replace("right/*.png", &pattern);
+        std::fs::write(inner.path().join(FILE_NAME), text).unwrap();
+        let opened = Capture::open_within(inner.path(), Reach::Anywhere).unwrap();
+        assert_eq!(names(&opened, 1), ["01.png"], "{pattern}");
+    }
 }

@@ -7,7 +7,10 @@ use crate::{
 };
 use clap::Args;
 use serde_json::json;
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 use wheatstone::{
     capture::Capture,
     detection::Found,
@@ -33,6 +36,9 @@ pub(crate) struct Detect {
     /// Round to whole pixels, as the 2001 paper measured
     #[arg(long)]
     whole_pixels: bool,
+    /// Read pictures outside of the capture's folder too, where capture.toml or links lead there
+    #[arg(long)]
+    follow: bool,
     /// Print the detections in each picture as JSON, instead of the points
     #[arg(long)]
     json: bool,
@@ -44,7 +50,8 @@ impl Detect {
             refuse_inputs(output, [&*self.capture])?;
         }
         let bar = Bar::new();
-        let (capture, found) = open_and_detect(&self.capture, self.whole_pixels, &bar)?;
+        let how = (self.follow, self.whole_pixels);
+        let (capture, found) = open_and_detect(&self.capture, how, &bar)?;
         drop(bar);
         if let Some(folder) = &self.draw {
             draw(&capture, &found, folder)?;
@@ -116,8 +123,11 @@ fn as_json(capture: &Capture, found: &Found) -> serde_json::Value {
 }
 
 /// Draws the points of every picture; neighbours in the order of their ids are joined.
-pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -> Outcome {
-    storage::create_folder(folder)?;
+pub(crate) fn draw(capture: &Capture, found: &Found, folder: &Path) -> Outcome {
+    storage::write_folder(folder, |folder| draw_into(capture, found, folder))
+}
+
+fn draw_into(capture: &Capture, found: &Found, folder: &Path) -> Outcome {
     for (view, row) in capture.views.iter().zip(&found.pictures) {
         for (camera, picture) in capture.cameras.iter().zip(row) {
             let Some(picture) = picture else { continue };
@@ -134,7 +144,8 @@ pub(crate) fn draw(capture: &Capture, found: &Found, folder: &std::path::Path) -
                 // Orange for the first point, so that one observes which way the chart is read.
                 canvas.cross(*point, if index == 0 { [230, 90, 0] } else { [0, 90, 200] });
             }
-            canvas.write_png(&folder.join(format!("{}-{}.png", camera.name, view.name)))?;
+            let [camera, view] = [&camera.name, &view.name].map(|name| storage::file_name(name));
+            canvas.write_png(&folder.join(format!("{camera}-{view}.png")))?;
         }
     }
     Ok(())

@@ -9,9 +9,14 @@ mod docs;
 mod drive;
 mod figures;
 mod formats;
+mod hostile;
+#[cfg(unix)]
+mod kills;
 mod messages;
 mod models;
 mod behaviour;
+#[cfg(target_os = "linux")]
+mod bombs;
 mod one_camera;
 #[cfg(unix)]
 mod outputs;
@@ -19,6 +24,8 @@ mod paper;
 mod program;
 mod reports;
 mod rows;
+#[cfg(unix)]
+mod signals;
 mod silent_failures;
 mod stage;
 mod tutorials;

@@ -4,6 +4,7 @@ use super::Calibration;
 use crate::{
     Error, Result,
     error::{Hint, Remedy},
+    limits,
     method::{AnyMethod, AnyReconstructor},
     storage,
 };
@@ -29,9 +30,6 @@ const CHECKED_VERSION: u32 = 3;
 
 /// The field that holds the checksum of all others.
 const CHECKSUM: &str = "checksum";
-
-/// A model holds its data; a million points take a hundred megabytes.
-const LARGEST_FILE: u64 = 1 << 30;
 
 /// A model with the checksum of its fields.
 #[derive(Serialize)]
@@ -122,7 +120,7 @@ impl Calibration {
     /// [`Error::Io`]; [`Error::Malformed`] for anything else than a whole model of a known version, and where its
     /// content has not the checksum that it was written with.
     pub fn load(path: &Path) -> Result<Self> {
-        parse(path, &storage::read_text(path, LARGEST_FILE)?, Damage::Refused)
+        parse(path, &storage::read_text(path, limits::MODEL_BYTES)?, Damage::Refused)
     }
 
     /// Reads a file as [`Calibration::load`] does, but does not ask for its checksum: to look into a file that was
@@ -132,7 +130,7 @@ impl Calibration {
     ///
     /// As [`Calibration::load`], but for the checksum.
     pub fn load_damaged(path: &Path) -> Result<Self> {
-        parse(path, &storage::read_text(path, LARGEST_FILE)?, Damage::Ignored)
+        parse(path, &storage::read_text(path, limits::MODEL_BYTES)?, Damage::Ignored)
     }
 
     /// Reads what [`Calibration::to_bytes`] gave. Messages call it `model`.

@@ -46,6 +46,10 @@ pub enum Remedy {
     Columns,
     /// To say the unit of lengths.
     Unit,
+    /// To read pictures of a capture wherever they are.
+    Follow,
+    /// To take larger inputs.
+    Limits,
 }
 
 /// What to do about an error: one sentence without a full stop, complete without the name of any

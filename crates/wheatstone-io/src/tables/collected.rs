@@ -9,6 +9,7 @@ use wheatstone_core::{
     dataset::{Correspondence, Dataset},
     error::{Hint, Remedy},
     geometry::Pixel,
+    limits,
 };
 
 /// What to do with rows that stand in a file twice, to the last digit.
@@ -57,6 +58,8 @@ impl Collected {
         view: Option<&str>,
         line: u64,
     ) -> Result<()> {
+        let cells = (self.data.correspondences.len() + 1) * 2 * self.data.cameras;
+        limits::CELLS.allow(&self.path, cells as u64)?;
         if let Some(name) = view {
             let data = &mut self.data;
             row.view = *self.view_index.entry(name.to_owned()).or_insert_with(|| {

@@ -23,7 +23,11 @@ use std::{
     path::Path,
     sync::Arc,
 };
-use wheatstone_core::{Error, Result};
+use wheatstone_core::{
+    Error, Result,
+    error::{Hint, Remedy},
+    limits,
+};
 
 /// Under this key a file by column says the unit of its lengths.
 pub(super) const UNIT: &str = "unit";
@@ -61,8 +65,9 @@ impl ColumnTable {
             let metadata = ArrowReaderMetadata::load(&file, ArrowReaderOptions::default())?;
             parquet_lengths::check_columns(&metadata, file.len())?;
             let file = CheckedPages(file);
+            let rows = file.rows_at_once(&metadata, ROWS)?;
             let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
-                .with_batch_size(ROWS);
+                .with_batch_size(rows);
             let pairs = builder.metadata().file_metadata().key_value_metadata();
             let unit = pairs.and_then(|pairs| {
                 pairs.iter().find(|pair| pair.key == UNIT).and_then(|pair| pair.value.clone())
@@ -191,6 +196,10 @@ fn damaged(path: &Path, kind: &str, what: &str) -> Error {
         return malformed(path, None, problem, hint);
     }
     let problem = format!("not a readable {kind}: {what}");
+    if limits::is_told_by(what) {
+        let hint = Hint::new("is this the file that you meant?", Remedy::Limits);
+        return Error::Malformed { path: path.into(), line: None, problem, hint };
+    }
     let hint = if kind == HANDED_OVER {
         "check the program that hands it over"
     } else {

@@ -5,6 +5,7 @@ use std::path::Path;
 use wheatstone_core::{
     Error, Result,
     error::{Hint, Remedy},
+    limits,
 };
 
 /// Where each quantity stands in a row.
@@ -49,6 +50,7 @@ impl Header<'_> {
 impl Layout {
     /// From the columns' names, and what a user tells of them.
     pub(super) fn of(header: &Header, told: Option<&ColumnNames>) -> Result<Self> {
+        limits::COLUMNS.allow(header.path, header.names.len() as u64)?;
         if header.names.iter().all(String::is_empty) {
             return Err(header.refuse("the file is empty".into()));
         }
@@ -80,8 +82,10 @@ impl Layout {
         let board = all(board);
         // One camera's list of corners calibrates it; points in the world need two.
         let least = if board.is_some() && world[0].is_none() { 1 } else { 2 };
+        let pixels = pixels(header, &names, least)?;
+        limits::CAMERAS.allow(header.path, pixels.len() as u64)?;
         Ok(Self {
-            pixels: pixels(header, &names, least)?,
+            pixels,
             world: all(world),
             board,
             view: exact("view"),

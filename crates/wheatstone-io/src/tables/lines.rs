@@ -1,12 +1,10 @@
 //! A source of text in whole lines, which remembers enough of them to tell the line of a row.
 
 use std::io::{Read, Result};
+use wheatstone_core::limits;
 
 /// Bytes that are asked for at once.
 const CHUNK: usize = 1 << 18;
-
-/// No line is so long, but a file is that is no table.
-const LONGEST: usize = 1 << 24;
 
 /// Gives whole lines only, as many as have come: what a slow producer has written goes on before it ends.
 pub(super) struct Lines {
@@ -19,11 +17,13 @@ pub(super) struct Lines {
     /// Where `held` begins in the text.
     begin: u64,
     ended: bool,
+    /// What was given since a row ended.
+    of_row: u64,
 }
 
 impl Lines {
     pub(super) fn new(source: Box<dyn Read + Send>) -> Self {
-        Self { source, held: Vec::new(), whole: 0, given: 0, begin: 0, ended: false }
+        Self { source, held: Vec::new(), whole: 0, given: 0, begin: 0, ended: false, of_row: 0 }
     }
 
     /// The first lines, as many as `enough` asks for of those that have come; without the byte order mark
@@ -40,6 +40,11 @@ impl Lines {
                 return Ok(&self.held[..self.whole]);
             }
         }
+    }
+
+    /// Says that a row has ended.
+    pub(super) fn end_row(&mut self) {
+        self.of_row = 0;
     }
 
     /// Whether all that came was given on and read to this byte: more has to be waited for.
@@ -66,13 +71,16 @@ impl Lines {
                 read => self.ended = read? == 0,
             }
             let last = self.held[before..].iter().rposition(|byte| *byte == b'\n');
-            if self.ended || self.held.len() > LONGEST {
+            if self.ended {
                 self.whole = self.held.len();
                 return Ok(());
             }
             if let Some(last) = last {
                 self.whole = before + last + 1;
                 return Ok(());
+            }
+            if self.held.len() as u64 > limits::ROW_BYTES.most() {
+                return Err(limits::ROW_BYTES.exceeded());
             }
         }
     }
@@ -89,6 +97,11 @@ impl Read for Lines {
         let count = into.len().min(self.whole - self.given);
         into[..count].copy_from_slice(&self.held[self.given..self.given + count]);
         self.given += count;
+        self.of_row += count as u64;
+        // A quotation mark that is never closed makes a row of many lines.
+        if self.of_row > limits::ROW_BYTES.most() {
+            return Err(limits::ROW_BYTES.exceeded());
+        }
         Ok(count)
     }
 }

@@ -9,6 +9,7 @@ use parquet::{
     errors::ParquetError,
     file::reader::{ChunkReader, Length},
 };
+use wheatstone_core::limits;
 
 /// The footer's length in bytes, and the magic word.
 const END: u64 = 8;
@@ -190,6 +191,43 @@ pub(super) struct CheckedPages<F>(pub(super) F);
 /// Bytes in which a page's header ends as a rule, and in which it must end: statistics may hold long texts.
 const HEADER_BYTES: [u64; 2] = [1 << 10, 1 << 22];
 
+/// Refuses a part that would unpack to more bytes than are held at once.
+fn refuse_beyond(bytes: u64) -> Result<(), ParquetError> {
+    let limit = limits::PART_BYTES;
+    if bytes <= limit.most() { Ok(()) } else { Err(ParquetError::from(limit.exceeded())) }
+}
+
+impl<F: ChunkReader> CheckedPages<F> {
+    /// How many rows can be decoded at once, at most so many: each may hold the longest text of a dictionary, which is
+    /// no longer than the dictionary.
+    pub(super) fn rows_at_once(
+        &self,
+        metadata: &ArrowReaderMetadata,
+        most: usize,
+    ) -> Result<usize, ParquetError> {
+        let mut longest = 0;
+        for group in metadata.metadata().row_groups() {
+            let mut of_group = 0;
+            for column in group.columns() {
+                let Some(place) = column.dictionary_page_offset() else { continue };
+                let place = u64::try_from(place).unwrap_or(0);
+                let left = self.0.len().saturating_sub(place);
+                let bytes = self.0.get_bytes(place, HEADER_BYTES[0].min(left) as usize)?;
+                let mut walk = Walk::of(&bytes);
+                // What is no header is refused when its page is read.
+                if walk.structure((Some(PAGE_HEADER), false), 0).is_some() {
+                    let size = walk.found(2, 2).and_then(|size| u64::try_from(size).ok());
+                    of_group += size.unwrap_or(0);
+                }
+            }
+            longest = of_group.max(longest);
+        }
+        refuse_beyond(longest)?;
+        let rows = limits::BATCH_BYTES.most() / longest.max(1);
+        Ok(usize::try_from(rows).map_or(most, |rows| rows.clamp(1, most)))
+    }
+}
+
 impl<F: ChunkReader> Length for CheckedPages<F> {
     fn len(&self) -> u64 {
         self.0.len()
@@ -210,6 +248,7 @@ impl<F: ChunkReader> ChunkReader for CheckedPages<F> {
                 if values.is_some_and(|values| !(0..=size.unwrap_or(0)).contains(&values)) {
                     break;
                 }
+                refuse_beyond(size.and_then(|size| u64::try_from(size).ok()).unwrap_or(0))?;
                 return self.0.get_read(start);
             }
         }

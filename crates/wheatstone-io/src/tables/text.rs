@@ -12,7 +12,7 @@ use arrow_array::{ArrayRef, RecordBatch, builder::StringBuilder};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use csv::{ByteRecord, StringRecord};
 use std::{io::Read, path::Path, sync::Arc};
-use wheatstone_core::{Error, Result, unit};
+use wheatstone_core::{Error, Result, limits, unit};
 
 /// Reads a table of text, some rows at a time.
 pub(super) struct TextTable {
@@ -111,7 +111,8 @@ impl TextTable {
         let numbers: Vec<usize> = layout.pixels.iter().flatten().copied().collect();
         let mut pixels: Vec<Vec<f64>> = vec![Vec::with_capacity(most); numbers.len()];
         let (mut lines, mut decimal_comma) = (Vec::new(), false);
-        while lines.len() < most {
+        let mut bytes = 0;
+        while lines.len() < most && bytes < limits::BATCH_BYTES.most() {
             if prompt && !lines.is_empty() && self.waits() {
                 break;
             }
@@ -123,6 +124,7 @@ impl TextTable {
             if self.record.len() != columns {
                 return Err(cells::unequal(path, line, self.record.len(), columns));
             }
+            bytes += self.record.as_slice().len() as u64;
             let record = StringRecord::from_byte_record(std::mem::take(&mut self.record))
                 .map_err(|_| cells::no_text(path, line))?;
             for (builder, cell) in texts.iter_mut().zip(&record) {
@@ -168,6 +170,7 @@ impl TextTable {
         if !read {
             return Ok(None);
         }
+        self.rows.get_mut().end_row();
         // The reader counts from where it began to look, which empty lines and comments may follow: the
         // end of a row tells its line.
         let end = self.rows.position();

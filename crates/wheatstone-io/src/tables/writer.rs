@@ -242,6 +242,9 @@ impl<W: Write + Send> Parquet<W> {
     /// Rows of a group: some megabytes a column are held at most.
     const GROUP: usize = 1 << 18;
 
+    /// Bytes of a group, where rows are long.
+    const GROUP_BYTES: usize = 1 << 28;
+
     fn new(output: W, schema: &SchemaRef, unit: Option<&str>) -> Result<Self, ParquetError> {
         // Doubles of measurements hardly repeat: as they are, they are read and written quickest. An index of offsets,
         // and a dictionary before the data, would not know of the checksums.
@@ -282,8 +285,11 @@ impl<W: Write + Send> Parquet<W> {
             .par_iter_mut()
             .zip(leaves.par_iter())
             .try_for_each(|(column, leaf)| column.write(leaf))?;
-        self.open = Some((columns, rows + batch.num_rows()));
-        if rows + batch.num_rows() >= Self::GROUP { self.end_group() } else { Ok(()) }
+        let rows = rows + batch.num_rows();
+        let bytes: usize = columns.iter().map(ArrowColumnWriter::memory_size).sum();
+        self.open = Some((columns, rows));
+        let is_full = rows >= Self::GROUP || bytes >= Self::GROUP_BYTES;
+        if is_full { self.end_group() } else { Ok(()) }
     }
 
     fn end_group(&mut self) -> Result<(), ParquetError> {

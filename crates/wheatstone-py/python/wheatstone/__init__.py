@@ -11,6 +11,7 @@ From matched pixels to metric 3-D points with error bars, on any optics, without
 
 Cameras count from 0; pixel (0, 0) is the centre of the top-left pixel. Errors say what is wrong and what to do about
 it: `wheatstone.errors`. Threads: `set_threads`, or ``WHEATSTONE_THREADS``.
+Inputs larger than usual: `raise_limits`.
 """
 
 from . import errors
@@ -21,6 +22,7 @@ from ._wheatstone import (
     RIGS,
     __version__,
     get_threads,
+    raise_limits,
     set_threads,
 )
 from .calibration import Calibration
@@ -81,6 +83,7 @@ __all__ = [
     "read_cameras",
     "rectify",
     "report",
+    "raise_limits",
     "set_threads",
     "synth",
     "synth_capture",

@@ -177,6 +177,7 @@ def read(
     columns: Columns | None = None,
     drop_duplicates: bool = False,
     whole_pixels: bool = False,
+    follow: bool = False,
     progress: Progress | None = None,
 ) -> Dataset:
     """Reads a table of points, a capture, or points of another program.
@@ -195,6 +196,8 @@ def read(
         Keep the first of rows that stand in a table twice, instead of refusing it.
     whole_pixels : bool
         Round detected points to whole pixels (captures only).
+    follow : bool
+        Read pictures outside of the capture's folder too, where ``capture.toml`` or links lead there.
     progress : callable, optional
         Called as ``progress(task, done, total)``.
 
@@ -202,7 +205,7 @@ def read(
     -------
     Dataset
     """
-    reading = _reading(unit, columns, drop_duplicates, whole_pixels)
+    reading = _reading(unit, columns, drop_duplicates, whole_pixels, follow)
     return Dataset(_w.Dataset.read(path, reading, progress))
 
 
@@ -215,13 +218,16 @@ def column_names(columns: Columns | None) -> str | None:
     return ",".join(columns)
 
 
-def _reading(unit: str | None, columns: Columns | None, drop: bool, whole: bool) -> str:
+def _reading(
+    unit: str | None, columns: Columns | None, drop: bool, whole: bool = False, follow: bool = False
+) -> str:
     return json.dumps(
         {
             "unit": unit,
             "columns": column_names(columns),
             "drop_duplicates": drop,
             "whole_pixels": whole,
+            "follow": follow,
         }
     )
 
@@ -337,7 +343,7 @@ def as_dataset(
         table: Any = pixels
         if is_caliscope(table):
             return read_caliscope(table, unit=unit or "m")
-        reading = _reading(unit, columns, drop_duplicates, False)
+        reading = _reading(unit, columns, drop_duplicates)
         return Dataset(_w.Dataset.of_table(arrow_table(table), reading))
     given: Any = pixels
     return Dataset.from_arrays(given, points, board=board, views=views, unit=unit or "mm")

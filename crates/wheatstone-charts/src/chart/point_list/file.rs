@@ -2,7 +2,7 @@
 
 use crate::chart::PointId;
 use std::path::Path;
-use wheatstone_core::{Error, Result, geometry::Pixel, storage};
+use wheatstone_core::{Error, Result, geometry::Pixel, limits, storage};
 
 /// A body's points.
 pub(super) struct Listed {
@@ -20,9 +20,6 @@ pub(super) struct Named {
     pub(super) pixel: Pixel,
 }
 
-/// Ten thousand lines with room to spare.
-const LARGEST_FILE: u64 = 16 << 20;
-
 /// A table's header and rows, trimmed; each with its line.
 struct Table {
     header: Vec<String>,
@@ -34,7 +31,7 @@ fn malformed(path: &Path, line: Option<u64>, problem: String, hint: &str) -> Err
 }
 
 fn table(path: &Path) -> Result<Table> {
-    let text = storage::read_text(path, LARGEST_FILE)?;
+    let text = storage::read_text(path, limits::SETTINGS_BYTES)?;
     let text = text.trim_start_matches('\u{feff}');
     let first = text.lines().next().unwrap_or_default();
     let delimiter = [b';', b'\t', b',']
