@@ -21,7 +21,7 @@ use wheatstone::{
     fit::bundle::BundleSettings,
     preparation::{
         self,
-        checks::{self, Examination, Finding, Severity},
+        checks::{self, Examination, ExpectedDistance, Finding, Severity},
     },
     synthetic::fault_survey::{Survey, Tally, survey},
     tables,
@@ -50,6 +50,10 @@ pub(crate) struct Check {
     /// tolerance, such as `200` or `200:1%`
     #[arg(long, value_name = "LENGTH[:PERCENT]", value_parser = baseline)]
     expect_baseline: Option<(f64, f64)>,
+    /// How far apart the charts of two views are as measured on the stage, in the data's unit, such as
+    /// `050:140:90`; may be given again
+    #[arg(long, value_name = "VIEW:VIEW:LENGTH", value_parser = distance)]
+    expect_distance: Vec<ExpectedDistance>,
     /// Print the findings as JSON
     #[arg(long)]
     json: bool,
@@ -107,6 +111,13 @@ impl Check {
 
     /// Writes the data with the faults corrected, and says what is left of them.
     fn write_repaired(&self, data: &Dataset, examination: &Examination, output: &Path) -> Outcome {
+        if let Some(why) = checks::doubt(data, &examination.findings) {
+            return Err(Error::Degenerate {
+                problem: format!("not corrected: {why}"),
+                hint: "look at the views that are blamed and at those that are not; record again what is wrong".into(),
+            }
+            .into());
+        }
         let repaired = checks::repair_all(data, &examination.findings);
         tables::save(&repaired, output)?;
         say!(
@@ -150,8 +161,21 @@ impl Check {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
         }
+        for expected in &self.expect_distance {
+            examination.findings.splice(0..0, checks::compare_distance(data, expected)?);
+        }
         Ok(examination)
     }
+}
+
+/// `050:140:90`.
+fn distance(text: &str) -> Result<ExpectedDistance, String> {
+    let parsed = text.rsplit_once(':').and_then(|(views, length)| {
+        let (first, second) = views.split_once(':')?;
+        let length = length.trim().parse::<f64>().ok().filter(|l| *l > 0.0 && l.is_finite())?;
+        Some(ExpectedDistance { views: [first.into(), second.into()], length })
+    });
+    parsed.ok_or_else(|| "give two views and a length, such as `050:140:90`".into())
 }
 
 /// An error where a fatal fault is there.
@@ -185,6 +209,11 @@ fn word(severity: Severity) -> &'static str {
     }
 }
 
+/// Whether charts stood one behind the other.
+fn is_on_a_stage(examination: &Examination) -> bool {
+    examination.findings.iter().any(|finding| finding.code == "planes-parallel")
+}
+
 /// What people read.
 fn as_text(examination: &Examination, data: &Dataset) -> String {
     let mut text = String::new();
@@ -211,6 +240,11 @@ fn as_text(examination: &Examination, data: &Dataset) -> String {
         let length = figure(first.baseline);
         text +=
             &format!("  `--expect-baseline {length}:1%` compares it with a measured baseline\n");
+    }
+    if let Some([first, .., last]) = is_on_a_stage(examination).then_some(&data.views[..]) {
+        text += &format!(
+            "  `--expect-distance {first}:{last}:LENGTH` compares how far apart two charts are with what was measured\n"
+        );
     }
     for camera in examination.layout.iter().skip(1) {
         text += &format!("  {}\n", camera.words);

@@ -17,7 +17,7 @@ use crate::{
     geometry::StageCovariance,
     method::AnyMethod,
 };
-use checks::{Examination, Finding, Severity};
+use checks::{Examination, Finding, Severity, Statement};
 use outliers::Outlier;
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::progress::Progress;
@@ -193,10 +193,12 @@ impl Preparation {
     pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
         let mut examination = self.examine(&data);
         let mut data = data;
-        if self.repair {
+        let doubt = if self.repair { checks::doubt(&data, &examination.findings) } else { None };
+        let repaired = self.repair && doubt.is_none();
+        if repaired {
             data = checks::repair_all(&data, &examination.findings);
         }
-        self.refuse_faults(&examination)?;
+        self.refuse_faults(&examination, repaired)?;
         progress.check()?;
         let mut placed = None;
         if bundle::needed(&data) {
@@ -210,7 +212,7 @@ impl Preparation {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
         }
-        self.refuse_faults(&examination)?;
+        self.refuse_faults(&examination, repaired)?;
         let mut outliers = Vec::new();
         if !self.keep_outliers {
             let screening = outliers::screen(&data, seed, progress)?;
@@ -225,7 +227,6 @@ impl Preparation {
             (data, stage, stage_covariance) =
                 (solved.data, solved.offsets, Some(solved.uncertainty));
         }
-        let repaired = self.repair;
         Ok(Prepared { data, examination, repaired, outliers, stage, stage_covariance, placed })
     }
 }
@@ -235,13 +236,15 @@ impl Preparation {
     fn examine(&self, data: &Dataset) -> Examination {
         let mut examination = checks::examine(data);
         examination.findings.retain(|f| self.lenses.is_empty() || f.code != "single-plane");
+        // How many points it needs, a method says itself.
+        examination.findings.retain(|f| f.code != "too-few-points");
         examination
     }
 
     /// Refuses data whose faults make a fit worthless, unless they were put right, or that is insisted on.
-    fn refuse_faults(&self, examination: &Examination) -> Result<()> {
+    fn refuse_faults(&self, examination: &Examination, repaired: bool) -> Result<()> {
         let is_left = |finding: &&Finding| {
-            finding.severity == Severity::Fatal && !(self.repair && finding.is_fixable())
+            finding.severity == Severity::Fatal && !(repaired && finding.is_fixable())
         };
         let mut left = examination.findings.iter().filter(is_left);
         let Some(first) = left.next().filter(|_| !self.insist) else { return Ok(()) };
@@ -257,6 +260,9 @@ impl Preparation {
     }
 }
 
+/// Views whose charts are placed to look for faults, at most: time grows with more than their number.
+const MOST_PLACED: usize = 40;
+
 /// Looks for faults as [`checks::examine`] does; charts held by hand are placed for that, as before a fit, so that
 /// faults of their poses show too, and where the cameras stand.
 ///
@@ -270,16 +276,50 @@ pub fn examine(
 ) -> Result<Examination> {
     let mut examination = checks::examine(data);
     if bundle::needed(data) {
-        match chart_poses::place(data, &[], bundle_settings, progress) {
+        let (sample, taken) = sample(data);
+        match chart_poses::place(&sample, &[], bundle_settings, progress) {
             Ok((placed, estimated)) => {
                 add_findings(&mut examination, checks::examine(&placed));
                 examination.findings.extend(checks::undecided_poses(&estimated.undecided));
+                if taken < data.views.len() {
+                    let views = data.views.len();
+                    examination.cannot_be_seen.push(Statement {
+                        what: format!(
+                            "faults of the chart's pose in {} of {views} views",
+                            views - taken
+                        ),
+                        check: format!("charts were placed in {taken} views, spread evenly"),
+                    });
+                }
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => examination.findings.insert(0, checks::undetermined_poses(&error)),
         }
     }
     Ok(examination)
+}
+
+/// Data of at most [`MOST_PLACED`] views, spread evenly, and how many these are.
+fn sample(data: &Dataset) -> (Dataset, usize) {
+    let step = data.views.len().div_ceil(MOST_PLACED).max(1);
+    if step == 1 {
+        return (data.clone(), data.views.len());
+    }
+    let taken = |view: usize| view.is_multiple_of(step);
+    let rows = data.correspondences.iter().filter(|row| taken(row.view)).cloned();
+    let rows = rows.map(|mut row| {
+        row.view /= step;
+        row
+    });
+    let views: Vec<String> = data.views.iter().step_by(step).cloned().collect();
+    let count = views.len();
+    let sample = Dataset {
+        unit: data.unit.clone(),
+        cameras: data.cameras,
+        views,
+        correspondences: rows.collect(),
+    };
+    (sample, count)
 }
 
 /// What shows only where charts have places. Data are put right before that, not after.

@@ -2,12 +2,18 @@
 
 use super::data;
 use wheatstone::{
+    chart::{AnyChart, line_grid::LineGrid},
     dataset::{Correspondence, Dataset},
     evaluate::cross_validate,
+    geometry::{Pixel, Point3},
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
-    preparation::checks::{Severity, compare_baseline, examine, left_out, repair_all},
+    preparation::checks::{
+        ExpectedDistance, Severity, compare_baseline, compare_distance, examine, left_out,
+        repair_all,
+    },
     synthetic::{
+        Noise, Rig, Stage, chart_correspondences,
         fault_survey::{Tally, survey},
         faults::{inject, names},
         random_capture::RandomCapture,
@@ -162,17 +168,69 @@ fn what_cannot_be_seen_is_said_and_a_measured_baseline_tells() {
 }
 
 #[test]
-fn data_of_which_nothing_can_be_said_are_no_trouble() {
+fn data_of_which_nothing_can_be_said_are_not_said_to_be_sound() {
     let whole = RandomCapture::new(1).dataset();
     for kept in [0, 1, 3, 7] {
         let few = whole.subset(|index, _| index < kept);
         assert!(!examine(&few).cannot_be_seen.is_empty());
+        assert_eq!(codes(&few).contains(&"too-few-points"), kept < 6, "{kept}");
     }
+    let mut blind = whole.clone();
+    blind.correspondences.iter_mut().for_each(|row| row.pixels[1] = None);
+    assert_eq!(codes(&blind), ["camera-without-pixels"]);
+    let mut constant = whole.clone();
+    let same = constant.correspondences[0].pixels[0];
+    constant.correspondences.iter_mut().for_each(|row| row.pixels[1] = same);
+    assert!(codes(&constant).contains(&"pixels-constant"), "{:?}", codes(&constant));
     let mut unplaced = whole.clone();
     for row in &mut unplaced.correspondences {
         row.world = None;
     }
-    assert_eq!(codes(&unplaced), Vec::<&str>::new());
+    assert_eq!(codes(&unplaced), ["too-few-points"]);
+}
+
+#[test]
+fn many_gross_errors_and_random_pairs_are_named() {
+    let (rig, chart) = (Rig::named("paper", 2).unwrap(), AnyChart::from(LineGrid::default()));
+    let views = Stage::default().views().unwrap();
+    let sound = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), None);
+    assert_eq!(codes(&sound), Vec::<&str>::new());
+    let mut random = Random::new(4);
+    let mut gross = sound.clone();
+    for row in gross.correspondences.iter_mut().filter(|_| random.uniform(0.0, 1.0) < 0.4) {
+        let by = Pixel::new(30.0, 20.0) - Pixel::origin();
+        row.pixels[1] = row.pixels[1].map(|pixel| pixel + by);
+    }
+    assert!(codes(&gross).contains(&"gross-errors"), "{:?}", codes(&gross));
+    let mut paired = sound.clone();
+    let mut order: Vec<usize> = (0..paired.correspondences.len()).collect();
+    random.shuffle(&mut order);
+    for (row, other) in paired.correspondences.iter_mut().zip(order) {
+        row.pixels[1] = sound.correspondences[other].pixels[1];
+    }
+    let found = examine(&paired).findings;
+    let fatal = found.iter().filter(|finding| finding.severity == Severity::Fatal);
+    assert!(fatal.clone().any(|finding| finding.code == "unexplained"), "{found:#?}");
+}
+
+#[test]
+fn a_distance_on_the_stage_tells_another_unit_of_its_axis() {
+    let (rig, chart) = (Rig::named("paper", 2).unwrap(), AnyChart::from(LineGrid::default()));
+    let views = Stage { near: 50.0, far: 140.0, step: 15.0 }.views().unwrap();
+    let mut data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), None);
+    let ends = [data.views[0].clone(), data.views[data.views.len() - 1].clone()];
+    let expected = ExpectedDistance { views: ends, length: 90.0 };
+    assert_eq!(compare_distance(&data, &expected).unwrap(), None);
+    let unseen = examine(&data).cannot_be_seen;
+    assert!(unseen.iter().any(|statement| statement.what.contains("another unit of Z alone")));
+    for row in &mut data.correspondences {
+        row.world = row.world.map(|world| Point3::new(world.x, world.y, world.z / 10.0));
+    }
+    let found = compare_distance(&data, &expected).unwrap().unwrap();
+    assert_eq!(found.code, "distance-differs");
+    assert!(found.explanation.contains("ratio 0.1000"), "{}", found.explanation);
+    let unknown = ExpectedDistance { views: ["?".into(), "050".into()], length: 1.0 };
+    assert!(compare_distance(&data, &unknown).is_err());
 }
 
 #[test]

@@ -173,13 +173,18 @@ fn parting(views: usize, error: impl Fn(usize) -> f64) -> Option<usize> {
     const TRIED: usize = 12;
     // Both parts need two views, or anything could be a move.
     let places = 2..views.saturating_sub(1);
-    let step = places.len().div_ceil(TRIED).max(1);
+    let mut step = places.len().div_ceil(TRIED).max(1);
     let best = |places: &mut dyn Iterator<Item = usize>| {
         places.map(|at| (at, error(at))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
     };
-    let coarse = best(&mut places.clone().step_by(step))?;
-    let near = places.filter(|at| at.abs_diff(coarse) < step);
-    if step == 1 { Some(coarse) } else { best(&mut { near }) }
+    let mut found = best(&mut places.clone().step_by(step))?;
+    while step > 1 {
+        let (first, last) = (found.saturating_sub(step - 1), found + step - 1);
+        step = step.div_ceil(TRIED);
+        let near = places.start.max(first)..places.end.min(last + 1);
+        found = best(&mut near.step_by(step))?;
+    }
+    Some(found)
 }
 
 /// The points of a camera by view.

@@ -307,6 +307,12 @@ fn simpler(
         .unwrap_or((left, stretch))
 }
 
+/// Few views tell a camera so badly that a sound one may seem to have a pitch of its own.
+fn of_pitch(evidence: &Evidence, scale: [f64; 2]) -> Severity {
+    let is_near = scale.iter().all(|scale| (scale - 1.0).abs() < 0.05);
+    if evidence.views.len() < 8 && is_near { Severity::Warning } else { Severity::Fatal }
+}
+
 fn named(
     evidence: &Evidence,
     view: usize,
@@ -341,12 +347,12 @@ fn named(
         ("units-mixed", Severity::Fatal, what, Freedom::Scale, true)
     } else if alike {
         let what = format!("the chart's pitch is {:.4} times the given one", (a + b) / 2.0);
-        ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
+        ("wrong-pitch", of_pitch(evidence, [a, b]), what, Freedom::Scale, true)
     } else {
         let what = format!(
             "the chart's pitch is {a:.4} times the given one along one axis and {b:.4} times along the other"
         );
-        ("wrong-pitch", Severity::Fatal, what, Freedom::Scale, true)
+        ("wrong-pitch", of_pitch(evidence, [a, b]), what, Freedom::Scale, true)
     };
     let hint = if code == "pose-two-fold" {
         "take the other of the two solutions of the pose, or leave the pose out so that bundle adjustment finds it; tilt charts more"

@@ -45,9 +45,12 @@ pub(super) fn consensus(views: &[Vec<Pair>], random: &mut Random) -> Option<Cons
 fn samples(usable: &[usize], random: &mut Random) -> Vec<Vec<usize>> {
     // Threes of which one in eight is sound are found among 24 with 96 %.
     const THREES: usize = 24;
+    // Of more views, neighbours here and there.
+    const NEIGHBOURS: usize = 100;
     let mut all = vec![usable.to_vec()];
     if usable.len() > 3 {
-        all.extend(usable.windows(3).map(<[usize]>::to_vec));
+        let step = usable.len().div_ceil(NEIGHBOURS);
+        all.extend(usable.windows(3).step_by(step).map(<[usize]>::to_vec));
         for _ in 0..THREES {
             let mut order = usable.to_vec();
             random.shuffle(&mut order);
@@ -85,9 +88,8 @@ fn resolve(
         // Half of the views, at least two, are taken for sound; the rest by their measure.
         let half = sorted[..sorted.len().div_ceil(2).max(2).min(sorted.len())].to_vec();
         let most = if round == 0 { tolerance * 2.0 } else { tolerance }.max(4.0 * median(&half));
-        let next: Vec<bool> = (0..views.len())
-            .map(|view| errors.iter().any(|(v, error)| *v == view && *error <= most))
-            .collect();
+        let mut next = vec![false; views.len()];
+        errors.iter().for_each(|(view, error)| next[*view] = *error <= most);
         if next == agrees && round > 0 {
             break;
         }

@@ -6,7 +6,7 @@ use super::{
     evidence::{Evidence, pixel_box},
     finding::{Proposal, Severity},
 };
-use crate::geometry::{Pixel, Point3, principal_axes};
+use crate::geometry::{Pixel, Point3, Vector3, principal_axes};
 use wheatstone_numeric::statistics::median;
 
 pub(super) struct Coverage;
@@ -67,17 +67,22 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
     })
 }
 
-fn parallel(evidence: &Evidence) -> Option<Proposal> {
+/// The normal that all charts share, and how many these are.
+pub(super) fn common_normal(evidence: &Evidence) -> Option<(Vector3, usize)> {
     let normals: Vec<_> =
         evidence.views.iter().map(|v| v.board.as_ref().map(|b| b.normal())).collect();
     let normals: Vec<_> = normals.into_iter().collect::<Option<_>>()?;
-    let first = normals.first()?;
+    let first = *normals.first()?;
     // Half a degree is what stages keep to.
-    let alike = normals.iter().all(|normal| normal.cross(first).norm() < 0.01);
-    (alike && normals.len() > 1).then(|| Proposal::itself(
+    let alike = normals.iter().all(|normal| normal.cross(&first).norm() < 0.01);
+    (alike && normals.len() > 1).then_some((first, normals.len()))
+}
+
+fn parallel(evidence: &Evidence) -> Option<Proposal> {
+    common_normal(evidence).map(|(_, count)| Proposal::itself(
         "planes-parallel",
         Severity::Information,
-        format!("all {} chart poses are parallel, which is fine because they are given; without given poses such views could not be calibrated", normals.len()),
+        format!("all {} chart poses are parallel, which is fine because they are given; without given poses such views could not be calibrated", count),
         "nothing to do; tilt the chart if its poses are ever to be estimated",
     ))
 }

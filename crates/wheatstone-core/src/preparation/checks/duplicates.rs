@@ -4,6 +4,7 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Change, Proposal, Severity},
+    pairs::Pair,
     views::LEAST,
     views::View,
 };
@@ -17,9 +18,14 @@ impl Fault for Duplicates {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = identical_cameras(evidence);
         let named: Vec<Named> = evidence.views.iter().map(|view| named(evidence, view)).collect();
+        let middles: Vec<_> = (0..named.len()).map(|view| middles(evidence, view)).collect();
         for second in 0..evidence.views.len() {
-            let mut earlier = named.iter().take(second).enumerate();
-            found.extend(earlier.find_map(|first| copied(evidence, first, second)));
+            let mut earlier = named.iter().enumerate().take(second);
+            let near =
+                |first: usize| named.len() <= FEW || are_near(&middles[first], &middles[second]);
+            found.extend(earlier.find_map(|(first, names)| {
+                near(first).then(|| copied(evidence, (first, names), second)).flatten()
+            }));
         }
         found.extend(lattices(evidence));
         found
@@ -60,6 +66,27 @@ fn identical_cameras(evidence: &Evidence) -> Vec<Proposal> {
         }
     }
     found
+}
+
+/// Views of which all pairs are compared, at most.
+const FEW: usize = 200;
+
+/// The median of a view's pixels along x, by camera; none where a camera has too few.
+fn middles(evidence: &Evidence, view: usize) -> Vec<Option<f64>> {
+    let of = |pairs: &[Pair]| -> Option<f64> {
+        let along: Vec<f64> = pairs.iter().map(|(_, pixel)| pixel.x).collect();
+        (along.len() >= LEAST).then(|| median(&along))
+    };
+    evidence.cells[view].iter().map(|cell| of(&cell.pairs)).collect()
+}
+
+/// Whether views may be copies by where their middles lie: most pairs are told apart by that, which is quick.
+fn are_near(first: &[Option<f64>], second: &[Option<f64>]) -> bool {
+    /// Pixels by which copies may differ, and more.
+    const FAR: f64 = 10.0;
+    let pairs = first.iter().zip(second).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
+    let gaps: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
+    gaps.is_empty() || gaps.iter().all(|gap| *gap < FAR)
 }
 
 /// Rows of a view by their points' names; the first one where several have a name.

@@ -68,6 +68,11 @@ const FITTED_OF_ALL: usize = 900;
 /// Views are left out one by one up to so many; beyond, every so-manieth goes with them.
 const GROUPS: usize = 24;
 
+/// Of how many rounds of groups one is fitted: all views where there are few.
+fn rounds(views: usize) -> usize {
+    (views * LEAST).div_ceil(4 * FITTED_OF_ALL).max(1)
+}
+
 /// Points of a cell that decide which views agree.
 const SCOUTED: usize = 14;
 
@@ -282,14 +287,16 @@ impl CameraEvidence {
 
     /// From the views that agree.
     fn among(camera: &RobustCamera, views: &[Vec<Pair>], agrees: &[bool]) -> Self {
+        let rounds = rounds(views.len());
+        let is_fitted = |view: usize| agrees[view] && (view / GROUPS).is_multiple_of(rounds);
         let without_group = |out: usize| -> Vec<Pair> {
-            let kept = |view: usize| agrees[view] && view % GROUPS != out;
+            let kept = |view: usize| is_fitted(view) && view % GROUPS != out;
             let views = views.iter().enumerate().filter(|(view, _)| kept(*view));
             views.flat_map(|(_, pairs)| pairs.iter().copied()).collect()
         };
         let all = without_group(usize::MAX);
         let camera = camera.refined(&all, 12);
-        let sound = agrees.iter().filter(|agrees| **agrees).count();
+        let sound = (0..views.len()).filter(|view| is_fitted(*view)).count();
         let mut whole = camera.clone();
         whole.learn_field(&all);
         let without_group: Vec<RobustCamera> = (0..views.len().min(GROUPS))
@@ -301,7 +308,7 @@ impl CameraEvidence {
             })
             .collect();
         // Two views are needed to tell a camera.
-        let left_out = |view: usize| agrees[view] && sound > 2;
+        let left_out = |view: usize| is_fitted(view) && sound > 2;
         let without: Vec<RobustCamera> = (0..views.len())
             .map(|view| if left_out(view) { &without_group[view % GROUPS] } else { &whole }.clone())
             .collect();

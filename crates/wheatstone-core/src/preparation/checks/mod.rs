@@ -17,9 +17,11 @@ mod chart_size;
 mod consensus;
 mod duplicates;
 mod evidence;
+mod expected;
 mod field;
 mod finding;
 mod frame;
+mod gross_errors;
 mod handedness;
 mod other_pose;
 mod pairs;
@@ -35,11 +37,13 @@ mod unit_ratios;
 mod units_mixed;
 mod unseeable;
 mod unsynchronised;
+mod unusable;
 mod views;
 mod whole_board;
 
+pub use expected::{ExpectedDistance, compare_distance};
 pub use finding::{Change, Examination, Finding, Layout, Severity, Statement};
-pub use repair::{left_out, repair_all};
+pub use repair::{doubt, left_out, repair_all};
 pub use unseeable::compare_baseline;
 pub(super) use unseeable::{undecided_poses, undetermined_poses};
 
@@ -67,7 +71,9 @@ const FAULTS: &[(&str, &dyn Fault)] = &[
     ("handedness", &handedness::Handedness),
     ("duplicates", &duplicates::Duplicates),
     ("spread", &coverage::Coverage),
+    ("gross_errors", &gross_errors::GrossErrors),
     ("unexplained", &unexplained::Unexplained),
+    ("unusable", &unusable::Unusable),
 ];
 
 /// The names of all families of faults.

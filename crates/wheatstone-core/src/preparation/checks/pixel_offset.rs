@@ -40,17 +40,55 @@ const USED: usize = 80;
 /// ones are.
 const MOST_VIEWS: usize = 12;
 
-/// The sets of views that may be off: fewer than half of them.
-fn sets(count: usize) -> Vec<Vec<usize>> {
+/// Views at which a run may begin, at most: of more views runs begin and end at every so-manieth, and the best one's
+/// ends are moved then.
+const MOST_BEGINNINGS: usize = 200;
+
+/// Views that may be off together, fewer than half of all, and their sums.
+fn each_set(sums: &Sums, count: usize, mut look: impl FnMut(&[usize], &Total)) {
     if count <= MOST_VIEWS {
-        return (1..1_usize << count)
-            .filter(|set| 2 * (set.count_ones() as usize) < count)
-            .map(|set| (0..count).filter(|view| set >> view & 1 == 1).collect())
-            .collect();
+        for set in 1..1_usize << count {
+            let views: Vec<usize> = (0..count).filter(|view| set >> view & 1 == 1).collect();
+            if 2 * views.len() < count {
+                look(&views, &Total::of(sums, &views));
+            }
+        }
+        return;
     }
-    let runs =
-        (0..count).flat_map(|first| (first..count).map(move |last| (first..=last).collect()));
-    runs.filter(|run: &Vec<usize>| 2 * run.len() < count).collect()
+    let all: Vec<usize> = (0..count).collect();
+    let step = count.div_ceil(MOST_BEGINNINGS);
+    for first in 0..count {
+        let longest = if first % step == 0 { (count - 1) / 2 } else { 1 };
+        let mut total = Total::default();
+        for last in first..count.min(first + longest) {
+            total.add(sums, last);
+            if first == last || (last + 1) % step == 0 {
+                look(&all[first..=last], &total);
+            }
+        }
+    }
+}
+
+/// Sums over a set of views.
+#[derive(Default)]
+struct Total {
+    slopes: SMatrix<f64, 14, 2>,
+    weight: f64,
+    errors: Vector2<f64>,
+}
+
+impl Total {
+    fn of(sums: &Sums, set: &[usize]) -> Self {
+        let mut total = Self::default();
+        set.iter().for_each(|view| total.add(sums, *view));
+        total
+    }
+
+    fn add(&mut self, sums: &Sums, view: usize) {
+        self.slopes += sums.slopes[view];
+        self.weight += sums.weights[view];
+        self.errors += sums.errors[view];
+    }
 }
 
 /// The points of a camera by view, of the views that it saw.
@@ -121,16 +159,10 @@ struct Off {
 /// What a known offset of some views takes away from the sum of squares (over the noise) at best, and
 /// the offset by the data.
 /// `along` is what y has of x's: 1, or [`NOBODYS`].
-fn gain(sums: &Sums, set: &[usize], along: f64) -> Option<(f64, f64, Vector2<f64>)> {
-    let mut slopes = SMatrix::<f64, 14, 2>::zeros();
-    let (mut weight, mut errors) = (0.0, Vector2::zeros());
-    for view in set {
-        slopes += sums.slopes[*view];
-        weight += sums.weights[*view];
-        errors += sums.errors[*view];
-    }
+fn gain(sums: &Sums, total: &Total, along: f64) -> Option<(f64, f64, Vector2<f64>)> {
+    let Total { slopes, weight, errors } = total;
     let carried = sums.inverse * slopes;
-    let matrix = Matrix2::identity() * weight - slopes.transpose() * carried;
+    let matrix = Matrix2::identity() * *weight - slopes.transpose() * carried;
     let right = errors - carried.transpose() * sums.gradient;
     let by = matrix.try_inverse()? * right;
     let of = |meant: f64| {
@@ -143,25 +175,58 @@ fn gain(sums: &Sums, set: &[usize], along: f64) -> Option<(f64, f64, Vector2<f64
 
 /// The set that gains most for its size.
 fn best(sums: &Sums, count: usize) -> Option<Off> {
-    // A view more must gain what chance would give it many times over.
-    const OF_A_VIEW: f64 = 5.0;
-    // One in a hundred thousand by chance, for as many sets as there are.
-    const LEAST_GAIN: f64 = 12.0;
     // Lenses that the formula does not describe gain up to half as much one way as the other.
     const CLEARLY: f64 = 2.0;
-    let (mut best, mut chance): (Option<(f64, Off)>, f64) = (None, 0.0);
-    for set in sets(count) {
+    let mut best = Best::default();
+    each_set(sums, count, |set, total| {
+        best.look(sums, set, total);
+    });
+    while count > MOST_BEGINNINGS && best.moves_an_end(sums, count) {}
+    let Best { found, chance } = best;
+    found.filter(|(worth, _)| *worth > CLEARLY * chance).map(|(_, off)| off)
+}
+
+/// The best set so far with what it gains, and what sets gain by chance.
+#[derive(Default)]
+struct Best {
+    found: Option<(f64, Off)>,
+    chance: f64,
+}
+
+impl Best {
+    /// Looks at a set; whether it is better than all before.
+    fn look(&mut self, sums: &Sums, set: &[usize], total: &Total) -> bool {
+        // A view more must gain what chance would give it many times over.
+        const OF_A_VIEW: f64 = 5.0;
+        // One in a hundred thousand by chance, for as many sets as there are.
+        const LEAST_GAIN: f64 = 12.0;
         let price = OF_A_VIEW * set.len() as f64;
-        if let Some((gain, ..)) = gain(sums, &set, NOBODYS) {
-            chance = chance.max(gain - price);
+        if let Some((gain, ..)) = gain(sums, total, NOBODYS) {
+            self.chance = self.chance.max(gain - price);
         }
-        let Some((gain, meant, by)) = gain(sums, &set, 1.0) else { continue };
+        let Some((gain, meant, by)) = gain(sums, total, 1.0) else { return false };
         let worth = gain - price;
-        if worth > best.as_ref().map_or(LEAST_GAIN, |(most, _)| *most) {
-            best = Some((worth, Off { set, meant, by }));
+        let is_better = worth > self.found.as_ref().map_or(LEAST_GAIN, |(most, _)| *most);
+        if is_better {
+            self.found = Some((worth, Off { set: set.to_vec(), meant, by }));
         }
+        is_better
     }
-    best.filter(|(worth, _)| *worth > CLEARLY * chance).map(|(_, off)| off)
+
+    /// Takes a view in at either end of the best run, or leaves one out, where that is better.
+    fn moves_an_end(&mut self, sums: &Sums, count: usize) -> bool {
+        let set = self.found.as_ref().map(|(_, off)| &off.set);
+        let ends = set.and_then(|set| Some((*set.first()?, *set.last()? + 1)));
+        let Some((first, end)) = ends else { return false };
+        let moved =
+            [(first.saturating_sub(1), end), (first, end + 1), (first + 1, end), (first, end - 1)];
+        moved.into_iter().any(|(first, end)| {
+            let set: Vec<usize> = (first..end.min(count)).collect();
+            !set.is_empty()
+                && 2 * set.len() < count
+                && self.look(sums, &set, &Total::of(sums, &set))
+        })
+    }
 }
 
 /// How far views are off as wholes after an offset of some is taken away, in pixels: root mean square.

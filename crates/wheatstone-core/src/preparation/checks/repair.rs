@@ -1,11 +1,14 @@
 //! Data with their faults put right, and the pictures that can only be left out.
 
 use super::{
+    evidence::{Cell, Evidence},
     finding::{Change, Finding},
     frame::Frame,
     views::{View, views},
 };
 use crate::dataset::Dataset;
+use std::collections::BTreeSet;
+use wheatstone_numeric::statistics::median;
 
 /// The data with all faults put right that can be, in the order of the findings.
 #[must_use]
@@ -40,6 +43,56 @@ fn changed(data: &Dataset, findings: &[Finding]) -> (Dataset, Vec<bool>) {
         }
     }
     (repaired, dropped)
+}
+
+/// Why the changes that these findings ask for are not to be believed, if they are not: most views are blamed one by
+/// one, or views that were not touched fit worse to what was.
+#[must_use]
+pub fn doubt(data: &Dataset, findings: &[Finding]) -> Option<String> {
+    let fixable = || findings.iter().filter(|finding| finding.is_fixable());
+    fixable().next()?;
+    let all = views(data, &Frame::of(data));
+    let single = fixable().filter(|finding| 2 * finding.views.len() < all.len());
+    let blamed: BTreeSet<&String> = single.flat_map(|finding| &finding.views).collect();
+    if all.len() > 3 && 2 * blamed.len() > all.len() {
+        return Some(format!(
+            "{} of {} views are blamed one by one: then it is rather the others, or something else, that is wrong",
+            blamed.len(),
+            all.len()
+        ));
+    }
+    let (mut repaired, dropped) = changed(data, findings);
+    let is_touched =
+        |row: usize| dropped[row] || repaired.correspondences[row] != data.correspondences[row];
+    let touched: Vec<bool> = (0..dropped.len()).map(is_touched).collect();
+    repaired = repaired.subset(|row, _| !dropped[row]);
+    let kept: Vec<bool> = touched
+        .iter()
+        .zip(&dropped)
+        .filter(|(_, dropped)| !**dropped)
+        .map(|(own, _)| *own)
+        .collect();
+    let (after, alone) = (Evidence::new(&repaired), data.subset(|row, _| !touched[row]));
+    let alone = Evidence::new(&alone);
+    (0..data.cameras).find_map(|camera| {
+        let untouched = |cell: &&Cell| cell.rows.iter().all(|row| !kept[*row]);
+        let [with, without] = [
+            typical(after.cells.iter().map(|view| &view[camera]).filter(untouched)),
+            typical(alone.cells.iter().map(|view| &view[camera])),
+        ];
+        // Few views tell a camera less well than many.
+        (with > 3.0 * without + 0.2).then(|| {
+            format!(
+                "views of camera {} that are not touched miss by {with:.2} px after it, by themselves by {without:.2} px",
+                camera + 1
+            )
+        })
+    })
+}
+
+/// Median of the errors of views that were judged.
+fn typical<'a>(cells: impl Iterator<Item = &'a Cell>) -> f64 {
+    median(&cells.map(|cell| cell.error).filter(|error| error.is_finite()).collect::<Vec<f64>>())
 }
 
 /// The pictures of which [`repair_all`] leaves nothing: the view's name and the camera, counted from 0. Nothing corrects

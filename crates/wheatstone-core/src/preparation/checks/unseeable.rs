@@ -2,6 +2,7 @@
 //! cameras stand by these data.
 
 use super::{
+    coverage::common_normal,
     evidence::Evidence,
     finding::{Examination, Finding, Layout, Severity, Statement},
 };
@@ -70,7 +71,7 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
         || "measure the baseline of two cameras".to_owned(),
         |l| format!("measure the baseline: is it {} {}?", short(l.baseline), evidence.data.unit),
     );
-    vec![
+    let mut all = vec![
         Statement {
             what: "a wrong unit, or one scale error of all coordinates (a chart printed too large or too small)".into(),
             check: baseline,
@@ -86,7 +87,16 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
             what: "another pixel origin, or resized pictures, in all views of a camera".into(),
             check: "harmless as long as `locate` gets the same pixels".into(),
         },
-    ]
+    ];
+    // A lens of another focal length sees parallel planes farther apart alike.
+    if let Some((normal, _)) = common_normal(evidence) {
+        let axis = ["X", "Y", "Z"][normal.iamax()];
+        all.push(Statement {
+            what: format!("another unit of {axis} alone, along which all charts are parallel"),
+            check: "measure how far apart two of the charts are, and compare".into(),
+        });
+    }
+    all
 }
 
 /// Compares the distance of the first two cameras with what was measured on the rig; a tolerance of

@@ -13,11 +13,21 @@ pub(super) struct Unsynchronised;
 /// What to do about it.
 const HINT: &str = "pair pictures of the same instant (by time stamp, with a hardware trigger, or with the chart at rest), or let these pictures be left out";
 
+/// Other views that are tried for all suspicious pictures together, to either side: those next to it always.
+const REACH: usize = 20_000;
+
+/// Views from which on pictures may belong to the next view: so many are tried, then those between the best.
+const TRIED: usize = 100;
+
 impl Fault for Unsynchronised {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
-        for cell in evidence.suspicious() {
-            for other in (0..evidence.views.len()).filter(|other| *other != cell.0) {
+        let suspicious = evidence.suspicious();
+        let reach = REACH / suspicious.len().max(1);
+        for cell in suspicious {
+            let last = evidence.views.len().min(cell.0.saturating_add(reach + 2));
+            let others = cell.0.saturating_sub(reach + 1)..last;
+            for other in others.filter(|other| *other != cell.0) {
                 found.extend(another_view(evidence, cell, other));
             }
         }
@@ -188,37 +198,51 @@ fn paired(evidence: &Evidence, cells: &[(usize, usize)], offset: i64) -> Vec<Cha
 /// What is left of a camera's error where pictures from some view on are paired with the view after (or before),
 /// from which, and which: the least.
 fn best_pairing(evidence: &Evidence, camera: usize) -> Option<(f64, usize, i64)> {
+    [1, -1]
+        .into_iter()
+        .filter_map(|offset| best_beginning(evidence, camera, offset))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The same for one of the two.
+fn best_beginning(evidence: &Evidence, camera: usize, offset: i64) -> Option<(f64, usize, i64)> {
     let count = evidence.views.len();
-    let mut best: Option<(f64, usize, i64)> = None;
-    for offset in [1_i64, -1] {
-        let shifted: Vec<Vec<Option<Point3>>> = (0..count)
-            .map(|view| match usize::try_from(view as i64 + offset) {
-                Ok(other) if other < count => places_in(evidence, (view, camera), other),
-                _ => Vec::new(),
-            })
-            .collect();
-        for from in 0..count - 1 {
-            // A view without partner says nothing; it must not be the one that is wrong.
-            let lone = if offset > 0 { count - 1 } else { from };
-            let shown = |view: usize| !evidence.cells[view][camera].pairs.is_empty();
-            let lone_is_sound = shown(lone) && !evidence.cells[lone][camera].suspicious;
-            let paired = (from..count).filter(|view| *view != lone && shown(*view)).count();
-            if lone_is_sound || paired < 2 {
-                continue;
-            }
-            let left = evidence.overall(camera, Some(lone), |view, index, (world, pixel)| {
-                if view < from {
-                    Some((world, pixel))
-                } else {
-                    Some(((*shifted[view].get(index)?)?, pixel))
-                }
-            });
-            if let Some(left) = left.filter(|left| best.is_none_or(|(least, ..)| *left < least)) {
-                best = Some((left, from, offset));
-            }
+    let shifted: Vec<Vec<Option<Point3>>> = (0..count)
+        .map(|view| match usize::try_from(view as i64 + offset) {
+            Ok(other) if other < count => places_in(evidence, (view, camera), other),
+            _ => Vec::new(),
+        })
+        .collect();
+    let left_from = |from: usize| {
+        // A view without partner says nothing; it must not be the one that is wrong.
+        let lone = if offset > 0 { count - 1 } else { from };
+        let shown = |view: usize| !evidence.cells[view][camera].pairs.is_empty();
+        let lone_is_sound = shown(lone) && !evidence.cells[lone][camera].suspicious;
+        let paired = (from..count).filter(|view| *view != lone && shown(*view)).take(2).count();
+        if lone_is_sound || paired < 2 {
+            return None;
         }
+        let left = evidence.overall(camera, Some(lone), |view, index, (world, pixel)| {
+            if view < from {
+                Some((world, pixel))
+            } else {
+                Some(((*shifted[view].get(index)?)?, pixel))
+            }
+        })?;
+        Some((left, from, offset))
+    };
+    let best_of = |from: &mut dyn Iterator<Item = usize>| {
+        from.filter_map(left_from).min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut step = (count - 1).div_ceil(TRIED);
+    let mut best = best_of(&mut (0..count - 1).step_by(step))?;
+    while step > 1 {
+        let (first, last) = (best.1.saturating_sub(step), (best.1 + step).min(count - 2));
+        step = step.div_ceil(TRIED);
+        let nearer = best_of(&mut (first..=last).step_by(step));
+        best = nearer.filter(|nearer| nearer.0 < best.0).unwrap_or(best);
     }
-    best
+    Some(best)
 }
 
 /// Mean of the views' median errors, before and after.
