@@ -214,6 +214,23 @@ fn many_gross_errors_and_random_pairs_are_named() {
 }
 
 #[test]
+fn half_a_pixel_in_all_cameras_of_some_views_is_said() {
+    let (rig, chart) = (Rig::named("paper", 2).unwrap(), AnyChart::from(LineGrid::default()));
+    let views = Stage { step: 10.0, ..Stage::default() }.views().unwrap();
+    let mut data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), None);
+    for row in data.correspondences.iter_mut().filter(|row| (2..5).contains(&row.view)) {
+        let by = Pixel::new(0.5, 0.5) - Pixel::origin();
+        row.pixels.iter_mut().flatten().for_each(|pixel| *pixel += by);
+    }
+    let found = examine(&data).findings;
+    let said: Vec<_> = found.iter().filter(|f| f.code == "pixel-offset").collect();
+    assert!(!said.is_empty(), "{found:#?}");
+    assert!(said.iter().all(|f| f.severity == Severity::Warning && !f.is_fixable()));
+    let views: Vec<&str> = said[0].views.iter().map(String::as_str).collect();
+    assert_eq!(views, ["070", "080", "090"]);
+}
+
+#[test]
 fn a_distance_on_the_stage_tells_another_unit_of_its_axis() {
     let (rig, chart) = (Rig::named("paper", 2).unwrap(), AnyChart::from(LineGrid::default()));
     let views = Stage { near: 50.0, far: 140.0, step: 15.0 }.views().unwrap();
