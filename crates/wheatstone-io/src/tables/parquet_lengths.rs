@@ -199,7 +199,7 @@ fn refuse_beyond(bytes: u64) -> Result<(), ParquetError> {
 
 impl<F: ChunkReader> CheckedPages<F> {
     /// How many rows can be decoded at once, at most so many: each may hold the longest text of a dictionary, which is
-    /// no longer than the dictionary.
+    /// no longer than the dictionary; other columns have what their bytes come to by row.
     pub(super) fn rows_at_once(
         &self,
         metadata: &ArrowReaderMetadata,
@@ -209,6 +209,8 @@ impl<F: ChunkReader> CheckedPages<F> {
         for group in metadata.metadata().row_groups() {
             let mut of_group = 0;
             for column in group.columns() {
+                let by_row = column.uncompressed_size() / group.num_rows().max(1);
+                of_group += u64::try_from(by_row).unwrap_or(0);
                 let Some(place) = column.dictionary_page_offset() else { continue };
                 let place = u64::try_from(place).unwrap_or(0);
                 let left = self.0.len().saturating_sub(place);
