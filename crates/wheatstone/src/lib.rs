@@ -77,8 +77,8 @@
 //! Pixel (0, 0) is the centre of the top-left pixel; x points right, y down. A camera frame has x right,
 //! y down, z forward. A pose `a_from_b` maps coordinates of frame b to those of frame a. World lengths
 //! are in the unit of the data, which models carry as text. Cameras count from 0 in code and from 1 in
-//! messages. The same seed gives the same bits. Nothing is global: progress and cancelling go through
-//! the [`Progress`] that a call is given.
+//! messages. The same seed gives the same bits. Nothing is global but [`limits`]: progress and cancelling go
+//! through the [`Progress`] that a call is given.
 //!
 //! # Stability
 //!

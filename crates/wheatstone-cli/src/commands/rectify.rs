@@ -17,7 +17,7 @@ use wheatstone::{
     imaging::{GrayImage, Limits, read_image, read_size},
     rectification::{PairSettings, Rectification, Table},
     rectified_pictures::{remapped, side_by_side},
-    storage::{self, create_folder, write_folder},
+    storage::{create_folder, write_folder},
     tables::{self, Duplicates},
 };
 
@@ -170,7 +170,7 @@ fn write_pictures(
             let picture = read_image(path, Limits::default())?;
             refuse_other_size(path, &picture, &mut size[side])?;
             rectified.push(remapped(&tables[side], &picture));
-            let name = storage::file_name(&path.file_stem().unwrap_or_default().to_string_lossy());
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
             let place = Path::new(SIDES[side]).join(format!("{name}.png"));
             rectified[side].write_png(&folder.join(&place))?;
             written.push(place);

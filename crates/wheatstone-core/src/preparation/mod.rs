@@ -198,7 +198,7 @@ impl Preparation {
         if repaired {
             data = checks::repair_all(&data, &examination.findings);
         }
-        self.refuse_faults(&examination, repaired)?;
+        self.refuse_faults(&examination, doubt.as_deref())?;
         progress.check()?;
         let mut placed = None;
         if bundle::needed(&data) {
@@ -212,7 +212,7 @@ impl Preparation {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);
         }
-        self.refuse_faults(&examination, repaired)?;
+        self.refuse_faults(&examination, doubt.as_deref())?;
         let mut outliers = Vec::new();
         if !self.keep_outliers {
             let screening = outliers::screen(&data, seed, progress)?;
@@ -242,7 +242,8 @@ impl Preparation {
     }
 
     /// Refuses data whose faults make a fit worthless, unless they were put right, or that is insisted on.
-    fn refuse_faults(&self, examination: &Examination, repaired: bool) -> Result<()> {
+    fn refuse_faults(&self, examination: &Examination, doubt: Option<&str>) -> Result<()> {
+        let repaired = self.repair && doubt.is_none();
         let is_left = |finding: &&Finding| {
             finding.severity == Severity::Fatal && !(repaired && finding.is_fixable())
         };
@@ -250,11 +251,12 @@ impl Preparation {
         let Some(first) = left.next().filter(|_| !self.insist) else { return Ok(()) };
         let others = left.count();
         let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
+        let kept = doubt.map(|why| format!("; not corrected: {why}")).unwrap_or_default();
         let fixable = first.is_fixable() && !self.repair;
         let way_out = if fixable { Remedy::RepairOrInsist } else { Remedy::Insist };
         Err(Error::Faulty {
             code: first.code.into(),
-            problem: format!("{}{more}", first.explanation),
+            problem: format!("{}{more}{kept}", first.explanation),
             hint: Hint::new(first.hint.clone(), way_out),
         })
     }
