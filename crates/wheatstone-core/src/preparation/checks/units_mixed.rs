@@ -76,7 +76,9 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
             .filter_map(|view| {
                 let board = Board::find(&view.iter().map(|place| map(*place)).collect::<Vec<_>>())?;
                 let [a, b] = board.pitch;
-                Some([a.min(b), a.max(b)])
+                // Of a lattice of which most is missing no pitch is told.
+                let is_full = 2 * view.len() >= board.counts[0] * board.counts[1];
+                is_full.then_some([a.min(b), a.max(b)])
             })
             .collect();
         if pitches.is_empty() {
@@ -87,11 +89,10 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
         let near = |pitch: &&[f64; 2]| (0..2).all(|k| (pitch[k] / usual[k] - 1.0).abs() < 5e-3);
         pitches.iter().filter(near).count()
     };
-    // Charts of odd makes are no lattices at all; a few views may have another fault. Levels of a table
-    // without views may be several charts in one, and lie on a plane once they are squeezed.
-    if evidence.data.views.len() < 3
-        || places.len() < 3
-        || 5 * alike(&|place| place) >= 3 * places.len()
+    // Charts of odd makes are no lattices at all; a few views may have another fault, and of lattices of which many
+    // points are missing some are taken for others. Levels of a table without views may be several charts in one, and
+    // lie on a plane once they are squeezed.
+    if evidence.data.views.len() < 3 || places.len() < 3 || 3 * alike(&|place| place) > places.len()
     {
         return None;
     }
