@@ -162,8 +162,8 @@ impl PyExamination {
     }
 
     /// The data with the faults corrected that can be.
-    fn repaired(&self) -> PyDataset {
-        PyDataset(checks::repair_all(&self.data, &self.examination.findings))
+    fn repaired(&self) -> PyResult<PyDataset> {
+        checks::repair(&self.data, &self.examination.findings).map(PyDataset).map_err(raised)
     }
 }
 

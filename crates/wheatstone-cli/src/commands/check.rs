@@ -111,14 +111,7 @@ impl Check {
 
     /// Writes the data with the faults corrected, and says what is left of them.
     fn write_repaired(&self, data: &Dataset, examination: &Examination, output: &Path) -> Outcome {
-        if let Some(why) = checks::doubt(data, &examination.findings) {
-            return Err(Error::Degenerate {
-                problem: format!("not corrected: {why}"),
-                hint: "look at the views that are blamed and at those that are not; record again what is wrong".into(),
-            }
-            .into());
-        }
-        let repaired = checks::repair_all(data, &examination.findings);
+        let repaired = checks::repair(data, &examination.findings)?;
         tables::save(&repaired, output)?;
         say!(
             "Wrote {}: {} of {} faults corrected, {} of {} points kept",

@@ -112,7 +112,14 @@ class Examination(Sequence[Finding]):
         return layout
 
     def repaired(self) -> Dataset:
-        """The data with the faults corrected that can be."""
+        """The data with the faults corrected that can be.
+
+        Raises
+        ------
+        DegenerateError
+            Where the findings are not to be believed: most views are blamed one by one, or views that are not touched
+            fit worse after it.
+        """
         return Dataset(self._examination.repaired())
 
 

@@ -43,7 +43,7 @@ mod whole_board;
 
 pub use expected::{ExpectedDistance, compare_distance};
 pub use finding::{Change, Examination, Finding, Layout, Severity, Statement};
-pub use repair::{doubt, left_out, repair_all};
+pub use repair::{doubt, left_out, repair, repair_all};
 pub use unseeable::compare_baseline;
 pub(super) use unseeable::{undecided_poses, undetermined_poses};
 

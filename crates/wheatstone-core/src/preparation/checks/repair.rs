@@ -6,7 +6,7 @@ use super::{
     frame::Frame,
     views::{View, views},
 };
-use crate::dataset::Dataset;
+use crate::{Error, Result, dataset::Dataset};
 use std::collections::BTreeSet;
 use wheatstone_numeric::statistics::median;
 
@@ -16,6 +16,21 @@ pub fn repair_all(data: &Dataset, findings: &[Finding]) -> Dataset {
     let (repaired, dropped) = changed(data, findings);
     // A point that no camera is left with says nothing.
     repaired.subset(|row, c| !dropped[row] && c.seen_by() > 0)
+}
+
+/// The same, where the findings can be believed.
+///
+/// # Errors
+///
+/// [`Error::Degenerate`] where there is a [`doubt`].
+pub fn repair(data: &Dataset, findings: &[Finding]) -> Result<Dataset> {
+    match doubt(data, findings) {
+        Some(why) => Err(Error::Degenerate {
+            problem: format!("not corrected: {why}"),
+            hint: "look at the views that are blamed and at those that are not; record again what is wrong".into(),
+        }),
+        None => Ok(repair_all(data, findings)),
+    }
 }
 
 /// All changes made but for rows to be removed, which are marked.
