@@ -4,6 +4,11 @@
 //! Nearly equal candidates are told apart by simplicity: fewer freedoms have fewer ways to go wrong
 //! where there was no exam.
 
+mod scores;
+
+pub use scores::{Score, simplest_near_best};
+
+use self::scores::{Folds, MARGIN, Tried, best, scores};
 use super::{AnyMethod, AnyReconstructor, Choice, Fit, Method, depth_is_observable, only_default};
 use crate::{
     Error, Result,
@@ -12,9 +17,11 @@ use crate::{
         split::{Fold, fewest_layers, folds, folds_across},
     },
 };
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::progress::{Muted, Progress};
+use wheatstone_numeric::{
+    progress::{Muted, Progress},
+    random::Random,
+};
 
 /// There is nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -46,10 +53,6 @@ const TILTED: &str = "brown (tilt)";
 /// Tried beside them where even the best errs by more than it says: it takes ten times as long.
 const SECOND_OPINION: &str = "network";
 
-/// A simpler method is taken when its error is within this factor of the least. The errors of two
-/// sound methods on the same few hundred points differ by one percent by chance.
-const MARGIN: f64 = 1.02;
-
 /// Errors this many times those that a method's own error bars predict ask for a second opinion.
 const HONEST: f64 = 1.25;
 
@@ -57,50 +60,9 @@ const HONEST: f64 = 1.25;
 /// slabs across the views are then left out too, and only methods with straight rays are tried.
 const FEW: usize = 5;
 
-/// How a candidate did on what was left out.
-#[derive(Clone, Debug)]
-pub struct Score<'a> {
-    /// The candidate.
-    pub method: &'a str,
-    /// Root mean square error on each fold, in world units.
-    pub folds: Vec<f64>,
-    /// That over all points of views left out: the held-out error, as it is reported.
-    pub rms: f64,
-    /// Root mean square of the errors over what the error bars predict.
-    pub surprise: f64,
-    /// Points located.
-    pub located: usize,
-}
-
-/// Sums over the points of one fold.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    squares: f64,
-    surprise: f64,
-    located: usize,
-}
-
-/// Fits without the fold, and adds up the errors on it; `whole` is the fit to all points.
-fn examine(
-    (method, whole): (&AnyMethod, &Fit),
-    data: &Dataset,
-    fold: &Fold,
-    (seed, progress): (u64, &dyn Progress),
-) -> Result<Tally> {
-    let (train, exam) = fold.divide(data);
-    let fit = method.fit_fold_checked(&train, Some(whole), seed, progress)?;
-    let mut tally = Tally::default();
-    for (world, row) in exam.known() {
-        let Some(found) = fit.reconstructor.locate(&row.pixels) else { continue };
-        let error = found.point - world;
-        tally.squares += error.norm_squared();
-        if let Some(inverse) = found.covariance.try_inverse() {
-            tally.surprise += error.dot(&(inverse * error)) / 3.0;
-        }
-        tally.located += 1;
-    }
-    Ok(tally)
-}
+/// Pixels beyond which methods are compared on a part of the points: more do not tell methods apart any better, and
+/// each candidate is fitted a dozen times.
+const COMPARED: usize = 200_000;
 
 /// The candidate of this name.
 fn candidate(name: &str) -> Result<AnyMethod> {
@@ -116,107 +78,6 @@ impl Choice {
     pub fn method(&self) -> Result<AnyMethod> {
         candidate(&self.chosen)
     }
-}
-
-/// A method that was tried.
-struct Tried {
-    score: Score<'static>,
-    /// Fitted to all points.
-    whole: Fit,
-}
-
-impl Tried {
-    fn named<'a>(tried: &'a [Self], name: &str) -> Option<&'a Self> {
-        tried.iter().find(|tried| tried.score.method == name)
-    }
-
-    /// Standard deviation of a pixel coordinate about the lens model.
-    fn pixel_sigma(&self) -> f64 {
-        match &self.whole.reconstructor {
-            AnyReconstructor::Brown(fitted) => fitted.pixel_sigma,
-            _ => f64::NAN,
-        }
-    }
-}
-
-/// What is left out: views first, then slabs across them.
-struct Folds {
-    all: Vec<Fold>,
-    views: usize,
-}
-
-/// How each candidate does; those that cannot be fitted, or not without some fold, are left out.
-fn scores(
-    names: &[&'static str],
-    data: &Dataset,
-    folds: &Folds,
-    (seed, progress): (u64, &dyn Progress),
-) -> Result<Vec<Tried>> {
-    let count = folds.all.len();
-    let methods = names.iter().map(|name| candidate(name)).collect::<Result<Vec<AnyMethod>>>()?;
-    let wholes: Vec<Result<Fit>> =
-        methods.par_iter().map(|method| method.fit_checked(data, seed, &Muted(progress))).collect();
-    progress.check()?;
-    let tallies: Vec<Option<Tally>> = (0..methods.len() * count)
-        .into_par_iter()
-        .map(|task| {
-            let (method, fold) = (task / count, &folds.all[task % count]);
-            let fitted = (&methods[method], wholes[method].as_ref().ok()?);
-            examine(fitted, data, fold, (seed, &Muted(progress))).ok()
-        })
-        .collect();
-    progress.check()?;
-    let tried = |((name, whole), tallies): ((&&'static str, Result<Fit>), &[Option<Tally>])| {
-        let all = |tally: &Option<Tally>| tally.filter(|tally| tally.located > 0);
-        let tallies: Vec<Tally> = tallies.iter().map(all).collect::<Option<_>>()?;
-        let mean = |tallies: &[Tally], of: fn(&Tally) -> f64| {
-            let located: usize = tallies.iter().map(|tally| tally.located).sum();
-            (tallies.iter().map(of).sum::<f64>() / f64::max(located as f64, 1.0)).sqrt()
-        };
-        let views = if folds.views > 0 { &tallies[..folds.views] } else { &tallies };
-        let score = Score {
-            method: name,
-            folds: tallies.iter().map(|t| (t.squares / t.located as f64).sqrt()).collect(),
-            rms: mean(views, |tally| tally.squares),
-            surprise: mean(&tallies, |tally| tally.surprise),
-            located: tallies.iter().map(|tally| tally.located).sum(),
-        };
-        Some(Tried { score, whole: whole.ok()? })
-    };
-    Ok(names.iter().zip(wholes).zip(tallies.chunks(count)).filter_map(tried).collect())
-}
-
-/// By the rule for scores.
-fn best(tried: &[Tried]) -> Option<&'static str> {
-    let scores: Vec<Score<'static>> = tried.iter().map(|tried| tried.score.clone()).collect();
-    simplest_near_best(&scores)
-}
-
-/// The simplest of those that are nearly best, of scores on the same folds ordered by simplicity.
-/// Errors are compared fold by fold, as ratios, so that far and near views count alike; methods that
-/// leave out more than a hundredth of the points that others locate are not considered.
-#[must_use]
-pub fn simplest_near_best<'a>(scores: &[Score<'a>]) -> Option<&'a str> {
-    let most = scores.iter().map(|score| score.located).max()?;
-    let whole: Vec<&Score> =
-        scores.iter().filter(|score| 100 * score.located >= 99 * most).collect();
-    let least_of_fold = |fold: usize| {
-        whole
-            .iter()
-            .filter_map(|score| score.folds.get(fold))
-            .copied()
-            .fold(f64::INFINITY, f64::min)
-    };
-    // Mean logarithm of the ratio to the best on each fold.
-    let behind = |score: &Score| {
-        let ratios = score.folds.iter().enumerate().map(|(fold, rms)| {
-            libm::log(rms.max(f64::MIN_POSITIVE) / least_of_fold(fold).max(f64::MIN_POSITIVE))
-        });
-        ratios.sum::<f64>() / score.folds.len() as f64
-    };
-    let least = whole.iter().map(|score| behind(score)).fold(f64::INFINITY, f64::min);
-    let near = |score: &&&Score| behind(score) <= least + libm::log(MARGIN);
-    whole.iter().find(near).map(|score| score.method)
 }
 
 /// Groups of views that are left out together where one comparison of two methods is enough.
@@ -246,47 +107,26 @@ pub(crate) fn does_as_well(
     Ok(best(&tried) == Some(simple))
 }
 
+/// One point of so many, and these; none where there are few enough to take all.
+fn sample(data: &Dataset, seed: u64) -> Option<(usize, Dataset)> {
+    let every = (data.correspondences.len() * data.cameras).div_ceil(COMPARED);
+    // Drawn, since every so-manieth may all lie in a few columns of a chart.
+    let mut random = Random::new(seed);
+    let drawn: Vec<bool> =
+        data.correspondences.iter().map(|_| random.below(every.max(1)) == 0).collect();
+    (every > 1).then(|| (every, data.subset(|row, _| drawn[row])))
+}
+
 impl Method for Auto {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        // What is left without a fold must still tell depth: without one wing of a V it does not.
-        let tells_depth = |fold: &Fold| depth_is_observable(&fold.divide(train).0).is_ok();
-        let views = folds(train);
-        let few = views.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
-        let mut all: Vec<Fold> = views.into_iter().filter(tells_depth).collect();
-        let views = all.len();
-        if few {
-            all.extend(folds_across(train).into_iter().filter(tells_depth));
-        }
-        let folds = Folds { all, views };
-        let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
-        let mut tried = if folds.all.len() < 2 {
-            Vec::new()
-        } else {
-            scores(candidates, train, &folds, (seed, progress))?
+        let Some((every, part)) = sample(train, seed) else {
+            return compared(train, seed, progress);
         };
-        let chosen = best(&tried);
-        let honest =
-            |tried: &Tried| Some(tried.score.method) == chosen && tried.score.surprise < HONEST;
-        if !few && !tried.is_empty() && !tried.iter().any(honest) {
-            tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
-        }
-        try_tilted(&mut tried, (train, &folds), (seed, progress))?;
-        let Some(chosen) = best(&tried) else {
-            return without_an_exam(train, seed, progress);
-        };
-        let held_out: Vec<(&str, f64)> =
-            tried.iter().map(|tried| (tried.score.method, tried.score.rms)).collect();
-        let choice = Choice {
-            chosen: chosen.into(),
-            reason: reason(chosen, &held_out, &train.unit),
-            held_out_rms: held_out.iter().map(|(name, rms)| ((*name).into(), *rms)).collect(),
-        };
-        let taken = tried.into_iter().find(|tried| tried.score.method == chosen);
-        let whole = match taken {
-            Some(taken) => taken.whole,
-            None => candidate(chosen)?.fit(train, seed, progress)?,
-        };
-        Ok(Fit { choice: Some(choice), ..whole })
+        let on_part = compared(&part, seed, progress)?;
+        let Some(mut choice) = on_part.choice else { return Ok(on_part) };
+        choice.reason += &format!("; compared on one point of {every}, as there are many");
+        let fit = choice.method()?.fit(train, seed, progress)?;
+        Ok(Fit { choice: Some(choice), ..fit })
     }
 
     fn summary(&self) -> &'static str {
@@ -296,6 +136,49 @@ impl Method for Auto {
     fn preset(&self, name: &str) -> Result<AnyMethod> {
         only_default(self, name)
     }
+}
+
+/// The simplest of the best methods, fitted to all points.
+fn compared(train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
+    // What is left without a fold must still tell depth: without one wing of a V it does not.
+    let tells_depth = |fold: &Fold| depth_is_observable(&fold.divide(train).0).is_ok();
+    let views = folds(train);
+    let few = views.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
+    let mut all: Vec<Fold> = views.into_iter().filter(tells_depth).collect();
+    let views = all.len();
+    if few {
+        all.extend(folds_across(train).into_iter().filter(tells_depth));
+    }
+    let folds = Folds { all, views };
+    let candidates: &[&str] = if few { &STRAIGHT } else { &CANDIDATES };
+    let mut tried = if folds.all.len() < 2 {
+        Vec::new()
+    } else {
+        scores(candidates, train, &folds, (seed, progress))?
+    };
+    let chosen = best(&tried);
+    let honest =
+        |tried: &Tried| Some(tried.score.method) == chosen && tried.score.surprise < HONEST;
+    if !few && !tried.is_empty() && !tried.iter().any(honest) {
+        tried.extend(scores(&[SECOND_OPINION], train, &folds, (seed, progress))?);
+    }
+    try_tilted(&mut tried, (train, &folds), (seed, progress))?;
+    let Some(chosen) = best(&tried) else {
+        return without_an_exam(train, seed, progress);
+    };
+    let held_out: Vec<(&str, f64)> =
+        tried.iter().map(|tried| (tried.score.method, tried.score.rms)).collect();
+    let choice = Choice {
+        chosen: chosen.into(),
+        reason: reason(chosen, &held_out, &train.unit),
+        held_out_rms: held_out.iter().map(|(name, rms)| ((*name).into(), *rms)).collect(),
+    };
+    let taken = tried.into_iter().find(|tried| tried.score.method == chosen);
+    let whole = match taken {
+        Some(taken) => taken.whole,
+        None => candidate(chosen)?.fit(train, seed, progress)?,
+    };
+    Ok(Fit { choice: Some(choice), ..whole })
 }
 
 /// Tries the tilted sensor beside the upright one, where pixels say that sensors are tilted: by the margin by which
@@ -354,32 +237,4 @@ fn without_an_exam(train: &Dataset, seed: u64, progress: &dyn Progress) -> Resul
         }
     }
     Err(last)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Score, simplest_near_best};
-
-    fn score(method: &str, folds: [f64; 2], located: usize) -> Score<'_> {
-        Score { method, folds: folds.to_vec(), rms: folds[0], surprise: 1.0, located }
-    }
-
-    #[test]
-    fn simplicity_wins_ties_and_completeness_comes_first() {
-        let dlt = score("dlt", [1.5, 1.5], 100);
-        let neural = score("neural-camera", [1.0, 1.0], 100);
-        let near = [dlt.clone(), score("brown", [1.01, 1.02], 100), neural.clone()];
-        assert_eq!(simplest_near_best(&near), Some("brown"));
-        let behind = [dlt.clone(), score("brown", [1.0, 1.1], 100), neural];
-        assert_eq!(simplest_near_best(&behind), Some("neural-camera"));
-        let partial = [dlt, score("network", [0.5, 0.5], 60)];
-        assert_eq!(simplest_near_best(&partial), Some("dlt"));
-        assert_eq!(simplest_near_best(&[]), None);
-    }
-
-    #[test]
-    fn a_distant_view_does_not_outvote_the_near_ones() {
-        let scores = [score("dlt", [0.2, 10.0], 50), score("brown", [0.1, 10.1], 50)];
-        assert_eq!(simplest_near_best(&scores), Some("brown"));
-    }
 }
