@@ -34,6 +34,8 @@ pub const ROW_BYTES: Limit = limit(1 << 24, "bytes of a row");
 pub const COLUMNS: Limit = limit(10_000, "columns");
 /// Cameras of a table; each has two columns.
 pub const CAMERAS: Limit = limit(1_000, "cameras");
+/// Of a table: each is a pose of the chart, which takes some kilobytes where it is checked.
+pub const VIEWS: Limit = limit(20_000, "views");
 /// Of all that is held of a table at once: rows times columns of pixels.
 pub const CELLS: Limit = limit(1 << 26, "cells of a table in memory");
 /// Of a part of a table that is unpacked as a whole: programs write a megabyte or two.

@@ -23,6 +23,7 @@ mod rounding;
 mod rows;
 mod shown;
 mod text;
+mod thrift;
 mod writer;
 
 pub use collected::Duplicates;

@@ -1,7 +1,14 @@
 //! Small files that ask for much, and large ones that are honest: within little memory.
 
 use crate::program::{command, done, said};
-use parquet::{arrow::ArrowWriter, file::properties::WriterProperties};
+use parquet::{
+    arrow::ArrowWriter,
+    basic::Compression,
+    file::{
+        properties::WriterProperties,
+        reader::{FileReader, SerializedFileReader},
+    },
+};
 use std::{
     fs::{self, File},
     io::Write,
@@ -21,7 +28,7 @@ use wheatstone::{
 const ADDRESSES: u32 = 900_000;
 
 /// Runs the program with little memory.
-fn bounded(at: &Path, arguments: &str) -> Output {
+pub(crate) fn bounded(at: &Path, arguments: &str) -> Output {
     let program = env!("CARGO_BIN_EXE_wheatstone");
     let line = format!("ulimit -v {ADDRESSES} && exec {program} {arguments}");
     let mut shell = Command::new("sh");
@@ -42,7 +49,12 @@ fn refused(at: &Path, arguments: &str, words: &str) {
 }
 
 /// A table whose last column repeats one long text: some kilobytes that unpack to gigabytes.
-fn long_texts(path: &Path, is_dictionary: bool, (text, rows): (usize, usize)) {
+fn long_texts(
+    path: &Path,
+    packing: Compression,
+    is_dictionary: bool,
+    (text, rows): (usize, usize),
+) {
     let number = |value: f64| Arc::new(Float64Array::from(vec![value; rows])) as ArrayRef;
     let long = "a".repeat(text);
     let mut columns: Vec<ArrayRef> = (0..4).map(|column| number(f64::from(column))).collect();
@@ -56,7 +68,7 @@ fn long_texts(path: &Path, is_dictionary: bool, (text, rows): (usize, usize)) {
     assert_eq!(fields[4].data_type(), &DataType::Utf8);
     let batch = RecordBatch::try_new(Arc::new(Schema::new(fields)), columns).unwrap();
     let properties = WriterProperties::builder()
-        .set_compression(parquet::basic::Compression::ZSTD(Default::default()))
+        .set_compression(packing)
         .set_dictionary_enabled(is_dictionary)
         .build();
     let file = File::create(path).unwrap();
@@ -77,13 +89,41 @@ fn long_texts_are_unpacked_bit_by_bit() {
     model(at);
     // Some kilobytes that are 1.3 gigabytes.
     for is_dictionary in [true, false] {
-        long_texts(&at.join("bomb.parquet"), is_dictionary, (1 << 16, 20_000));
+        let packing = Compression::ZSTD(Default::default());
+        long_texts(&at.join("bomb.parquet"), packing, is_dictionary, (1 << 16, 20_000));
         assert!(fs::metadata(at.join("bomb.parquet")).unwrap().len() < 1_000_000);
         let output = bounded(at, "locate model.json bomb.parquet -o out.parquet");
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     }
     let output = bounded(at, "check bomb.parquet");
     assert_ne!(output.status.code(), Some(0), "there are no places in it");
+}
+
+#[test]
+fn a_page_that_lies_about_its_size_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    model(at);
+    for packing in [Compression::GZIP(Default::default()), Compression::ZSTD(Default::default())] {
+        let path = at.join("lies.parquet");
+        long_texts(&path, packing, false, (1000, 1000));
+        let read = |name: &str| bounded(at, &format!("locate model.json {name} -o out.csv"));
+        assert_eq!(read("lies.parquet").status.code(), Some(0), "{packing}");
+        let mut bytes = fs::read(&path).unwrap();
+        let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
+        let place = reader.metadata().row_group(0).column(4).data_page_offset() as usize;
+        // After the page's kind: the size that it unpacks to, seven bits a byte.
+        assert_eq!(bytes[place..place + 3], [0x15, 0, 0x15]);
+        let length = 1 + bytes[place + 3..].iter().position(|byte| *byte < 0x80).unwrap();
+        bytes[place + 3..place + 2 + length].fill(0x80);
+        bytes[place + 3] |= 0x40;
+        bytes[place + 2 + length] = 0;
+        fs::write(at.join("lies.parquet"), bytes).unwrap();
+        let output = read("lies.parquet");
+        assert_eq!(output.status.code(), Some(1), "{packing}: {}", said(&output));
+        let is_named = said(&output).contains("larger than its header says");
+        assert!(is_named || packing != Compression::GZIP(Default::default()), "{}", said(&output));
+    }
 }
 
 #[test]

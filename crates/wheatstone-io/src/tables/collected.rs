@@ -66,6 +66,7 @@ impl Collected {
                 data.views.push(name.to_owned());
                 data.views.len() - 1
             });
+            limits::VIEWS.allow(&self.path, self.data.views.len() as u64)?;
         }
         if self.duplicates != Duplicates::Keep
             && let Some(first) = self.lines.insert(fingerprint(&row), line)

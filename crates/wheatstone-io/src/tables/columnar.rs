@@ -64,7 +64,7 @@ impl ColumnTable {
             parquet_lengths::check_footer(&file)?;
             let metadata = ArrowReaderMetadata::load(&file, ArrowReaderOptions::default())?;
             parquet_lengths::check_columns(&metadata, file.len())?;
-            let file = CheckedPages(file);
+            let file = CheckedPages::new(file, &metadata);
             let rows = file.rows_at_once(&metadata, ROWS)?;
             let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
                 .with_batch_size(rows);
