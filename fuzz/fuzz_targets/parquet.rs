@@ -1,5 +1,2 @@
-//! Parquet.
 #![no_main]
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(init: wheatstone_fuzz::catching(), |data: &[u8]| wheatstone_fuzz::table("points.parquet", data));
+wheatstone_fuzz::fuzz!("parquet");

@@ -7,6 +7,7 @@ mod losses;
 mod points;
 mod round_trips;
 mod seeds;
+mod targets;
 mod tools;
 
 use std::path::PathBuf;

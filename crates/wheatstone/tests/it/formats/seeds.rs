@@ -1,6 +1,9 @@
 //! Small valid files for the fuzz targets to begin with, in the form in which they take them.
 
-use super::damaged::{good, table};
+use super::{
+    damaged::{good, table},
+    targets::{BETWEEN, TARGETS},
+};
 use std::path::{Path, PathBuf};
 use wheatstone::{
     AnyMethod, Calibration, Prepared, Silent,
@@ -10,9 +13,6 @@ use wheatstone::{
     synthetic::{Noise, Rig, Stage, chart_correspondences},
     tables,
 };
-
-/// What stands between the files of one seed; `fuzz/src/lib.rs` says it as well.
-const BETWEEN: &[u8] = b"\0--\0";
 
 fn joined(files: &[InputFile]) -> Vec<u8> {
     files.iter().map(|file| file.bytes.clone()).collect::<Vec<_>>().join(BETWEEN)
@@ -100,7 +100,7 @@ const CAPTURE: &str = "unit = \"cm\"\n[chart]\ntype = \"line-grid\"\ncolumns = 9
     [[views]]\nname = \"050\"\ntranslation = [0, 0, 50]\nrotation = [0, 0, 0]\n\
     [[views]]\nname = \"065\"\ntranslation = [0, 0, 65]\nsigma = 0.1\n";
 
-const TARGETS: [&str; 3] = [
+const KALIBR: [&str; 3] = [
     "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 6\ntagSize: 0.088\ntagSpacing: 0.3\n",
     "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.06\n",
     "target_type: 'circlegrid'\ntargetCols: 6\ntargetRows: 7\nspacingMeters: 0.02\nasymmetricGrid: False\n",
@@ -124,13 +124,40 @@ fn seeds(folder: &Path) -> Vec<(&'static str, Vec<u8>)> {
     for chart in ["chessboard", "dot-grid", "charuco", "april-grid", "two-level", "line-grid"] {
         seeds.push(("capture", CAPTURE.replace("line-grid", chart).into_bytes()));
     }
-    for target in TARGETS {
+    for target in KALIBR {
         seeds.push(("chart_files", [&[1], target.as_bytes()].concat()));
     }
     let list: [&[u8]; 3] =
         [b"\0id,X,Y,Z\na,0,0,0\nb,1,0,0\nc,0,1,0.5\n", BETWEEN, b"id,x1,y1,x2,y2\na,1,2,3,4\n"];
     seeds.push(("chart_files", list.concat()));
     seeds
+}
+
+/// Inputs on which a target has once failed, by its name.
+const REGRESSIONS: &str = "tests/regressions";
+
+#[test]
+fn seeds_and_what_once_failed_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, bytes: &[u8]| {
+        let (_, target) = TARGETS.iter().find(|target| target.0 == name).unwrap();
+        let own = folder.path().join(name);
+        std::fs::create_dir_all(&own).unwrap();
+        target(bytes, &own);
+    };
+    let mut seeded = std::collections::BTreeSet::new();
+    for (name, bytes) in seeds(folder.path()) {
+        run(name, &bytes);
+        seeded.insert(name);
+    }
+    assert_eq!(seeded.len(), TARGETS.len(), "every target has seeds: {seeded:?}");
+    let targets = std::fs::read_dir(REGRESSIONS).unwrap().map(Result::unwrap);
+    for target in targets.filter(|entry| entry.path().is_dir()) {
+        let name = target.file_name().into_string().unwrap();
+        for input in std::fs::read_dir(target.path()).unwrap() {
+            run(&name, &std::fs::read(input.unwrap().path()).unwrap());
+        }
+    }
 }
 
 #[test]
