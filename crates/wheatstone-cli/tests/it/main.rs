@@ -11,14 +11,18 @@ mod figures;
 mod formats;
 mod hostile;
 #[cfg(unix)]
+mod jobs;
+#[cfg(unix)]
 mod kills;
 mod messages;
 mod models;
+#[cfg(target_os = "linux")]
+mod mutated;
 mod behaviour;
 #[cfg(target_os = "linux")]
 mod bombs;
 mod one_camera;
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 mod outputs;
 mod paper;
 mod program;
