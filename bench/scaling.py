@@ -53,6 +53,36 @@ def cameras(work):
         yield count, wheatstone("fit", work / "c.csv", "--method", "brown", "--no-validation", "-o", work / "m.json", times=3)
 
 
+def placed_views(path, views, rows):
+    """A table of a plate at so many places before two cameras, with so many points of it each."""
+    random = np.random.default_rng(1)
+    table = [np.array(["x1", "y1", "x2", "y2", "X", "Y", "Z", "view"])]
+    side = math.isqrt(rows)
+    for view in range(views):
+        a, b = random.uniform(-0.4, 0.4, 2)
+        u, v = (20.0 * (np.array(divmod(np.arange(rows), side)) - side / 2))
+        at = np.stack([u * math.cos(a), v * math.cos(b) + u * math.sin(a) * math.sin(b),
+                       v * math.sin(b) - u * math.sin(a) * math.cos(b)], 1)
+        at += [*random.uniform(-60, 60, 2), 600 + view % 40 * 15]
+        seen = [(at - [x, 0, 0])[:, :2] / at[:, 2:] * 1200 + [640, 480] + random.normal(0, 0.1, (rows, 2)) for x in (-100, 100)]
+        table.extend([*map("{:.4f}".format, row), f"v{view}"] for row in np.hstack([*seen, at]))
+    path.write_text("\n".join(",".join(row) for row in table) + "\n")
+
+
+def check(work, sizes):
+    for count, views, rows in sizes:
+        placed_views(work / "v.csv", views, rows)
+        yield count, wheatstone("check", work / "v.csv")
+
+
+def check_rows(work):
+    return check(work, [(60 * rows, 60, rows) for rows in (50, 100, 200, 400)])
+
+
+def check_views(work):
+    return check(work, [(views, views, 50) for views in (250, 500, 1000, 2000)])
+
+
 def epochs(_):
     least = cpu(bench("kernels"), "training", "single", 1)
     for count in (10_000, 20_000, 40_000, 80_000):
@@ -76,7 +106,7 @@ def slope(rows):
     return np.polyfit(x, y, 1)[0]
 
 
-def panel(left, name, rows):
+def panel(left, above, name, rows):
     """One log-log plot of 190 by 170, its line and its slope."""
     lx, ly = [math.log2(n) for n, _ in rows], [math.log2(max(s, 1e-9)) for _, s in rows]
     px = lambda v: left + 45 + 125 * (v - lx[0]) / (lx[-1] - lx[0])
@@ -88,23 +118,24 @@ def panel(left, name, rows):
     marks = "".join(f'<circle cx="{px(a):.1f}" cy="{py(b):.1f}" r="3"/>' for a, b in zip(lx, ly))
     ends = "".join(text(left + 40, py(b) + 4, f"{s:.2g} s", "end") for b, s in ((ly[0], rows[0][1]), (ly[-1], rows[-1][1])))
     below = "".join(text(px(a), 158, short(round(n, -4) if n > 1e5 else n)) for a, (n, _) in ((lx[0], rows[0]), (lx[-1], rows[-1])))
-    return (f'<rect x="{left + 42}" y="25" width="136" height="115" class="frame"/><polyline points="{dots}"/>{marks}'
-            + text(left + 110, 16, f"{name}: slope {slope(rows):.2f}") + ends + below)
+    return (f'<g transform="translate(0 {above})"><rect x="{left + 42}" y="25" width="136" height="115" class="frame"/><polyline points="{dots}"/>{marks}'
+            + text(left + 110, 16, f"{name}: slope {slope(rows):.2f}") + ends + below + "</g>")
 
 
 def main():
-    kinds = {"points": points, "views": views, "cameras": cameras, "pixels": pixels, "epochs": epochs}
+    kinds = {"points": points, "views": views, "cameras": cameras, "pixels": pixels, "epochs": epochs,
+             "check, rows": check_rows, "check, views": check_views}
     parts = []
     with tempfile.TemporaryDirectory() as work:
         for place, (name, measure) in enumerate(kinds.items()):
             rows = list(measure(pathlib.Path(work)))
             print(name, *(f"{size}: {seconds:.3f} s" for size, seconds in rows), f"slope {slope(rows):.2f}", flush=True)
-            parts.append(panel(190 * place, name, rows))
+            parts.append(panel(190 * (place % 4), 170 * (place // 4), name, rows))
     style = ("text{font:11px sans-serif;fill:#333}polyline{fill:none;stroke:#1f6fb2;stroke-width:1.5}circle{fill:#1f6fb2}"
              ".frame{fill:none;stroke:#bbb}.back{fill:#fff}")
     pathlib.Path(sys.argv[1]).write_text(
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 960 170" role="img" aria-label="Cost against size">'
-        f'<style>{style}</style><rect class="back" width="960" height="170"/>{"".join(parts)}</svg>\n')
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 770 340" role="img" aria-label="Cost against size">'
+        f'<style>{style}</style><rect class="back" width="770" height="340"/>{"".join(parts)}</svg>\n')
 
 
 main()
