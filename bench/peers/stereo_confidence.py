@@ -1,0 +1,141 @@
+"""Learns the coefficients of `crates/wheatstone-stereo/src/coefficients.rs`, and prints that file's numbers.
+
+    cargo build --release -p wheatstone-stereo --example match_pair
+    python3 bench/peers/stereo_confidence.py target/release/examples/match_pair
+
+The confidence is a logistic regression, learnt from Middlebury's pairs and from renders (stereo_renders.py), every
+pair with the same weight. It is judged on pairs that were left out. Standard deviations are learnt from renders, whose truth
+is exact. Needs numpy, scipy, pillow and scikit-learn.
+"""
+import pathlib, re, sys
+import numpy as np
+from scipy.optimize import minimize
+from sklearn.linear_model import LogisticRegression
+
+import stereo_data
+
+RENDERS = range(40)
+FOLDS = 6
+COEFFICIENTS = pathlib.Path(__file__).resolve().parents[2] / "crates/wheatstone-stereo/src/coefficients.rs"
+
+
+def terms(maps):
+    """As `confidence.rs`."""
+    saturating = lambda value, half: value / (value + half)
+    gap, correlation, texture = saturating(maps["gap"], 16.0), np.maximum(maps["correlation"], 0.0), saturating(maps["texture"], 4.0)
+    return np.stack([gap, saturating(maps["gap"], 64.0), maps["left_right"] / 1.5, maps["scatter"] / 2.0, 1.0 - maps["known"],
+                     correlation, correlation**2, texture, gap * correlation, gap * texture], -1)
+
+
+def samples(program, pair, exact):
+    maps, _ = stereo_data.ours(program, pair, "--evidence")
+    use = ~np.isnan(maps["disparity"]) & ~np.isnan(pair.truth)
+    return {"name": pair.name, "exact": exact, "terms": terms(maps)[use], "error": (maps["disparity"] - pair.truth)[use],
+            "sigma": maps["sigma"][use], "scatter": maps["scatter"][use], "confidence": maps["confidence"][use]}
+
+
+def blank(seed):
+    """A wall without texture, with noise: any disparity is wrong."""
+    rng = np.random.default_rng(seed)
+    wall = lambda: np.clip(np.rint(120.0 + rng.normal(0.0, 1.0 + seed % 3, (240, 320))), 0, 255).astype(np.uint8)
+    return stereo_data.Pair(f"blank{seed}", wall(), wall(), np.full((240, 320), 1000.0, np.float32), np.ones((240, 320), bool), 64)
+
+
+def exchanged(pair):
+    return stereo_data.Pair(pair.name + "-exchanged", pair.right, pair.left, np.full(pair.truth.shape, 1000.0, np.float32), pair.visible, pair.count)
+
+
+def fit(sets):
+    x = np.concatenate([s["terms"] for s in sets])
+    y = np.concatenate([np.abs(s["error"]) < 1.0 for s in sets])
+    weight = np.concatenate([np.full(len(s["error"]), 1e5 / max(len(s["error"]), 2e4)) for s in sets])
+    return LogisticRegression(C=1e-2 * weight.sum() / len(sets), max_iter=500).fit(x, y, sample_weight=weight)
+
+
+def judge(sets):
+    """Calibration on pairs that were left out."""
+    chance = [None] * len(sets)
+    for fold in range(FOLDS):
+        model = fit([s for k, s in enumerate(sets) if k % FOLDS != fold])
+        for k in range(fold, len(sets), FOLDS):
+            chance[k] = model.predict_proba(sets[k]["terms"])[:, 1] if len(sets[k]["terms"]) else np.zeros(0)
+    every, right = np.concatenate(chance), np.concatenate([np.abs(s["error"]) < 1.0 for s in sets])
+    for low, high in ((0.0, 0.2), (0.2, 0.4), (0.4, 0.6), (0.6, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 0.99), (0.99, 1.01)):
+        here = (every >= low) & (every < high)
+        print(f"  said {every[here].mean():.3f} true {right[here].mean():.3f} of {here.sum()}" if here.any() else "  none")
+    for s, p in zip(sets, chance):
+        sure = p > 0.9
+        bad = [np.mean(np.abs(s["error"][sure]) > most) if sure.any() else 0.0 for most in (1, 2)]
+        print(f"  {s['name']:20} sure {sure.mean() if len(sure) else 0.0:.3f} bad1 {bad[0]:.4f} bad2 {bad[1]:.4f}")
+
+
+def old_refined():
+    text = re.search(r"REFINED[^=]*= \[([^\]]*)\]", COEFFICIENTS.read_text()).group(1)
+    return [float(v) for v in text.split(",")]
+
+
+def fit_sigma(sets, model):
+    """Makes 68 % and 95 % of errors of confident pixels lie within one and two standard deviations."""
+    factor, least, per_scatter = old_refined()
+    told, scatter, error, weight = [], [], [], []
+    for s in (s for s in sets if s["exact"] and len(s["terms"])):
+        sure = model.predict_proba(s["terms"])[:, 1] > 0.9
+        sigma = s["sigma"][sure] / (1.0 + per_scatter * s["scatter"][sure])
+        told.append(np.sqrt(np.maximum(sigma**2 - least**2, 0.0)) / factor)
+        scatter.append(s["scatter"][sure])
+        error.append(np.abs(s["error"][sure]))
+    told, scatter, error = map(np.concatenate, (told, scatter, error))
+
+    def sigma(p):
+        return np.sqrt((p[0] * told) ** 2 + p[1] ** 2) * (1.0 + p[2] * scatter)
+
+    def loss(p):
+        if min(p) < 0.0:
+            return 1e3
+        r = error / np.maximum(sigma(p), 1e-4)
+        # A Laplace-like likelihood keeps sigma proportional to errors; coverage is what must come out.
+        shape = np.mean(np.log(np.maximum(sigma(p), 1e-4)) + np.sqrt(1.0 + r**2))
+        return shape + 300.0 * ((np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2)
+
+    best = min((minimize(loss, start, method="Nelder-Mead", options={"maxiter": 400}) for start in ([1.2, 0.03, 0.5], [1.0, 0.05, 1.5], [0.8, 0.02, 3.0])), key=lambda r: r.fun)
+    for k in (1, 2, 3):
+        print(f"  within {k} sigma: {np.mean(error < k * sigma(best.x)):.4f}")
+    # By size of sigma: the error bars must be right for small and large ones.
+    order = np.argsort(sigma(best.x))
+    for part in np.array_split(order, 5):
+        s = sigma(best.x)[part]
+        print(f"  sigma about {np.median(s):.3f}: within 1 {np.mean(error[part] < s):.3f}, within 2 {np.mean(error[part] < 2 * s):.3f}")
+    return best.x
+
+
+def fit_unrefined(sets, program):
+    scatter, error = [], []
+    for pair in stereo_data.rendered(RENDERS[::3]):
+        maps, _ = stereo_data.ours(program, pair, "--coarse", "--evidence")
+        sure = maps["confidence"] > 0.9
+        scatter.append(maps["scatter"][sure])
+        error.append(np.abs(maps["disparity"] - pair.truth)[sure])
+    scatter, error = np.concatenate(scatter), np.concatenate(error)
+
+    def loss(p):
+        r = error / np.maximum(p[0] + p[1] * scatter, 1e-3)
+        return (np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2
+    return minimize(loss, [0.2, 0.5], method="Nelder-Mead").x
+
+
+def main():
+    program = sys.argv[1]
+    pairs = [(pair, pair.name.startswith("syn")) for pair in stereo_data.real()]
+    others = [(exchanged(pair), False) for pair, _ in pairs[::3]] + [(blank(seed), False) for seed in range(4)]
+    renders = [(pair, True) for pair in stereo_data.rendered(RENDERS)]
+    sets = [samples(program, pair, exact) for pair, exact in pairs + others + renders]
+    judge(sets)
+    model = fit(sets)
+    weights = [float(model.intercept_[0]), *map(float, model.coef_[0])]
+    print("CONFIDENCE", [round(w, 3) for w in weights])
+    print("REFINED", [round(float(v), 4) for v in fit_sigma(sets, model)])
+    print("UNREFINED", [round(float(v), 4) for v in fit_unrefined(sets, program)])
+
+
+if __name__ == "__main__":
+    main()

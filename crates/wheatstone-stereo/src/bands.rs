@@ -1,0 +1,141 @@
+//! A picture in bands of rows, each matched on its own.
+//!
+//! The costs of all pixels and disparities of a large picture do not fit into memory. Paths down and up a
+//! band begin some rows outside of it; farther pixels have next to no say. Bands follow from the pictures' size and the range
+//! alone, so that results do not depend on the number of threads.
+
+use crate::{
+    aggregation::{Order, PathRow, Paths, Penalties},
+    cost::{CodedPair, CostRows},
+    picture::Picture,
+    winner::{NO_MATCH, WinnerRow, Winners},
+};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Rows of a band, at most.
+const MOST_ROWS: usize = 256;
+/// Rows of a band, at least.
+const LEAST_ROWS: usize = 64;
+/// Rows above and below a band from where paths come.
+const OVERLAP: usize = 32;
+/// Memory that a band may take, in bytes, where its rows are not fewer than [`LEAST_ROWS`].
+const BAND_BYTES: usize = 256 << 20;
+/// Memory that all bands may take that are matched at one time.
+const WORK_BYTES: usize = 1 << 30;
+
+/// What the search finds, row by row: see [`WinnerRow`].
+pub(crate) struct Candidates {
+    pub(crate) disparity: Vec<f32>,
+    pub(crate) gap: Vec<u16>,
+    pub(crate) right: Vec<u16>,
+}
+
+/// A band and where its results go.
+struct Band<'a> {
+    rows: Range<usize>,
+    disparity: &'a mut [f32],
+    gap: &'a mut [u16],
+    right: &'a mut [u16],
+}
+
+/// Searches all pixels.
+pub(crate) fn search(pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalties) -> Candidates {
+    let (width, height) = (pair.width, pair.height);
+    let mut found = Candidates {
+        disparity: vec![f32::NAN; width * height],
+        gap: vec![0; width * height],
+        right: vec![NO_MATCH; width * height],
+    };
+    // A band keeps costs and means of paths: two bytes a pixel and disparity.
+    let row_bytes = 2 * width * pair.range.slots;
+    let rows = rows_of_a_band(height, row_bytes);
+    let at_a_time = (WORK_BYTES / (rows * row_bytes)).max(1);
+    let pixels = rows * width;
+    let parts = found.disparity.chunks_mut(pixels).zip(found.gap.chunks_mut(pixels));
+    let parts = parts.zip(found.right.chunks_mut(pixels)).enumerate();
+    let mut bands: Vec<Band<'_>> = parts
+        .map(|(number, ((disparity, gap), right))| {
+            let start = number * rows;
+            Band { rows: start..start + gap.len() / width, disparity, gap, right }
+        })
+        .collect();
+    for bands in bands.chunks_mut(at_a_time) {
+        bands.par_iter_mut().for_each(|band| band.search(pair, left, penalties));
+    }
+    found
+}
+
+/// Bands of one height, an even number of them, as processors have an even number of cores.
+fn rows_of_a_band(height: usize, row_bytes: usize) -> usize {
+    let most = (BAND_BYTES / row_bytes).clamp(LEAST_ROWS, MOST_ROWS);
+    let bands = height.div_ceil(most);
+    let bands = if bands > 1 { bands.next_multiple_of(2) } else { bands };
+    height.div_ceil(bands)
+}
+
+impl Band<'_> {
+    fn search(&mut self, pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalties) {
+        let (width, slots) = (pair.width, pair.range.slots);
+        let length = width * slots;
+        let start = self.rows.start;
+        let mut rows = CostRows::new(pair);
+        let mut costs = vec![0; self.rows.len() * length];
+        let mut forward = vec![0; self.rows.len() * length];
+        let mut outside = vec![0; length];
+
+        let mut paths = Paths::new(width, slots, Order::Forward, penalties);
+        for y in start.saturating_sub(OVERLAP)..start {
+            rows.write(y, &mut outside);
+            paths.follow_columns(path_row(left, &outside, y, y.saturating_sub(1)));
+        }
+        let both = costs.chunks_exact_mut(length).zip(forward.chunks_exact_mut(length));
+        for (y, (costs, means)) in self.rows.clone().zip(both) {
+            rows.write(y, costs);
+            paths.follow(path_row(left, costs, y, y.saturating_sub(1)), means);
+        }
+
+        let last = pair.height - 1;
+        let mut paths = Paths::new(width, slots, Order::Backward, penalties);
+        for y in (self.rows.end..(self.rows.end + OVERLAP).min(pair.height)).rev() {
+            rows.write(y, &mut outside);
+            paths.follow_columns(path_row(left, &outside, y, (y + 1).min(last)));
+        }
+        let mut winners = Winners::new(width, pair.range);
+        let both = costs.chunks_exact(length).zip(forward.chunks_exact(length));
+        for (y, (costs, forward)) in self.rows.clone().zip(both).rev() {
+            paths.follow(path_row(left, costs, y, (y + 1).min(last)), &mut outside);
+            winners.find(forward, &outside, self.row(y - start, width));
+        }
+    }
+
+    fn row(&mut self, row: usize, width: usize) -> WinnerRow<'_> {
+        let at = row * width..(row + 1) * width;
+        WinnerRow {
+            disparity: &mut self.disparity[at.clone()],
+            gap: &mut self.gap[at.clone()],
+            right: &mut self.right[at],
+        }
+    }
+}
+
+fn path_row<'a>(left: &Picture<'a>, costs: &'a [u8], y: usize, before: usize) -> PathRow<'a> {
+    PathRow { costs, pixels: left.row(y), pixels_before: left.row(before) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_cover_the_picture_and_fit_into_memory() {
+        for height in 1..3000 {
+            for row_bytes in [64, 82_000, 2 << 20, 16 << 20] {
+                let rows = rows_of_a_band(height, row_bytes);
+                assert!((1..=MOST_ROWS).contains(&rows));
+                assert!(rows <= LEAST_ROWS || rows * row_bytes <= BAND_BYTES);
+            }
+        }
+        assert_eq!(rows_of_a_band(480, 82_000), 240);
+    }
+}

@@ -1,0 +1,23 @@
+//! Standard deviations of disparities.
+
+use crate::{
+    coefficients::{REFINED, UNREFINED},
+    evidence::Evidence,
+};
+
+/// From what residuals of least squares tell.
+pub(crate) fn refined(from_residuals: &[f32], evidence: &Evidence) -> Vec<f32> {
+    let [factor, least, per_scatter] = REFINED;
+    let both = from_residuals.iter().zip(&evidence.scatter);
+    both.map(|(sigma, scatter)| {
+        let sigma = factor * sigma;
+        (sigma * sigma + least * least).sqrt() * (1.0 + per_scatter * scatter)
+    })
+    .collect()
+}
+
+/// Of disparities that aggregation found.
+pub(crate) fn unrefined(evidence: &Evidence) -> Vec<f32> {
+    let [least, per_scatter] = UNREFINED;
+    evidence.scatter.iter().map(|scatter| least + per_scatter * scatter).collect()
+}

@@ -1,0 +1,46 @@
+//! Numbers of every pixel, with room beside each row for windows that reach out of the picture.
+
+use crate::registers::FLOATS;
+use rayon::prelude::*;
+
+/// Columns beside the picture: at least a window's radius, and whole registers.
+pub(crate) const MARGIN: usize = FLOATS;
+
+/// One number a pixel, row by row; pixel x of a row stands at `MARGIN + x`.
+pub(crate) struct Field {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) stride: usize,
+    values: Vec<f32>,
+}
+
+impl Field {
+    /// The same number everywhere, beside the picture too.
+    pub(crate) fn new(width: usize, height: usize, value: f32) -> Self {
+        let stride = width.next_multiple_of(FLOATS) + 2 * MARGIN;
+        Self { width, height, stride, values: vec![value; stride * height] }
+    }
+
+    /// A row with its margins.
+    #[inline(always)]
+    pub(crate) fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.stride..][..self.stride]
+    }
+
+    /// The pixels of a row.
+    #[inline(always)]
+    pub(crate) fn pixels(&self, y: usize) -> &[f32] {
+        &self.row(y)[MARGIN..MARGIN + self.width]
+    }
+
+    /// The pixels of all rows, to be written in parallel.
+    pub(crate) fn par_pixels_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [f32]> {
+        let width = self.width;
+        self.values.par_chunks_mut(self.stride).map(move |row| &mut row[MARGIN..MARGIN + width])
+    }
+
+    /// All pixels without margins.
+    pub(crate) fn to_pixels(&self) -> Vec<f32> {
+        (0..self.height).flat_map(|y| self.pixels(y)).copied().collect()
+    }
+}

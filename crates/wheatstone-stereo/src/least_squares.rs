@@ -1,0 +1,172 @@
+//! Disparities to a fraction of a pixel: least-squares matching (Förstner 1982; Grün 1985) along the row.
+//!
+//! The pixels around one lie on a plane: their disparities follow from its own and from the surface's slopes. That disparity is sought
+//! which makes both pictures most alike, in the sense of least squares, where the differences are linear in it;
+//! pixels that are not on the plane have no say. What neighbours say of the disparity is a prior, which decides where there
+//! is no texture. The residuals tell how exact the result is.
+
+use crate::{
+    agreement::Agreement,
+    field::{Field, MARGIN},
+    registers::{FLOATS, Floats, floats},
+    slopes::Slopes,
+    warp::Warped,
+    window::{RADIUS, SIDE},
+};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// Pixels that are farther from the plane than this, in pixels of disparity, are not on it.
+const MOST_DISTANCE: f32 = 1.0;
+/// How far from the mean of its surroundings a disparity is expected, in pixels.
+const PRIOR_SIGMA: f32 = 0.25;
+/// The variance that residuals have at least, in squared grey levels: rounding of two pictures and interpolation.
+const LEAST_VARIANCE: f32 = 0.5;
+/// The farthest that one round may move a disparity, in pixels.
+const MOST_MOVE: f32 = 0.5;
+
+/// What one round is given.
+pub(crate) struct Round<'a> {
+    pub(crate) disparity: &'a Field,
+    pub(crate) warped: &'a Warped,
+    pub(crate) agreement: &'a Agreement,
+}
+
+impl Round<'_> {
+    /// Better disparities, and their standard deviations as residuals tell them, in pixels. NaN stays.
+    pub(crate) fn refine(&self) -> (Field, Vec<f32>) {
+        let (width, height) = (self.disparity.width, self.disparity.height);
+        let mut refined = Field::new(width, height, f32::NAN);
+        let mut sigma = vec![f32::NAN; width * height];
+        let weights = window_weights();
+        refined.par_pixels_mut().zip(sigma.par_chunks_mut(width)).enumerate().for_each_init(
+            || Slopes::new(self.disparity.stride),
+            |slopes, (y, (refined, sigma))| {
+                let row = Row { round: self, weights: &weights, y, slopes, refined, sigma };
+                Arch::new().dispatch(row);
+            },
+        );
+        (refined, sigma)
+    }
+}
+
+/// Weights that fall with the distance from the centre: exp(-(distance / RADIUS)^2).
+fn window_weights() -> [[f32; SIDE]; SIDE] {
+    let from_centre = |k: usize| k as f32 - RADIUS as f32;
+    std::array::from_fn(|down| {
+        std::array::from_fn(|right| {
+            let squared = from_centre(down).powi(2) + from_centre(right).powi(2);
+            libm::expf(-squared / (RADIUS * RADIUS) as f32)
+        })
+    })
+}
+
+/// The work of one row.
+struct Row<'a> {
+    round: &'a Round<'a>,
+    weights: &'a [[f32; SIDE]; SIDE],
+    y: usize,
+    slopes: &'a mut Slopes,
+    refined: &'a mut [f32],
+    sigma: &'a mut [f32],
+}
+
+/// Sums over a window, of eight pixels each.
+#[derive(Default)]
+struct Normal {
+    /// Of weights.
+    weight: Floats,
+    /// Of weighted distances from the plane.
+    distance: Floats,
+    /// Of weighted squares of gradients.
+    gradients: Floats,
+    /// Of weighted products of gradients and residuals.
+    product: Floats,
+    /// Of weighted squares of residuals.
+    residuals: Floats,
+    /// Of squares of weighted gradients.
+    squared_weights: Floats,
+}
+
+impl WithSimd for Row<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.slopes.compute(self.round.disparity, self.y);
+        let width = self.round.disparity.width;
+        let row = self.round.disparity.row(self.y);
+        for x in (0..width).step_by(FLOATS) {
+            let centre = floats(row, MARGIN + x);
+            if centre.iter().all(|value| value.is_nan()) {
+                continue;
+            }
+            let normal = self.accumulate(x, &centre);
+            let lanes = FLOATS.min(width - x);
+            for lane in 0..lanes {
+                let (step, sigma) = normal.solve(lane);
+                self.refined[x + lane] = centre[lane] + step;
+                self.sigma[x + lane] = sigma;
+            }
+        }
+    }
+}
+
+impl Row<'_> {
+    #[inline(always)]
+    fn accumulate(&self, x: usize, centre: &Floats) -> Normal {
+        let Round { disparity, warped, agreement } = self.round;
+        let [along, down] = self.slopes.at(x);
+        let mut normal = Normal::default();
+        let rows = self.y.saturating_sub(RADIUS)..(self.y + RADIUS + 1).min(disparity.height);
+        for row in rows {
+            let weights = &self.weights[row + RADIUS - self.y];
+            let below = row as f32 - self.y as f32;
+            let plane: Floats = std::array::from_fn(|lane| centre[lane] + down[lane] * below);
+            for (column, &weight) in weights.iter().enumerate() {
+                let at = MARGIN + x + column - RADIUS;
+                let right = column as f32 - RADIUS as f32;
+                let found = floats(disparity.row(row), at);
+                let gradient = floats(warped.gradient.row(row), at);
+                let residual = floats(agreement.residual.row(row), at);
+                let distance =
+                    std::array::from_fn(|lane| found[lane] - (plane[lane] + along[lane] * right));
+                normal.add(weight, &distance, &gradient, &residual);
+            }
+        }
+        normal
+    }
+}
+
+impl Normal {
+    #[inline(always)]
+    fn add(&mut self, weight: f32, distance: &Floats, gradient: &Floats, residual: &Floats) {
+        for lane in 0..FLOATS {
+            // No comparison with NaN holds.
+            let on_plane = distance[lane].abs() < MOST_DISTANCE;
+            let distance = if on_plane { distance[lane] } else { 0.0 };
+            let weight = if on_plane { weight } else { 0.0 };
+            // What the residual would be, were the pixel's disparity the plane's.
+            let residual = residual[lane] - gradient[lane] * distance;
+            let weighted = weight * gradient[lane];
+            self.weight[lane] += weight;
+            self.distance[lane] += weight * distance;
+            self.gradients[lane] += weighted * gradient[lane];
+            self.product[lane] += weighted * residual;
+            self.residuals[lane] += weight * residual * residual;
+            self.squared_weights[lane] += weighted * weighted;
+        }
+    }
+
+    /// How far to move the disparity, and the standard deviation of the result.
+    #[inline(always)]
+    fn solve(&self, lane: usize) -> (f32, f32) {
+        let variance = self.residuals[lane] / (self.weight[lane] - 1.0).max(1.0) + LEAST_VARIANCE;
+        let prior = variance / (PRIOR_SIGMA * PRIOR_SIGMA);
+        let expected = self.distance[lane] / self.weight[lane].max(1.0);
+        let information = self.gradients[lane] + prior;
+        let step = (prior * expected - self.product[lane]) / information;
+        let own = variance * self.squared_weights[lane] + prior * variance;
+        (step.clamp(-MOST_MOVE, MOST_MOVE), own.sqrt() / information)
+    }
+}

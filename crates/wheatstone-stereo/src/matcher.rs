@@ -1,0 +1,155 @@
+//! The steps from two pictures to a map.
+
+use crate::{
+    aggregation::Penalties, agreement::Agreement, bands, census::Codes, confidence,
+    cost::CodedPair, error::MatchError, error_bars, evidence::Evidence, field::Field, filling,
+    least_squares::Round, left_right, map::DisparityMap, median, picture::Picture,
+    search_range::SearchRange, speckles, warp::Warped,
+};
+use std::ops::Range;
+
+/// How to match pairs of pictures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Matcher {
+    /// Disparities to search, in pixels: x on the left less x on the right. They may be negative. Time and memory grow with their number.
+    pub range: Range<i32>,
+    /// What changes of disparity cost. The defaults were chosen on Middlebury's pairs.
+    pub penalties: Penalties,
+    /// Surfaces of fewer pixels are taken away. Default: 60.
+    pub least_surface: usize,
+    /// Whether disparities are refined by least squares, which makes them several times as exact and costs about as
+    /// much time as 30 more disparities. Default: yes.
+    pub refines: bool,
+    /// Whether gaps are filled with the disparities of what is behind. Default: no.
+    pub fills: bool,
+}
+
+impl Matcher {
+    /// Searches a range of disparities, with the defaults.
+    #[must_use]
+    pub fn new(range: Range<i32>) -> Self {
+        let penalties = Penalties::default();
+        Self { range, penalties, least_surface: 60, refines: true, fills: false }
+    }
+
+    /// Sets [`Matcher::penalties`].
+    #[must_use]
+    pub fn penalties(self, penalties: Penalties) -> Self {
+        Self { penalties, ..self }
+    }
+
+    /// Sets [`Matcher::least_surface`].
+    #[must_use]
+    pub fn least_surface(self, least_surface: usize) -> Self {
+        Self { least_surface, ..self }
+    }
+
+    /// Sets [`Matcher::refines`].
+    #[must_use]
+    pub fn refining(self, refines: bool) -> Self {
+        Self { refines, ..self }
+    }
+
+    /// Sets [`Matcher::fills`].
+    #[must_use]
+    pub fn filling(self, fills: bool) -> Self {
+        Self { fills, ..self }
+    }
+
+    /// Matches every pixel of the left picture. Both must be rectified: what both see lies in one row.
+    ///
+    /// Runs on rayon's threads; the result does not depend on their number.
+    ///
+    /// # Errors
+    ///
+    /// Where pictures have two sizes, the range is empty, too large or leads out of the picture everywhere, or penalties do not grow.
+    pub fn compute(
+        &self,
+        left: &Picture<'_>,
+        right: &Picture<'_>,
+    ) -> Result<DisparityMap, MatchError> {
+        let Checked { mut disparity, first_round, evidence, range } = self.check(left, right)?;
+        let confidence = confidence::of(&evidence);
+        let sigma = match first_round {
+            Some(agreed) => {
+                let (first, _) = agreed.refine(&disparity);
+                let again = Agreed::new(&first, left, right);
+                let (second, from_residuals) = again.refine(&first);
+                disparity = second;
+                error_bars::refined(&from_residuals, &evidence)
+            }
+            None => error_bars::unrefined(&evidence),
+        };
+        let mut disparity = disparity.to_pixels();
+        let (least, most) = range.bounds();
+        disparity.iter_mut().for_each(|value| *value = value.clamp(least, most));
+        if self.fills {
+            filling::fill(&mut disparity, left.width());
+        }
+        let (width, height) = (left.width(), left.height());
+        Ok(DisparityMap { width, height, disparity, confidence, sigma })
+    }
+
+    /// What the confidences of [`Matcher::compute`] are computed from.
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn evidence(
+        &self,
+        left: &Picture<'_>,
+        right: &Picture<'_>,
+    ) -> Result<Evidence, MatchError> {
+        Ok(self.check(left, right)?.evidence)
+    }
+
+    /// Searches, and takes away what does not pass.
+    fn check(&self, left: &Picture<'_>, right: &Picture<'_>) -> Result<Checked, MatchError> {
+        let (width, height) = (left.width(), left.height());
+        if (width, height) != (right.width(), right.height()) {
+            let right = (right.width(), right.height());
+            return Err(MatchError::Sizes { left: (width, height), right });
+        }
+        self.penalties.check()?;
+        let range = SearchRange::parse(&self.range, width)?;
+        let candidates = {
+            let (left_codes, right_codes) = (Codes::new(left), Codes::new(right));
+            let pair = CodedPair { left: &left_codes, right: &right_codes, width, height, range };
+            bands::search(pair, left, &self.penalties)
+        };
+        let (passed, residuals) = left_right::check(&candidates, width, range);
+        let mut disparity = median::of_five(&passed);
+        speckles::remove(&mut disparity, self.least_surface);
+        let agreed = Agreed::new(&disparity, left, right);
+        let evidence = Evidence::new(&disparity, &candidates.gap, residuals, &agreed.agreement);
+        Ok(Checked { disparity, first_round: self.refines.then_some(agreed), evidence, range })
+    }
+}
+
+/// Disparities that passed the checks.
+struct Checked {
+    disparity: Field,
+    /// What the first round of refinement begins with, where there is one.
+    first_round: Option<Agreed>,
+    evidence: Evidence,
+    range: SearchRange,
+}
+
+/// The right picture on the left one, and how both agree.
+struct Agreed {
+    warped: Warped,
+    agreement: Agreement,
+}
+
+impl Agreed {
+    fn new(disparity: &Field, left: &Picture<'_>, right: &Picture<'_>) -> Self {
+        let warped = Warped::new(disparity, left, right);
+        let agreement = Agreement::new(disparity, &warped);
+        Self { warped, agreement }
+    }
+
+    fn refine(&self, disparity: &Field) -> (Field, Vec<f32>) {
+        Round { disparity, warped: &self.warped, agreement: &self.agreement }.refine()
+    }
+}

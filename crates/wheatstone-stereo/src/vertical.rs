@@ -1,0 +1,162 @@
+//! How far a pair is from being rectified: by how many rows its pictures are beside each other.
+//!
+//! Corners of the left picture, one a cell of a grid, are looked for in the right one along the row and some rows up and
+//! down. Those count whose best place is clearly better than any other (Lowe 2004,
+//! doi:10.1023/B:VISI.0000029664.99615.94, section 7.1).
+
+use crate::{error::MatchError, picture::Picture, search_range::SearchRange};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Rows up and down where a corner is looked for.
+const ROWS: isize = 6;
+/// Pixels from a window's centre to its side.
+const RADIUS: isize = 4;
+/// Cells of the grid, at most.
+const MOST_CELLS: usize = 400;
+/// Pixels of a cell's side, at least.
+const LEAST_CELL: usize = 32;
+/// A corner's least variance along rows and columns, as sums over the window of squared differences: 2 grey levels a pixel.
+const LEAST_CORNER: i64 = 4 * (2 * RADIUS as i64 + 1).pow(2);
+/// The least correlation of a match, and by how much it must exceed any other's.
+const LEAST_CORRELATION: f32 = 0.8;
+const LEAST_LEAD: f32 = 0.1;
+/// Fewer matches say nothing.
+const LEAST_MATCHES: usize = 8;
+
+/// How many rows lower the right picture shows things.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct VerticalOffset {
+    /// The median, in pixels. A pair that is rectified well has less than half a pixel.
+    pub median: f32,
+    /// The number of corners that it is of.
+    pub corners: usize,
+}
+
+/// Measures the vertical offset of a pair, for a range of disparities. None where too few corners are found again within 6 rows: the
+/// pictures show nothing in common, or no texture.
+///
+/// # Errors
+///
+/// Where pictures have two sizes, or the range is empty, too large or leads out of the picture everywhere.
+pub fn vertical_offset(
+    left: &Picture<'_>,
+    right: &Picture<'_>,
+    range: Range<i32>,
+) -> Result<Option<VerticalOffset>, MatchError> {
+    let sizes = [left, right].map(|picture| (picture.width(), picture.height()));
+    if sizes[0] != sizes[1] {
+        return Err(MatchError::Sizes { left: sizes[0], right: sizes[1] });
+    }
+    SearchRange::parse(&range, left.width())?;
+    let search = Search { left, right, range };
+    let corners = corners(left);
+    let found = corners.par_iter().filter_map(|&corner| search.find(corner));
+    let mut offsets: Vec<f32> = found.collect();
+    offsets.sort_by(f32::total_cmp);
+    let median = offsets.get(offsets.len() / 2).copied();
+    let median = median.filter(|_| offsets.len() >= LEAST_MATCHES);
+    Ok(median.map(|median| VerticalOffset { median, corners: offsets.len() }))
+}
+
+/// The best corner of each cell, (x, y).
+fn corners(picture: &Picture<'_>) -> Vec<(isize, isize)> {
+    let (width, height) = (picture.width(), picture.height());
+    let side = ((width * height / MOST_CELLS).isqrt()).max(LEAST_CELL);
+    let cells: Vec<(usize, usize)> = (0..height)
+        .step_by(side)
+        .flat_map(|top| (0..width).step_by(side).map(move |from| (from, top)))
+        .collect();
+    let best = |&(from, top): &(usize, usize)| {
+        let margin = (RADIUS + 1) as usize;
+        let rows = top.max(margin)..(top + side).min(height.saturating_sub(margin));
+        let columns = from.max(margin)..(from + side).min(width.saturating_sub(margin));
+        let places = rows.step_by(2).flat_map(|y| columns.clone().step_by(2).map(move |x| (x, y)));
+        let strengths = places.map(|(x, y)| (strength(picture, x, y), x as isize, y as isize));
+        let (strength, x, y) = strengths.max()?;
+        (strength > LEAST_CORNER).then_some((x, y))
+    };
+    cells.par_iter().filter_map(best).collect()
+}
+
+/// The smaller of the sums of squared differences along rows and along columns.
+fn strength(picture: &Picture<'_>, x: usize, y: usize) -> i64 {
+    let pixel = |x: usize, y: usize| i64::from(picture.row(y)[x]);
+    let radius = RADIUS as usize;
+    let (mut along, mut down) = (0, 0);
+    for y in y - radius..=y + radius {
+        for x in x - radius..=x + radius {
+            along += (pixel(x + 1, y) - pixel(x - 1, y)).pow(2);
+            down += (pixel(x, y + 1) - pixel(x, y - 1)).pow(2);
+        }
+    }
+    along.min(down)
+}
+
+struct Search<'a> {
+    left: &'a Picture<'a>,
+    right: &'a Picture<'a>,
+    range: Range<i32>,
+}
+
+impl Search<'_> {
+    /// How many rows lower a corner is found again, if it is found clearly.
+    fn find(&self, (x, y): (isize, isize)) -> Option<f32> {
+        let columns: Vec<isize> =
+            self.range.clone().map(|disparity| x - disparity as isize).collect();
+        let scores: Vec<Vec<f32>> = (-ROWS..=ROWS)
+            .map(|down| {
+                columns.iter().map(|&there| self.score((x, y), (there, y + down))).collect()
+            })
+            .collect();
+        let all = || {
+            scores.iter().enumerate().flat_map(|(row, scores)| {
+                scores.iter().enumerate().map(move |(index, &score)| (score, row, index))
+            })
+        };
+        let (best, row, index) = all().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let others = all().filter(|other| other.1.abs_diff(row) > 1 || other.2.abs_diff(index) > 1);
+        let second = others.map(|other| other.0).fold(-1.0, f32::max);
+        let is_at_the_end = row == 0 || row + 1 == scores.len();
+        if best < LEAST_CORRELATION || best - second < LEAST_LEAD || is_at_the_end {
+            return None;
+        }
+        // The vertex of a parabola.
+        let (above, below) = (scores[row - 1][index], scores[row + 1][index]);
+        let curvature = 2.0 * best - above - below;
+        let fraction = if curvature > 0.0 { 0.5 * (below - above) / curvature } else { 0.0 };
+        Some(row as f32 - ROWS as f32 + fraction)
+    }
+
+    /// The correlation of two windows; -1 where the one on the right leads out of the picture.
+    fn score(&self, here: (isize, isize), there: (isize, isize)) -> f32 {
+        let Some(right) = window(self.right, there) else { return -1.0 };
+        let Some(left) = window(self.left, here) else { return -1.0 };
+        let (mut l, mut r, mut ll, mut rr, mut lr) = (0i64, 0i64, 0i64, 0i64, 0i64);
+        let mut count = 0;
+        for (&a, &b) in left.zip(right).flat_map(|(left, right)| left.iter().zip(right)) {
+            let (a, b) = (i64::from(a), i64::from(b));
+            (l, r, ll, rr, lr) = (l + a, r + b, ll + a * a, rr + b * b, lr + a * b);
+            count += 1;
+        }
+        let (left, right) = (count * ll - l * l, count * rr - r * r);
+        let both = left as f32 * right as f32;
+        if both > 0.0 { (count * lr - l * r) as f32 / both.sqrt() } else { 0.0 }
+    }
+}
+
+/// The rows of a window, if it lies in the picture.
+fn window<'a>(
+    picture: &Picture<'a>,
+    (x, y): (isize, isize),
+) -> Option<impl Iterator<Item = &'a [u8]>> {
+    let (width, height) = (picture.width() as isize, picture.height() as isize);
+    let inside = |at: isize, end: isize| at >= RADIUS && at + RADIUS < end;
+    let picture = *picture;
+    (inside(x, width) && inside(y, height)).then(|| {
+        (y - RADIUS..=y + RADIUS).map(move |row| {
+            &picture.row(row as usize)[(x - RADIUS) as usize..=(x + RADIUS) as usize]
+        })
+    })
+}

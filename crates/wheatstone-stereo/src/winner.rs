@@ -1,0 +1,158 @@
+//! The disparity of least cost, for both pictures, and how clearly it wins.
+//!
+//! The sum of four paths and the disparity's index share 16 bits, so that one comparison finds both. Beyond 128
+//! disparities the sum leaves off its lowest bits, one for every doubling; the winner then moves to
+//! the least of the exact sums beside it.
+
+use crate::search_range::SearchRange;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Bits of the highest sum: two means of bytes.
+const SUM_BITS: u32 = 9;
+/// Disparities at a time.
+const LANES: usize = 16;
+/// Where there is no match: no index.
+pub(crate) const NO_MATCH: u16 = u16::MAX;
+
+/// The winners of one row.
+pub(crate) struct WinnerRow<'a> {
+    /// Disparities of the left picture's pixels with their fraction; NaN where the match is outside.
+    pub(crate) disparity: &'a mut [f32],
+    /// By how much the second best sum is worse that is not beside the best.
+    pub(crate) gap: &'a mut [u16],
+    /// Indices of the disparities of the right picture's pixels, or [`NO_MATCH`].
+    pub(crate) right: &'a mut [u16],
+}
+
+/// What is needed to find winners, row after row.
+pub(crate) struct Winners {
+    width: usize,
+    range: SearchRange,
+    index_bits: u32,
+    /// Sums and indices of one pixel.
+    packed: Vec<u16>,
+    /// The least of them for every pixel on the right: at index k that of pixel `width - 1 - first - k`.
+    right: Vec<u16>,
+}
+
+impl Winners {
+    pub(crate) fn new(width: usize, range: SearchRange) -> Self {
+        let index_bits = usize::BITS - (range.slots - 1).leading_zeros();
+        Self {
+            width,
+            range,
+            index_bits: index_bits.max(u16::BITS - SUM_BITS),
+            packed: vec![0; range.slots],
+            right: vec![u16::MAX; width + range.slots],
+        }
+    }
+
+    /// Finds the winners of a row, from the means of its paths there and back: [x][index].
+    pub(crate) fn find(&mut self, forward: &[u8], backward: &[u8], out: WinnerRow<'_>) {
+        Arch::new().dispatch(Find { winners: self, forward, backward, out });
+    }
+
+    /// Packs the sums of a pixel, notes them on the right, and returns the least.
+    #[inline(always)]
+    fn pack(&mut self, forward: &[u8], backward: &[u8], x: usize) -> u16 {
+        let coarse = SUM_BITS + self.index_bits - u16::BITS;
+        let from = self.width - 1 - x;
+        let right = &mut self.right[from..from + self.range.slots];
+        let right = right.as_chunks_mut::<LANES>().0.iter_mut();
+        let sums = forward.as_chunks::<LANES>().0.iter().zip(backward.as_chunks::<LANES>().0);
+        let packed = self.packed.as_chunks_mut::<LANES>().0.iter_mut();
+        let mut lowest = [u16::MAX; LANES];
+        let mut index: [u16; LANES] = std::array::from_fn(|lane| lane as u16);
+        for (((forward, backward), packed), right) in sums.zip(packed).zip(right) {
+            for lane in 0..LANES {
+                let sum = u16::from(forward[lane]) + u16::from(backward[lane]);
+                let value = (sum >> coarse) << self.index_bits | index[lane];
+                packed[lane] = value;
+                lowest[lane] = lowest[lane].min(value);
+                right[lane] = right[lane].min(value);
+                index[lane] += LANES as u16;
+            }
+        }
+        lowest.into_iter().fold(u16::MAX, u16::min)
+    }
+
+    /// The least packed value whose index is not beside another's.
+    #[inline(always)]
+    fn second_best(&self, best: u16) -> u16 {
+        let mask = (1 << self.index_bits) - 1;
+        let before = (best & mask).wrapping_sub(1);
+        let mut lowest = [u16::MAX; LANES];
+        for packed in self.packed.as_chunks::<LANES>().0 {
+            for lane in 0..LANES {
+                let is_beside = (packed[lane] & mask).wrapping_sub(before) < 3;
+                let value = if is_beside { u16::MAX } else { packed[lane] };
+                lowest[lane] = lowest[lane].min(value);
+            }
+        }
+        lowest.into_iter().fold(u16::MAX, u16::min)
+    }
+}
+
+/// The work of one row.
+struct Find<'a> {
+    winners: &'a mut Winners,
+    forward: &'a [u8],
+    backward: &'a [u8],
+    out: WinnerRow<'a>,
+}
+
+impl WithSimd for Find<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { winners, forward, backward, out } = self;
+        let SearchRange { first, count, slots } = winners.range;
+        let (bits, coarse) = (winners.index_bits, SUM_BITS + winners.index_bits - u16::BITS);
+        winners.right.fill(u16::MAX);
+        for x in 0..winners.width {
+            let here = x * slots..(x + 1) * slots;
+            let (forward, backward) = (&forward[here.clone()], &backward[here]);
+            let best = winners.pack(forward, backward, x);
+            let gap = (winners.second_best(best) >> bits).saturating_sub(best >> bits);
+            let sum = |index: usize| u16::from(forward[index]) + u16::from(backward[index]);
+            let index = lowest_beside(usize::from(best & ((1 << bits) - 1)), count, &sum);
+            out.gap[x] = gap << coarse;
+            out.disparity[x] = if winners.range.inside(x, winners.width).contains(&index) {
+                (first + index as i32) as f32 + fraction(index, count, &sum)
+            } else {
+                f32::NAN
+            };
+        }
+        for (x, out) in out.right.iter_mut().enumerate() {
+            let at = winners.width as i64 - 1 - i64::from(first) - x as i64;
+            let lowest = usize::try_from(at).ok().and_then(|at| winners.right.get(at)).copied();
+            let found = lowest.filter(|&lowest| lowest != u16::MAX);
+            *out = found.map_or(NO_MATCH, |lowest| lowest & ((1 << bits) - 1));
+        }
+    }
+}
+
+/// The least of the sums that an index leads down to.
+#[inline(always)]
+fn lowest_beside(mut index: usize, count: usize, sum: &impl Fn(usize) -> u16) -> usize {
+    while index > 0 && sum(index - 1) < sum(index) {
+        index -= 1;
+    }
+    while index + 1 < count && sum(index + 1) < sum(index) {
+        index += 1;
+    }
+    index
+}
+
+/// Where between the disparities the minimum lies: two lines of opposite slopes through three sums (Shimizu and Okutomi
+/// 2001, doi:10.1109/ICCV.2001.937500).
+#[inline(always)]
+fn fraction(index: usize, count: usize, sum: &impl Fn(usize) -> u16) -> f32 {
+    if index == 0 || index + 1 >= count {
+        return 0.0;
+    }
+    let [before, here, after] = [index - 1, index, index + 1].map(|index| f32::from(sum(index)));
+    let steeper = (before - here).max(after - here);
+    if steeper > 0.0 { 0.5 * (before - after) / steeper } else { 0.0 }
+}

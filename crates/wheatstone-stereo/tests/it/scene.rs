@@ -1,0 +1,162 @@
+//! Rendered pairs whose disparities are known exactly: a slanted plane, and another in front of it.
+
+use wheatstone_stereo::{DisparityMap, Matcher, Picture};
+
+/// Samples of a pixel along each axis.
+const SAMPLES: usize = 4;
+
+/// disparity = at_origin + along x + down y, in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    pub(crate) at_origin: f64,
+    pub(crate) along: f64,
+    pub(crate) down: f64,
+}
+
+impl Plane {
+    pub(crate) fn disparity(&self, x: f64, y: f64) -> f64 {
+        self.at_origin + self.along * x + self.down * y
+    }
+
+    /// Where the left picture shows what the right one shows at x.
+    fn left_of(&self, x: f64, y: f64) -> f64 {
+        (x + self.at_origin + self.down * y) / (1.0 - self.along)
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Scene {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) back: Plane,
+    /// The plane in front, and the columns and rows of the left picture that it covers.
+    pub(crate) front: Option<(Plane, [f64; 4])>,
+    /// The contrast of the texture, in grey levels.
+    pub(crate) contrast: f64,
+    /// The standard deviation of noise, in grey levels.
+    pub(crate) noise: f64,
+    pub(crate) seed: u64,
+}
+
+/// Two pictures of a scene.
+pub(crate) struct Pair {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) left: Vec<u8>,
+    pub(crate) right: Vec<u8>,
+}
+
+impl Pair {
+    pub(crate) fn compute(&self, matcher: &Matcher) -> DisparityMap {
+        let picture = |pixels| Picture::new(self.width, self.height, pixels).unwrap();
+        matcher.compute(&picture(&self.left), &picture(&self.right)).unwrap()
+    }
+}
+
+impl Scene {
+    pub(crate) fn slanted(along: f64, down: f64, seed: u64) -> Self {
+        let back = Plane { at_origin: 20.0, along, down };
+        Self { width: 320, height: 240, back, front: None, contrast: 30.0, noise: 1.5, seed }
+    }
+
+    /// The plane that the left picture shows at a place.
+    fn at(&self, x: f64, y: f64) -> Plane {
+        match self.front {
+            Some((plane, area)) if covers(area, x, y) => plane,
+            _ => self.back,
+        }
+    }
+
+    pub(crate) fn disparity(&self, x: f64, y: f64) -> f64 {
+        self.at(x, y).disparity(x, y)
+    }
+
+    /// Whether the right picture shows what the left one shows here.
+    pub(crate) fn is_seen_by_both(&self, x: f64, y: f64) -> bool {
+        let there = x - self.disparity(x, y);
+        let hidden = self.front.is_some_and(|(plane, area)| {
+            !covers(area, x, y) && covers(area, plane.left_of(there, y), y)
+        });
+        (0.0..self.width as f64).contains(&there) && !hidden
+    }
+
+    fn left_brightness(&self, x: f64, y: f64) -> f64 {
+        let is_front = self.front.is_some_and(|(_, area)| covers(area, x, y));
+        self.texture(x, y, is_front)
+    }
+
+    fn right_brightness(&self, x: f64, y: f64) -> f64 {
+        if let Some((plane, area)) = self.front {
+            let left = plane.left_of(x, y);
+            if covers(area, left, y) {
+                return self.texture(left, y, true);
+            }
+        }
+        self.texture(self.back.left_of(x, y), y, false)
+    }
+
+    fn texture(&self, x: f64, y: f64, is_front: bool) -> f64 {
+        let seed = 2 * self.seed + u64::from(is_front);
+        let octaves = [3.0, 6.0, 13.0].map(|size| smooth_noise(x / size, y / size, seed));
+        128.0 + self.contrast * octaves.iter().sum::<f64>()
+    }
+
+    pub(crate) fn render(&self) -> Pair {
+        let mut random = Random(self.seed.wrapping_mul(77) + 5);
+        let mut picture = |brightness: &dyn Fn(f64, f64) -> f64| -> Vec<u8> {
+            let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
+            let pixel = |at: usize| {
+                let (x, y) = ((at % self.width) as f64, (at / self.width) as f64);
+                let samples = (0..SAMPLES * SAMPLES)
+                    .map(|k| brightness(x + offset(k % SAMPLES), y + offset(k / SAMPLES)));
+                samples.sum::<f64>() / (SAMPLES * SAMPLES) as f64
+            };
+            (0..self.width * self.height)
+                .map(|at| (pixel(at) + self.noise * random.normal()).round() as u8)
+                .collect()
+        };
+        let left = picture(&|x, y| self.left_brightness(x, y));
+        let right = picture(&|x, y| self.right_brightness(x, y));
+        Pair { width: self.width, height: self.height, left, right }
+    }
+}
+
+fn covers([from, to, top, bottom]: [f64; 4], x: f64, y: f64) -> bool {
+    (from..to).contains(&x) && (top..bottom).contains(&y)
+}
+
+/// Random numbers on a lattice, between them by cubic steps; about -1 to 1.
+fn smooth_noise(x: f64, y: f64, seed: u64) -> f64 {
+    let (column, row) = (x.floor(), y.floor());
+    let step = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (u, v) = (step(x - column), step(y - row));
+    let corner = |right: f64, down: f64| {
+        let place = ((column + right) as i64 as u64) << 32 ^ ((row + down) as i64 as u64);
+        Random(place.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ seed).uniform() * 2.0 - 1.0
+    };
+    let (above, below) = ([corner(0., 0.), corner(1., 0.)], [corner(0., 1.), corner(1., 1.)]);
+    let across = |[a, b]: [f64; 2]| a + u * (b - a);
+    across(above) + v * (across(below) - across(above))
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// As good as normal: the sum of twelve.
+    pub(crate) fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
+    pub(crate) fn byte(&mut self) -> u8 {
+        (self.uniform() * 256.0) as u8
+    }
+}
