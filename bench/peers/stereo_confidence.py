@@ -14,7 +14,8 @@ from sklearn.linear_model import LogisticRegression
 
 import stereo_data
 
-RENDERS = range(40)
+RENDERS = range(30)
+PIXELS = 12000  # of a pair
 FOLDS = 6
 COEFFICIENTS = pathlib.Path(__file__).resolve().parents[2] / "crates/wheatstone-stereo/src/coefficients.rs"
 
@@ -29,8 +30,10 @@ def terms(maps):
 
 def samples(program, pair, exact):
     maps, _ = stereo_data.ours(program, pair, "--evidence")
-    use = ~np.isnan(maps["disparity"]) & ~np.isnan(pair.truth)
-    return {"name": pair.name, "exact": exact, "terms": terms(maps)[use], "error": (maps["disparity"] - pair.truth)[use],
+    use = np.flatnonzero(~np.isnan(maps["disparity"]) & ~np.isnan(pair.truth))
+    use = np.random.default_rng(0).permutation(use)[:PIXELS]
+    maps, truth = {name: values.ravel() for name, values in maps.items()}, pair.truth.ravel()
+    return {"name": pair.name, "exact": exact, "terms": terms(maps)[use], "error": (maps["disparity"] - truth)[use],
             "sigma": maps["sigma"][use], "scatter": maps["scatter"][use], "confidence": maps["confidence"][use]}
 
 
@@ -48,8 +51,8 @@ def exchanged(pair):
 def fit(sets):
     x = np.concatenate([s["terms"] for s in sets])
     y = np.concatenate([np.abs(s["error"]) < 1.0 for s in sets])
-    weight = np.concatenate([np.full(len(s["error"]), 1e5 / max(len(s["error"]), 2e4)) for s in sets])
-    return LogisticRegression(C=1e-2 * weight.sum() / len(sets), max_iter=500).fit(x, y, sample_weight=weight)
+    weight = np.concatenate([np.full(len(s["error"]), PIXELS / max(len(s["error"]), PIXELS / 4)) for s in sets])
+    return LogisticRegression(C=1e2 / PIXELS, max_iter=300).fit(x, y, sample_weight=weight)
 
 
 def judge(sets):

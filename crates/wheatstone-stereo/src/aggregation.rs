@@ -8,7 +8,7 @@
 use crate::{
     error::MatchError,
     limits::MOST_PENALTY,
-    registers::{Bytes, LANES, least, mean, pieces, pieces_mut},
+    registers::{Bytes, LANES, lanes, least, mean, pieces, pieces_mut},
 };
 use pulp::{Arch, Simd, WithSimd};
 
@@ -86,7 +86,7 @@ impl Paths {
     pub(crate) fn new(width: usize, slots: usize, order: Order, penalties: &Penalties) -> Self {
         let mut blank = vec![u8::MAX; slots + 2 * MARGIN];
         blank[MARGIN..MARGIN + slots].fill(0);
-        let columns = || blank.iter().copied().cycle().take(width * blank.len()).collect();
+        let columns = || blank.repeat(width);
         Self {
             slots,
             order,
@@ -131,13 +131,11 @@ impl<'a> Step<'a> {
 
     #[inline(always)]
     fn extend(&self, costs: &Bytes, [less, same, more]: [&Bytes; 3]) -> Bytes {
-        let mut extended = [0; LANES];
-        for lane in 0..LANES {
+        std::array::from_fn(|lane| {
             let changed = less[lane].min(more[lane]).saturating_add(self.small);
             let least = same[lane].min(changed).min(self.jump);
-            extended[lane] = costs[lane].saturating_add(least.wrapping_sub(self.lowest));
-        }
-        extended
+            costs[lane].saturating_add(least.wrapping_sub(self.lowest))
+        })
     }
 }
 
@@ -200,22 +198,20 @@ fn extend_both(
     means: &mut [u8],
 ) -> (u8, u8) {
     let slots = costs.len();
-    let mut lowest = [[u8::MAX; LANES]; 2];
+    let (mut lowest_along, mut lowest_down) = ([u8::MAX; LANES], [u8::MAX; LANES]);
     let costs = pieces::<u8, LANES>(costs);
     let (beside, above) = (along.neighbours(slots), down.neighbours(slots));
     for (k, means) in pieces_mut::<u8, LANES>(means).iter_mut().enumerate() {
         let a = along.extend(&costs[k], beside.map(|part| &part[k]));
         let b = down.extend(&costs[k], above.map(|part| &part[k]));
-        for lane in 0..LANES {
-            lowest[0][lane] = lowest[0][lane].min(a[lane]);
-            lowest[1][lane] = lowest[1][lane].min(b[lane]);
-            means[lane] = mean(a[lane], b[lane]);
-        }
+        lowest_along = lanes(lowest_along, a, u8::min);
+        lowest_down = lanes(lowest_down, b, u8::min);
+        *means = lanes(a, b, mean);
         let at = MARGIN + k * LANES;
         along.after[at..at + LANES].copy_from_slice(&a);
         down.after[at..at + LANES].copy_from_slice(&b);
     }
-    (least(&lowest[0]), least(&lowest[1]))
+    (least(&lowest_along), least(&lowest_down))
 }
 
 /// The work of a row with the paths along columns.
@@ -243,9 +239,7 @@ impl WithSimd for ColumnPaths<'_> {
             let mut least_costs = [u8::MAX; LANES];
             for (k, costs) in costs.iter().enumerate() {
                 let extended = step.extend(costs, neighbours.map(|part| &part[k]));
-                for lane in 0..LANES {
-                    least_costs[lane] = least_costs[lane].min(extended[lane]);
-                }
+                least_costs = lanes(least_costs, extended, u8::min);
                 let at = MARGIN + k * LANES;
                 step.after[at..at + LANES].copy_from_slice(&extended);
             }

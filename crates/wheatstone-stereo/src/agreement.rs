@@ -17,35 +17,49 @@ const NOISE: f32 = 2.0;
 /// The most that one picture's contrast is believed to be above the other's.
 const MOST_GAIN: f32 = 1.4;
 
-/// What windows say of their central pixels.
-pub(crate) struct Agreement {
-    /// The left picture less the right one, in grey levels, after local brightness and contrast. Zero where there is no disparity.
-    pub(crate) residual: Field,
+/// What windows say of the central pixels of a row.
+pub(crate) struct AgreementRow<'a> {
+    /// The left picture less the right one, in grey levels, after local brightness and contrast. Zero where there is
+    /// no disparity.
+    pub(crate) residual: &'a mut [f32],
     /// The correlation of both pictures, -1 to 1.
-    pub(crate) correlation: Vec<f32>,
+    pub(crate) correlation: &'a mut [f32],
     /// The root mean square of gradients along the row, in grey levels per pixel.
-    pub(crate) texture: Vec<f32>,
+    pub(crate) texture: &'a mut [f32],
     /// The share of pixels that have a disparity.
-    pub(crate) known: Vec<f32>,
+    pub(crate) known: &'a mut [f32],
 }
 
-impl Agreement {
-    pub(crate) fn new(disparity: &Field, warped: &Warped) -> Self {
-        let (width, height) = (disparity.width, disparity.height);
-        let map = || vec![0.0; width * height];
-        let mut residual = Field::new(width, height, 0.0);
-        let (mut correlation, mut texture, mut known) = (map(), map(), map());
-        let maps = correlation.par_chunks_mut(width).zip(texture.par_chunks_mut(width));
-        let maps = maps.zip(known.par_chunks_mut(width));
-        residual.par_pixels_mut().zip(maps).enumerate().for_each_init(
-            || std::array::from_fn(|_| vec![0.0; disparity.stride]),
-            |sums, (y, (residual, ((correlation, texture), known)))| {
-                let out = Out { residual, correlation, texture, known };
-                Arch::new().dispatch(Row { pixels: Pixels { disparity, warped }, y, sums, out });
-            },
-        );
-        Self { residual, correlation, texture, known }
+/// Compares both pictures, row by row.
+pub(crate) struct Agreement<'a> {
+    disparity: &'a Field,
+    warped: &'a Warped,
+    sums: Sums<7>,
+}
+
+impl<'a> Agreement<'a> {
+    pub(crate) fn new(disparity: &'a Field, warped: &'a Warped) -> Self {
+        let sums = std::array::from_fn(|_| vec![0.0; disparity.stride]);
+        Self { disparity, warped, sums }
     }
+
+    pub(crate) fn compute(&mut self, y: usize, out: AgreementRow<'_>) {
+        let pixels = Pixels { disparity: self.disparity, warped: self.warped };
+        Arch::new().dispatch(Row { pixels, y, sums: &mut self.sums, out });
+    }
+}
+
+/// The residuals of all rows.
+pub(crate) fn residuals(disparity: &Field, warped: &Warped) -> Field {
+    let width = disparity.width;
+    let mut residual = Field::new(width, disparity.height, 0.0);
+    residual.par_pixels_mut().enumerate().for_each_init(
+        || (Agreement::new(disparity, warped), [(); 3].map(|()| vec![0.0; width])),
+        |(agreement, [correlation, texture, known]), (y, residual)| {
+            agreement.compute(y, AgreementRow { residual, correlation, texture, known });
+        },
+    );
+    residual
 }
 
 struct Pixels<'a> {
@@ -63,8 +77,9 @@ impl Quantities<7> for Pixels<'_> {
         let gradient = floats(self.warped.gradient.row(y), column);
         let mut all = [[0.0; FLOATS]; 7];
         for lane in 0..FLOATS {
-            let (l, r, g) = (left[lane], right[lane], gradient[lane]);
-            all[0][lane] = if disparity[lane].is_nan() { 0.0 } else { 1.0 };
+            let known = if disparity[lane].is_nan() { 0.0 } else { 1.0 };
+            let (l, r, g) = (known * left[lane], right[lane], known * gradient[lane]);
+            all[0][lane] = known;
             all[1][lane] = l;
             all[2][lane] = r;
             all[3][lane] = l * l;
@@ -76,19 +91,12 @@ impl Quantities<7> for Pixels<'_> {
     }
 }
 
-struct Out<'a> {
-    residual: &'a mut [f32],
-    correlation: &'a mut [f32],
-    texture: &'a mut [f32],
-    known: &'a mut [f32],
-}
-
 /// The work of one row.
 struct Row<'a> {
     pixels: Pixels<'a>,
     y: usize,
     sums: &'a mut Sums<7>,
-    out: Out<'a>,
+    out: AgreementRow<'a>,
 }
 
 impl WithSimd for Row<'_> {

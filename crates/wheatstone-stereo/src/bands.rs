@@ -11,10 +11,13 @@ use crate::{
     winner::{NO_MATCH, WinnerRow, Winners},
 };
 use rayon::prelude::*;
-use std::ops::Range;
+use std::{
+    ops::Range,
+    sync::{Mutex, PoisonError},
+};
 
 /// Rows of a band, at most.
-const MOST_ROWS: usize = 256;
+const MOST_ROWS: usize = 128;
 /// Rows of a band, at least.
 const LEAST_ROWS: usize = 64;
 /// Rows above and below a band from where paths come.
@@ -29,6 +32,24 @@ pub(crate) struct Candidates {
     pub(crate) disparity: Vec<f32>,
     pub(crate) gap: Vec<u16>,
     pub(crate) right: Vec<u16>,
+}
+
+/// One row of them.
+pub(crate) struct CandidateRow<'a> {
+    pub(crate) disparity: &'a [f32],
+    pub(crate) gap: &'a [u16],
+    pub(crate) right: &'a [u16],
+}
+
+impl Candidates {
+    pub(crate) fn row(&self, y: usize, width: usize) -> CandidateRow<'_> {
+        let at = y * width..(y + 1) * width;
+        CandidateRow {
+            disparity: &self.disparity[at.clone()],
+            gap: &self.gap[at.clone()],
+            right: &self.right[at],
+        }
+    }
 }
 
 /// A band and where its results go.
@@ -54,15 +75,22 @@ pub(crate) fn search(pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalt
     let pixels = rows * width;
     let parts = found.disparity.chunks_mut(pixels).zip(found.gap.chunks_mut(pixels));
     let parts = parts.zip(found.right.chunks_mut(pixels)).enumerate();
-    let mut bands: Vec<Band<'_>> = parts
+    let bands: Vec<Band<'_>> = parts
         .map(|(number, ((disparity, gap), right))| {
             let start = number * rows;
             Band { rows: start..start + gap.len() / width, disparity, gap, right }
         })
         .collect();
-    for bands in bands.chunks_mut(at_a_time) {
-        bands.par_iter_mut().for_each(|band| band.search(pair, left, penalties));
-    }
+    let workers = at_a_time.min(bands.len()).min(rayon::current_num_threads());
+    let bands = Mutex::new(bands.into_iter());
+    // A lock that is held only to take the next band cannot be left in between.
+    let next = || bands.lock().unwrap_or_else(PoisonError::into_inner).next();
+    (0..workers).into_par_iter().for_each(|_| {
+        let mut memory = Memory::new(pair, rows);
+        while let Some(mut band) = next() {
+            band.search(left, penalties, &mut memory);
+        }
+    });
     found
 }
 
@@ -74,20 +102,38 @@ fn rows_of_a_band(height: usize, row_bytes: usize) -> usize {
     height.div_ceil(bands)
 }
 
+/// What a thread needs to search one band after the other.
+struct Memory<'a> {
+    pair: CodedPair<'a>,
+    rows: CostRows<'a>,
+    /// Costs of a band, [row][x][index].
+    costs: Vec<u8>,
+    /// Means of the paths that lead forward.
+    forward: Vec<u8>,
+    /// The same of one row: costs outside of the band, or means of the paths that lead backward.
+    outside: Vec<u8>,
+}
+
+impl<'a> Memory<'a> {
+    fn new(pair: CodedPair<'a>, rows: usize) -> Self {
+        let length = pair.width * pair.range.slots;
+        let band = || vec![0; rows.min(pair.height) * length];
+        let (costs, forward) = (band(), band());
+        Self { pair, rows: CostRows::new(pair), costs, forward, outside: vec![0; length] }
+    }
+}
+
 impl Band<'_> {
-    fn search(&mut self, pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalties) {
+    fn search(&mut self, left: &Picture<'_>, penalties: &Penalties, memory: &mut Memory<'_>) {
+        let Memory { pair, rows, costs, forward, outside } = memory;
         let (width, slots) = (pair.width, pair.range.slots);
         let length = width * slots;
         let start = self.rows.start;
-        let mut rows = CostRows::new(pair);
-        let mut costs = vec![0; self.rows.len() * length];
-        let mut forward = vec![0; self.rows.len() * length];
-        let mut outside = vec![0; length];
 
         let mut paths = Paths::new(width, slots, Order::Forward, penalties);
         for y in start.saturating_sub(OVERLAP)..start {
-            rows.write(y, &mut outside);
-            paths.follow_columns(path_row(left, &outside, y, y.saturating_sub(1)));
+            rows.write(y, outside);
+            paths.follow_columns(path_row(left, outside, y, y.saturating_sub(1)));
         }
         let both = costs.chunks_exact_mut(length).zip(forward.chunks_exact_mut(length));
         for (y, (costs, means)) in self.rows.clone().zip(both) {
@@ -98,14 +144,14 @@ impl Band<'_> {
         let last = pair.height - 1;
         let mut paths = Paths::new(width, slots, Order::Backward, penalties);
         for y in (self.rows.end..(self.rows.end + OVERLAP).min(pair.height)).rev() {
-            rows.write(y, &mut outside);
-            paths.follow_columns(path_row(left, &outside, y, (y + 1).min(last)));
+            rows.write(y, outside);
+            paths.follow_columns(path_row(left, outside, y, (y + 1).min(last)));
         }
         let mut winners = Winners::new(width, pair.range);
         let both = costs.chunks_exact(length).zip(forward.chunks_exact(length));
         for (y, (costs, forward)) in self.rows.clone().zip(both).rev() {
-            paths.follow(path_row(left, costs, y, (y + 1).min(last)), &mut outside);
-            winners.find(forward, &outside, self.row(y - start, width));
+            paths.follow(path_row(left, costs, y, (y + 1).min(last)), outside);
+            winners.find(forward, outside, self.row(y - start, width));
         }
     }
 
@@ -136,6 +182,6 @@ mod tests {
                 assert!(rows <= LEAST_ROWS || rows * row_bytes <= BAND_BYTES);
             }
         }
-        assert_eq!(rows_of_a_band(480, 82_000), 240);
+        assert_eq!(rows_of_a_band(480, 82_000), 120);
     }
 }

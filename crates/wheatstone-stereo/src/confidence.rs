@@ -4,22 +4,20 @@ use crate::{
     coefficients::{CONFIDENCE, TERMS},
     evidence::Evidence,
 };
-use rayon::prelude::*;
 
 /// Of every pixel; zero where there is no disparity.
-pub(crate) fn of(evidence: &Evidence) -> Vec<f32> {
-    (0..evidence.gap.len())
-        .into_par_iter()
-        .with_min_len(1 << 12)
-        .map(|at| one(evidence, at))
-        .collect()
+pub(crate) fn write(evidence: &Evidence, out: &mut [f32]) {
+    for (at, out) in out.iter_mut().enumerate() {
+        *out = one(evidence, at);
+    }
 }
 
 fn one(evidence: &Evidence, at: usize) -> f32 {
     if evidence.gap[at].is_nan() {
         return 0.0;
     }
-    let weighted = terms(evidence, at).into_iter().zip(CONFIDENCE).map(|(term, weight)| term * weight);
+    let weighted =
+        terms(evidence, at).into_iter().zip(CONFIDENCE).map(|(term, weight)| term * weight);
     1.0 / (1.0 + libm::expf(-weighted.sum::<f32>()))
 }
 

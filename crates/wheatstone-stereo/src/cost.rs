@@ -128,14 +128,16 @@ impl WithSimd for RowSums<'_> {
 fn compare(codes: [u8; 4], candidates: [&[u8]; 4], costs: &mut [u8]) {
     let [first, second, third, gradients] = candidates.map(pieces::<u8, LANES>);
     for (k, costs) in pieces_mut::<u8, LANES>(costs).iter_mut().enumerate() {
-        let (first, second, third) = (&first[k], &second[k], &third[k]);
-        for lane in 0..LANES {
-            let differing = (codes[0] ^ first[lane]).count_ones()
-                + (codes[1] ^ second[lane]).count_ones()
-                + (codes[2] ^ third[lane]).count_ones();
-            let gradient = codes[3].abs_diff(gradients[k][lane]).min(MOST_DIFFERENCE);
-            costs[lane] = differing as u8 + ((gradient + 1) >> 1);
-        }
+        let (first, second, third, gradients) = (first[k], second[k], third[k], gradients[k]);
+        *costs = std::array::from_fn(|lane| {
+            // All in bytes: wider sums and differences take several times as long.
+            let differing = (codes[0] ^ first[lane]).count_ones() as u8
+                + (codes[1] ^ second[lane]).count_ones() as u8
+                + (codes[2] ^ third[lane]).count_ones() as u8;
+            let (own, other) = (codes[3], gradients[lane]);
+            let gradient = (own.max(other) - own.min(other)).min(MOST_DIFFERENCE);
+            differing + ((gradient + 1) >> 1)
+        });
     }
 }
 

@@ -1,14 +1,11 @@
 //! Standard deviations of disparities.
 
-use crate::{
-    coefficients::{REFINED, UNREFINED},
-    evidence::Evidence,
-};
+use crate::coefficients::{REFINED, UNREFINED};
 
 /// From what residuals of least squares tell.
-pub(crate) fn refined(from_residuals: &[f32], evidence: &Evidence) -> Vec<f32> {
+pub(crate) fn refined(from_residuals: &[f32], scatter: &[f32]) -> Vec<f32> {
     let [factor, least, per_scatter] = REFINED;
-    let both = from_residuals.iter().zip(&evidence.scatter);
+    let both = from_residuals.iter().zip(scatter);
     both.map(|(sigma, scatter)| {
         let sigma = factor * sigma;
         (sigma * sigma + least * least).sqrt() * (1.0 + per_scatter * scatter)
@@ -17,7 +14,7 @@ pub(crate) fn refined(from_residuals: &[f32], evidence: &Evidence) -> Vec<f32> {
 }
 
 /// Of disparities that aggregation found.
-pub(crate) fn unrefined(evidence: &Evidence) -> Vec<f32> {
+pub(crate) fn unrefined(scatter: &[f32]) -> Vec<f32> {
     let [least, per_scatter] = UNREFINED;
-    evidence.scatter.iter().map(|scatter| least + per_scatter * scatter).collect()
+    scatter.iter().map(|scatter| least + per_scatter * scatter).collect()
 }

@@ -1,9 +1,13 @@
 //! What speaks for a disparity, in numbers.
 
 use crate::{
-    agreement::Agreement,
+    agreement::{Agreement, AgreementRow},
+    bands::Candidates,
     field::{Field, MARGIN},
+    left_right,
     registers::{FLOATS, Floats, floats},
+    search_range::SearchRange,
+    warp::Warped,
 };
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -32,35 +36,86 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    pub(crate) fn new(
-        disparity: &Field,
-        gap: &[u16],
-        left_right: Vec<f32>,
-        agreement: &Agreement,
-    ) -> Self {
-        let mut scatter = vec![0.0; gap.len()];
-        scatter.par_chunks_mut(disparity.width).enumerate().for_each(|(y, out)| {
-            Arch::new().dispatch(ScatterRow { disparity, y, out });
-        });
-        let gap = gap.iter().map(|&gap| f32::from(gap)).collect();
-        let [known, correlation, texture] =
-            [&agreement.known, &agreement.correlation, &agreement.texture].map(Vec::clone);
-        let mut evidence = Self { gap, left_right, scatter, known, correlation, texture };
-        evidence.forget_where_none(disparity);
-        evidence
+    fn new(pixels: usize) -> Self {
+        let map = || vec![f32::NAN; pixels];
+        Self {
+            gap: map(),
+            left_right: map(),
+            scatter: map(),
+            known: map(),
+            correlation: map(),
+            texture: map(),
+        }
     }
 
-    fn forget_where_none(&mut self, disparity: &Field) {
-        let Self { gap, left_right, scatter, known, correlation, texture } = self;
-        let width = disparity.width;
+    /// Of all pixels.
+    pub(crate) fn of(found: &Found<'_>) -> Self {
+        let width = found.disparity.width;
+        let mut all = Self::new(width * found.disparity.height);
+        let Self { gap, left_right, scatter, known, correlation, texture } = &mut all;
+        let [a, b, c, d, e, f] = [gap, left_right, scatter, known, correlation, texture]
+            .map(|map| map.par_chunks_mut(width));
+        let rows = a.zip(b).zip(c).zip(d).zip(e).zip(f);
+        found.for_each_row(rows, |row, (((((a, b), c), d), e), f)| {
+            a.copy_from_slice(&row.gap);
+            b.copy_from_slice(&row.left_right);
+            c.copy_from_slice(&row.scatter);
+            d.copy_from_slice(&row.known);
+            e.copy_from_slice(&row.correlation);
+            f.copy_from_slice(&row.texture);
+        });
+        all
+    }
+}
+
+/// What evidence is taken from.
+pub(crate) struct Found<'a> {
+    pub(crate) disparity: &'a Field,
+    pub(crate) warped: &'a Warped,
+    pub(crate) candidates: &'a Candidates,
+    pub(crate) range: SearchRange,
+}
+
+impl Found<'_> {
+    /// Hands the evidence of each row to `work`, with that row's item of `outs`. Returns residuals as
+    /// [`agreement`](crate::agreement) has them.
+    pub(crate) fn for_each_row<T: Send>(
+        &self,
+        outs: impl IndexedParallelIterator<Item = T>,
+        work: impl Fn(&Evidence, T) + Sync,
+    ) -> Field {
+        let (width, height) = (self.disparity.width, self.disparity.height);
+        let mut residuals = Field::new(width, height, 0.0);
+        residuals.par_pixels_mut().zip(outs).enumerate().for_each_init(
+            || (Agreement::new(self.disparity, self.warped), Evidence::new(width)),
+            |(agreement, evidence), (y, (residual, out))| {
+                self.row(y, agreement, residual, evidence);
+                work(evidence, out);
+            },
+        );
+        residuals
+    }
+
+    fn row(
+        &self,
+        y: usize,
+        agreement: &mut Agreement<'_>,
+        residual: &mut [f32],
+        evidence: &mut Evidence,
+    ) {
+        let Evidence { gap, left_right, scatter, known, correlation, texture } = evidence;
+        Arch::new().dispatch(ScatterRow { disparity: self.disparity, y, out: scatter });
+        agreement.compute(y, AgreementRow { residual, correlation, texture, known });
+        let disparity = self.disparity.pixels(y);
+        let row = self.candidates.row(y, disparity.len());
+        for x in 0..disparity.len() {
+            gap[x] = f32::from(row.gap[x]);
+            left_right[x] = left_right::residual(x, row.disparity[x], row.right, self.range);
+        }
         for map in [gap, left_right, scatter, known, correlation, texture] {
-            map.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-                for (value, disparity) in row.iter_mut().zip(disparity.pixels(y)) {
-                    if disparity.is_nan() {
-                        *value = f32::NAN;
-                    }
-                }
-            });
+            for (value, disparity) in map.iter_mut().zip(disparity) {
+                *value = if disparity.is_nan() { f32::NAN } else { *value };
+            }
         }
     }
 }
@@ -95,9 +150,8 @@ impl WithSimd for ScatterRow<'_> {
                     }
                 }
             }
-            for (out, sum) in out.iter_mut().zip(sum) {
-                *out = sum / NEIGHBOURS as f32;
-            }
+            let means = sum.map(|sum| sum / NEIGHBOURS as f32);
+            out.copy_from_slice(&means[..out.len()]);
         }
     }
 }

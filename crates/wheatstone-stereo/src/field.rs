@@ -41,6 +41,8 @@ impl Field {
 
     /// All pixels without margins.
     pub(crate) fn to_pixels(&self) -> Vec<f32> {
-        (0..self.height).flat_map(|y| self.pixels(y)).copied().collect()
+        let mut pixels = Vec::with_capacity(self.width * self.height);
+        (0..self.height).for_each(|y| pixels.extend_from_slice(self.pixels(y)));
+        pixels
     }
 }

@@ -6,11 +6,9 @@
 //! is no texture. The residuals tell how exact the result is.
 
 use crate::{
-    agreement::Agreement,
     field::{Field, MARGIN},
     registers::{FLOATS, Floats, floats},
     slopes::Slopes,
-    warp::Warped,
     window::{RADIUS, SIDE},
 };
 use pulp::{Arch, Simd, WithSimd};
@@ -19,7 +17,7 @@ use rayon::prelude::*;
 /// Pixels that are farther from the plane than this, in pixels of disparity, are not on it.
 const MOST_DISTANCE: f32 = 1.0;
 /// How far from the mean of its surroundings a disparity is expected, in pixels.
-const PRIOR_SIGMA: f32 = 0.25;
+const PRIOR_SIGMA: f32 = 0.2;
 /// The variance that residuals have at least, in squared grey levels: rounding of two pictures and interpolation.
 const LEAST_VARIANCE: f32 = 0.5;
 /// The farthest that one round may move a disparity, in pixels.
@@ -28,8 +26,10 @@ const MOST_MOVE: f32 = 0.5;
 /// What one round is given.
 pub(crate) struct Round<'a> {
     pub(crate) disparity: &'a Field,
-    pub(crate) warped: &'a Warped,
-    pub(crate) agreement: &'a Agreement,
+    pub(crate) gradient: &'a Field,
+    pub(crate) residual: &'a Field,
+    /// Pixels from the centre of windows to their sides, at most [`RADIUS`].
+    pub(crate) radius: usize,
 }
 
 impl Round<'_> {
@@ -115,20 +115,21 @@ impl WithSimd for Row<'_> {
 impl Row<'_> {
     #[inline(always)]
     fn accumulate(&self, x: usize, centre: &Floats) -> Normal {
-        let Round { disparity, warped, agreement } = self.round;
+        let &Round { disparity, gradient, residual, radius } = self.round;
         let [along, down] = self.slopes.at(x);
         let mut normal = Normal::default();
-        let rows = self.y.saturating_sub(RADIUS)..(self.y + RADIUS + 1).min(disparity.height);
+        let rows = self.y.saturating_sub(radius)..(self.y + radius + 1).min(disparity.height);
         for row in rows {
             let weights = &self.weights[row + RADIUS - self.y];
             let below = row as f32 - self.y as f32;
             let plane: Floats = std::array::from_fn(|lane| centre[lane] + down[lane] * below);
-            for (column, &weight) in weights.iter().enumerate() {
+            for column in RADIUS - radius..=RADIUS + radius {
+                let weight = weights[column];
                 let at = MARGIN + x + column - RADIUS;
                 let right = column as f32 - RADIUS as f32;
                 let found = floats(disparity.row(row), at);
-                let gradient = floats(warped.gradient.row(row), at);
-                let residual = floats(agreement.residual.row(row), at);
+                let gradient = floats(gradient.row(row), at);
+                let residual = floats(residual.row(row), at);
                 let distance =
                     std::array::from_fn(|lane| found[lane] - (plane[lane] + along[lane] * right));
                 normal.add(weight, &distance, &gradient, &residual);

@@ -9,33 +9,29 @@ use rayon::prelude::*;
 /// Matches that come back farther away than this, in pixels, are taken away.
 const MOST_RESIDUAL: f32 = 1.5;
 
-/// Disparities that pass the check (NaN elsewhere), and by how much they come back beside, in pixels.
-pub(crate) fn check(
-    candidates: &Candidates,
-    width: usize,
-    range: SearchRange,
-) -> (Field, Vec<f32>) {
+/// Disparities that pass the check; NaN elsewhere.
+pub(crate) fn check(candidates: &Candidates, width: usize, range: SearchRange) -> Field {
     let height = candidates.gap.len() / width;
     let mut disparity = Field::new(width, height, f32::NAN);
-    let mut residuals = vec![f32::NAN; width * height];
-    let rows = disparity.par_pixels_mut().zip(residuals.par_chunks_mut(width));
-    let found = candidates.disparity.par_chunks(width).zip(candidates.right.par_chunks(width));
-    rows.zip(found).for_each(|((disparity, residuals), (found, right))| {
-        for (x, &d) in found.iter().enumerate() {
-            residuals[x] = residual(x, d, right, range);
-            if residuals[x] <= MOST_RESIDUAL {
-                disparity[x] = d;
+    disparity.par_pixels_mut().enumerate().for_each(|(y, disparity)| {
+        let row = candidates.row(y, width);
+        for (x, (out, &found)) in disparity.iter_mut().zip(row.disparity).enumerate() {
+            if residual(x, found, row.right, range) <= MOST_RESIDUAL {
+                *out = found;
             }
         }
     });
-    (disparity, residuals)
+    disparity
 }
 
-fn residual(x: usize, disparity: f32, right: &[u16], range: SearchRange) -> f32 {
+/// By how much the match of a pixel's match lies beside it, in pixels.
+pub(crate) fn residual(x: usize, disparity: f32, right: &[u16], range: SearchRange) -> f32 {
     if disparity.is_nan() {
         return f32::INFINITY;
     }
-    let there = x as i64 - disparity.round() as i64;
+    // To the nearest: a winner's fraction is at most a half.
+    let index = (disparity - range.first as f32 + 0.5) as i64;
+    let there = x as i64 - i64::from(range.first) - index;
     match usize::try_from(there).ok().and_then(|there| right.get(there)) {
         Some(&index) if index != NO_MATCH => {
             (disparity - (range.first + i32::from(index)) as f32).abs()

@@ -1,12 +1,33 @@
 //! The steps from two pictures to a map.
 
 use crate::{
-    aggregation::Penalties, agreement::Agreement, bands, census::Codes, confidence,
-    cost::CodedPair, error::MatchError, error_bars, evidence::Evidence, field::Field, filling,
-    least_squares::Round, left_right, map::DisparityMap, median, picture::Picture,
-    search_range::SearchRange, speckles, warp::Warped,
+    aggregation::Penalties,
+    agreement,
+    bands::{self, Candidates},
+    census::Codes,
+    confidence,
+    cost::CodedPair,
+    error::MatchError,
+    error_bars,
+    evidence::{Evidence, Found},
+    field::Field,
+    filling,
+    least_squares::Round,
+    left_right,
+    map::DisparityMap,
+    median,
+    picture::Picture,
+    search_range::SearchRange,
+    speckles,
+    warp::Warped,
+    window::RADIUS,
 };
+use rayon::prelude::*;
 use std::ops::Range;
+
+/// Pixels from the centre to the side of windows in the first round of refinement, which leaves less than a tenth of a
+/// pixel to the second.
+const FIRST_RADIUS: usize = 3;
 
 /// How to match pairs of pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,25 +90,36 @@ impl Matcher {
         left: &Picture<'_>,
         right: &Picture<'_>,
     ) -> Result<DisparityMap, MatchError> {
-        let Checked { mut disparity, first_round, evidence, range } = self.check(left, right)?;
-        let confidence = confidence::of(&evidence);
-        let sigma = match first_round {
-            Some(agreed) => {
-                let (first, _) = agreed.refine(&disparity);
-                let again = Agreed::new(&first, left, right);
-                let (second, from_residuals) = again.refine(&first);
-                disparity = second;
-                error_bars::refined(&from_residuals, &evidence)
-            }
-            None => error_bars::unrefined(&evidence),
+        let Checked { candidates, mut disparity, mut warped, range } = self.check(left, right)?;
+        let (width, height) = (left.width(), left.height());
+        let (mut confidence, mut scatter) = (vec![0.0; width * height], vec![0.0; width * height]);
+        let rows = confidence.par_chunks_mut(width).zip(scatter.par_chunks_mut(width));
+        let found =
+            Found { disparity: &disparity, warped: &warped, candidates: &candidates, range };
+        let residual = found.for_each_row(rows, |evidence, (confidence, scatter)| {
+            confidence::write(evidence, confidence);
+            scatter.copy_from_slice(&evidence.scatter);
+        });
+        drop(candidates);
+        let sigma = if self.refines {
+            let (gradient, residual) = (&warped.gradient, &residual);
+            let round = Round { disparity: &disparity, gradient, residual, radius: FIRST_RADIUS };
+            let (first, _) = round.refine();
+            warped.move_right(&first, right);
+            let (gradient, residual) = (&warped.gradient, &agreement::residuals(&first, &warped));
+            let round = Round { disparity: &first, gradient, residual, radius: RADIUS };
+            let (second, from_residuals) = round.refine();
+            disparity = second;
+            error_bars::refined(&from_residuals, &scatter)
+        } else {
+            error_bars::unrefined(&scatter)
         };
         let mut disparity = disparity.to_pixels();
         let (least, most) = range.bounds();
         disparity.iter_mut().for_each(|value| *value = value.clamp(least, most));
         if self.fills {
-            filling::fill(&mut disparity, left.width());
+            filling::fill(&mut disparity, width);
         }
-        let (width, height) = (left.width(), left.height());
         Ok(DisparityMap { width, height, disparity, confidence, sigma })
     }
 
@@ -101,7 +133,9 @@ impl Matcher {
         left: &Picture<'_>,
         right: &Picture<'_>,
     ) -> Result<Evidence, MatchError> {
-        Ok(self.check(left, right)?.evidence)
+        let Checked { candidates, disparity, warped, range } = self.check(left, right)?;
+        let (candidates, warped) = (&candidates, &warped);
+        Ok(Evidence::of(&Found { disparity: &disparity, warped, candidates, range }))
     }
 
     /// Searches, and takes away what does not pass.
@@ -118,38 +152,19 @@ impl Matcher {
             let pair = CodedPair { left: &left_codes, right: &right_codes, width, height, range };
             bands::search(pair, left, &self.penalties)
         };
-        let (passed, residuals) = left_right::check(&candidates, width, range);
+        let passed = left_right::check(&candidates, width, range);
         let mut disparity = median::of_five(&passed);
+        drop(passed);
         speckles::remove(&mut disparity, self.least_surface);
-        let agreed = Agreed::new(&disparity, left, right);
-        let evidence = Evidence::new(&disparity, &candidates.gap, residuals, &agreed.agreement);
-        Ok(Checked { disparity, first_round: self.refines.then_some(agreed), evidence, range })
+        let warped = Warped::new(&disparity, left, right);
+        Ok(Checked { candidates, disparity, warped, range })
     }
 }
 
 /// Disparities that passed the checks.
 struct Checked {
+    candidates: Candidates,
     disparity: Field,
-    /// What the first round of refinement begins with, where there is one.
-    first_round: Option<Agreed>,
-    evidence: Evidence,
-    range: SearchRange,
-}
-
-/// The right picture on the left one, and how both agree.
-struct Agreed {
     warped: Warped,
-    agreement: Agreement,
-}
-
-impl Agreed {
-    fn new(disparity: &Field, left: &Picture<'_>, right: &Picture<'_>) -> Self {
-        let warped = Warped::new(disparity, left, right);
-        let agreement = Agreement::new(disparity, &warped);
-        Self { warped, agreement }
-    }
-
-    fn refine(&self, disparity: &Field) -> (Field, Vec<f32>) {
-        Round { disparity, warped: &self.warped, agreement: &self.agreement }.refine()
-    }
+    range: SearchRange,
 }

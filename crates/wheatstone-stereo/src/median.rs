@@ -1,6 +1,10 @@
 //! The median of a pixel and its four neighbours.
 
-use crate::field::{Field, MARGIN};
+use crate::{
+    field::{Field, MARGIN},
+    registers::{FLOATS, Floats, floats, lanes},
+};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Every disparity becomes the median of five; a neighbour without one counts as the pixel itself.
@@ -8,25 +12,62 @@ pub(crate) fn of_five(disparity: &Field) -> Field {
     let last = disparity.height - 1;
     let mut out = Field::new(disparity.width, disparity.height, f32::NAN);
     out.par_pixels_mut().enumerate().for_each(|(y, out)| {
-        let (above, below) =
-            (disparity.pixels(y.saturating_sub(1)), disparity.pixels((y + 1).min(last)));
-        let row = disparity.row(y);
-        let (left, right) = (&row[MARGIN - 1..], &row[MARGIN + 1..]);
-        for (x, (out, &here)) in out.iter_mut().zip(disparity.pixels(y)).enumerate() {
-            let or_here = |value: f32| if value.is_nan() { here } else { value };
-            *out = median(here, [above[x], below[x], left[x], right[x]].map(or_here));
-        }
+        let rows = [y.saturating_sub(1), y, (y + 1).min(last)].map(|y| disparity.row(y));
+        Arch::new().dispatch(Row { rows, out });
     });
     out
 }
 
+/// The work of one row: three rows with margins, and the medians of the middle one.
+struct Row<'a> {
+    rows: [&'a [f32]; 3],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Row<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let [above, same, below] = self.rows;
+        for (pixels, out) in self.out.chunks_mut(FLOATS).enumerate() {
+            let at = MARGIN + pixels * FLOATS;
+            let centre = floats(same, at);
+            let neighbours =
+                [floats(above, at), floats(below, at), floats(same, at - 1), floats(same, at + 1)]
+                    .map(|values| lanes(values, centre, or_other));
+            let medians: Floats = std::array::from_fn(|lane| {
+                median(centre[lane], neighbours.map(|values| values[lane]))
+            });
+            out.copy_from_slice(&medians[..out.len()]);
+        }
+    }
+}
+
+#[inline(always)]
+fn or_other(value: f32, other: f32) -> f32 {
+    if value.is_nan() { other } else { value }
+}
+
 /// The median of five, by comparisons in pairs.
+#[inline(always)]
 fn median(centre: f32, [a, b, c, d]: [f32; 4]) -> f32 {
-    // Neither the least nor the greatest of four is the median.
-    let low = a.min(b).max(c.min(d));
-    let high = a.max(b).min(c.max(d));
-    let (low, high) = (low.min(high), low.max(high));
-    if centre.is_nan() { centre } else { centre.max(low).min(high) }
+    // The median lies between the greater of two minima and the smaller of two maxima.
+    let (one, other) =
+        (greater(smaller(a, b), smaller(c, d)), smaller(greater(a, b), greater(c, d)));
+    let (low, high) = (smaller(one, other), greater(one, other));
+    if centre.is_nan() { centre } else { smaller(greater(centre, low), high) }
+}
+
+/// As registers have it, which do not care for NaN.
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]

@@ -18,6 +18,17 @@ pub(crate) fn mean(a: u8, b: u8) -> u8 {
     ((u16::from(a) + u16::from(b) + 1) >> 1) as u8
 }
 
+/// A function of two pieces, lane by lane. Pieces are values: what is neither read nor written in memory stays in a
+/// register.
+#[inline(always)]
+pub(crate) fn lanes<T: Copy, const N: usize>(
+    a: [T; N],
+    b: [T; N],
+    f: impl Fn(T, T) -> T,
+) -> [T; N] {
+    std::array::from_fn(|lane| f(a[lane], b[lane]))
+}
+
 /// The least of some bytes.
 #[inline(always)]
 pub(crate) fn least(values: &Bytes) -> u8 {

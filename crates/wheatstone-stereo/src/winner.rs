@@ -4,7 +4,7 @@
 //! disparities the sum leaves off its lowest bits, one for every doubling; the winner then moves to
 //! the least of the exact sums beside it.
 
-use crate::search_range::SearchRange;
+use crate::{registers::lanes, search_range::SearchRange};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Bits of the highest sum: two means of bytes.
@@ -64,14 +64,14 @@ impl Winners {
         let mut lowest = [u16::MAX; LANES];
         let mut index: [u16; LANES] = std::array::from_fn(|lane| lane as u16);
         for (((forward, backward), packed), right) in sums.zip(packed).zip(right) {
-            for lane in 0..LANES {
-                let sum = u16::from(forward[lane]) + u16::from(backward[lane]);
-                let value = (sum >> coarse) << self.index_bits | index[lane];
-                packed[lane] = value;
-                lowest[lane] = lowest[lane].min(value);
-                right[lane] = right[lane].min(value);
-                index[lane] += LANES as u16;
-            }
+            let sums: [u16; LANES] = std::array::from_fn(|lane| {
+                (u16::from(forward[lane]) + u16::from(backward[lane])) >> coarse << self.index_bits
+            });
+            let values = lanes(sums, index, |sum, index| sum | index);
+            lowest = lanes(lowest, values, u16::min);
+            *right = lanes(*right, values, u16::min);
+            *packed = values;
+            index = index.map(|index| index + LANES as u16);
         }
         lowest.into_iter().fold(u16::MAX, u16::min)
     }
@@ -83,11 +83,10 @@ impl Winners {
         let before = (best & mask).wrapping_sub(1);
         let mut lowest = [u16::MAX; LANES];
         for packed in self.packed.as_chunks::<LANES>().0 {
-            for lane in 0..LANES {
-                let is_beside = (packed[lane] & mask).wrapping_sub(before) < 3;
-                let value = if is_beside { u16::MAX } else { packed[lane] };
-                lowest[lane] = lowest[lane].min(value);
-            }
+            lowest = lanes(lowest, *packed, |lowest, value| {
+                let is_beside = (value & mask).wrapping_sub(before) < 3;
+                lowest.min(if is_beside { u16::MAX } else { value })
+            });
         }
         lowest.into_iter().fold(u16::MAX, u16::min)
     }
