@@ -15,26 +15,28 @@ from sklearn.linear_model import LogisticRegression
 import stereo_data
 
 RENDERS = range(30)
-PIXELS = 12000  # of a pair
-FOLDS = 6
+PIXELS = 4000  # of a pair
+FOLDS = 4
 COEFFICIENTS = pathlib.Path(__file__).resolve().parents[2] / "crates/wheatstone-stereo/src/coefficients.rs"
 
 
 def terms(maps):
-    """As `confidence.rs`."""
+    """As `confidence.rs`: quantities, then products of each with itself and with those behind it."""
     saturating = lambda value, half: value / (value + half)
-    gap, correlation, texture = saturating(maps["gap"], 16.0), np.maximum(maps["correlation"], 0.0), saturating(maps["texture"], 4.0)
-    return np.stack([gap, saturating(maps["gap"], 64.0), maps["left_right"] / 1.5, maps["scatter"] / 2.0, 1.0 - maps["known"],
-                     correlation, correlation**2, texture, gap * correlation, gap * texture], -1)
+    one = np.stack([saturating(maps["gap"], 16.0), saturating(maps["gap"], 64.0), np.clip(maps["lead"] / 16.0, -1.0, 1.0),
+                    maps["left_right"] / 1.5, maps["scatter"] / 2.0, 1.0 - maps["known"], np.maximum(maps["correlation"], 0.0),
+                    saturating(maps["texture"], 4.0)], -1)
+    n = one.shape[-1]
+    return np.concatenate([one, *(one[..., k, None] * one[..., k:] for k in range(n))], -1)
 
 
 def samples(program, pair, exact):
     maps, _ = stereo_data.ours(program, pair, "--evidence")
     use = np.flatnonzero(~np.isnan(maps["disparity"]) & ~np.isnan(pair.truth))
     use = np.random.default_rng(0).permutation(use)[:PIXELS]
-    maps, truth = {name: values.ravel() for name, values in maps.items()}, pair.truth.ravel()
-    return {"name": pair.name, "exact": exact, "terms": terms(maps)[use], "error": (maps["disparity"] - truth)[use],
-            "sigma": maps["sigma"][use], "scatter": maps["scatter"][use], "confidence": maps["confidence"][use]}
+    maps, truth = {name: values.ravel()[use] for name, values in maps.items()}, pair.truth.ravel()[use]
+    return {"name": pair.name, "exact": exact, "terms": terms(maps), "error": maps["disparity"] - truth,
+            "sigma": maps["sigma"], "scatter": maps["scatter"], "confidence": maps["confidence"]}
 
 
 def blank(seed):
@@ -42,6 +44,15 @@ def blank(seed):
     rng = np.random.default_rng(seed)
     wall = lambda: np.clip(np.rint(120.0 + rng.normal(0.0, 1.0 + seed % 3, (240, 320))), 0, 255).astype(np.uint8)
     return stereo_data.Pair(f"blank{seed}", wall(), wall(), np.full((240, 320), 1000.0, np.float32), np.ones((240, 320), bool), 64)
+
+
+def stripes(seed):
+    """A pattern that repeats along rows: one of several disparities is right, and nothing says which."""
+    rng = np.random.default_rng(seed)
+    period, shift = int(rng.integers(5, 24)), int(rng.integers(8, 40))
+    wave = lambda move: np.where((np.arange(320) + move) % period < period // 2, 90.0, 170.0)
+    draw = lambda move: np.clip(np.rint(wave(move) + rng.normal(0.0, 2.0, (240, 320))), 0, 255).astype(np.uint8)
+    return stereo_data.Pair(f"stripes{seed}", draw(0), draw(shift), np.full((240, 320), shift, np.float32), np.ones((240, 320), bool), 64)
 
 
 def exchanged(pair):
@@ -79,33 +90,34 @@ def old_refined():
 
 def fit_sigma(sets, model):
     """Makes 68 % and 95 % of errors of confident pixels lie within one and two standard deviations."""
-    factor, least, per_scatter = old_refined()
-    told, scatter, error, weight = [], [], [], []
+    factor, least, per_scatter, per_doubt = old_refined()
+    told, scatter, doubt, error = [], [], [], []
     for s in (s for s in sets if s["exact"] and len(s["terms"])):
-        sure = model.predict_proba(s["terms"])[:, 1] > 0.9
-        sigma = s["sigma"][sure] / (1.0 + per_scatter * s["scatter"][sure])
-        told.append(np.sqrt(np.maximum(sigma**2 - least**2, 0.0)) / factor)
+        chance = model.predict_proba(s["terms"])[:, 1]
+        sure = chance > 0.9
+        sigma = (s["sigma"] - per_doubt * (1.0 - s["confidence"])) / (1.0 + per_scatter * s["scatter"])
+        told.append((np.sqrt(np.maximum(sigma**2 - least**2, 0.0)) / factor)[sure])
         scatter.append(s["scatter"][sure])
+        doubt.append(1.0 - chance[sure])
         error.append(np.abs(s["error"][sure]))
-    told, scatter, error = map(np.concatenate, (told, scatter, error))
+    told, scatter, doubt, error = map(np.concatenate, (told, scatter, doubt, error))
 
     def sigma(p):
-        return np.sqrt((p[0] * told) ** 2 + p[1] ** 2) * (1.0 + p[2] * scatter)
+        return np.maximum(np.sqrt((p[0] * told) ** 2 + p[1] ** 2) * (1.0 + p[2] * scatter) + p[3] * doubt, 1e-4)
 
     def loss(p):
         if min(p) < 0.0:
             return 1e3
-        r = error / np.maximum(sigma(p), 1e-4)
-        # A Laplace-like likelihood keeps sigma proportional to errors; coverage is what must come out.
-        shape = np.mean(np.log(np.maximum(sigma(p), 1e-4)) + np.sqrt(1.0 + r**2))
-        return shape + 300.0 * ((np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2)
+        r = error / sigma(p)
+        # A likelihood of long tails keeps standard deviations proportional to errors; coverage is what must come out.
+        shape = np.mean(np.log(sigma(p)) + np.sqrt(1.0 + r**2))
+        return shape + 2000.0 * ((np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2)
 
-    best = min((minimize(loss, start, method="Nelder-Mead", options={"maxiter": 400}) for start in ([1.2, 0.03, 0.5], [1.0, 0.05, 1.5], [0.8, 0.02, 3.0])), key=lambda r: r.fun)
-    for k in (1, 2, 3):
-        print(f"  within {k} sigma: {np.mean(error < k * sigma(best.x)):.4f}")
+    starts = ([1.2, 0.03, 0.5, 0.1], [1.0, 0.05, 1.5, 1.0], [0.8, 0.02, 3.0, 2.0])
+    best = min((minimize(loss, start, method="Nelder-Mead", options={"maxiter": 600}) for start in starts), key=lambda r: r.fun)
+    print("  within 1, 2, 3 sigma:", *(f"{np.mean(error < k * sigma(best.x)):.4f}" for k in (1, 2, 3)))
     # By size of sigma: the error bars must be right for small and large ones.
-    order = np.argsort(sigma(best.x))
-    for part in np.array_split(order, 5):
+    for part in np.array_split(np.argsort(sigma(best.x)), 5):
         s = sigma(best.x)[part]
         print(f"  sigma about {np.median(s):.3f}: within 1 {np.mean(error[part] < s):.3f}, within 2 {np.mean(error[part] < 2 * s):.3f}")
     return best.x
@@ -129,13 +141,13 @@ def fit_unrefined(sets, program):
 def main():
     program = sys.argv[1]
     pairs = [(pair, pair.name.startswith("syn")) for pair in stereo_data.real()]
-    others = [(exchanged(pair), False) for pair, _ in pairs[::3]] + [(blank(seed), False) for seed in range(4)]
+    others = [(exchanged(pair), False) for pair, _ in pairs[::3]] + [(made(seed), False) for made in (blank, stripes) for seed in range(4)]
     renders = [(pair, True) for pair in stereo_data.rendered(RENDERS)]
     sets = [samples(program, pair, exact) for pair, exact in pairs + others + renders]
     judge(sets)
     model = fit(sets)
-    weights = [float(model.intercept_[0]), *map(float, model.coef_[0])]
-    print("CONFIDENCE", [round(w, 3) for w in weights])
+    weights = [round(float(w), 3) for w in model.coef_[0]]
+    print("CONFIDENCE constant", round(float(model.intercept_[0]), 3), "quantities", weights[:8], "products", weights[8:])
     print("REFINED", [round(float(v), 4) for v in fit_sigma(sets, model)])
     print("UNREFINED", [round(float(v), 4) for v in fit_unrefined(sets, program)])
 

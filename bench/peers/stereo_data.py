@@ -7,7 +7,6 @@ import stereo_renders
 
 HERE = pathlib.Path(__file__).resolve().parent
 DATA = pathlib.Path(os.environ.get("WHEATSTONE_DATA", HERE.parents[2] / "shared" / "data")) / "stereo"
-EVIDENCE = ["gap", "left_right", "scatter", "known", "correlation", "texture"]
 
 
 class Pair:

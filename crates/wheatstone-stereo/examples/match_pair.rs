@@ -67,6 +67,7 @@ fn main() {
     if has("--evidence") {
         let evidence = matcher.evidence(&left, &right).unwrap();
         write(folder, "gap", size, &evidence.gap);
+        write(folder, "lead", size, &evidence.lead);
         write(folder, "left_right", size, &evidence.left_right);
         write(folder, "scatter", size, &evidence.scatter);
         write(folder, "known", size, &evidence.known);

@@ -7,8 +7,9 @@
 use crate::{
     aggregation::{Order, PathRow, Paths, Penalties},
     cost::{CodedPair, CostRows},
+    field::Field,
     picture::Picture,
-    winner::{NO_MATCH, WinnerRow, Winners},
+    winner::{Clarity, NO_MATCH, SearchRow, WinnerRow, Winners},
 };
 use rayon::prelude::*;
 use std::{
@@ -30,23 +31,35 @@ const WORK_BYTES: usize = 1 << 30;
 /// What the search finds, row by row: see [`WinnerRow`].
 pub(crate) struct Candidates {
     pub(crate) disparity: Vec<f32>,
-    pub(crate) gap: Vec<u16>,
+    pub(crate) clarity: Vec<Clarity>,
     pub(crate) right: Vec<u16>,
 }
 
 /// One row of them.
 pub(crate) struct CandidateRow<'a> {
     pub(crate) disparity: &'a [f32],
-    pub(crate) gap: &'a [u16],
+    pub(crate) clarity: &'a [Clarity],
     pub(crate) right: &'a [u16],
 }
 
 impl Candidates {
+    /// The lead of every pixel, in a field.
+    pub(crate) fn lead(&self, width: usize) -> Field {
+        let mut lead = Field::new(width, self.clarity.len() / width, 0.0);
+        let rows = lead.par_pixels_mut().zip(self.clarity.par_chunks(width));
+        rows.for_each(|(lead, clarity)| {
+            for (lead, clarity) in lead.iter_mut().zip(clarity) {
+                *lead = f32::from(clarity.lead);
+            }
+        });
+        lead
+    }
+
     pub(crate) fn row(&self, y: usize, width: usize) -> CandidateRow<'_> {
         let at = y * width..(y + 1) * width;
         CandidateRow {
             disparity: &self.disparity[at.clone()],
-            gap: &self.gap[at.clone()],
+            clarity: &self.clarity[at.clone()],
             right: &self.right[at],
         }
     }
@@ -56,7 +69,7 @@ impl Candidates {
 struct Band<'a> {
     rows: Range<usize>,
     disparity: &'a mut [f32],
-    gap: &'a mut [u16],
+    clarity: &'a mut [Clarity],
     right: &'a mut [u16],
 }
 
@@ -65,7 +78,7 @@ pub(crate) fn search(pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalt
     let (width, height) = (pair.width, pair.height);
     let mut found = Candidates {
         disparity: vec![f32::NAN; width * height],
-        gap: vec![0; width * height],
+        clarity: vec![Clarity::default(); width * height],
         right: vec![NO_MATCH; width * height],
     };
     // A band keeps costs and means of paths: two bytes a pixel and disparity.
@@ -73,12 +86,12 @@ pub(crate) fn search(pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalt
     let rows = rows_of_a_band(height, row_bytes);
     let at_a_time = (WORK_BYTES / (rows * row_bytes)).max(1);
     let pixels = rows * width;
-    let parts = found.disparity.chunks_mut(pixels).zip(found.gap.chunks_mut(pixels));
+    let parts = found.disparity.chunks_mut(pixels).zip(found.clarity.chunks_mut(pixels));
     let parts = parts.zip(found.right.chunks_mut(pixels)).enumerate();
     let bands: Vec<Band<'_>> = parts
-        .map(|(number, ((disparity, gap), right))| {
+        .map(|(number, ((disparity, clarity), right))| {
             let start = number * rows;
-            Band { rows: start..start + gap.len() / width, disparity, gap, right }
+            Band { rows: start..start + clarity.len() / width, disparity, clarity, right }
         })
         .collect();
     let workers = at_a_time.min(bands.len()).min(rayon::current_num_threads());
@@ -151,7 +164,8 @@ impl Band<'_> {
         let both = costs.chunks_exact(length).zip(forward.chunks_exact(length));
         for (y, (costs, forward)) in self.rows.clone().zip(both).rev() {
             paths.follow(path_row(left, costs, y, (y + 1).min(last)), outside);
-            winners.find(forward, outside, self.row(y - start, width));
+            let row = SearchRow { forward, backward: outside, costs };
+            winners.find(row, self.row(y - start, width));
         }
     }
 
@@ -159,7 +173,7 @@ impl Band<'_> {
         let at = row * width..(row + 1) * width;
         WinnerRow {
             disparity: &mut self.disparity[at.clone()],
-            gap: &mut self.gap[at.clone()],
+            clarity: &mut self.clarity[at.clone()],
             right: &mut self.right[at],
         }
     }

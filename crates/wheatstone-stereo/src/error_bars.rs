@@ -3,12 +3,13 @@
 use crate::coefficients::{REFINED, UNREFINED};
 
 /// From what residuals of least squares tell.
-pub(crate) fn refined(from_residuals: &[f32], scatter: &[f32]) -> Vec<f32> {
-    let [factor, least, per_scatter] = REFINED;
-    let both = from_residuals.iter().zip(scatter);
-    both.map(|(sigma, scatter)| {
+pub(crate) fn refined(from_residuals: &[f32], scatter: &[f32], confidence: &[f32]) -> Vec<f32> {
+    let [factor, least, per_scatter, per_doubt] = REFINED;
+    let all = from_residuals.iter().zip(scatter).zip(confidence);
+    all.map(|((sigma, scatter), confidence)| {
         let sigma = factor * sigma;
-        (sigma * sigma + least * least).sqrt() * (1.0 + per_scatter * scatter)
+        let of_surface = (sigma * sigma + least * least).sqrt() * (1.0 + per_scatter * scatter);
+        of_surface + per_doubt * (1.0 - confidence)
     })
     .collect()
 }

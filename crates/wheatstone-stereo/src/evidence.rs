@@ -5,7 +5,7 @@ use crate::{
     bands::Candidates,
     field::{Field, MARGIN},
     left_right,
-    registers::{FLOATS, Floats, floats},
+    registers::{FLOATS, Floats, floats, lanes},
     search_range::SearchRange,
     warp::Warped,
 };
@@ -23,6 +23,9 @@ const MOST_SCATTER: f32 = 2.0;
 pub struct Evidence {
     /// By how much the second best disparity costs more, in units of the aggregated cost.
     pub gap: Vec<f32>,
+    /// By how much the best other disparity's cost is worse before aggregation, mean over 5 x 5 pixels of the surface.
+    /// Where it is not positive, neighbours alone speak for the disparity.
+    pub lead: Vec<f32>,
     /// How far from the pixel the right picture's match of its match lies, in pixels.
     pub left_right: Vec<f32>,
     /// The mean difference from the disparities of 5 x 5 pixels, each cut at 2, in pixels.
@@ -40,6 +43,7 @@ impl Evidence {
         let map = || vec![f32::NAN; pixels];
         Self {
             gap: map(),
+            lead: map(),
             left_right: map(),
             scatter: map(),
             known: map(),
@@ -52,17 +56,18 @@ impl Evidence {
     pub(crate) fn of(found: &Found<'_>) -> Self {
         let width = found.disparity.width;
         let mut all = Self::new(width * found.disparity.height);
-        let Self { gap, left_right, scatter, known, correlation, texture } = &mut all;
-        let [a, b, c, d, e, f] = [gap, left_right, scatter, known, correlation, texture]
+        let Self { gap, lead, left_right, scatter, known, correlation, texture } = &mut all;
+        let [a, b, c, d, e, f, g] = [gap, lead, left_right, scatter, known, correlation, texture]
             .map(|map| map.par_chunks_mut(width));
-        let rows = a.zip(b).zip(c).zip(d).zip(e).zip(f);
-        found.for_each_row(rows, |row, (((((a, b), c), d), e), f)| {
+        let rows = a.zip(b).zip(c).zip(d).zip(e).zip(f).zip(g);
+        found.for_each_row(rows, |row, ((((((a, b), c), d), e), f), g)| {
             a.copy_from_slice(&row.gap);
-            b.copy_from_slice(&row.left_right);
-            c.copy_from_slice(&row.scatter);
-            d.copy_from_slice(&row.known);
-            e.copy_from_slice(&row.correlation);
-            f.copy_from_slice(&row.texture);
+            b.copy_from_slice(&row.lead);
+            c.copy_from_slice(&row.left_right);
+            d.copy_from_slice(&row.scatter);
+            e.copy_from_slice(&row.known);
+            f.copy_from_slice(&row.correlation);
+            g.copy_from_slice(&row.texture);
         });
         all
     }
@@ -73,6 +78,8 @@ pub(crate) struct Found<'a> {
     pub(crate) disparity: &'a Field,
     pub(crate) warped: &'a Warped,
     pub(crate) candidates: &'a Candidates,
+    /// Of all candidates: see [`Clarity`](crate::winner::Clarity).
+    pub(crate) lead: &'a Field,
     pub(crate) range: SearchRange,
 }
 
@@ -103,16 +110,17 @@ impl Found<'_> {
         residual: &mut [f32],
         evidence: &mut Evidence,
     ) {
-        let Evidence { gap, left_right, scatter, known, correlation, texture } = evidence;
-        Arch::new().dispatch(ScatterRow { disparity: self.disparity, y, out: scatter });
+        let Evidence { gap, lead, left_right, scatter, known, correlation, texture } = evidence;
+        let (disparity, lead_of) = (self.disparity, self.lead);
+        Arch::new().dispatch(NeighbourRow { disparity, lead_of, y, scatter, lead });
         agreement.compute(y, AgreementRow { residual, correlation, texture, known });
         let disparity = self.disparity.pixels(y);
         let row = self.candidates.row(y, disparity.len());
         for x in 0..disparity.len() {
-            gap[x] = f32::from(row.gap[x]);
+            gap[x] = f32::from(row.clarity[x].gap);
             left_right[x] = left_right::residual(x, row.disparity[x], row.right, self.range);
         }
-        for map in [gap, left_right, scatter, known, correlation, texture] {
+        for map in [gap, lead, left_right, scatter, known, correlation, texture] {
             for (value, disparity) in map.iter_mut().zip(disparity) {
                 *value = if disparity.is_nan() { f32::NAN } else { *value };
             }
@@ -120,38 +128,52 @@ impl Found<'_> {
     }
 }
 
-struct ScatterRow<'a> {
+/// What neighbours say, for one row.
+struct NeighbourRow<'a> {
     disparity: &'a Field,
+    lead_of: &'a Field,
     y: usize,
-    out: &'a mut [f32],
+    scatter: &'a mut [f32],
+    lead: &'a mut [f32],
 }
 
-impl WithSimd for ScatterRow<'_> {
+impl WithSimd for NeighbourRow<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        const NEIGHBOURS: usize = (2 * RADIUS + 1) * (2 * RADIUS + 1) - 1;
-        let Self { disparity, y, out } = self;
-        let last = disparity.height as isize - 1;
-        for (piece, out) in out.chunks_mut(FLOATS).enumerate() {
+        let pieces = self.scatter.chunks_mut(FLOATS).zip(self.lead.chunks_mut(FLOATS));
+        for (piece, (scatter, lead)) in pieces.enumerate() {
             let at = MARGIN + piece * FLOATS;
-            let centre = floats(disparity.row(y), at);
-            let mut sum: Floats = [0.0; FLOATS];
-            for down in -(RADIUS as isize)..=RADIUS as isize {
-                let row = disparity.row((y as isize + down).clamp(0, last) as usize);
-                for column in at - RADIUS..=at + RADIUS {
-                    let values = floats(row, column);
-                    for lane in 0..FLOATS {
-                        let difference = (values[lane] - centre[lane]).abs();
-                        // No comparison with NaN holds.
-                        let is_near = difference < MOST_SCATTER;
-                        sum[lane] += if is_near { difference } else { MOST_SCATTER };
-                    }
-                }
-            }
-            let means = sum.map(|sum| sum / NEIGHBOURS as f32);
-            out.copy_from_slice(&means[..out.len()]);
+            let sums = neighbours([self.disparity, self.lead_of], self.y, at);
+            scatter.copy_from_slice(&sums[0][..scatter.len()]);
+            lead.copy_from_slice(&sums[1][..lead.len()]);
         }
     }
+}
+
+/// The scatter and the mean lead around eight pixels.
+#[inline(always)]
+fn neighbours([disparity, lead]: [&Field; 2], y: usize, at: usize) -> [Floats; 2] {
+    const NEIGHBOURS: usize = (2 * RADIUS + 1) * (2 * RADIUS + 1) - 1;
+    let last = disparity.height as isize - 1;
+    let centre = floats(disparity.row(y), at);
+    let (mut differences, mut leads, mut count) = ([0.0; FLOATS], [0.0; FLOATS], [0.0; FLOATS]);
+    for down in -(RADIUS as isize)..=RADIUS as isize {
+        let row = (y as isize + down).clamp(0, last) as usize;
+        for column in at - RADIUS..=at + RADIUS {
+            let (values, lead) =
+                (floats(disparity.row(row), column), floats(lead.row(row), column));
+            for lane in 0..FLOATS {
+                let difference = (values[lane] - centre[lane]).abs();
+                // No comparison with NaN holds.
+                let is_near = difference < MOST_SCATTER;
+                differences[lane] += if is_near { difference } else { MOST_SCATTER };
+                leads[lane] += if is_near { lead[lane] } else { 0.0 };
+                count[lane] += if is_near { 1.0 } else { 0.0 };
+            }
+        }
+    }
+    let scatter = differences.map(|sum| sum / NEIGHBOURS as f32);
+    [scatter, lanes(leads, count, |sum, count| sum / count)]
 }

@@ -11,7 +11,7 @@ const MOST_RESIDUAL: f32 = 1.5;
 
 /// Disparities that pass the check; NaN elsewhere.
 pub(crate) fn check(candidates: &Candidates, width: usize, range: SearchRange) -> Field {
-    let height = candidates.gap.len() / width;
+    let height = candidates.clarity.len() / width;
     let mut disparity = Field::new(width, height, f32::NAN);
     disparity.par_pixels_mut().enumerate().for_each(|(y, disparity)| {
         let row = candidates.row(y, width);

@@ -94,8 +94,13 @@ impl Matcher {
         let (width, height) = (left.width(), left.height());
         let (mut confidence, mut scatter) = (vec![0.0; width * height], vec![0.0; width * height]);
         let rows = confidence.par_chunks_mut(width).zip(scatter.par_chunks_mut(width));
-        let found =
-            Found { disparity: &disparity, warped: &warped, candidates: &candidates, range };
+        let found = Found {
+            disparity: &disparity,
+            warped: &warped,
+            candidates: &candidates,
+            lead: &candidates.lead(width),
+            range,
+        };
         let residual = found.for_each_row(rows, |evidence, (confidence, scatter)| {
             confidence::write(evidence, confidence);
             scatter.copy_from_slice(&evidence.scatter);
@@ -110,7 +115,7 @@ impl Matcher {
             let round = Round { disparity: &first, gradient, residual, radius: RADIUS };
             let (second, from_residuals) = round.refine();
             disparity = second;
-            error_bars::refined(&from_residuals, &scatter)
+            error_bars::refined(&from_residuals, &scatter, &confidence)
         } else {
             error_bars::unrefined(&scatter)
         };
@@ -135,7 +140,8 @@ impl Matcher {
     ) -> Result<Evidence, MatchError> {
         let Checked { candidates, disparity, warped, range } = self.check(left, right)?;
         let (candidates, warped) = (&candidates, &warped);
-        Ok(Evidence::of(&Found { disparity: &disparity, warped, candidates, range }))
+        let lead = &candidates.lead(left.width());
+        Ok(Evidence::of(&Found { disparity: &disparity, warped, candidates, lead, range }))
     }
 
     /// Searches, and takes away what does not pass.

@@ -4,7 +4,10 @@
 //! disparities the sum leaves off its lowest bits, one for every doubling; the winner then moves to
 //! the least of the exact sums beside it.
 
-use crate::{registers::lanes, search_range::SearchRange};
+use crate::{
+    registers::{self, Bytes, lanes, least, pieces},
+    search_range::SearchRange,
+};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Bits of the highest sum: two means of bytes.
@@ -14,12 +17,29 @@ const LANES: usize = 16;
 /// Where there is no match: no index.
 pub(crate) const NO_MATCH: u16 = u16::MAX;
 
+/// How clearly a disparity wins.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Clarity {
+    /// By how much the second best sum of paths is worse that is not beside the best.
+    pub(crate) gap: u16,
+    /// By how much the best cost of others is worse than that of the winner, before aggregation; negative where the
+    /// winner owes its place to the neighbours.
+    pub(crate) lead: i16,
+}
+
+/// A row of what winners are found from: means of the paths there and back, and costs, [x][index].
+#[derive(Clone, Copy)]
+pub(crate) struct SearchRow<'a> {
+    pub(crate) forward: &'a [u8],
+    pub(crate) backward: &'a [u8],
+    pub(crate) costs: &'a [u8],
+}
+
 /// The winners of one row.
 pub(crate) struct WinnerRow<'a> {
     /// Disparities of the left picture's pixels with their fraction; NaN where the match is outside.
     pub(crate) disparity: &'a mut [f32],
-    /// By how much the second best sum is worse that is not beside the best.
-    pub(crate) gap: &'a mut [u16],
+    pub(crate) clarity: &'a mut [Clarity],
     /// Indices of the disparities of the right picture's pixels, or [`NO_MATCH`].
     pub(crate) right: &'a mut [u16],
 }
@@ -31,6 +51,8 @@ pub(crate) struct Winners {
     index_bits: u32,
     /// Sums and indices of one pixel.
     packed: Vec<u16>,
+    /// Costs of one pixel without those of the winner.
+    others: Vec<u8>,
     /// The least of them for every pixel on the right: at index k that of pixel `width - 1 - first - k`.
     right: Vec<u16>,
 }
@@ -43,13 +65,14 @@ impl Winners {
             range,
             index_bits: index_bits.max(u16::BITS - SUM_BITS),
             packed: vec![0; range.slots],
+            others: vec![0; range.slots],
             right: vec![u16::MAX; width + range.slots],
         }
     }
 
-    /// Finds the winners of a row, from the means of its paths there and back: [x][index].
-    pub(crate) fn find(&mut self, forward: &[u8], backward: &[u8], out: WinnerRow<'_>) {
-        Arch::new().dispatch(Find { winners: self, forward, backward, out });
+    /// Finds the winners of a row.
+    pub(crate) fn find(&mut self, row: SearchRow<'_>, out: WinnerRow<'_>) {
+        Arch::new().dispatch(Find { winners: self, row, out });
     }
 
     /// Packs the sums of a pixel, notes them on the right, and returns the least.
@@ -76,6 +99,19 @@ impl Winners {
         lowest.into_iter().fold(u16::MAX, u16::min)
     }
 
+    /// By how much the best of other costs is worse than the winner's.
+    #[inline(always)]
+    fn lead(&mut self, costs: &[u8], winner: usize) -> i16 {
+        self.others.copy_from_slice(costs);
+        let beside = winner.saturating_sub(1)..(winner + 2).min(costs.len());
+        self.others[beside].fill(u8::MAX);
+        let mut lowest: Bytes = [u8::MAX; registers::LANES];
+        for others in pieces(&self.others) {
+            lowest = lanes(lowest, *others, u8::min);
+        }
+        i16::from(least(&lowest)) - i16::from(costs[winner])
+    }
+
     /// The least packed value whose index is not beside another's.
     #[inline(always)]
     fn second_best(&self, best: u16) -> u16 {
@@ -95,8 +131,7 @@ impl Winners {
 /// The work of one row.
 struct Find<'a> {
     winners: &'a mut Winners,
-    forward: &'a [u8],
-    backward: &'a [u8],
+    row: SearchRow<'a>,
     out: WinnerRow<'a>,
 }
 
@@ -105,18 +140,19 @@ impl WithSimd for Find<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { winners, forward, backward, out } = self;
+        let Self { winners, row, out } = self;
         let SearchRange { first, count, slots } = winners.range;
         let (bits, coarse) = (winners.index_bits, SUM_BITS + winners.index_bits - u16::BITS);
         winners.right.fill(u16::MAX);
         for x in 0..winners.width {
             let here = x * slots..(x + 1) * slots;
-            let (forward, backward) = (&forward[here.clone()], &backward[here]);
+            let (forward, backward) = (&row.forward[here.clone()], &row.backward[here.clone()]);
             let best = winners.pack(forward, backward, x);
             let gap = (winners.second_best(best) >> bits).saturating_sub(best >> bits);
             let sum = |index: usize| u16::from(forward[index]) + u16::from(backward[index]);
             let index = lowest_beside(usize::from(best & ((1 << bits) - 1)), count, &sum);
-            out.gap[x] = gap << coarse;
+            let lead = winners.lead(&row.costs[here], index);
+            out.clarity[x] = Clarity { gap: gap << coarse, lead };
             out.disparity[x] = if winners.range.inside(x, winners.width).contains(&index) {
                 (first + index as i32) as f32 + fraction(index, count, &sum)
             } else {
