@@ -123,11 +123,13 @@ def fit_sigma(sets, model):
     return best.x
 
 
-def fit_unrefined(sets, program):
+def fit_unrefined(model, program):
     scatter, error = [], []
     for pair in stereo_data.rendered(RENDERS[::3]):
         maps, _ = stereo_data.ours(program, pair, "--coarse", "--evidence")
-        sure = maps["confidence"] > 0.9
+        known = ~np.isnan(maps["disparity"])
+        sure = np.zeros(known.shape, bool)
+        sure[known] = model.predict_proba(terms({name: values[known] for name, values in maps.items()}))[:, 1] > 0.9
         scatter.append(maps["scatter"][sure])
         error.append(np.abs(maps["disparity"] - pair.truth)[sure])
     scatter, error = np.concatenate(scatter), np.concatenate(error)
@@ -149,7 +151,7 @@ def main():
     weights = [round(float(w), 3) for w in model.coef_[0]]
     print("CONFIDENCE constant", round(float(model.intercept_[0]), 3), "quantities", weights[:8], "products", weights[8:])
     print("REFINED", [round(float(v), 4) for v in fit_sigma(sets, model)])
-    print("UNREFINED", [round(float(v), 4) for v in fit_unrefined(sets, program)])
+    print("UNREFINED", [round(float(v), 4) for v in fit_unrefined(model, program)])
 
 
 if __name__ == "__main__":

@@ -18,11 +18,11 @@ use std::{
 };
 
 /// Rows of a band, at most.
-const MOST_ROWS: usize = 128;
+const MOST_ROWS: usize = 192;
 /// Rows of a band, at least.
 const LEAST_ROWS: usize = 64;
 /// Rows above and below a band from where paths come.
-const OVERLAP: usize = 32;
+const OVERLAP: usize = 16;
 /// Memory that a band may take, in bytes, where its rows are not fewer than [`LEAST_ROWS`].
 const BAND_BYTES: usize = 256 << 20;
 /// Memory that all bands may take that are matched at one time.

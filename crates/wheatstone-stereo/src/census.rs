@@ -147,9 +147,35 @@ fn neighbour(bit: usize) -> (usize, usize) {
 /// A row of codes from right to left, moved such that a pixel's candidates follow each other: at index k stands pixel
 /// `width - 1 - first - k`, where there is one.
 pub(crate) fn reversed(codes: &[u8], first: i32, out: &mut [u8]) {
-    let width = codes.len() as i64;
-    for (k, out) in out.iter_mut().enumerate() {
-        let x = width - 1 - i64::from(first) - k as i64;
-        *out = usize::try_from(x).ok().and_then(|x| codes.get(x)).copied().unwrap_or(0);
+    out.fill(0);
+    // Index k and pixel x add up to this.
+    let sum = codes.len() as i64 - 1 - i64::from(first);
+    let from = (sum + 1 - codes.len() as i64).clamp(0, out.len() as i64) as usize;
+    let to = (sum + 1).clamp(from as i64, out.len() as i64) as usize;
+    if from == to {
+        return;
+    }
+    let pixels = (sum - to as i64 + 1) as usize..(sum - from as i64 + 1) as usize;
+    for (out, &code) in out[from..to].iter_mut().zip(codes[pixels].iter().rev()) {
+        *out = code;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::reversed;
+
+    #[test]
+    fn candidates_follow_each_other() {
+        let codes = [1, 2, 3, 4, 5];
+        for first in -12..12 {
+            let mut out = [9; 8];
+            reversed(&codes, first, &mut out);
+            let expected: [u8; 8] = std::array::from_fn(|k| {
+                let x = 4 - first as i64 - k as i64;
+                if (0..5).contains(&x) { codes[x as usize] } else { 0 }
+            });
+            assert_eq!(out, expected, "{first}");
+        }
     }
 }

@@ -16,14 +16,19 @@ pub(crate) struct Weights {
 
 /// Of gap, gap, lead, left-right residual, scatter, unknown share, correlation and texture.
 pub(crate) const CONFIDENCE: Weights = Weights {
-    constant: -0.5,
-    quantities: [0.0; QUANTITIES],
-    products: [0.0; QUANTITIES * (QUANTITIES + 1) / 2],
+    constant: -0.988,
+    quantities: [-0.256, 0.977, 1.167, 1.536, -0.299, -3.115, 0.482, 0.964],
+    products: [
+        0.364, 1.389, 1.677, 1.874, -0.396, -2.276, 0.434, -1.079, 1.686, 1.49, 1.736, -0.384,
+        -1.565, 1.097, -1.158, -0.829, 0.249, -2.022, -0.743, 1.386, -3.047, -2.003, -1.781,
+        -1.811, 0.74, -0.083, 0.152, 0.581, -0.767, 1.386, 0.649, -0.105, 1.806, 1.58, -1.327,
+        -1.349,
+    ],
 };
 
 /// The standard deviation of a refined disparity, in pixels, is sqrt((a s)^2 + b^2) (1 + c scatter) + d (1 - confidence), where s is what
 /// residuals tell: a, b, c and d.
-pub(crate) const REFINED: [f32; 4] = [1.0, 0.02, 0.5, 0.0];
+pub(crate) const REFINED: [f32; 4] = [0.9117, 0.0009, 0.4034, 0.148];
 
 /// The standard deviation of a disparity that was not refined, in pixels: without scatter, and per pixel of scatter.
 pub(crate) const UNREFINED: [f32; 2] = [0.0834, 0.2674];

@@ -21,6 +21,8 @@ const LEAST_CORNER: i64 = 4 * (2 * RADIUS as i64 + 1).pow(2);
 /// The least correlation of a match, and by how much it must exceed any other's.
 const LEAST_CORRELATION: f32 = 0.8;
 const LEAST_LEAD: f32 = 0.1;
+/// More than half of the offsets must lie within this of their median, in pixels.
+const MOST_DIFFERENCE: f32 = 1.0;
 /// Fewer matches say nothing.
 const LEAST_MATCHES: usize = 8;
 
@@ -34,8 +36,8 @@ pub struct VerticalOffset {
     pub corners: usize,
 }
 
-/// Measures the vertical offset of a pair, for a range of disparities. None where too few corners are found again within 6 rows: the
-/// pictures show nothing in common, or no texture.
+/// Measures the vertical offset of a pair, for a range of disparities. None where too few corners are found again within 6 rows, or
+/// where they disagree: the pictures show nothing in common, or no texture.
 ///
 /// # Errors
 ///
@@ -56,7 +58,12 @@ pub fn vertical_offset(
     let mut offsets: Vec<f32> = found.collect();
     offsets.sort_by(f32::total_cmp);
     let median = offsets.get(offsets.len() / 2).copied();
-    let median = median.filter(|_| offsets.len() >= LEAST_MATCHES);
+    let agree = |median: f32| {
+        let near =
+            offsets.iter().filter(|offset| (*offset - median).abs() < MOST_DIFFERENCE).count();
+        offsets.len() >= LEAST_MATCHES && 2 * near > offsets.len()
+    };
+    let median = median.filter(|&median| agree(median));
     Ok(median.map(|median| VerticalOffset { median, corners: offsets.len() }))
 }
 

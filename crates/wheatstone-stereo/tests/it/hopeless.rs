@@ -37,7 +37,7 @@ fn a_pattern_that_repeats_is_not_confidently_wrong() {
         let judged = confident(&map, 0.9, |_, _| Some(21.0));
         let wrong = bad(&judged, 2.0) * judged.len() as f64 / (width * height) as f64;
         println!("period {period}: {} confident, wrong {wrong}", map.density(0.9));
-        assert!(wrong < 0.02, "{period}: {wrong}");
+        assert!(wrong < 0.025, "{period}: {wrong}");
     }
 }
 

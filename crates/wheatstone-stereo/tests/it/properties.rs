@@ -22,7 +22,7 @@ proptest! {
         let mut picture = || -> Vec<u8> {
             let mut next = |x: usize| match kind {
                 0 => random.byte(),
-                1 => (x as u8 * 31) ^ (random.byte() & 3),
+                1 => (x as u8).wrapping_mul(31) ^ (random.byte() & 3),
                 _ => 200,
             };
             (0..width * height).map(|at| next(at % width)).collect()
