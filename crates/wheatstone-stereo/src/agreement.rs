@@ -5,7 +5,7 @@
 
 use crate::{
     field::{Field, MARGIN},
-    registers::{FLOATS, Floats, floats},
+    registers::{Floats, floats, lanes, times},
     warp::Warped,
     window::{Quantities, RADIUS, SIDE, Sums, sum_windows},
 };
@@ -75,19 +75,17 @@ impl Quantities<7> for Pixels<'_> {
         let left = floats(self.warped.left.row(y), column);
         let right = floats(self.warped.right.row(y), column);
         let gradient = floats(self.warped.gradient.row(y), column);
-        let mut all = [[0.0; FLOATS]; 7];
-        for lane in 0..FLOATS {
-            let known = if disparity[lane].is_nan() { 0.0 } else { 1.0 };
-            let (l, r, g) = (known * left[lane], right[lane], known * gradient[lane]);
-            all[0][lane] = known;
-            all[1][lane] = l;
-            all[2][lane] = r;
-            all[3][lane] = l * l;
-            all[4][lane] = r * r;
-            all[5][lane] = l * r;
-            all[6][lane] = g * g;
-        }
-        all
+        let known = disparity.map(|disparity| if disparity.is_nan() { 0.0 } else { 1.0 });
+        let (left, gradient) = (lanes(known, left, times), lanes(known, gradient, times));
+        [
+            known,
+            left,
+            right,
+            lanes(left, left, times),
+            lanes(right, right, times),
+            lanes(left, right, times),
+            lanes(gradient, gradient, times),
+        ]
     }
 }
 
@@ -108,11 +106,17 @@ impl WithSimd for Row<'_> {
         let height = pixels.disparity.height;
         sum_windows(&pixels, y, height, sums);
         let disparity = pixels.disparity.pixels(y);
-        let (left, right) = (pixels.warped.left.pixels(y), pixels.warped.right.pixels(y));
+        // All of one length, so that nothing stands between the loop and registers.
+        let width = disparity.len();
+        let [left, right] =
+            [&pixels.warped.left, &pixels.warped.right].map(|field| &field.pixels(y)[..width]);
+        let AgreementRow { residual, correlation, texture, known } = out;
+        let [residuals, correlations, textures, shares] =
+            [residual, correlation, texture, known].map(|row| &mut row[..width]);
         let windows = MARGIN - RADIUS;
         let [count, sum_left, sum_right, left_left, right_right, left_right, gradients] =
-            sums.each_ref().map(|sums| &sums[windows..windows + disparity.len()]);
-        for x in 0..disparity.len() {
+            sums.each_ref().map(|sums| &sums[windows..][..width]);
+        for x in 0..width {
             let inverse = 1.0 / count[x].max(1.0);
             let (mean_left, mean_right) = (sum_left[x] * inverse, sum_right[x] * inverse);
             let variance_left = (left_left[x] * inverse - mean_left * mean_left).max(0.0) + NOISE;
@@ -122,10 +126,10 @@ impl WithSimd for Row<'_> {
             let gain = (variance_left / variance_right).sqrt().clamp(1.0 / MOST_GAIN, MOST_GAIN);
             let is_known = !disparity[x].is_nan();
             let residual = left[x] - mean_left - gain * (right[x] - mean_right);
-            out.residual[x] = if is_known { residual } else { 0.0 };
-            out.correlation[x] = covariance / (variance_left * variance_right).sqrt();
-            out.texture[x] = (gradients[x] * inverse).sqrt();
-            out.known[x] = count[x] / (SIDE * SIDE) as f32;
+            residuals[x] = if is_known { residual } else { 0.0 };
+            correlations[x] = covariance / (variance_left * variance_right).sqrt();
+            textures[x] = (gradients[x] * inverse).sqrt();
+            shares[x] = count[x] / (SIDE * SIDE) as f32;
         }
     }
 }

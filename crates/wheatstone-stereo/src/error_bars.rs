@@ -15,7 +15,13 @@ pub(crate) fn refined(from_residuals: &[f32], scatter: &[f32], confidence: &[f32
 }
 
 /// Of disparities that aggregation found.
-pub(crate) fn unrefined(scatter: &[f32]) -> Vec<f32> {
+pub(crate) fn unrefined(scatter: &[f32], confidence: &[f32]) -> Vec<f32> {
     let [least, per_scatter] = UNREFINED;
-    scatter.iter().map(|scatter| least + per_scatter * scatter).collect()
+    let both = scatter.iter().zip(confidence);
+    both.map(
+        |(scatter, &confidence)| {
+            if confidence > 0.0 { least + per_scatter * scatter } else { f32::NAN }
+        },
+    )
+    .collect()
 }

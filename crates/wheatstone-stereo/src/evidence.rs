@@ -5,7 +5,7 @@ use crate::{
     bands::Candidates,
     field::{Field, MARGIN},
     left_right,
-    registers::{FLOATS, Floats, floats, lanes},
+    registers::{FLOATS, Floats, floats, lanes, plus, times},
     search_range::SearchRange,
     warp::Warped,
 };
@@ -69,7 +69,18 @@ impl Evidence {
             f.copy_from_slice(&row.correlation);
             g.copy_from_slice(&row.texture);
         });
+        all.forget_where_none();
         all
+    }
+
+    /// Rows have NaN in the gap alone.
+    fn forget_where_none(&mut self) {
+        let Self { gap, lead, left_right, scatter, known, correlation, texture } = self;
+        for map in [lead, left_right, scatter, known, correlation, texture] {
+            for (value, gap) in map.iter_mut().zip(&*gap) {
+                *value = if gap.is_nan() { f32::NAN } else { *value };
+            }
+        }
     }
 }
 
@@ -120,10 +131,8 @@ impl Found<'_> {
             gap[x] = f32::from(row.clarity[x].gap);
             left_right[x] = left_right::residual(x, row.disparity[x], row.right, self.range);
         }
-        for map in [gap, lead, left_right, scatter, known, correlation, texture] {
-            for (value, disparity) in map.iter_mut().zip(disparity) {
-                *value = if disparity.is_nan() { f32::NAN } else { *value };
-            }
+        for (gap, disparity) in gap.iter_mut().zip(disparity) {
+            *gap = if disparity.is_nan() { f32::NAN } else { *gap };
         }
     }
 }
@@ -164,14 +173,13 @@ fn neighbours([disparity, lead]: [&Field; 2], y: usize, at: usize) -> [Floats; 2
         for column in at - RADIUS..=at + RADIUS {
             let (values, lead) =
                 (floats(disparity.row(row), column), floats(lead.row(row), column));
-            for lane in 0..FLOATS {
-                let difference = (values[lane] - centre[lane]).abs();
-                // No comparison with NaN holds.
-                let is_near = difference < MOST_SCATTER;
-                differences[lane] += if is_near { difference } else { MOST_SCATTER };
-                leads[lane] += if is_near { lead[lane] } else { 0.0 };
-                count[lane] += if is_near { 1.0 } else { 0.0 };
-            }
+            // No comparison with NaN holds.
+            let difference = lanes(values, centre, |value, centre| (value - centre).abs());
+            let near = difference.map(|d| if d < MOST_SCATTER { 1.0 } else { 0.0 });
+            let cut = difference.map(|d| if d < MOST_SCATTER { d } else { MOST_SCATTER });
+            differences = lanes(differences, cut, plus);
+            leads = lanes(leads, lanes(near, lead, times), plus);
+            count = lanes(count, near, plus);
         }
     }
     let scatter = differences.map(|sum| sum / NEIGHBOURS as f32);

@@ -7,7 +7,7 @@
 
 use crate::{
     field::{Field, MARGIN},
-    registers::{FLOATS, Floats, floats},
+    registers::{FLOATS, Floats, floats, lanes, plus, times},
     slopes::Slopes,
     window::{RADIUS, SIDE},
 };
@@ -132,7 +132,7 @@ impl Row<'_> {
                 let residual = floats(residual.row(row), at);
                 let distance =
                     std::array::from_fn(|lane| found[lane] - (plane[lane] + along[lane] * right));
-                normal.add(weight, &distance, &gradient, &residual);
+                normal.add(weight, distance, gradient, residual);
             }
         }
         normal
@@ -141,22 +141,20 @@ impl Row<'_> {
 
 impl Normal {
     #[inline(always)]
-    fn add(&mut self, weight: f32, distance: &Floats, gradient: &Floats, residual: &Floats) {
-        for lane in 0..FLOATS {
-            // No comparison with NaN holds.
-            let on_plane = distance[lane].abs() < MOST_DISTANCE;
-            let distance = if on_plane { distance[lane] } else { 0.0 };
-            let weight = if on_plane { weight } else { 0.0 };
-            // What the residual would be, were the pixel's disparity the plane's.
-            let residual = residual[lane] - gradient[lane] * distance;
-            let weighted = weight * gradient[lane];
-            self.weight[lane] += weight;
-            self.distance[lane] += weight * distance;
-            self.gradients[lane] += weighted * gradient[lane];
-            self.product[lane] += weighted * residual;
-            self.residuals[lane] += weight * residual * residual;
-            self.squared_weights[lane] += weighted * weighted;
-        }
+    fn add(&mut self, weight: f32, distance: Floats, gradient: Floats, residual: Floats) {
+        // No comparison with NaN holds.
+        let weight = distance.map(|d| if d.abs() < MOST_DISTANCE { weight } else { 0.0 });
+        let distance = distance.map(|d| if d.abs() < MOST_DISTANCE { d } else { 0.0 });
+        // What the residual would be, were the pixel's disparity the plane's.
+        let residual = lanes(residual, lanes(gradient, distance, times), |r, moved| r - moved);
+        let weighted = lanes(weight, gradient, times);
+        self.weight = lanes(self.weight, weight, plus);
+        self.distance = lanes(self.distance, lanes(weight, distance, times), plus);
+        self.gradients = lanes(self.gradients, lanes(weighted, gradient, times), plus);
+        self.product = lanes(self.product, lanes(weighted, residual, times), plus);
+        let squares = lanes(lanes(weight, residual, times), residual, times);
+        self.residuals = lanes(self.residuals, squares, plus);
+        self.squared_weights = lanes(self.squared_weights, lanes(weighted, weighted, times), plus);
     }
 
     /// How far to move the disparity, and the standard deviation of the result.

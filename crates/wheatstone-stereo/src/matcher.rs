@@ -117,7 +117,7 @@ impl Matcher {
             disparity = second;
             error_bars::refined(&from_residuals, &scatter, &confidence)
         } else {
-            error_bars::unrefined(&scatter)
+            error_bars::unrefined(&scatter, &confidence)
         };
         let mut disparity = disparity.to_pixels();
         let (least, most) = range.bounds();

@@ -29,6 +29,16 @@ pub(crate) fn lanes<T: Copy, const N: usize>(
     std::array::from_fn(|lane| f(a[lane], b[lane]))
 }
 
+#[inline(always)]
+pub(crate) fn plus(a: f32, b: f32) -> f32 {
+    a + b
+}
+
+#[inline(always)]
+pub(crate) fn times(a: f32, b: f32) -> f32 {
+    a * b
+}
+
 /// The least of some bytes.
 #[inline(always)]
 pub(crate) fn least(values: &Bytes) -> u8 {

@@ -1,6 +1,6 @@
 //! Sums over windows of 9 x 9 pixels.
 
-use crate::registers::{FLOATS, Floats, floats};
+use crate::registers::{FLOATS, Floats, floats, lanes, plus};
 
 /// Pixels from the centre of a window to its side.
 pub(crate) const RADIUS: usize = 4;
@@ -30,10 +30,8 @@ pub(crate) fn sum_windows<const N: usize>(
         let mut down = [[0.0; FLOATS]; N];
         for row in rows.clone() {
             let values = quantities.at(row, column);
-            for (down, values) in down.iter_mut().zip(&values) {
-                for lane in 0..FLOATS {
-                    down[lane] += values[lane];
-                }
+            for (down, values) in down.iter_mut().zip(values) {
+                *down = lanes(*down, values, plus);
             }
         }
         for (sums, down) in sums.iter_mut().zip(&down) {
@@ -41,24 +39,12 @@ pub(crate) fn sum_windows<const N: usize>(
         }
     }
     for sums in sums {
-        for column in (0..stride - FLOATS).step_by(FLOATS) {
+        for column in (0..stride - 2 * FLOATS + 1).step_by(FLOATS) {
             let mut across = floats(sums, column);
             for next in 1..SIDE {
-                let values = floats_or_zero(sums, column + next);
-                for lane in 0..FLOATS {
-                    across[lane] += values[lane];
-                }
+                across = lanes(across, floats(sums, column + next), plus);
             }
             sums[column..column + FLOATS].copy_from_slice(&across);
         }
     }
-}
-
-/// As [`floats`], with zeros behind the end.
-#[inline(always)]
-fn floats_or_zero(values: &[f32], at: usize) -> Floats {
-    if at + FLOATS <= values.len() {
-        return floats(values, at);
-    }
-    std::array::from_fn(|lane| values.get(at + lane).copied().unwrap_or(0.0))
 }
