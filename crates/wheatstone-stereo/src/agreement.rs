@@ -5,7 +5,7 @@
 
 use crate::{
     field::{Field, MARGIN},
-    registers::{Floats, floats, lanes, times},
+    registers::{Floats, each, floats, lanes, times},
     warp::Warped,
     window::{Quantities, RADIUS, SIDE, Sums, sum_windows},
 };
@@ -75,7 +75,7 @@ impl Quantities<7> for Pixels<'_> {
         let left = floats(self.warped.left.row(y), column);
         let right = floats(self.warped.right.row(y), column);
         let gradient = floats(self.warped.gradient.row(y), column);
-        let known = disparity.map(|disparity| if disparity.is_nan() { 0.0 } else { 1.0 });
+        let known = each(disparity, |disparity| if disparity.is_nan() { 0.0 } else { 1.0 });
         let (left, gradient) = (lanes(known, left, times), lanes(known, gradient, times));
         [
             known,

@@ -4,11 +4,11 @@
 use crate::{
     coefficients::{CONFIDENCE, QUANTITIES},
     evidence::Evidence,
-    registers::{FLOATS, Floats},
+    registers::{FLOATS, Floats, each, floats},
 };
 use pulp::{Arch, Simd, WithSimd};
 
-/// Of the pixels of one row; zero where there is no disparity.
+/// Of the pixels of one row, whose evidence is filled up to whole registers; zero where there is no disparity.
 pub(crate) fn write(evidence: &Evidence, out: &mut [f32]) {
     Arch::new().dispatch(Row { evidence, out });
 }
@@ -26,7 +26,7 @@ impl WithSimd for Row<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         for (piece, out) in self.out.chunks_mut(FLOATS).enumerate() {
             let at = piece * FLOATS;
-            let chances = odds(&quantities(self.evidence, at)).map(logistic);
+            let chances = each(odds(&quantities(self.evidence, at)), logistic);
             let gaps = &self.evidence.gap[at..];
             for ((out, chance), gap) in out.iter_mut().zip(chances).zip(gaps) {
                 *out = if gap.is_nan() { 0.0 } else { chance };
@@ -39,19 +39,17 @@ impl WithSimd for Row<'_> {
 #[inline(always)]
 fn quantities(evidence: &Evidence, at: usize) -> [Floats; QUANTITIES] {
     let Evidence { gap, lead, left_right, scatter, known, correlation, texture } = evidence;
-    let piece = |values: &[f32]| -> Floats {
-        let values = &values[at..values.len().min(at + FLOATS)];
-        std::array::from_fn(|lane| values.get(lane).copied().unwrap_or(0.0))
-    };
-    let saturating = |values: &[f32], half: f32| piece(values).map(|value| value / (value + half));
+    let piece = |values: &[f32]| floats(values, at);
+    let saturating =
+        |values: &[f32], half: f32| each(piece(values), |value| value / (value + half));
     [
         saturating(gap, 16.0),
         saturating(gap, 64.0),
-        piece(lead).map(|lead| (lead / 16.0).clamp(-1.0, 1.0)),
-        piece(left_right).map(|residual| residual / 1.5),
-        piece(scatter).map(|scatter| scatter / 2.0),
-        piece(known).map(|known| 1.0 - known),
-        piece(correlation).map(|correlation| correlation.max(0.0)),
+        each(piece(lead), |lead| (lead / 16.0).clamp(-1.0, 1.0)),
+        each(piece(left_right), |residual| residual / 1.5),
+        each(piece(scatter), |scatter| scatter / 2.0),
+        each(piece(known), |known| 1.0 - known),
+        each(piece(correlation), |correlation| correlation.max(0.0)),
         saturating(texture, 4.0),
     ]
 }

@@ -111,8 +111,10 @@ impl WithSimd for RowSums<'_> {
             let costs = &mut self.pixels[(x + 1) * slots..(x + 2) * slots];
             compare(codes, candidates, costs);
             let inside = self.range.inside(x, width);
-            costs[..inside.start].fill(OUTSIDE);
-            costs[inside.end..].fill(OUTSIDE);
+            if inside.len() < self.range.count {
+                costs[..inside.start].fill(OUTSIDE);
+                costs[inside.end..].fill(OUTSIDE);
+            }
         }
         self.pixels.copy_within(slots..2 * slots, 0);
         self.pixels.copy_within(width * slots..(width + 1) * slots, (width + 1) * slots);

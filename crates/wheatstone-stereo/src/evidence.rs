@@ -5,7 +5,7 @@ use crate::{
     bands::Candidates,
     field::{Field, MARGIN},
     left_right,
-    registers::{FLOATS, Floats, floats, lanes, plus, times},
+    registers::{FLOATS, Floats, each, floats, lanes, plus, times},
     search_range::SearchRange,
     warp::Warped,
 };
@@ -61,13 +61,13 @@ impl Evidence {
             .map(|map| map.par_chunks_mut(width));
         let rows = a.zip(b).zip(c).zip(d).zip(e).zip(f).zip(g);
         found.for_each_row(rows, |row, ((((((a, b), c), d), e), f), g)| {
-            a.copy_from_slice(&row.gap);
-            b.copy_from_slice(&row.lead);
-            c.copy_from_slice(&row.left_right);
-            d.copy_from_slice(&row.scatter);
-            e.copy_from_slice(&row.known);
-            f.copy_from_slice(&row.correlation);
-            g.copy_from_slice(&row.texture);
+            a.copy_from_slice(&row.gap[..width]);
+            b.copy_from_slice(&row.lead[..width]);
+            c.copy_from_slice(&row.left_right[..width]);
+            d.copy_from_slice(&row.scatter[..width]);
+            e.copy_from_slice(&row.known[..width]);
+            f.copy_from_slice(&row.correlation[..width]);
+            g.copy_from_slice(&row.texture[..width]);
         });
         all.forget_where_none();
         all
@@ -95,7 +95,7 @@ pub(crate) struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Hands the evidence of each row to `work`, with that row's item of `outs`. Returns residuals as
+    /// Hands the evidence of each row, filled up to whole registers, to `work`, with that row's item of `outs`. Returns residuals as
     /// [`agreement`](crate::agreement) has them.
     pub(crate) fn for_each_row<T: Send>(
         &self,
@@ -105,7 +105,12 @@ impl Found<'_> {
         let (width, height) = (self.disparity.width, self.disparity.height);
         let mut residuals = Field::new(width, height, 0.0);
         residuals.par_pixels_mut().zip(outs).enumerate().for_each_init(
-            || (Agreement::new(self.disparity, self.warped), Evidence::new(width)),
+            || {
+                (
+                    Agreement::new(self.disparity, self.warped),
+                    Evidence::new(width.next_multiple_of(FLOATS)),
+                )
+            },
             |(agreement, evidence), (y, (residual, out))| {
                 self.row(y, agreement, residual, evidence);
                 work(evidence, out);
@@ -175,13 +180,13 @@ fn neighbours([disparity, lead]: [&Field; 2], y: usize, at: usize) -> [Floats; 2
                 (floats(disparity.row(row), column), floats(lead.row(row), column));
             // No comparison with NaN holds.
             let difference = lanes(values, centre, |value, centre| (value - centre).abs());
-            let near = difference.map(|d| if d < MOST_SCATTER { 1.0 } else { 0.0 });
-            let cut = difference.map(|d| if d < MOST_SCATTER { d } else { MOST_SCATTER });
+            let near = each(difference, |d| if d < MOST_SCATTER { 1.0 } else { 0.0 });
+            let cut = each(difference, |d| if d < MOST_SCATTER { d } else { MOST_SCATTER });
             differences = lanes(differences, cut, plus);
             leads = lanes(leads, lanes(near, lead, times), plus);
             count = lanes(count, near, plus);
         }
     }
-    let scatter = differences.map(|sum| sum / NEIGHBOURS as f32);
+    let scatter = each(differences, |sum| sum / NEIGHBOURS as f32);
     [scatter, lanes(leads, count, |sum, count| sum / count)]
 }

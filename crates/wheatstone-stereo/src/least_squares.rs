@@ -7,7 +7,7 @@
 
 use crate::{
     field::{Field, MARGIN},
-    registers::{FLOATS, Floats, floats, lanes, plus, times},
+    registers::{FLOATS, Floats, each, floats, lanes, plus, times},
     slopes::Slopes,
     window::{RADIUS, SIDE},
 };
@@ -143,8 +143,8 @@ impl Normal {
     #[inline(always)]
     fn add(&mut self, weight: f32, distance: Floats, gradient: Floats, residual: Floats) {
         // No comparison with NaN holds.
-        let weight = distance.map(|d| if d.abs() < MOST_DISTANCE { weight } else { 0.0 });
-        let distance = distance.map(|d| if d.abs() < MOST_DISTANCE { d } else { 0.0 });
+        let weight = each(distance, |d| if d.abs() < MOST_DISTANCE { weight } else { 0.0 });
+        let distance = each(distance, |d| if d.abs() < MOST_DISTANCE { d } else { 0.0 });
         // What the residual would be, were the pixel's disparity the plane's.
         let residual = lanes(residual, lanes(gradient, distance, times), |r, moved| r - moved);
         let weighted = lanes(weight, gradient, times);

@@ -103,7 +103,7 @@ impl Matcher {
         };
         let residual = found.for_each_row(rows, |evidence, (confidence, scatter)| {
             confidence::write(evidence, confidence);
-            scatter.copy_from_slice(&evidence.scatter);
+            scatter.copy_from_slice(&evidence.scatter[..width]);
         });
         drop(candidates);
         let sigma = if self.refines {

@@ -29,6 +29,12 @@ pub(crate) fn lanes<T: Copy, const N: usize>(
     std::array::from_fn(|lane| f(a[lane], b[lane]))
 }
 
+/// A function of every lane.
+#[inline(always)]
+pub(crate) fn each<T: Copy, const N: usize>(values: [T; N], f: impl Fn(T) -> T) -> [T; N] {
+    std::array::from_fn(|lane| f(values[lane]))
+}
+
 #[inline(always)]
 pub(crate) fn plus(a: f32, b: f32) -> f32 {
     a + b
