@@ -26,9 +26,8 @@ pub(crate) const CONFIDENCE: Weights = Weights {
     ],
 };
 
-/// The standard deviation of a refined disparity, in pixels, is sqrt((a s)^2 + b^2) (1 + c scatter) + d (1 - confidence), where s is what
-/// residuals tell: a, b, c and d.
-pub(crate) const REFINED: [f32; 4] = [0.9117, 0.0009, 0.4034, 0.148];
+/// The standard deviation of a refined disparity is a s (1 + b scatter), where s is what residuals tell: a, and b per pixel.
+pub(crate) const REFINED: [f32; 2] = [1.061, 0.427];
 
 /// The standard deviation of a disparity that was not refined, in pixels: without scatter, and per pixel of scatter.
 pub(crate) const UNREFINED: [f32; 2] = [0.0834, 0.2674];

@@ -102,12 +102,11 @@ impl WithSimd for Row<'_> {
                 continue;
             }
             let normal = self.accumulate(x, &centre);
-            let lanes = FLOATS.min(width - x);
-            for lane in 0..lanes {
-                let (step, sigma) = normal.solve(lane);
-                self.refined[x + lane] = centre[lane] + step;
-                self.sigma[x + lane] = sigma;
-            }
+            let [step, sigma] = normal.solve();
+            let refined = lanes(centre, step, plus);
+            let end = width.min(x + FLOATS);
+            self.refined[x..end].copy_from_slice(&refined[..end - x]);
+            self.sigma[x..end].copy_from_slice(&sigma[..end - x]);
         }
     }
 }
@@ -123,10 +122,10 @@ impl Row<'_> {
             let weights = &self.weights[row + RADIUS - self.y];
             let below = row as f32 - self.y as f32;
             let plane: Floats = std::array::from_fn(|lane| centre[lane] + down[lane] * below);
-            for column in RADIUS - radius..=RADIUS + radius {
-                let weight = weights[column];
-                let at = MARGIN + x + column - RADIUS;
-                let right = column as f32 - RADIUS as f32;
+            let columns = weights[RADIUS - radius..=RADIUS + radius].iter();
+            for (column, &weight) in columns.enumerate() {
+                let at = MARGIN + x + column - radius;
+                let right = column as f32 - radius as f32;
                 let found = floats(disparity.row(row), at);
                 let gradient = floats(gradient.row(row), at);
                 let residual = floats(residual.row(row), at);
@@ -157,15 +156,21 @@ impl Normal {
         self.squared_weights = lanes(self.squared_weights, lanes(weighted, weighted, times), plus);
     }
 
-    /// How far to move the disparity, and the standard deviation of the result.
+    /// How far to move disparities, and the standard deviations of the results.
     #[inline(always)]
-    fn solve(&self, lane: usize) -> (f32, f32) {
-        let variance = self.residuals[lane] / (self.weight[lane] - 1.0).max(1.0) + LEAST_VARIANCE;
-        let prior = variance / (PRIOR_SIGMA * PRIOR_SIGMA);
-        let expected = self.distance[lane] / self.weight[lane].max(1.0);
-        let information = self.gradients[lane] + prior;
-        let step = (prior * expected - self.product[lane]) / information;
-        let own = variance * self.squared_weights[lane] + prior * variance;
-        (step.clamp(-MOST_MOVE, MOST_MOVE), own.sqrt() / information)
+    fn solve(&self) -> [Floats; 2] {
+        let variance = lanes(self.residuals, self.weight, |residuals, weight| {
+            residuals / (weight - 1.0).max(1.0) + LEAST_VARIANCE
+        });
+        let prior = each(variance, |variance| variance / (PRIOR_SIGMA * PRIOR_SIGMA));
+        let expected =
+            lanes(self.distance, self.weight, |distance, weight| distance / weight.max(1.0));
+        let information = lanes(self.gradients, prior, plus);
+        let pull = lanes(lanes(prior, expected, times), self.product, |prior, own| prior - own);
+        let step = lanes(pull, information, |pull, information| {
+            (pull / information).clamp(-MOST_MOVE, MOST_MOVE)
+        });
+        let noise = lanes(variance, lanes(self.squared_weights, prior, plus), times);
+        [step, lanes(noise, information, |noise, information| noise.sqrt() / information)]
     }
 }

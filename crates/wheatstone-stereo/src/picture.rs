@@ -17,7 +17,7 @@ impl<'a> Picture<'a> {
     ///
     /// Where there are no pixels, or another number of bytes.
     pub fn new(width: usize, height: usize, pixels: &'a [u8]) -> Result<Self, MatchError> {
-        let expected = width.checked_mul(height).unwrap_or(usize::MAX);
+        let expected = width.saturating_mul(height);
         if expected == 0 {
             return Err(MatchError::Empty);
         }

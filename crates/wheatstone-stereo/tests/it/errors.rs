@@ -29,9 +29,8 @@ fn both_pictures_have_one_size() {
 
 #[test]
 fn ranges_have_disparities_within_the_picture() {
-    for range in [3..3, 9..2, 0..1025, i32::MIN..i32::MAX] {
-        let (first, end) = (range.start, range.end);
-        assert_eq!(error(&Matcher::new(range)), MatchError::Range { first, end });
+    for (first, end) in [(3, 3), (9, 2), (0, 1025), (i32::MIN, i32::MAX)] {
+        assert_eq!(error(&Matcher::new(first..end)), MatchError::Range { first, end });
     }
     for range in [4..9, -9..-3] {
         let (first, end) = (range.start, range.end);

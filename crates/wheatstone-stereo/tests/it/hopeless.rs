@@ -12,7 +12,6 @@ fn a_blank_wall_is_never_confident() {
         let mut scene = Scene::slanted(0.0, 0.0, 1);
         (scene.contrast, scene.noise) = (0.0, noise);
         let map = scene.render().compute(&Matcher::new(0..64));
-        println!("noise {noise}: {}", map.density(0.9));
         assert!(map.density(0.9) < 0.001, "{noise}: {}", map.density(0.9));
     }
 }
@@ -36,7 +35,6 @@ fn a_pattern_that_repeats_is_not_confidently_wrong() {
         let map = pair.compute(&Matcher::new(0..64));
         let judged = confident(&map, 0.9, |_, _| Some(21.0));
         let wrong = bad(&judged, 2.0) * judged.len() as f64 / (width * height) as f64;
-        println!("period {period}: {} confident, wrong {wrong}", map.density(0.9));
         assert!(wrong < 0.025, "{period}: {wrong}");
     }
 }
@@ -46,7 +44,6 @@ fn exchanged_pictures_are_not_confident() {
     let pair = Scene::slanted(0.02, 0.01, 2).render();
     let exchanged = Pair { left: pair.right, right: pair.left, ..pair };
     let map = exchanged.compute(&Matcher::new(0..64));
-    println!("{}", map.density(0.9));
     assert!(map.density(0.9) < 0.01, "{}", map.density(0.9));
 }
 
@@ -57,6 +54,5 @@ fn noise_is_not_confident() {
     let mut picture = || (0..width * height).map(|_| random.byte()).collect();
     let pair = Pair { width, height, left: picture(), right: picture() };
     let map = pair.compute(&Matcher::new(0..64));
-    println!("{}", map.density(0.9));
     assert!(map.density(0.9) < 0.001, "{}", map.density(0.9));
 }

@@ -63,7 +63,6 @@ fn confident_disparities_are_right_and_many() {
         let Some((map, truth)) = open(pair, end, |matcher| matcher) else { return };
         let judged = judge(&map, &truth, 0.9);
         let found = (map.density(0.9), bad(&judged, 2.0), median_error(&judged));
-        println!("{pair}: {found:?}");
         assert!(found.0 >= density && found.1 <= most_bad && found.2 <= median, "{pair} {found:?}");
     }
 }
@@ -75,7 +74,6 @@ fn filled_maps_are_mostly_right() {
         (0..map.disparity.len()).filter(|&at| truth.disparity[at].is_finite()).collect();
     let wrong = |at: &&usize| (map.disparity[**at] - truth.disparity[**at]).abs() > 2.0;
     let share = known.iter().filter(wrong).count() as f64 / known.len() as f64;
-    println!("cones filled {share}");
     assert!(share < 0.12, "{share}");
     assert!(truth.is_seen_by_both.iter().any(|&seen| !seen));
 }

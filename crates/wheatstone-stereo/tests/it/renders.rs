@@ -31,7 +31,6 @@ fn disparities_do_not_lock_to_whole_pixels() {
     let judged: Vec<Judged> =
         scenes().iter().flat_map(|scene| judge(scene, &Matcher::new(0..64))).collect();
     let near: Vec<Judged> = judged.iter().copied().filter(|j| j.error.abs() < 1.0).collect();
-    println!("rms {} locking {}", root_mean_square(&near), locking(&near));
     assert!(root_mean_square(&near) < 0.16);
     assert!(locking(&near) < 0.03);
     assert!(bad(&judged, 2.0) < 0.005, "{}", bad(&judged, 2.0));
@@ -42,7 +41,6 @@ fn refinement_makes_disparities_several_times_as_exact() {
     let scene = Scene::slanted(0.03, 0.02, 3);
     let coarse = root_mean_square(&judge(&scene, &Matcher::new(0..64).refining(false)));
     let fine = root_mean_square(&judge(&scene, &Matcher::new(0..64)));
-    println!("coarse {coarse} fine {fine}");
     assert!(fine < 0.5 * coarse, "{fine} {coarse}");
 }
 
@@ -51,7 +49,6 @@ fn errors_are_as_large_as_their_bars() {
     let judged: Vec<Judged> =
         scenes().iter().flat_map(|scene| judge(scene, &Matcher::new(0..64))).collect();
     let within = |sigmas: f64| share(&judged, |j| j.error.abs() < sigmas * j.sigma);
-    println!("within 1 {} within 2 {}", within(1.0), within(2.0));
     assert!((0.60..0.76).contains(&within(1.0)), "{}", within(1.0));
     assert!((0.91..0.99).contains(&within(2.0)), "{}", within(2.0));
 }
