@@ -23,7 +23,7 @@ const LEAST_CORRELATION: f32 = 0.8;
 const LEAST_LEAD: f32 = 0.1;
 /// More than half of the offsets must lie within this of their median, in pixels.
 const MOST_DIFFERENCE: f32 = 1.0;
-/// Fewer matches say nothing.
+/// Fewer matches say nothing, and neither do those of less than a fifth of the corners.
 const LEAST_MATCHES: usize = 8;
 
 /// How many rows lower the right picture shows things.
@@ -61,7 +61,8 @@ pub fn vertical_offset(
     let agree = |median: f32| {
         let near =
             offsets.iter().filter(|offset| (*offset - median).abs() < MOST_DIFFERENCE).count();
-        offsets.len() >= LEAST_MATCHES && 2 * near > offsets.len()
+        let enough = LEAST_MATCHES.max(corners.len() / 5);
+        offsets.len() >= enough && 2 * near > offsets.len()
     };
     let median = median.filter(|&median| agree(median));
     Ok(median.map(|median| VerticalOffset { median, corners: offsets.len() }))
