@@ -80,7 +80,8 @@ def confident(pair, maps):
     near = np.abs(signed) < 1.0
     ratio = np.abs(signed) / maps["sigma"][sure & known]
     out |= {"within 1": np.mean(ratio < 1), "within 2": np.mean(ratio < 2), "rms": np.sqrt(np.mean(signed[near] ** 2)),
-            "locking": locking(signed[near], pair.truth[sure & known][near])}
+            # Truths in steps of a fraction of a pixel say nothing of it.
+            "locking": locking(signed[near], pair.truth[sure & known][near]) if pair.exact else np.nan}
     return {name: float(value) for name, value in out.items()}
 
 
@@ -122,7 +123,7 @@ def report(rows):
     for name, row in rows.items():
         print(f"  {name:12}", *(f"{k} {v:.3f}" for k, v in row["confident"].items()), f"filled bad2 {100 * row['filled']:.2f} % / {100 * row['peers']['HH']['filled']:.2f} %")
     keys = next(iter(rows.values()))["confident"]
-    print("  mean        ", *(f"{k} {np.mean([row['confident'][k] for row in rows.values()]):.4f}" for k in keys),
+    print("  mean        ", *(f"{k} {np.nanmean([row['confident'][k] for row in rows.values()]):.4f}" for k in keys),
           f"filled bad2 {100 * np.mean([row['filled'] for row in rows.values()]):.2f} % / {100 * np.mean([row['peers']['HH']['filled'] for row in rows.values()]):.2f} %")
     print()
     for measure, peer, most in BARS:

@@ -14,6 +14,7 @@ class Pair:
 
     def __init__(self, name, left, right, truth, visible, count):
         self.name, self.left, self.right, self.truth, self.visible, self.count = name, left, right, truth, visible, count
+        self.exact = name.startswith(("syn", "render"))
 
 
 def real():

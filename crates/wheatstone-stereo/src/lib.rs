@@ -33,6 +33,8 @@
 //! 4. `warp` moves the right picture onto the left one, `agreement` compares them, and `confidence` makes one probability of all
 //!    `evidence`.
 //! 5. `least_squares` refines, `error_bars` says how exact the result is, and `filling` fills gaps.
+//!
+//! [`vertical_offset`] tells beforehand whether a pair is rectified.
 
 mod limits;
 mod error;

@@ -5,7 +5,7 @@
 //! the least of the exact sums beside it.
 
 use crate::{
-    registers::{self, Bytes, lanes, least, pieces},
+    registers::{self, Bytes, each, lanes, least, pieces},
     search_range::SearchRange,
 };
 use pulp::{Arch, Simd, WithSimd};
@@ -14,6 +14,8 @@ use pulp::{Arch, Simd, WithSimd};
 const SUM_BITS: u32 = 9;
 /// Disparities at a time.
 const LANES: usize = 16;
+/// Indices of the first of them.
+const FIRST_INDICES: [u16; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 /// Where there is no match: no index.
 pub(crate) const NO_MATCH: u16 = u16::MAX;
 
@@ -85,7 +87,7 @@ impl Winners {
         let sums = forward.as_chunks::<LANES>().0.iter().zip(backward.as_chunks::<LANES>().0);
         let packed = self.packed.as_chunks_mut::<LANES>().0.iter_mut();
         let mut lowest = [u16::MAX; LANES];
-        let mut index: [u16; LANES] = std::array::from_fn(|lane| lane as u16);
+        let mut index = FIRST_INDICES;
         for (((forward, backward), packed), right) in sums.zip(packed).zip(right) {
             let sums: [u16; LANES] = std::array::from_fn(|lane| {
                 (u16::from(forward[lane]) + u16::from(backward[lane])) >> coarse << self.index_bits
@@ -94,7 +96,7 @@ impl Winners {
             lowest = lanes(lowest, values, u16::min);
             *right = lanes(*right, values, u16::min);
             *packed = values;
-            index = index.map(|index| index + LANES as u16);
+            index = each(index, |index| index + LANES as u16);
         }
         lowest.into_iter().fold(u16::MAX, u16::min)
     }
