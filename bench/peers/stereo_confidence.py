@@ -121,20 +121,26 @@ def fit_sigma(sets, model):
 
 
 def fit_unrefined(model, program):
-    scatter, error = [], []
-    for pair in stereo_data.rendered(RENDERS[::3]):
-        maps, _ = stereo_data.ours(program, pair, "--coarse", "--evidence")
-        known = ~np.isnan(maps["disparity"])
-        sure = np.zeros(known.shape, bool)
-        sure[known] = model.predict_proba(terms({name: values[known] for name, values in maps.items()}))[:, 1] > 0.9
-        scatter.append(maps["scatter"][sure])
-        error.append(np.abs(maps["disparity"] - pair.truth)[sure])
-    scatter, error = np.concatenate(scatter), np.concatenate(error)
+    """As `fit_sigma`, for disparities as aggregation finds them."""
+    groups = [list(stereo_data.rendered(RENDERS[::3])), [pair for pair in stereo_data.real() if pair.exact]]
+    for k, pairs in enumerate(groups):
+        scatter, error = [], []
+        for pair in pairs:
+            maps, _ = stereo_data.ours(program, pair, "--coarse", "--evidence")
+            known = ~np.isnan(maps["disparity"])
+            sure = np.zeros(known.shape, bool)
+            sure[known] = model.predict_proba(terms({name: values[known] for name, values in maps.items()}))[:, 1] > 0.9
+            scatter.append(maps["scatter"][sure])
+            error.append(np.abs(maps["disparity"] - pair.truth)[sure])
+        groups[k] = np.concatenate(scatter), np.concatenate(error)
 
     def loss(p):
-        r = error / np.maximum(p[0] + p[1] * scatter, 1e-3)
-        return (np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2
-    return minimize(loss, [0.2, 0.5], method="Nelder-Mead").x
+        if min(p) < 0.0:
+            return 1e3
+        ratios = [error / np.maximum(p[0] + p[1] * scatter, 1e-3) for scatter, error in groups]
+        return sum((np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2 for r in ratios)
+
+    return minimize(loss, [0.12, 0.15], method="Nelder-Mead").x
 
 
 def main():

@@ -30,4 +30,4 @@ pub(crate) const CONFIDENCE: Weights = Weights {
 pub(crate) const REFINED: [f32; 2] = [1.061, 0.427];
 
 /// The standard deviation of a disparity that was not refined, in pixels: without scatter, and per pixel of scatter.
-pub(crate) const UNREFINED: [f32; 2] = [0.0834, 0.2674];
+pub(crate) const UNREFINED: [f32; 2] = [0.12, 0.15];
