@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use wheatstone_stereo::{Matcher, Picture};
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn maps_are_sound(
