@@ -4,10 +4,14 @@
 
 use super::cells::Foreign;
 use arrow_ipc::{Message, RecordBatch, root_as_footer, root_as_message};
-use std::io::{Read, Seek, SeekFrom};
+use std::{
+    io::{Read, Seek, SeekFrom},
+    ops::Range,
+};
+use wheatstone_core::limits;
 
-/// The longest column of one batch, as unpacked, in bytes: more than a hundred million numbers.
-const LONGEST: i64 = 1 << 30;
+/// Rows of a batch, at most.
+const MOST_ROWS: i64 = 1 << 27;
 
 /// Marks the beginning of a message.
 const MARK: [u8; 4] = [0xFF; 4];
@@ -39,8 +43,9 @@ fn check_stream(file: &mut (impl Read + Seek), size: u64) -> Result<(), Foreign>
         let metadata = part(file, (place, length), size)?;
         let Ok(message) = root_as_message(&metadata) else { return Ok(()) };
         place += length;
-        check_message(file, message, (place, size))?;
-        place += u64::try_from(message.bodyLength())?;
+        let body = place..place.saturating_add(u64::try_from(message.bodyLength())?);
+        check_message(file, message, &body, size)?;
+        place = body.end;
     }
     Ok(())
 }
@@ -59,24 +64,25 @@ fn check_file(file: &mut (impl Read + Seek), size: u64) -> Result<(), Foreign> {
         let length = u64::try_from(block.metaDataLength())?;
         let metadata = part(file, (begin, length), size)?;
         let body = begin + length;
-        within(body, u64::try_from(block.bodyLength())?, size)?;
+        let body = body..body.saturating_add(u64::try_from(block.bodyLength())?);
         let skipped = if metadata.starts_with(&MARK) { 8 } else { 4 };
         let Some(Ok(message)) = metadata.get(skipped..).map(root_as_message) else { return Ok(()) };
-        check_message(file, message, (body, size))?;
+        check_message(file, message, &body, size)?;
     }
     Ok(())
 }
 
-/// A message whose body begins at this place of a file of this size.
+/// A message whose body lies there in a file of this size.
 fn check_message(
     file: &mut (impl Read + Seek),
     message: Message,
-    (body, size): (u64, u64),
+    body: &Range<u64>,
+    size: u64,
 ) -> Result<(), Foreign> {
-    within(body, u64::try_from(message.bodyLength())?, size)?;
+    within(body.start, body.end - body.start, size)?;
     let batch = message.header_as_record_batch();
     match batch.or_else(|| message.header_as_dictionary_batch()?.data()) {
-        Some(batch) => check_batch(file, batch, (body, size)),
+        Some(batch) => check_batch(file, batch, body),
         None => Ok(()),
     }
 }
@@ -84,22 +90,22 @@ fn check_message(
 fn check_batch(
     file: &mut (impl Read + Seek),
     batch: RecordBatch,
-    (body, size): (u64, u64),
+    body: &Range<u64>,
 ) -> Result<(), Foreign> {
     let nodes = batch.nodes().into_iter().flatten().map(|node| node.length());
-    if nodes.chain([batch.length()]).any(|length| !(0..=LONGEST / 8).contains(&length)) {
+    if nodes.chain([batch.length()]).any(|length| !(0..=MOST_ROWS).contains(&length)) {
         return Err("more rows in a batch than are read".into());
     }
-    if batch.compression().is_none() {
-        return Ok(());
-    }
-    for buffer in batch.buffers().into_iter().flatten().filter(|buffer| buffer.length() >= 8) {
-        let place = body.checked_add(u64::try_from(buffer.offset())?).ok_or(TOO_LONG)?;
-        within(place, 8, size)?;
-        file.seek(SeekFrom::Start(place))?;
-        // What is packed begins with its length as unpacked.
-        if i64::from_le_bytes(bytes(file)?) > LONGEST {
-            return Err("a column that is longer than what is read".into());
+    for buffer in batch.buffers().into_iter().flatten() {
+        let (offset, length) = (u64::try_from(buffer.offset())?, u64::try_from(buffer.length())?);
+        within(offset, length, body.end - body.start)?;
+        if batch.compression().is_some() && length >= 8 {
+            file.seek(SeekFrom::Start(body.start + offset))?;
+            // What is packed begins with its length as unpacked; less than nothing says that it is not packed.
+            let unpacked = i64::from_le_bytes(bytes(file)?);
+            if u64::try_from(unpacked).is_ok_and(|unpacked| unpacked > limits::PART_BYTES.most()) {
+                return Err(limits::PART_BYTES.exceeded().into());
+            }
         }
     }
     Ok(())
