@@ -8,7 +8,7 @@ mod scores;
 
 pub use scores::{Score, simplest_near_best};
 
-use self::scores::{Folds, MARGIN, Tried, best, scores};
+use self::scores::{Folds, MARGIN, TILTED, Tried, best, candidate, scores};
 use super::{AnyMethod, AnyReconstructor, Choice, Fit, Method, depth_is_observable, only_default};
 use crate::{
     Error, Result,
@@ -47,9 +47,6 @@ pub const BY_SIMPLICITY: [&str; 8] = [
     "interpolation",
 ];
 
-/// Tried beside them where it explains pixels better than the same lens on an upright sensor.
-const TILTED: &str = "brown (tilt)";
-
 /// Tried beside them where even the best errs by more than it says: it takes ten times as long.
 const SECOND_OPINION: &str = "network";
 
@@ -63,11 +60,6 @@ const FEW: usize = 5;
 /// Pixels beyond which methods are compared on a part of the points: more do not tell methods apart any better, and
 /// each candidate is fitted a dozen times.
 const COMPARED: usize = 200_000;
-
-/// The candidate of this name.
-fn candidate(name: &str) -> Result<AnyMethod> {
-    if name == TILTED { AnyMethod::named("brown")?.preset("tilt") } else { AnyMethod::named(name) }
-}
 
 impl Choice {
     /// The method that was chosen, with its settings.

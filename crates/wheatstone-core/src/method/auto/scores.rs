@@ -1,6 +1,5 @@
 //! Candidates fitted without one view or slab after the other, and which of them does best.
 
-use super::candidate;
 use crate::{
     Result,
     dataset::{Dataset, split::Fold},
@@ -9,9 +8,17 @@ use crate::{
 use rayon::prelude::*;
 use wheatstone_numeric::progress::{Muted, Progress};
 
+/// Tried beside the candidates where it explains pixels better than the same lens on an upright sensor.
+pub(super) const TILTED: &str = "brown (tilt)";
+
 /// A simpler method is taken when its error is within this factor of the least. The errors of two
 /// sound methods on the same few hundred points differ by one percent by chance.
 pub(super) const MARGIN: f64 = 1.02;
+
+/// The candidate of this name.
+pub(super) fn candidate(name: &str) -> Result<AnyMethod> {
+    if name == TILTED { AnyMethod::named("brown")?.preset("tilt") } else { AnyMethod::named(name) }
+}
 
 /// How a candidate did on what was left out.
 #[derive(Clone, Debug)]
