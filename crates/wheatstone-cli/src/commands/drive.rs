@@ -88,37 +88,52 @@ struct DriveSummary<'a> {
 impl Drive {
     pub(crate) fn run(self) -> Outcome {
         let trials = self.trials()?;
-        if let Some(folder) = &self.output {
-            storage::create_folder(folder)?;
+        let outcomes = match &self.output {
+            Some(folder) => {
+                storage::write_folder(folder, |beside| self.drive(&trials, Some(beside)))?
+            }
+            None => self.drive(&trials, None)?,
+        };
+        let told = self.told(&outcomes);
+        if self.json {
+            return print_json(&told);
         }
+        say!("{}", as_text(&told).trim_end());
+        if let Some(folder) = &self.output {
+            self.name_files(folder);
+        }
+        Ok(())
+    }
+
+    /// Drives in all worlds; films and figures go into the folder.
+    fn drive(&self, trials: &[Trial], folder: Option<&Path>) -> Outcome<Vec<trial::Outcome>> {
         let observers = |trial: &Trial, world: &World| -> Option<Box<dyn Observer>> {
-            let folder = self.output.as_ref()?;
+            let folder = folder?;
             (trial.seed - self.seed < self.films).then(|| {
                 let path = folder.join(film_name(trial.seed));
                 Box::new(Film::new(path, trial, world)) as Box<dyn Observer>
             })
         };
         let (bar, began) = (Bar::new(), Instant::now());
-        let outcomes = run_all(&trials, &observers, &|| began.elapsed().as_secs_f64(), &bar)?;
-        drop(bar);
-        let told = DriveSummary {
+        let outcomes = run_all(trials, &observers, &|| began.elapsed().as_secs_f64(), &bar)?;
+        if let Some(folder) = folder {
+            let told = self.told(&outcomes);
+            let json = serde_json::to_vec_pretty(&told).map_err(std::io::Error::from)?;
+            storage::write(&folder.join("summary.json"), &json)?;
+            storage::write(&folder.join("worlds.csv"), &as_csv(&outcomes)?)?;
+        }
+        Ok(outcomes)
+    }
+
+    fn told<'a>(&'a self, outcomes: &'a [trial::Outcome]) -> DriveSummary<'a> {
+        DriveSummary {
             unit: "cm",
             method: &self.method,
             preset: self.preset.as_deref(),
             seed: self.seed,
-            summary: Summary::of(&outcomes),
-            trials: &outcomes,
-        };
-        if !self.json {
-            say!("{}", as_text(&told).trim_end());
+            summary: Summary::of(outcomes),
+            trials: outcomes,
         }
-        if let Some(folder) = &self.output {
-            self.write(folder, &told)?;
-        }
-        if self.json {
-            return print_json(&told);
-        }
-        Ok(())
     }
 
     fn trials(&self) -> Outcome<Vec<Trial>> {
@@ -148,11 +163,8 @@ impl Drive {
         Ok((self.seed..end).map(trial).collect())
     }
 
-    /// The folder's files beside the films.
-    fn write(&self, folder: &Path, told: &DriveSummary) -> Outcome {
-        let json = serde_json::to_vec_pretty(told).map_err(std::io::Error::from)?;
-        storage::write(&folder.join("summary.json"), &json)?;
-        storage::write(&folder.join("worlds.csv"), &as_csv(told.trials)?)?;
+    /// Says what is in the folder.
+    fn name_files(&self, folder: &Path) {
         say!("");
         say!("Figures  {}", folder.join("summary.json").display());
         say!("Worlds   {}", folder.join("worlds.csv").display());
@@ -163,7 +175,6 @@ impl Drive {
         if films < self.worlds {
             say!("Only the first {films} worlds have a film: `--films N` asks for more");
         }
-        Ok(())
     }
 }
 

@@ -75,6 +75,7 @@ fn at_any_moment_nothing_is_left_half_written() {
     for (arguments, output) in [
         (&["synth", "--seed", "4", "-o", "out"][..], "out"),
         (&["detect", "capture", "-o", "out.csv", "--draw", "out"], "out"),
+        (&["drive", "--method", "dlt", "-o", "out"], "out"),
         (&["fit", "capture", "--method", "dlt", "-o", "out.json"], "out.json"),
     ] {
         for moment in 1..6 {
