@@ -8,10 +8,10 @@ use wheatstone::{
 };
 
 /// A target takes what a fuzzer makes, and a folder that it may write to.
-pub type Target = fn(&[u8], &Path);
+pub(super) type Target = fn(&[u8], &Path);
 
 /// Every target by its name.
-pub const TARGETS: [(&str, Target); 10] = [
+pub(super) const TARGETS: [(&str, Target); 10] = [
     ("arrow", arrow),
     ("calibrations", calibrations),
     ("capture", capture),
@@ -25,7 +25,7 @@ pub const TARGETS: [(&str, Target); 10] = [
 ];
 
 /// What stands between two files of one input.
-pub const BETWEEN: &[u8] = b"\0--\0";
+pub(super) const BETWEEN: &[u8] = b"\0--\0";
 
 /// The files of an input, by these names; files beyond them are called by their number.
 fn files(mut data: &[u8], names: &[&str]) -> Vec<InputFile> {
@@ -93,7 +93,7 @@ fn points(data: &[u8], _: &Path) {
 
 /// NumPy's matrices.
 fn npy(data: &[u8], _: &Path) {
-    let format = Format::named("npy").expect("it is known");
+    let format = Format::named("npy").unwrap();
     if let Ok(found) = format.read_points(&files(data, &[]), &given()) {
         let _ = format.write_points(&found, &given());
     }
@@ -122,9 +122,8 @@ fn table(name: &str, data: &[u8]) {
         duplicates: tables::Duplicates::Keep,
         ..tables::TableOptions::default()
     };
-    let bytes =
-        tables::encode(&found, Path::new("again.parquet")).expect("what is read is written");
-    let again = tables::read_bytes(Path::new("again.parquet"), bytes, &options).expect("and read");
+    let bytes = tables::encode(&found, Path::new("again.parquet")).unwrap();
+    let again = tables::read_bytes(Path::new("again.parquet"), bytes, &options).unwrap();
     assert_eq!(found.correspondences.len(), again.correspondences.len());
 }
 
@@ -141,8 +140,8 @@ fn model(data: &[u8], _: &Path) {
     let columns: Vec<&[f64]> = columns.iter().map(|column| &column[..]).collect();
     let mut locator = Locator::new(&*model.reconstructor, Some(&model.volume));
     let _ = locator.locate_columns(&columns, &Silent);
-    let bytes = model.to_bytes().expect("what is read is written");
-    Calibration::from_bytes(&bytes).expect("and read again");
+    let bytes = model.to_bytes().unwrap();
+    Calibration::from_bytes(&bytes).unwrap();
 }
 
 /// Pictures: PNG, JPEG, TIFF, BMP, PNM.
@@ -158,10 +157,10 @@ fn picture(data: &[u8], _: &Path) {
 /// Puts a small picture where there is none yet.
 fn put_picture(place: &Path) {
     if !place.exists() {
-        let folder = place.parent().expect("it lies in a folder");
-        std::fs::create_dir_all(folder).expect("a folder");
+        let folder = place.parent().unwrap();
+        std::fs::create_dir_all(folder).unwrap();
         let picture = GrayImage::from_fn(4, 3, |x, y| (x + y) as f32);
-        picture.write_png(place).expect("a picture");
+        picture.write_png(place).unwrap();
     }
 }
 
@@ -170,7 +169,7 @@ fn capture(data: &[u8], folder: &Path) {
     for name in ["left/050.png", "left/065.png", "right/050.png", "right/065.png"] {
         put_picture(&folder.join(name));
     }
-    std::fs::write(folder.join("capture.toml"), data).expect("the file is written");
+    std::fs::write(folder.join("capture.toml"), data).unwrap();
     if let Ok(capture) = Capture::open(folder) {
         assert!(capture.chart.points().len() < 1 << 24);
         assert_eq!(capture.sizes().len(), capture.cameras.len());
@@ -193,9 +192,9 @@ fn chart_files(data: &[u8], folder: &Path) {
         ("file = \"target.yaml\"\n", &["target.yaml"])
     };
     let text = format!("unit = \"mm\"\n[chart]\n{chart}{CHART_FILES}");
-    std::fs::write(folder.join("capture.toml"), text).expect("the file is written");
+    std::fs::write(folder.join("capture.toml"), text).unwrap();
     for file in files(data, names) {
-        std::fs::write(folder.join(&file.path), file.bytes).expect("the file is written");
+        std::fs::write(folder.join(&file.path), file.bytes).unwrap();
     }
     if let Ok(capture) = Capture::open(folder) {
         let points = capture.chart.points();
