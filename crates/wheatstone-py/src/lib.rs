@@ -10,6 +10,7 @@ mod dataset;
 mod errors;
 mod fit;
 mod locate;
+mod matching;
 mod model;
 mod pictures;
 mod pool;
@@ -48,6 +49,7 @@ fn _wheatstone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fit::require_method, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::from_matrices, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::read_cameras, module)?)?;
+    module.add_function(wrap_pyfunction!(matching::match_pair, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::detect, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::detect_all, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::chart_settings, module)?)?;

@@ -33,7 +33,7 @@ const RGB: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// A grey picture of an array (height, width) or (height, width, channels): 8 bits, 16 bits, or floating-point
 /// numbers of 0 to 255.
-fn picture(array: &Bound<PyAny>, bgr: bool) -> PyResult<GrayImage> {
+pub(crate) fn picture(array: &Bound<PyAny>, bgr: bool) -> PyResult<GrayImage> {
     fn of<T: Element + Copy>(
         pixels: &ArrayViewD<T>,
         value: impl Fn(T) -> f32,

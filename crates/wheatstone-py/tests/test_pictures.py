@@ -108,6 +108,26 @@ def test_files_of_other_programs_go_there_and_back(cal, data, tmp_path):
         cal.export("opencvv", tmp_path / "x")
 
 
+def test_a_pair_is_matched():
+    texture = np.random.default_rng(3).uniform(0, 255, (90, 160))
+    texture = sum(np.roll(texture, (a, b), (0, 1)) for a in range(3) for b in range(3)) / 9
+    left, right = texture[:, :120].astype(np.uint8), texture[:, 8:128].astype(np.uint8)
+    found = ws.match_pair(left, right, (0, 24))
+    assert found.disparity.shape == found.confidence.shape == found.sigma.shape == (90, 120)
+    sure = found.confidence > 0.9
+    assert found.density() == sure.mean() > 0.6
+    assert np.abs(found.disparity[sure] - 8).max() < 0.5
+    assert abs(found.vertical_offset) < 0.1
+    pixels = found.pixels()
+    assert pixels.shape == (sure.sum(), 4) and np.allclose(pixels[:, 0] - pixels[:, 2], found.disparity[sure])
+    coloured = np.repeat(left[..., None], 3, axis=2), np.repeat(right[..., None], 3, axis=2)
+    assert np.array_equal(ws.match_pair(*coloured, (0, 24)).disparity, found.disparity, equal_nan=True)
+    assert np.isfinite(ws.match_pair(left, right, (0, 24), fill=True).disparity).all()
+    for pair, search in [((left, right[:, 1:]), (0, 24)), ((left, right), (5, 5)), ((left, right), (900, 950))]:
+        with pytest.raises(ws.errors.ArgumentError):
+            ws.match_pair(*pair, search)
+
+
 def test_a_rectified_pair_triangulates(cal, data):
     cv2 = pytest.importorskip("cv2")
     pair = ws.rectify(cal, image_size=(640, 480))

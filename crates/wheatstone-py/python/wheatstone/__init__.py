@@ -34,6 +34,7 @@ from .fitting import calibrate, check, compare, fit, report
 from .evaluation import BoardEvaluation, Comparison, Evaluation, Fold, MethodScore, Validation
 from .findings import CameraChange, CameraMotion, Examination, Finding
 from .located import Located, Trust
+from .matching import DisparityMap, match_pair
 from .results import Rectification, Report
 from .synthetic import synth, synth_capture
 
@@ -56,6 +57,7 @@ __all__ = [
     "DataWarning",
     "Dataset",
     "Detection",
+    "DisparityMap",
     "Evaluation",
     "Examination",
     "Finding",
@@ -78,6 +80,7 @@ __all__ = [
     "from_opencv",
     "get_threads",
     "load",
+    "match_pair",
     "read",
     "read_caliscope",
     "read_cameras",

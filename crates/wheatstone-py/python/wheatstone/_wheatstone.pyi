@@ -118,6 +118,11 @@ def read_cameras(
     unit: str | None,
     pixel_sigma: float,
 ) -> Model: ...
+def match_pair(
+    pair: tuple[Any, Any], range: tuple[int, int], refine: bool, fill: bool, bgr: bool
+) -> tuple[
+    npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.float32], float | None
+]: ...
 def detect(
     image: Any, chart: str, bgr: bool
 ) -> tuple[npt.NDArray[np.int64], _Doubles, _Doubles, _Doubles, list[str], int]: ...
