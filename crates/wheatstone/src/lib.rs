@@ -53,8 +53,9 @@
 //! | `synthetic` | yes | cameras and charts with known truth, for tests and examples |
 //! | `report` | yes | the HTML report and its figures |
 //! | `robot` | no | a robot that drives by its cameras |
+//! | `stereo` | yes | dense matching of rectified pairs |
 //!
-//! Each feature contains those above it, in this order.
+//! Each feature contains those above it, in this order; `stereo` stands alone.
 //!
 //! # Examples
 //!
@@ -106,6 +107,8 @@ pub use wheatstone_io::{formats, rectification as rectified_pictures, tables};
 pub use wheatstone_report as report;
 #[cfg(feature = "robot")]
 pub use wheatstone_robot as robot;
+#[cfg(feature = "stereo")]
+pub use wheatstone_stereo as stereo;
 #[cfg(feature = "synthetic")]
 pub use wheatstone_synthetic as synthetic;
 

@@ -16,6 +16,7 @@ pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
+pub(crate) mod match_pictures;
 pub(crate) mod new;
 pub(crate) mod rectify;
 pub(crate) mod report;
@@ -59,6 +60,7 @@ verbs! {
     export::Export,
     convert::Convert,
     rectify::Rectify,
+    match_pictures::Match,
     synth::Synth,
     reproduce::Reproduce,
     drive::Drive,

@@ -14,6 +14,7 @@ mod hostile;
 mod jobs;
 #[cfg(unix)]
 mod kills;
+mod matching;
 mod messages;
 mod models;
 #[cfg(target_os = "linux")]

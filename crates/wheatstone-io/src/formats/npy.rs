@@ -189,8 +189,9 @@ fn heading(kind: &str, (rows, columns): (usize, usize)) -> Vec<u8> {
     bytes
 }
 
-/// A matrix of float32, row by row.
-pub(super) fn float32(shape: (usize, usize), values: &[f32]) -> Vec<u8> {
+/// The `.npy` file of a matrix of float32: (rows, columns), and its numbers row by row.
+#[must_use]
+pub fn npy_float32(shape: (usize, usize), values: &[f32]) -> Vec<u8> {
     let mut bytes = heading("<f4", shape);
     bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     bytes

@@ -7,7 +7,7 @@
 
 use super::{
     Content, Format, Layout, OutputFile, Rig, RigCamera,
-    npy::float32,
+    npy::npy_float32,
     opencv,
     rig::{Optics, rows},
 };
@@ -30,7 +30,7 @@ fn write(made: &Rectification) -> Result<Vec<OutputFile>> {
         for (axis, values) in [("x", &table.x), ("y", &table.y)] {
             files.push(OutputFile {
                 name: format!("{name}_map_{axis}.npy"),
-                bytes: float32((table.height, table.width), values),
+                bytes: npy_float32((table.height, table.width), values),
             });
         }
     }

@@ -10,9 +10,10 @@ use std::{
 };
 
 /// The crates, each of which may use only those before it.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 11] = [
     "wheatstone-numeric",
     "wheatstone-core",
+    "wheatstone-stereo",
     "wheatstone-charts",
     "wheatstone-io",
     "wheatstone-synthetic",
