@@ -10,7 +10,7 @@ use crate::{
     limits::MOST_PENALTY,
     registers::{Bytes, LANES, lanes, least, mean, pieces, pieces_mut},
 };
-use pulp::{Arch, Simd, WithSimd};
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Differences of brightness up to this, in grey levels, leave the large penalty as it is.
 const SAME_BRIGHTNESS: u16 = 6;
@@ -100,13 +100,13 @@ impl Paths {
 
     /// Follows both paths through the next row. `means` gets the mean of their costs: [x][index].
     pub(crate) fn follow(&mut self, row: PathRow<'_>, means: &mut [u8]) {
-        Arch::new().dispatch(BothPaths { paths: self, row, means });
+        on_widest(BothPaths { paths: self, row, means });
         self.columns.swap(0, 1);
     }
 
     /// Follows the paths along columns alone.
     pub(crate) fn follow_columns(&mut self, row: PathRow<'_>) {
-        Arch::new().dispatch(ColumnPaths { paths: self, row });
+        on_widest(ColumnPaths { paths: self, row });
         self.columns.swap(0, 1);
     }
 }

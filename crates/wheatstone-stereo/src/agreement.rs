@@ -9,8 +9,8 @@ use crate::{
     warp::Warped,
     window::{Quantities, RADIUS, SIDE, Sums, sum_windows},
 };
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Variance that is no texture, in squared grey levels: rounding and the noise of a good camera.
 const NOISE: f32 = 2.0;
@@ -45,7 +45,7 @@ impl<'a> Agreement<'a> {
 
     pub(crate) fn compute(&mut self, y: usize, out: AgreementRow<'_>) {
         let pixels = Pixels { disparity: self.disparity, warped: self.warped };
-        Arch::new().dispatch(Row { pixels, y, sums: &mut self.sums, out });
+        on_widest(Row { pixels, y, sums: &mut self.sums, out });
     }
 }
 

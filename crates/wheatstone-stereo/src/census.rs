@@ -6,8 +6,8 @@
 //! gradient fills the window: a fourth byte is the gradient along the row.
 
 use crate::picture::Picture;
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Half of the census window, in pixels.
 const RADIUS: usize = 4;
@@ -37,7 +37,7 @@ impl Codes {
             || vec![0; width + 2],
             |columns, (y, (((first, second), third), gradient))| {
                 let census = [first, second, third];
-                Arch::new().dispatch(Row { bordered: &bordered, y, columns, census, gradient });
+                on_widest(Row { bordered: &bordered, y, columns, census, gradient });
             },
         );
         codes

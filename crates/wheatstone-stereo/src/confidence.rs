@@ -6,11 +6,11 @@ use crate::{
     evidence::Evidence,
     registers::{FLOATS, Floats, each, floats},
 };
-use pulp::{Arch, Simd, WithSimd};
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Of the pixels of one row, whose evidence is filled up to whole registers; zero where there is no disparity.
 pub(crate) fn write(evidence: &Evidence, out: &mut [f32]) {
-    Arch::new().dispatch(Row { evidence, out });
+    on_widest(Row { evidence, out });
 }
 
 /// The work of one row.

@@ -8,7 +8,7 @@ use crate::{
     registers::{LANES, mean, pieces, pieces_mut},
     search_range::SearchRange,
 };
-use pulp::{Arch, Simd, WithSimd};
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Differences of gradients beyond this say no more.
 const MOST_DIFFERENCE: u8 = 24;
@@ -65,7 +65,7 @@ impl<'a> CostRows<'a> {
         }
         let [above, same, below] =
             [y.saturating_sub(1), y, (y + 1).min(last)].map(|row| self.sums[row % 3].as_slice());
-        Arch::new().dispatch(Smoothed { above, same, below, out, range: self.pair.range });
+        on_widest(Smoothed { above, same, below, out, range: self.pair.range });
     }
 
     fn sum_row(&mut self, y: usize) {
@@ -78,7 +78,7 @@ impl<'a> CostRows<'a> {
         for (plane, candidates) in planes(pair.right).into_iter().zip(&mut self.candidates) {
             reversed(plane, pair.range.first, candidates);
         }
-        Arch::new().dispatch(RowSums {
+        on_widest(RowSums {
             left: planes(pair.left),
             candidates: &self.candidates,
             range: pair.range,

@@ -9,8 +9,8 @@ use crate::{
     search_range::SearchRange,
     warp::Warped,
 };
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Pixels from the centre to the side of the window in which neighbours are compared.
 const RADIUS: usize = 2;
@@ -128,7 +128,7 @@ impl Found<'_> {
     ) {
         let Evidence { gap, lead, left_right, scatter, known, correlation, texture } = evidence;
         let (disparity, lead_of) = (self.disparity, self.lead);
-        Arch::new().dispatch(NeighbourRow { disparity, lead_of, y, scatter, lead });
+        on_widest(NeighbourRow { disparity, lead_of, y, scatter, lead });
         agreement.compute(y, AgreementRow { residual, correlation, texture, known });
         let disparity = self.disparity.pixels(y);
         let row = self.candidates.row(y, disparity.len());

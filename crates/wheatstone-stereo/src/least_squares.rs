@@ -11,8 +11,8 @@ use crate::{
     slopes::Slopes,
     window::{RADIUS, SIDE},
 };
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Pixels that are farther from the plane than this, in pixels of disparity, are not on it.
 const MOST_DISTANCE: f32 = 1.0;
@@ -43,7 +43,7 @@ impl Round<'_> {
             || Slopes::new(self.disparity.stride),
             |slopes, (y, (refined, sigma))| {
                 let row = Row { round: self, weights: &weights, y, slopes, refined, sigma };
-                Arch::new().dispatch(row);
+                on_widest(row);
             },
         );
         (refined, sigma)

@@ -4,8 +4,8 @@ use crate::{
     field::{Field, MARGIN},
     registers::{FLOATS, Floats, floats, lanes},
 };
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Every disparity becomes the median of five; a neighbour without one counts as the pixel itself.
 pub(crate) fn of_five(disparity: &Field) -> Field {
@@ -13,7 +13,7 @@ pub(crate) fn of_five(disparity: &Field) -> Field {
     let mut out = Field::new(disparity.width, disparity.height, f32::NAN);
     out.par_pixels_mut().enumerate().for_each(|(y, out)| {
         let rows = [y.saturating_sub(1), y, (y + 1).min(last)].map(|y| disparity.row(y));
-        Arch::new().dispatch(Row { rows, out });
+        on_widest(Row { rows, out });
     });
     out
 }

@@ -1,7 +1,7 @@
 //! Pieces of rows that kernels work on at a time.
 //!
-//! Kernels are plain loops over arrays of a fixed length. `pulp` has them compiled for several widths of
-//! registers and chooses at run time. Integers, and sums of floating-point numbers in a written order,
+//! Kernels are plain loops over arrays of a fixed length, compiled for several widths of registers, of which
+//! `wheatstone_numeric::simd` chooses one at run time. Integers, and sums of floating-point numbers in a written order,
 //! come out the same at every width.
 
 /// Bytes at a time.

@@ -4,8 +4,8 @@
 //! 1981, doi:10.1109/TASSP.1981.1163711).
 
 use crate::{field::Field, picture::Picture};
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Grey levels are taken from here, so that sums of squares stay small.
 const MIDDLE_GREY: f32 = 128.0;
@@ -42,7 +42,7 @@ impl Warped {
     /// Moves the right picture by other disparities.
     pub(crate) fn move_right(&mut self, disparity: &Field, right: &Picture<'_>) {
         self.right.par_pixels_mut().enumerate().for_each(|(y, out)| {
-            Arch::new().dispatch(Row { disparity: disparity.pixels(y), right: right.row(y), out });
+            on_widest(Row { disparity: disparity.pixels(y), right: right.row(y), out });
         });
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     registers::{self, Bytes, each, lanes, least, pieces},
     search_range::SearchRange,
 };
-use pulp::{Arch, Simd, WithSimd};
+use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Bits of the highest sum: two means of bytes.
 const SUM_BITS: u32 = 9;
@@ -74,7 +74,7 @@ impl Winners {
 
     /// Finds the winners of a row.
     pub(crate) fn find(&mut self, row: SearchRow<'_>, out: WinnerRow<'_>) {
-        Arch::new().dispatch(Find { winners: self, row, out });
+        on_widest(Find { winners: self, row, out });
     }
 
     /// Packs the sums of a pixel, notes them on the right, and returns the least.

@@ -1,8 +1,8 @@
 //! `wheatstone match`: what it writes, and what it says of pairs that are none.
 
-use crate::program::{done, refused, said, wheatstone};
+use crate::program::{command, done, refused, said, wheatstone};
 use std::{fs, path::Path};
-use wheatstone::numeric::random::Random;
+use wheatstone::numeric::{random::Random, simd::REGISTERS};
 
 const SIZE: (usize, usize) = (160, 120);
 
@@ -69,6 +69,14 @@ fn a_pair_becomes_three_arrays_and_a_picture() {
     assert!(100 * right >= 98 * confident, "{right} of {confident}");
     let seen = image::open(at.join("out/disparity.png")).unwrap().to_luma8();
     assert!(seen.get_pixel(80, 60).0[0] > seen.get_pixel(20, 20).0[0], "the box is nearer");
+    // The same bits in the narrowest registers.
+    let narrow = ["match", "left.png", "right.png", "--range", "0:24", "-o", "narrow"];
+    let narrow = command(at, &narrow).env(REGISTERS, "128").output().unwrap();
+    assert!(narrow.status.success(), "{}", said(&narrow));
+    for name in ["disparity", "confidence", "sigma"].map(|name| format!("{name}.npy")) {
+        let read = |folder: &str| fs::read(at.join(folder).join(&name)).unwrap();
+        assert!(read("out") == read("narrow"), "{name}");
+    }
     // Filled: a disparity everywhere, of which what was filled in has no confidence.
     done(at, &["match", "left.png", "right.png", "--range", "0:24", "-o", "out", "--fill"]);
     assert!(numbers(&at.join("out/disparity.npy")).iter().all(|value| value.is_finite()));
