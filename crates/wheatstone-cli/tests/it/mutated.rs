@@ -1,6 +1,10 @@
 //! Damaged files of every kind that is read, through the program and within little memory: an answer or one error.
 //! `WHEATSTONE_MUTATIONS=30000` tries more.
 
+#[path = "../../../wheatstone/tests/it/formats/damage.rs"]
+mod damage;
+
+use self::damage::damage;
 use crate::{
     bombs::bounded,
     jobs::{names, prepared},
@@ -105,49 +109,6 @@ fn captures(at: &Path) -> Vec<Kind> {
         kinds.push(Kind { arguments: format!("detect {capture} -o made.csv"), files: made });
     }
     kinds
-}
-
-/// What readers trip over.
-const PIECES: [&[u8]; 12] = [
-    b"nan",
-    b"inf",
-    b"-1",
-    b"1e308",
-    b"99999999999999999999",
-    b"",
-    b"[",
-    b"{",
-    b"\n",
-    b"\"",
-    b"\xff\xff\xff\xff",
-    b"\0\0\0\x80",
-];
-
-fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
-    for _ in 0..=random.below(3) {
-        if bytes.is_empty() {
-            return;
-        }
-        // Half of it in the first bytes, where headers are.
-        let most = if random.below(2) == 0 { bytes.len().min(200) } else { bytes.len() };
-        let place = random.below(most);
-        match random.below(6) {
-            0 => bytes[place] = random.below(256) as u8,
-            1 => bytes[place] ^= 1 << random.below(8),
-            2 => bytes.truncate(place),
-            3 => drop(bytes.remove(place)),
-            4 => {
-                let piece = PIECES[random.below(PIECES.len())];
-                let end = (place + random.below(8)).min(bytes.len());
-                bytes.splice(place..end, piece.iter().copied());
-            }
-            _ => {
-                let end = (place + random.below(60)).min(bytes.len());
-                let copy = bytes[place..end].to_vec();
-                bytes.splice(place..place, copy);
-            }
-        }
-    }
 }
 
 #[test]

@@ -75,7 +75,7 @@ impl Choice {
 /// Groups of views that are left out together where one comparison of two methods is enough.
 const GROUPS: usize = 6;
 
-/// Whether `simple` locates points of views left out as well as `other` does, by the rule above. Not so where
+/// Whether `simple` locates points of views left out as well as `other` does, by [`simplest_near_best`]. Not so where
 /// there are too few views to leave any out.
 pub(crate) fn does_as_well(
     simple: &'static str,

@@ -1,6 +1,6 @@
 //! Damaged files: an error or a value, never a panic, never more memory than a good file takes.
 
-use super::{file, format, given, rig, suited, written};
+use super::{damage::damage, file, format, given, rig, suited, written};
 use std::path::Path;
 use wheatstone::{
     dataset::{Correspondence, Dataset},
@@ -57,64 +57,6 @@ pub(super) fn good(name: &str) -> Vec<Vec<InputFile>> {
         _ => {}
     }
     all
-}
-
-/// Pieces that readers trip over.
-const PIECES: [&[u8]; 22] = [
-    b"nan",
-    b"inf",
-    b"-1",
-    b"1e308",
-    b"99999999999999999999",
-    b"0",
-    b"",
-    b"[",
-    b"]",
-    b"{",
-    b"}",
-    b":",
-    b"- ",
-    b"\n",
-    b"'",
-    b"\"",
-    b"#",
-    b",",
-    b"\xff\xfe",
-    b"(18446744073709551615, 9)",
-    b"\xef\xbb\xbf",
-    b"e",
-];
-
-fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
-    for _ in 0..=random.below(3) {
-        if bytes.is_empty() {
-            return;
-        }
-        let at = random.below(bytes.len());
-        match random.below(7) {
-            0 => bytes[at] = random.below(256) as u8,
-            1 => bytes.truncate(at),
-            2 => {
-                bytes.remove(at);
-            }
-            3 | 4 => {
-                let piece = PIECES[random.below(PIECES.len())];
-                bytes.splice(at..at, piece.iter().copied());
-            }
-            5 => {
-                // A number in place of another.
-                let end = at
-                    + bytes[at..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
-                bytes.splice(at..end, PIECES[random.below(6)].iter().copied());
-            }
-            _ => {
-                let end = (at + random.below(60)).min(bytes.len());
-                let copy = bytes[at..end].to_vec();
-                let to = random.below(bytes.len());
-                bytes.splice(to..to, copy);
-            }
-        }
-    }
 }
 
 /// Reads; whatever is read can be written again, or is refused.

@@ -2,6 +2,7 @@
 
 mod tables;
 mod batches;
+mod damage;
 mod damaged;
 mod losses;
 mod points;
