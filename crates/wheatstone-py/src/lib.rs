@@ -59,6 +59,7 @@ fn _wheatstone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pool::set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(pool::get_threads, module)?)?;
     module.add_function(wrap_pyfunction!(raise_limits, module)?)?;
+    pool::heed_forks(module)?;
     module.add("METHODS", AnyMethod::NAMES.to_vec())?;
     module.add("RIGS", Rig::NAMES.to_vec())?;
     module.add("FORMATS_READ", formats(Format::reads))?;

@@ -3,7 +3,7 @@
 use crate::{
     dataset::PyDataset,
     errors::{invalid, raised, worded},
-    pool::pool,
+    pool::{pool, unforked},
     work,
 };
 use pyo3::{prelude::*, types::PyBytes};
@@ -50,7 +50,11 @@ impl PyModel {
     /// interpreter: a thread of the pool that makes it would take up work of others meanwhile, which waits for it.
     pub(crate) fn ready(&self, with_covariance: bool) -> PyResult<Arc<Ready>> {
         let cell = if with_covariance { &self.full } else { &self.points };
+        if let Some(ready) = cell.get() {
+            return Ok(ready.clone());
+        }
         let pool = pool()?;
+        let _unforked = unforked();
         let made = || pool.install(|| Ready::of(self.model.clone(), with_covariance));
         Ok(cell.get_or_init(made).clone())
     }

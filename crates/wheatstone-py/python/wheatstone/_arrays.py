@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, TypeAlias, Union, cast, runtime_checkable
 
 import numpy as np
+import numpy.ma  # NumPy imports it on first use otherwise, and a thread that forks meanwhile would wait for ever.
 import numpy.typing as npt
 
 from .errors import ArgumentError
