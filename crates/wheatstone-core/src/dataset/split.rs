@@ -4,7 +4,8 @@
 use super::Dataset;
 use crate::geometry::Vector3;
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::statistics;
+use std::borrow::Cow;
+use wheatstone_numeric::{random::Random, statistics};
 
 /// Whether points lie among those that the fit has seen, or beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,6 +47,18 @@ const MOST_FOLDS: usize = 12;
 /// Slabs where a file has no views: with seven, as many as the paper has chart planes, each
 /// training part still reaches over 5/7 of the range.
 const SLABS: usize = 7;
+
+/// One point of so many, where there are more than `most` pixels, and how many that is: one where all are taken.
+pub(crate) fn sample(data: &Dataset, most: usize, seed: u64) -> (usize, Cow<'_, Dataset>) {
+    let every = (data.correspondences.len() * data.cameras).div_ceil(most).max(1);
+    if every == 1 {
+        return (every, Cow::Borrowed(data));
+    }
+    // Drawn, since every so-manieth may all lie in a few columns of a chart.
+    let mut random = Random::new(seed);
+    let drawn: Vec<bool> = data.correspondences.iter().map(|_| random.below(every) == 0).collect();
+    (every, Cow::Owned(data.subset(|row, _| drawn[row])))
+}
 
 /// Divides the points whose place is known into folds, by view where there are views and by slab
 /// along the longest axis where there are none, in order along that axis. The first and the last

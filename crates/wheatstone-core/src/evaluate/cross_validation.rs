@@ -6,7 +6,7 @@ use crate::{
     Error, Result,
     dataset::{
         Dataset,
-        split::{Fold, FoldKind, folds},
+        split::{Fold, FoldKind, folds, sample},
     },
     geometry::Point3,
     method::{AnyMethod, CalibratedMap, Fit},
@@ -194,6 +194,9 @@ pub(super) fn chosen_by(method: &AnyMethod, whole: Option<&Fit>) -> Result<AnyMe
     }
 }
 
+/// Pixels beyond which a part of the points is judged, and fitted to for that: the score says how many they are.
+const MOST_JUDGED: usize = 500_000;
+
 /// [`hold_out`] beside the fit to all of the data.
 pub(crate) fn hold_out_of(
     method: &AnyMethod,
@@ -201,12 +204,13 @@ pub(crate) fn hold_out_of(
     (seed, whole): (u64, Option<&Fit>),
     progress: &dyn Progress,
 ) -> Result<Option<(CrossValidation, Vec<Distance>)>> {
-    let folds = folds(data);
+    let (_, data) = sample(data, MOST_JUDGED, seed);
+    let folds = folds(&data);
     if folds.len() < 2 {
         return Ok(None);
     }
     let judged = [(chosen_by(method, whole)?, whole)];
-    let outcomes = run_all(&judged, data, &folds, seed, progress)?;
+    let outcomes = run_all(&judged, &data, &folds, seed, progress)?;
     let outcomes = outcomes.first().map_or(&[][..], Vec::as_slice);
     let Ok(all) = pooled(outcomes, &data.unit) else { return Ok(None) };
     let distances = outcomes.iter().flat_map(|outcome| outcome.distances.clone()).collect();

@@ -14,14 +14,11 @@ use crate::{
     Error, Result,
     dataset::{
         Dataset,
-        split::{Fold, fewest_layers, folds, folds_across},
+        split::{Fold, fewest_layers, folds, folds_across, sample},
     },
 };
 use serde::{Deserialize, Serialize};
-use wheatstone_numeric::{
-    progress::{Muted, Progress},
-    random::Random,
-};
+use wheatstone_numeric::progress::{Muted, Progress};
 
 /// There is nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -99,23 +96,13 @@ pub(crate) fn does_as_well(
     Ok(best(&tried) == Some(simple))
 }
 
-/// One point of so many, and these; none where there are few enough to take all.
-fn sample(data: &Dataset, seed: u64) -> Option<(usize, Dataset)> {
-    let every = (data.correspondences.len() * data.cameras).div_ceil(COMPARED);
-    // Drawn, since every so-manieth may all lie in a few columns of a chart.
-    let mut random = Random::new(seed);
-    let drawn: Vec<bool> =
-        data.correspondences.iter().map(|_| random.below(every.max(1)) == 0).collect();
-    (every > 1).then(|| (every, data.subset(|row, _| drawn[row])))
-}
-
 impl Method for Auto {
     fn fit(&self, train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
-        let Some((every, part)) = sample(train, seed) else {
-            return compared(train, seed, progress);
-        };
+        let (every, part) = sample(train, COMPARED, seed);
         let on_part = compared(&part, seed, progress)?;
-        let Some(mut choice) = on_part.choice else { return Ok(on_part) };
+        let Some(mut choice) = on_part.choice.clone().filter(|_| every > 1) else {
+            return Ok(on_part);
+        };
         choice.reason += &format!("; compared on one point of {every}, as there are many");
         let fit = choice.method()?.fit(train, seed, progress)?;
         Ok(Fit { choice: Some(choice), ..fit })

@@ -25,7 +25,11 @@ mod prior;
 pub use observable::{Significance, ViewOffset};
 pub use prior::StagePrior;
 
-use crate::{Result, dataset::Dataset, geometry::StageCovariance};
+use crate::{
+    Result,
+    dataset::{Dataset, split::sample},
+    geometry::StageCovariance,
+};
 use affine::AffineMaps;
 use charts::ChartPosition;
 use joint::{CameraObservations, JointAdjustment};
@@ -110,6 +114,25 @@ fn settle(
 /// two millimetres over a metre, more than any ruler's. What it estimates hardly depends on it.
 const SUPPOSED: f64 = 2e-3;
 
+/// Cameras and pixels that suffice to tell: of more, a part is taken.
+const MOST_CAMERAS: usize = 8;
+const MOST_PIXELS: usize = 100_000;
+
+/// The cameras that see most.
+fn seeing_most(data: &Dataset) -> Vec<usize> {
+    let mut seen = vec![0_usize; data.cameras];
+    for row in &data.correspondences {
+        for (seen, pixel) in seen.iter_mut().zip(&row.pixels) {
+            *seen += usize::from(pixel.is_some());
+        }
+    }
+    let mut cameras: Vec<usize> = (0..data.cameras).collect();
+    cameras.sort_by_key(|camera| std::cmp::Reverse(seen[*camera]));
+    cameras.truncate(MOST_CAMERAS);
+    cameras.sort_unstable();
+    cameras
+}
+
 /// Whether data look as if charts had not stood where they were said to, and by how much, without
 /// solving for it: one adjustment, no iteration.
 ///
@@ -117,10 +140,12 @@ const SUPPOSED: f64 = 2e-3;
 ///
 /// As [`solve`].
 pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> {
-    let placements = charts::placements(data)?;
+    let few = (data.cameras > MOST_CAMERAS).then(|| data.of_cameras(&seeing_most(data)));
+    let (_, data) = sample(few.as_ref().unwrap_or(data), MOST_PIXELS, 0);
+    let placements = charts::placements(&data)?;
     let sigma = SUPPOSED * ChartPosition::extent(&placements);
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
-    let observations = CameraObservations::of_all(data, &placements);
+    let observations = CameraObservations::of_all(&data, &placements);
     let joint = JointAdjustment::new(&observations, charts, progress)?;
     Ok(joint.significance(sigma))
 }
