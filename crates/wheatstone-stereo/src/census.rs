@@ -19,9 +19,9 @@ const MOST_GRADIENT: i16 = 127;
 /// Four bytes of every pixel, each in a plane of its own, row by row.
 pub(crate) struct Codes {
     /// The census: one bit a neighbour, set where the neighbour is brighter.
-    pub(crate) census: [Vec<u8>; 3],
+    census: [Vec<u8>; 3],
     /// The gradient along the row.
-    pub(crate) gradient: Vec<u8>,
+    gradient: Vec<u8>,
 }
 
 impl Codes {
@@ -41,6 +41,12 @@ impl Codes {
             },
         );
         codes
+    }
+
+    /// Those of one row.
+    pub(crate) fn row(&self, y: usize, width: usize) -> [&[u8]; 4] {
+        let [first, second, third] = &self.census;
+        [first, second, third, &self.gradient].map(|plane| &plane[y * width..][..width])
     }
 }
 
@@ -142,40 +148,4 @@ fn neighbour(bit: usize) -> (usize, usize) {
     // The centre is none of the neighbours.
     let place = bit + usize::from(bit >= ACROSS * ACROSS / 2);
     (place % ACROSS * SPACING, place / ACROSS * SPACING)
-}
-
-/// A row of codes from right to left, moved such that a pixel's candidates follow each other: at index k stands pixel
-/// `width - 1 - first - k`, where there is one.
-pub(crate) fn reversed(codes: &[u8], first: i32, out: &mut [u8]) {
-    out.fill(0);
-    // Index k and pixel x add up to this.
-    let sum = codes.len() as i64 - 1 - i64::from(first);
-    let from = (sum + 1 - codes.len() as i64).clamp(0, out.len() as i64) as usize;
-    let to = (sum + 1).clamp(from as i64, out.len() as i64) as usize;
-    if from == to {
-        return;
-    }
-    let pixels = (sum - to as i64 + 1) as usize..(sum - from as i64 + 1) as usize;
-    for (out, &code) in out[from..to].iter_mut().zip(codes[pixels].iter().rev()) {
-        *out = code;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::reversed;
-
-    #[test]
-    fn candidates_follow_each_other() {
-        let codes = [1, 2, 3, 4, 5];
-        for first in -12..12 {
-            let mut out = [9; 8];
-            reversed(&codes, first, &mut out);
-            let expected: [u8; 8] = std::array::from_fn(|k| {
-                let x = 4 - first as i64 - k as i64;
-                if (0..5).contains(&x) { codes[x as usize] } else { 0 }
-            });
-            assert_eq!(out, expected, "{first}");
-        }
-    }
 }

@@ -4,10 +4,12 @@
 //! gradients, cut at [`MOST_DIFFERENCE`]; and then the mean over 3 x 3 pixels, times 3/2. It is at most 54.
 
 use crate::{
-    census::{Codes, reversed},
+    candidates::{CandidateRow, RightCodes},
+    census::Codes,
     registers::{LANES, mean, pieces, pieces_mut},
     search_range::SearchRange,
 };
+use std::ops::Range;
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
 /// Differences of gradients beyond this say no more.
@@ -21,7 +23,7 @@ const NO_DISPARITY: u8 = u8::MAX;
 #[derive(Clone, Copy)]
 pub(crate) struct CodedPair<'a> {
     pub(crate) left: &'a Codes,
-    pub(crate) right: &'a Codes,
+    pub(crate) right: &'a RightCodes<'a>,
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) range: SearchRange,
@@ -30,8 +32,7 @@ pub(crate) struct CodedPair<'a> {
 /// Computes rows of costs, one after the other, up or down.
 pub(crate) struct CostRows<'a> {
     pair: CodedPair<'a>,
-    /// The right picture's codes of a row, as [`reversed`].
-    candidates: [Vec<u8>; 4],
+    candidates: CandidateRow<'a>,
     /// Costs of a row's pixels, [x + 1][index], with one pixel repeated at each end.
     pixels: Vec<u8>,
     /// Sums of three pixels along the row, [x][index], of the last three rows.
@@ -43,11 +44,10 @@ pub(crate) struct CostRows<'a> {
 impl<'a> CostRows<'a> {
     pub(crate) fn new(pair: CodedPair<'a>) -> Self {
         let (width, slots) = (pair.width, pair.range.slots);
-        let candidates = || vec![0; width + slots];
         let sums = || vec![0; width * slots];
         Self {
             pair,
-            candidates: std::array::from_fn(|_| candidates()),
+            candidates: CandidateRow::new(pair.right, width, pair.range),
             pixels: vec![0; (width + 2) * slots],
             sums: std::array::from_fn(|_| sums()),
             held: [None; 3],
@@ -69,42 +69,35 @@ impl<'a> CostRows<'a> {
     }
 
     fn sum_row(&mut self, y: usize) {
-        let pair = self.pair;
-        let at = y * pair.width..(y + 1) * pair.width;
-        let planes = |codes: &'a Codes| {
-            let [first, second, third] = &codes.census;
-            [first, second, third, &codes.gradient].map(|plane| &plane[at.clone()])
-        };
-        for (plane, candidates) in planes(pair.right).into_iter().zip(&mut self.candidates) {
-            reversed(plane, pair.range.first, candidates);
+        let CodedPair { left, width, range, .. } = self.pair;
+        let left = left.row(y, width);
+        self.candidates.turn_to(y);
+        for block in self.candidates.blocks() {
+            let candidates = self.candidates.of_block(block.clone());
+            on_widest(PixelCosts { left, candidates, range, block, pixels: &mut self.pixels });
         }
-        on_widest(RowSums {
-            left: planes(pair.left),
-            candidates: &self.candidates,
-            range: pair.range,
-            pixels: &mut self.pixels,
-            sums: &mut self.sums[y % 3],
-        });
+        let (pixels, sums) = (&mut self.pixels, &mut self.sums[y % 3]);
+        on_widest(RowSums { pixels, sums, slots: range.slots });
     }
 }
 
-/// Costs of the pixels of a row, and their sums along it.
-struct RowSums<'a> {
+/// Costs of a block of pixels of a row.
+struct PixelCosts<'a> {
     left: [&'a [u8]; 4],
     candidates: &'a [Vec<u8>; 4],
     range: SearchRange,
+    block: Range<usize>,
     pixels: &'a mut [u8],
-    sums: &'a mut [u8],
 }
 
-impl WithSimd for RowSums<'_> {
+impl WithSimd for PixelCosts<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let slots = self.range.slots;
         let width = self.left[0].len();
-        for x in 0..width {
+        for x in self.block {
             let codes = self.left.map(|plane| plane[x]);
             let from = width - 1 - x;
             let candidates = self.candidates.each_ref().map(|plane| &plane[from..from + slots]);
@@ -116,10 +109,27 @@ impl WithSimd for RowSums<'_> {
                 costs[inside.end..].fill(OUTSIDE);
             }
         }
-        self.pixels.copy_within(slots..2 * slots, 0);
-        self.pixels.copy_within(width * slots..(width + 1) * slots, (width + 1) * slots);
-        let [before, same, after] = [0, 1, 2].map(|x| &self.pixels[x * slots..(x + width) * slots]);
-        for (((sum, &a), &b), &c) in self.sums.iter_mut().zip(before).zip(same).zip(after) {
+    }
+}
+
+/// Sums of the costs of three pixels along a row.
+struct RowSums<'a> {
+    pixels: &'a mut [u8],
+    sums: &'a mut [u8],
+    slots: usize,
+}
+
+impl WithSimd for RowSums<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { pixels, sums, slots } = self;
+        let length = sums.len();
+        pixels.copy_within(slots..2 * slots, 0);
+        pixels.copy_within(length..length + slots, length + slots);
+        let [before, same, after] = [0, 1, 2].map(|x| &pixels[x * slots..x * slots + length]);
+        for (((sum, &a), &b), &c) in sums.iter_mut().zip(before).zip(same).zip(after) {
             *sum = a.wrapping_add(b).wrapping_add(c);
         }
     }

@@ -39,6 +39,27 @@ pub enum MatchError {
         /// Of both pictures.
         width: usize,
     },
+    /// Curves for pictures of another size, (width, height) each.
+    CurveSize {
+        /// Of the pictures that curves are for.
+        curves: (usize, usize),
+        /// Of the pictures.
+        pictures: (usize, usize),
+    },
+    /// Curves that are not for all disparities of the search. Of each, the first disparity and the one after the last.
+    CurveRange {
+        /// What curves are for.
+        curves: (i32, i32),
+        /// What is searched.
+        search: (i32, i32),
+    },
+    /// A curve whose vertical difference at a pixel of the left picture is not finite.
+    CurveValue {
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
     /// Penalties that do not grow, or that leave the eight bits of a path's cost.
     Penalties,
 }
@@ -64,6 +85,19 @@ impl fmt::Display for MatchError {
                 out,
                 "disparities from {first} to {end} lead out of a picture {width} pixels wide"
             ),
+            Self::CurveSize { curves, pictures } => write!(
+                out,
+                "the pictures have {} x {} pixels and their epipolar curves are for {} x {}",
+                pictures.0, pictures.1, curves.0, curves.1
+            ),
+            Self::CurveRange { curves, search } => write!(
+                out,
+                "disparities from {} to {} are searched and epipolar curves are from {} to {}",
+                search.0, search.1, curves.0, curves.1
+            ),
+            Self::CurveValue { x, y } => {
+                write!(out, "the epipolar curve of pixel ({x}, {y}) is not finite")
+            }
             Self::Penalties => {
                 write!(out, "penalties must grow: small < least <= large <= {MOST_PENALTY}")
             }

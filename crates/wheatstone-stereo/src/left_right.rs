@@ -3,7 +3,10 @@
 //! It is not where the right picture does not see what the left one sees, and at most wrong matches (Hirschmüller 2008,
 //! section 2.5).
 
-use crate::{bands::Candidates, field::Field, search_range::SearchRange, winner::NO_MATCH};
+use crate::{
+    bands::Candidates, curves::EpipolarCurves, field::Field, search_range::SearchRange,
+    winner::NO_MATCH,
+};
 use rayon::prelude::*;
 
 /// Matches that come back farther away than this, in pixels, are taken away.
@@ -22,6 +25,23 @@ pub(crate) fn check(candidates: &Candidates, width: usize, range: SearchRange) -
         }
     });
     disparity
+}
+
+/// Takes away disparities whose curves lead above or below the right picture.
+pub(crate) fn forget_outside(disparity: &mut Field, curves: &EpipolarCurves) {
+    let rows = -0.5..disparity.height as f32 - 0.5;
+    let largest = curves.largest();
+    disparity.par_pixels_mut().enumerate().for_each(|(y, disparity)| {
+        if rows.contains(&(y as f32 - largest)) && rows.contains(&(y as f32 + largest)) {
+            return;
+        }
+        let curve = curves.row(y as f32);
+        for (x, disparity) in disparity.iter_mut().enumerate() {
+            if !rows.contains(&(y as f32 + curve.at(x as f32, *disparity))) {
+                *disparity = f32::NAN;
+            }
+        }
+    });
 }
 
 /// By how much the match of a pixel's match lies beside it, in pixels.

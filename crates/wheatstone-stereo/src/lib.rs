@@ -26,7 +26,7 @@
 //!
 //! # The way of the data
 //!
-//! 1. `census` makes codes of both pictures, and `cost` compares those of a pixel and of its candidates.
+//! 1. `census` makes codes of both pictures, and `cost` compares those of a pixel and of its `candidates`.
 //! 2. `aggregation` adds costs along four paths, in `bands` of rows, and `winner` takes the best candidate: this is
 //!    semi-global matching (Hirschmüller 2008, doi:10.1109/TPAMI.2007.1166).
 //! 3. `left_right`, `median` and `speckles` take away what the right picture, the neighbours or the size of the surface contradict.
@@ -34,7 +34,8 @@
 //!    `evidence`.
 //! 5. `least_squares` refines, `error_bars` says how exact the result is, and `filling` fills gaps.
 //!
-//! [`vertical_offset`] tells beforehand whether a pair is rectified.
+//! [`vertical_offset`] tells beforehand whether a pair is rectified. Where no rectification is possible, as behind flat ports,
+//! [`EpipolarCurves`] say where candidates lie, and [`Matcher::compute_along`] follows them.
 
 mod limits;
 mod error;
@@ -42,7 +43,12 @@ mod picture;
 mod registers;
 mod field;
 mod search_range;
+mod cubic;
+mod curves;
+mod pair;
 mod census;
+mod quarter_rows;
+mod candidates;
 mod cost;
 mod aggregation;
 mod winner;
@@ -63,12 +69,15 @@ mod filling;
 mod map;
 mod matcher;
 mod vertical;
+mod pair_fault;
 
 pub use aggregation::Penalties;
+pub use curves::EpipolarCurves;
 pub use error::MatchError;
 pub use evidence::Evidence;
 pub use limits::{MOST_DISPARITIES, MOST_PENALTY};
 pub use map::{DisparityMap, Match};
 pub use matcher::Matcher;
+pub use pair_fault::{PairFault, pair_fault};
 pub use picture::Picture;
 pub use vertical::{VerticalOffset, vertical_offset};

@@ -4,9 +4,11 @@ use crate::{
     aggregation::Penalties,
     agreement,
     bands::{self, Candidates},
+    candidates::RightCodes,
     census::Codes,
     confidence,
     cost::CodedPair,
+    curves::EpipolarCurves,
     error::MatchError,
     error_bars,
     evidence::{Evidence, Found},
@@ -16,6 +18,7 @@ use crate::{
     left_right,
     map::DisparityMap,
     median,
+    pair::Pair,
     picture::Picture,
     search_range::SearchRange,
     speckles,
@@ -78,7 +81,8 @@ impl Matcher {
         Self { fills, ..self }
     }
 
-    /// Matches every pixel of the left picture. Both must be rectified: what both see lies in one row.
+    /// Matches every pixel of the left picture. Both must be rectified: what both see lies in one row, to
+    /// a quarter of a pixel; farther off, [`Matcher::compute_along`] is for them.
     ///
     /// Runs on rayon's threads; the result does not depend on their number.
     ///
@@ -90,8 +94,27 @@ impl Matcher {
         left: &Picture<'_>,
         right: &Picture<'_>,
     ) -> Result<DisparityMap, MatchError> {
-        let Checked { candidates, mut disparity, mut warped, range } = self.check(left, right)?;
-        let (width, height) = (left.width(), left.height());
+        self.map(&Pair { left, right, curves: None })
+    }
+
+    /// As [`Matcher::compute`], where the right picture shows things as much lower as curves say. Curves of zero give
+    /// the same map. It takes half as much time again, and twelve bytes a pixel more.
+    ///
+    /// # Errors
+    ///
+    /// As there, and where the curves are for pictures of another size, or not for all disparities of the range.
+    pub fn compute_along(
+        &self,
+        left: &Picture<'_>,
+        right: &Picture<'_>,
+        curves: &EpipolarCurves,
+    ) -> Result<DisparityMap, MatchError> {
+        self.map(&Pair { left, right, curves: Some(curves) })
+    }
+
+    fn map(&self, pair: &Pair<'_>) -> Result<DisparityMap, MatchError> {
+        let Checked { candidates, mut disparity, mut warped, range } = self.check(pair)?;
+        let (width, height) = (pair.left.width(), pair.left.height());
         let (mut confidence, mut scatter) = (vec![0.0; width * height], vec![0.0; width * height]);
         let rows = confidence.par_chunks_mut(width).zip(scatter.par_chunks_mut(width));
         let found = Found {
@@ -110,7 +133,7 @@ impl Matcher {
             let (gradient, residual) = (&warped.gradient, &residual);
             let round = Round { disparity: &disparity, gradient, residual, radius: FIRST_RADIUS };
             let (first, _) = round.refine();
-            warped.move_right(&first, right);
+            warped.move_right(&first, pair);
             let (gradient, residual) = (&warped.gradient, &agreement::residuals(&first, &warped));
             let round = Round { disparity: &first, gradient, residual, radius: RADIUS };
             let (second, from_residuals) = round.refine();
@@ -138,31 +161,31 @@ impl Matcher {
         left: &Picture<'_>,
         right: &Picture<'_>,
     ) -> Result<Evidence, MatchError> {
-        let Checked { candidates, disparity, warped, range } = self.check(left, right)?;
+        let Checked { candidates, disparity, warped, range } =
+            self.check(&Pair { left, right, curves: None })?;
         let (candidates, warped) = (&candidates, &warped);
         let lead = &candidates.lead(left.width());
         Ok(Evidence::of(&Found { disparity: &disparity, warped, candidates, lead, range }))
     }
 
     /// Searches, and takes away what does not pass.
-    fn check(&self, left: &Picture<'_>, right: &Picture<'_>) -> Result<Checked, MatchError> {
-        let (width, height) = (left.width(), left.height());
-        if (width, height) != (right.width(), right.height()) {
-            let right = (right.width(), right.height());
-            return Err(MatchError::Sizes { left: (width, height), right });
-        }
+    fn check(&self, pair: &Pair<'_>) -> Result<Checked, MatchError> {
         self.penalties.check()?;
-        let range = SearchRange::parse(&self.range, width)?;
+        let range = pair.check(&self.range)?;
+        let (width, height) = (pair.left.width(), pair.left.height());
         let candidates = {
-            let (left_codes, right_codes) = (Codes::new(left), Codes::new(right));
-            let pair = CodedPair { left: &left_codes, right: &right_codes, width, height, range };
-            bands::search(pair, left, &self.penalties)
+            let (left, right) = (&Codes::new(pair.left), &RightCodes::new(pair));
+            let coded = CodedPair { left, right, width, height, range };
+            bands::search(coded, pair.left, &self.penalties)
         };
-        let passed = left_right::check(&candidates, width, range);
+        let mut passed = left_right::check(&candidates, width, range);
+        if let Some(curves) = pair.curves {
+            left_right::forget_outside(&mut passed, curves);
+        }
         let mut disparity = median::of_five(&passed);
         drop(passed);
         speckles::remove(&mut disparity, self.least_surface);
-        let warped = Warped::new(&disparity, left, right);
+        let warped = Warped::new(&disparity, pair);
         Ok(Checked { candidates, disparity, warped, range })
     }
 }

@@ -45,6 +45,11 @@ impl<'a> Picture<'a> {
         self.pixels
     }
 
+    /// A picture of the same size with other pixels, as many.
+    pub(crate) fn with<'b>(&self, pixels: &'b [u8]) -> Picture<'b> {
+        Picture { width: self.width, height: self.height, pixels }
+    }
+
     /// One row.
     pub(crate) fn row(&self, y: usize) -> &'a [u8] {
         &self.pixels[y * self.width..][..self.width]

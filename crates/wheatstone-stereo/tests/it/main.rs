@@ -1,6 +1,7 @@
 //! Disparities against truth: renders that are known exactly, Middlebury's pairs, and pairs that nothing can be said of.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
+mod curves;
 mod errors;
 mod hopeless;
 mod measure;

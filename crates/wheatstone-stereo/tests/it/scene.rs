@@ -1,6 +1,7 @@
 //! Rendered pairs whose disparities are known exactly: a slanted plane, and another in front of it.
 
-use wheatstone_stereo::{DisparityMap, Matcher, Picture};
+use std::ops::Range;
+use wheatstone_stereo::{DisparityMap, EpipolarCurves, Matcher, Picture};
 
 /// Samples of a pixel along each axis.
 const SAMPLES: usize = 4;
@@ -36,6 +37,8 @@ pub(crate) struct Scene {
     /// The standard deviation of noise, in grey levels.
     pub(crate) noise: f64,
     pub(crate) seed: u64,
+    /// How much lower the right picture shows what the left one shows at (x, y) with disparity d, in pixels.
+    pub(crate) lower: fn(f64, f64, f64) -> f64,
 }
 
 /// Two pictures of a scene.
@@ -51,12 +54,33 @@ impl Pair {
         let picture = |pixels| Picture::new(self.width, self.height, pixels).unwrap();
         matcher.compute(&picture(&self.left), &picture(&self.right)).unwrap()
     }
+
+    pub(crate) fn compute_along(&self, matcher: &Matcher, curves: &EpipolarCurves) -> DisparityMap {
+        let picture = |pixels| Picture::new(self.width, self.height, pixels).unwrap();
+        let (left, right) = (picture(&self.left), picture(&self.right));
+        matcher.compute_along(&left, &right, curves).unwrap()
+    }
 }
 
 impl Scene {
     pub(crate) fn slanted(along: f64, down: f64, seed: u64) -> Self {
         let back = Plane { at_origin: 20.0, along, down };
-        Self { width: 320, height: 240, back, front: None, contrast: 30.0, noise: 1.5, seed }
+        Self {
+            width: 320,
+            height: 240,
+            back,
+            front: None,
+            contrast: 30.0,
+            noise: 1.5,
+            seed,
+            lower: |_, _, _| 0.0,
+        }
+    }
+
+    /// The curves of [`Scene::lower`].
+    pub(crate) fn curves(&self, range: Range<i32>) -> EpipolarCurves {
+        let v = |x: f32, y: f32, d: f32| (self.lower)(x.into(), y.into(), d.into()) as f32;
+        EpipolarCurves::new((self.width, self.height), range, |x, y, d| Some(v(x, y, d))).unwrap()
     }
 
     /// The plane that the left picture shows at a place.
@@ -87,12 +111,24 @@ impl Scene {
 
     fn right_brightness(&self, x: f64, y: f64) -> f64 {
         if let Some((plane, area)) = self.front {
-            let left = plane.left_of(x, y);
-            if covers(area, left, y) {
-                return self.texture(left, y, true);
+            let (left, row) = self.left_of(&plane, x, y);
+            if covers(area, left, row) {
+                return self.texture(left, row, true);
             }
         }
-        self.texture(self.back.left_of(x, y), y, false)
+        let (left, row) = self.left_of(&self.back, x, y);
+        self.texture(left, row, false)
+    }
+
+    /// Where the left picture shows what the right one shows of a plane at a place.
+    fn left_of(&self, plane: &Plane, x: f64, y: f64) -> (f64, f64) {
+        let mut row = y;
+        // Curves change by less than a tenth of a pixel per pixel.
+        for _ in 0..6 {
+            let left = plane.left_of(x, row);
+            row = y - (self.lower)(left, row, plane.disparity(left, row));
+        }
+        (plane.left_of(x, row), row)
     }
 
     fn texture(&self, x: f64, y: f64, is_front: bool) -> f64 {
