@@ -23,8 +23,8 @@ const SAMPLES: usize = 2;
 
 /// Grey levels of black ink and of the white board in full light, below saturation even where
 /// light and noise add up.
-const BLACK: f64 = 30.0;
-const WHITE: f64 = 195.0;
+pub(crate) const BLACK: f64 = 30.0;
+pub(crate) const WHITE: f64 = 195.0;
 
 /// Takes a picture of a chart at `world_from_chart`.
 #[must_use]
@@ -56,16 +56,16 @@ pub fn render(
         })
         .collect();
     let sharp = GrayImage::from_fn(width, height, |x, y| rows[y][x]);
-    let blurred = collected(&gaussian_blur(&sharp, sensor.blur * PARTS as f64));
-    exposed(blurred, sensor, random)
+    let blurred = gaussian_blur(&sharp, sensor.blur * PARTS as f64);
+    exposed(collected(&blurred, PARTS), sensor, random)
 }
 
-/// What each pixel collects: the mean of its parts.
-fn collected(parts: &GrayImage) -> GrayImage {
-    let share = 1.0 / (PARTS * PARTS) as f32;
-    GrayImage::from_fn(parts.width() / PARTS, parts.height() / PARTS, |x, y| {
-        let row = |dy: usize| &parts.row(y * PARTS + dy)[x * PARTS..(x + 1) * PARTS];
-        (0..PARTS).map(|dy| row(dy).iter().sum::<f32>()).sum::<f32>() * share
+/// What each pixel collects: the mean of its parts, so many along each side.
+pub(crate) fn collected(parts: &GrayImage, along: usize) -> GrayImage {
+    let share = 1.0 / (along * along) as f32;
+    GrayImage::from_fn(parts.width() / along, parts.height() / along, |x, y| {
+        let row = |dy: usize| &parts.row(y * along + dy)[x * along..(x + 1) * along];
+        (0..along).map(|dy| row(dy).iter().sum::<f32>()).sum::<f32>() * share
     })
 }
 

@@ -1,6 +1,8 @@
 //! Synthetic data on disk, in the form in which users have theirs, with the truth beside them.
 
-use super::{Noise, Placement, Rig, Sensor, Truth, chart_correspondences, render};
+use super::{
+    Noise, Placement, Rig, Scene, Sensor, Truth, chart_correspondences, render, scene::SCENE_STREAM,
+};
 use std::path::Path;
 use wheatstone_charts::{
     capture::{CaptureFile, FILE_NAME, ViewEntry},
@@ -12,7 +14,7 @@ use wheatstone_core::{
     geometry::{Pose, Vector3},
     storage,
 };
-use wheatstone_io::tables;
+use wheatstone_io::{formats::npy_float64, tables};
 use wheatstone_numeric::{progress::Progress, random::Random};
 
 /// The chart's distances, as on a stage.
@@ -159,4 +161,36 @@ pub fn write_points(
     tables::save(data, path)?;
     let truth = Truth { unit: data.unit.clone(), rig: rig.clone(), noise, seed };
     truth.save(&Truth::path_beside(path))
+}
+
+/// Adds a scene to the folder of a capture, as a folder `scene/` that the capture does not list: of each
+/// camera, by the name of its folder of charts, a picture (`left.png`), and the place in the world that each
+/// pixel shows, as an array of rows x columns x 3 in the rig's unit (`left_points.npy`, float64; NaN
+/// where the camera sees nothing).
+///
+/// # Errors
+///
+/// [`Error::Io`], [`Error::Cancelled`].
+pub fn write_scene(
+    folder: &Path,
+    (rig, scene): (&Rig, &Scene),
+    (sensor, seed): (Sensor, u64),
+    progress: &dyn Progress,
+) -> Result<()> {
+    storage::write_folder(&folder.join("scene"), |folder| {
+        let names = camera_names(rig.cameras.len());
+        for (index, (camera, name)) in rig.cameras.iter().zip(&names).enumerate() {
+            progress.check()?;
+            // The scene itself is drawn from the first stream.
+            let mut random = Random::stream(seed, SCENE_STREAM + 1 + index as u64);
+            let image = scene.render(camera, sensor, &mut random);
+            image.write_png(&folder.join(format!("{name}.png")))?;
+            let places = scene.places(camera);
+            let shape = [camera.height, camera.width, 3];
+            let bytes = npy_float64(&shape, places.as_flattened());
+            storage::write(&folder.join(format!("{name}_points.npy")), &bytes)?;
+            progress.report("rendering the scene", index as u64 + 1, names.len() as u64);
+        }
+        Ok(())
+    })
 }

@@ -4,14 +4,17 @@ use super::chart::ChartOptions;
 use crate::{
     failure::{Failure, Outcome},
     progress::Bar,
+    verbosity::say,
 };
 use clap::{Args, builder::PossibleValuesParser};
 use std::path::PathBuf;
 use wheatstone::{
     chart::AnyChart,
+    storage::write_folder,
     synthetic::{
-        HandHeld, Noise, Rig, Sensor, Stage, chart_correspondences, hand_held_correspondences,
-        random_correspondences, write_capture, write_points,
+        HandHeld, Noise, Placement, Rig, Scene, Sensor, Stage, chart_correspondences,
+        hand_held_correspondences, random_correspondences, write_capture, write_points,
+        write_scene,
     },
 };
 
@@ -20,7 +23,8 @@ use wheatstone::{
 #[command(after_help = "Examples:\n  \
     wheatstone synth -o capture/                                      pictures, as in the 2001 paper\n  \
     wheatstone synth --points --noise quantised --count 400 -o train.csv\n  \
-    wheatstone synth --rig water --random 2000 --noise 0.1 --seed 1 -o exam.csv\n\n\
+    wheatstone synth --rig water --random 2000 --noise 0.1 --seed 1 -o exam.csv\n  \
+    wheatstone synth --scene -o capture/                              with a scene to reconstruct\n\n\
     Lengths are centimetres. The true cameras go into truth.json beside the data.")]
 pub(crate) struct Synth {
     /// The cameras and the optics in front of them
@@ -39,6 +43,13 @@ pub(crate) struct Synth {
     /// A hand-held chart in this many views, its poses not given, instead of one on a stage
     #[arg(long, value_name = "N", conflicts_with = "random")]
     hand_held: Option<usize>,
+    /// Also a textured scene, 55 to 135 cm away: in scene/ a picture of each camera, and the world point
+    /// that each of its pixels shows
+    #[arg(long, conflicts_with_all = ["points", "random"])]
+    scene: bool,
+    /// A part of the scene's wall without texture, where nothing can be matched
+    #[arg(long, requires = "scene")]
+    blank_patch: bool,
     /// Error of the pixels of a points file: none, quantised, or a standard deviation in pixels
     #[arg(long, default_value = "quantised")]
     noise: String,
@@ -115,6 +126,11 @@ impl Synth {
             };
             return Ok(write_points(&self.output, &data, &rig, (noise, self.seed))?);
         }
+        self.write_pictures(&rig, &chart, &placements)
+    }
+
+    /// The capture, and the scene beside its charts.
+    fn write_pictures(&self, rig: &Rig, chart: &AnyChart, placements: &[Placement]) -> Outcome {
         let sensor = Sensor {
             blur: self.blur,
             read_noise: self.sensor_noise,
@@ -122,8 +138,27 @@ impl Synth {
             ..Sensor::default()
         };
         let bar = Bar::new();
-        let views = (placements.as_slice(), self.hand_held.is_none());
-        Ok(write_capture(&self.output, (&rig, &chart), views, (sensor, self.seed), &bar)?)
+        let views = (placements, self.hand_held.is_none());
+        let sensor = (sensor, self.seed);
+        if !self.scene {
+            return Ok(write_capture(&self.output, (rig, chart), views, sensor, &bar)?);
+        }
+        let mut scene = Scene::before(rig, self.seed);
+        if self.blank_patch {
+            scene = scene.with_blank_patch();
+        }
+        write_folder(&self.output, |folder| {
+            write_capture(folder, (rig, chart), views, sensor, &bar)?;
+            write_scene(folder, (rig, &scene), sensor, &bar)
+        })?;
+        drop(bar);
+        say!(
+            "Wrote {}: {} pictures of a chart, and in scene/ one of the scene and its points for each of {} cameras",
+            self.output.display(),
+            placements.len() * rig.cameras.len(),
+            rig.cameras.len()
+        );
+        Ok(())
     }
 
     /// The chart asked for; by default one whose pitch fills the rig's field of view.

@@ -89,3 +89,23 @@ fn a_picture_that_one_camera_lacks_leaves_a_view_without_it() {
         assert!(scene.contains(name), "{name}");
     }
 }
+
+#[test]
+fn a_scene_stands_beside_the_charts_and_is_no_camera_of_the_capture() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    let charts = ["synth", "--near", "80", "--far", "110", "--step", "30"];
+    done(at, &[&charts[..], &["-o", "plain"]].concat());
+    let (_, said) = done(at, &[&charts[..], &["--scene", "-o", "capture"]].concat());
+    assert!(said.contains("Wrote capture: 4 pictures of a chart"), "{said}");
+    for name in ["left.png", "left_points.npy", "right.png", "right_points.npy"] {
+        assert!(at.join("capture/scene").join(name).is_file(), "{name}");
+    }
+    let points = |capture: &str| done(at, &["detect", capture]).0;
+    assert_eq!(points("plain"), points("capture"));
+    for option in [&["--points"][..], &["--random", "10"]] {
+        let arguments = [&["synth", "--scene"][..], option, &["-o", "t.csv"]].concat();
+        let message = refused(at, &arguments);
+        assert!(message.contains("--scene") && message.contains(option[0]), "{message}");
+    }
+}

@@ -166,7 +166,7 @@ fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
     let with_world = data.known().next().is_some();
     let columns = 2 * data.cameras + if with_world { 3 } else { 0 };
     let rows = data.correspondences.len();
-    let mut bytes = heading("<f8", (rows, columns));
+    let mut bytes = heading("<f8", &[rows, columns]);
     for row in &data.correspondences {
         let pixels = row.pixels.iter().flat_map(|p| p.map_or([f64::NAN; 2], |p| [p.x, p.y]));
         let world = row.world.map_or([f64::NAN; 3], |p| [p.x, p.y, p.z]);
@@ -176,10 +176,10 @@ fn write(data: &Dataset, _given: &Given) -> Result<Vec<OutputFile>> {
     Ok(vec![OutputFile { name: String::new(), bytes }])
 }
 
-/// What stands before the numbers of a matrix.
-fn heading(kind: &str, (rows, columns): (usize, usize)) -> Vec<u8> {
-    let dictionary =
-        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+/// What stands before the numbers of an array of at least two axes.
+fn heading(kind: &str, shape: &[usize]) -> Vec<u8> {
+    let shape = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+    let dictionary = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
     // The body begins at a multiple of 64 bytes.
     let padded = (dictionary.len() + 1 + 10).next_multiple_of(64) - 10;
     let mut bytes = MAGIC.to_vec();
@@ -191,8 +191,17 @@ fn heading(kind: &str, (rows, columns): (usize, usize)) -> Vec<u8> {
 
 /// The `.npy` file of a matrix of float32: (rows, columns), and its numbers row by row.
 #[must_use]
-pub fn npy_float32(shape: (usize, usize), values: &[f32]) -> Vec<u8> {
-    let mut bytes = heading("<f4", shape);
+pub fn npy_float32((rows, columns): (usize, usize), values: &[f32]) -> Vec<u8> {
+    let mut bytes = heading("<f4", &[rows, columns]);
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+/// The `.npy` file of an array of float64: how many along each axis, of which there are at least two, and its
+/// numbers, those of the last axis one after the other.
+#[must_use]
+pub fn npy_float64(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    let mut bytes = heading("<f8", shape);
     bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     bytes
 }
