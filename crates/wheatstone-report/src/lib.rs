@@ -8,6 +8,7 @@
 mod budget;
 mod build;
 mod cameras;
+mod cloud;
 pub mod figures;
 pub mod html;
 mod grid;
@@ -22,6 +23,7 @@ mod sections;
 mod text;
 mod verdict;
 
+pub use cloud::{CloudCamera, SceneCloud};
 pub use grid::Grid;
 pub use material::{Material, PictureSource, Wording};
 pub use points::Validation;

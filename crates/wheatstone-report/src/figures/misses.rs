@@ -1,6 +1,9 @@
 //! From where points were seen to where they were expected.
 
-use super::{super::plot::Plot, Figure, every, round_below, thinned};
+use super::{
+    super::plot::{Plot, scale::round_below},
+    Figure, every, thinned,
+};
 use crate::{
     CameraFigures, Report,
     plot::{Panel, short},

@@ -84,12 +84,3 @@ fn thinned(count: usize) -> String {
         every => format!(" Of {count} points, one in {every} is drawn."),
     }
 }
-
-/// The power of ten times 1, 2 or 5 that is next below a value.
-fn round_below(value: f64) -> f64 {
-    if !(value.is_finite() && value > 0.0) {
-        return 1.0;
-    }
-    let power = libm::exp10(libm::floor(libm::log10(value)));
-    [5.0, 2.0, 1.0].map(|step| step * power).into_iter().find(|it| *it <= value).unwrap_or(power)
-}

@@ -3,48 +3,44 @@
 mod parts;
 mod placed;
 mod scene;
-mod table;
+pub(crate) mod shell;
+pub(crate) mod table;
 
-use super::{Report, plot, text};
-use crate::html::{STYLE, filled, policy};
-use maud::{PreEscaped, html};
+use super::{Report, text};
+use crate::html::filled;
+use maud::html;
 use parts::Part;
-
-const TEMPLATE: &str = include_str!("page.html");
-
-/// The one style and the one script; the policy names both by their digests.
-fn style() -> String {
-    [plot::STYLE, STYLE].concat()
-}
-
-fn script() -> String {
-    [include_str!("three/three.min.js"), include_str!("page.js"), include_str!("scene.js")].concat()
-}
+use shell::Shell;
 
 /// The whole page.
 pub(super) fn page(report: &Report) -> String {
-    let (style, script) = (style(), script());
     let parts: Vec<Part> = parts::all(report);
-    let contents = html! {
-        @for part in &parts {
-            li { a href={ "#" (part.name) } { (text::escape(part.short)) } }
+    let navigation = html! {
+        nav aria-label="Parts of the report" {
+            ul {
+                @for part in &parts { li { a href={ "#" (part.name) } { (text::escape(part.short)) } } }
+            }
         }
     };
     let body = html! { @for part in &parts { (part.html) } };
-    filled(
-        TEMPLATE,
+    let main = filled(
+        include_str!("verdict.html"),
         &[
-            ("policy", &policy(&style, &script)),
-            ("program", &text::escape(&report.program)),
             ("title", &text::escape(&report.title)),
             ("grade", &text::escape(&report.verdict.grade)),
             ("verdict", &parts::verdict(report)),
-            ("contents", &contents),
             ("parts", &body),
-            ("data", &text::json(&scene::data(report))),
-            ("style", &PreEscaped(&style)),
-            ("script", &PreEscaped(&script)),
         ],
-    )
-    .into_string()
+    );
+    let shell = Shell {
+        title: &report.title,
+        kind: "Wheatstone report",
+        program: &report.program,
+        first: ["verdict", "To the verdict"],
+        navigation,
+        main,
+        data: text::json(&scene::data(report)),
+        script: include_str!("scene.js"),
+    };
+    shell.page()
 }

@@ -1,6 +1,6 @@
 //! The parts of the page, in the order in which they are read.
 
-use super::table::table;
+use super::{shell, table::table};
 use crate::{
     FindingFigures, OutlierFigures, PictureFigures, Report, Validation,
     figures::{self, Figure},
@@ -143,6 +143,9 @@ fn card(figure: &Figure) -> Markup {
     }
 }
 
+/// The view in words.
+const LABEL: &str = "Cameras and points in space. Arrow keys turn, with shift they move, plus and minus zoom, N and P go through the points from the largest error on, Home shows the points, R the whole rig.";
+
 fn view(report: &Report) -> Option<Part> {
     let figures = figures::of_part(report, "scene");
     let figure = figures.first()?;
@@ -150,10 +153,10 @@ fn view(report: &Report) -> Option<Part> {
         @for panel in &figure.panels { (panel.inline()) }
         (explained(figure))
     };
-    let exaggerated = "with the errors scaled by the slider";
+    let stage = shell::stage(LABEL);
     let html = crate::html::filled(
         include_str!("view.html"),
-        &[("still", &still), ("exaggerated", &exaggerated), ("worst", &worst(report))],
+        &[("stage", &stage), ("still", &still), ("worst", &worst(report))],
     );
     Some(Part { name: "scene", short: "3-D view", html })
 }

@@ -1,8 +1,8 @@
 //! What the page's script needs: the points in compact form.
 
-use crate::{Crops, PointFigures, Report, figures, text::base64};
+use super::shell::Frame;
+use crate::{Crops, PointFigures, Report, figures, plot::space::Frustum, text::base64};
 use serde::Serialize;
-use wheatstone_core::geometry::Vector3;
 
 /// Points that stay smooth to turn without a graphics card.
 const MOST_POINTS: usize = 50_000;
@@ -15,29 +15,18 @@ const MOST_ELLIPSOIDS: usize = 2000;
 pub(super) struct Data<'a> {
     unit: &'a str,
     views: &'a [String],
-    cameras: Vec<Camera<'a>>,
+    cameras: Vec<Frustum<'a>>,
     crops: Option<&'a Crops>,
     outliers: Option<&'a Crops>,
     scene: Option<Scene>,
-}
-
-#[derive(Serialize)]
-struct Camera<'a> {
-    name: &'a str,
-    centre: Option<[f64; 3]>,
-    corners: &'a [[f64; 3]],
 }
 
 /// Columns of little-endian numbers, in base 64; NaN where nothing is known.
 #[derive(Serialize)]
 struct Scene {
     count: usize,
-    /// Taken off all places, so that 32 bits hold them.
-    centre: [f64; 3],
-    /// Half the diagonal of the points.
-    extent: f64,
-    /// Right, up and forward.
-    basis: [[f64; 3]; 3],
+    #[serde(flatten)]
+    frame: Frame,
     world: String,
     error: String,
     promised: String,
@@ -54,16 +43,7 @@ struct Scene {
     /// Numbers of the points in the report, where some are left out.
     original: Option<String>,
     exaggeration: f64,
-    axes: Option<Axes>,
     note: String,
-}
-
-/// The axes of the world, drawn at a corner of the points.
-#[derive(Serialize)]
-struct Axes {
-    /// Where they begin, from the scene's centre.
-    from: [f64; 3],
-    length: f64,
 }
 
 fn floats(values: impl Iterator<Item = f64>) -> String {
@@ -112,12 +92,6 @@ fn exaggeration(points: &[&PointFigures], extent: f64) -> f64 {
     if most > 0.0 { (extent / 30.0 / most).clamp(1.0, 1e4) } else { 1.0 }
 }
 
-fn axes(points: &[&PointFigures], centre: [f64; 3]) -> Option<Axes> {
-    let places = points.iter().map(|point| Vector3::from(place(point)));
-    let axes = figures::scene::Axes::of(places)?;
-    Some(Axes { from: (axes.from - Vector3::from(centre)).into(), length: axes.length })
-}
-
 fn scene(report: &Report) -> Option<Scene> {
     let shown = shown(&report.points);
     if shown.is_empty() {
@@ -148,9 +122,11 @@ fn scene(report: &Report) -> Option<Scene> {
     let any_id = points.iter().any(|point| point.id.is_some());
     Some(Scene {
         count: points.len(),
-        centre,
-        extent,
-        basis: figures::scene::basis(report).map(Into::into),
+        frame: Frame::of(
+            points.iter().map(|point| place(point)),
+            (centre, extent),
+            &figures::scene::frusta(report),
+        ),
         world: floats(
             points.iter().flat_map(|p| place(p).into_iter().zip(centre).map(|(v, c)| v - c)),
         ),
@@ -167,7 +143,6 @@ fn scene(report: &Report) -> Option<Scene> {
         ids: any_id.then(|| points.iter().map(|point| point.id.clone()).collect()),
         original: (shown.len() < all.len()).then(|| base64(&numbers.collect::<Vec<u8>>())),
         exaggeration: exaggeration(&points, extent),
-        axes: axes(&points, centre),
         note: note(points.len(), all.len(), ellipsoids),
     })
 }
@@ -187,15 +162,10 @@ fn note(shown: usize, all: usize, ellipsoids: usize) -> String {
 
 /// What the script reads.
 pub(super) fn data(report: &Report) -> Data<'_> {
-    let cameras = report.cameras.iter().map(|figures| Camera {
-        name: &figures.name,
-        centre: figures.centre,
-        corners: &figures.corners,
-    });
     Data {
         unit: &report.unit,
         views: &report.point_views,
-        cameras: cameras.collect(),
+        cameras: figures::scene::frusta(report),
         crops: report.crops.as_ref(),
         outliers: report.outlier_crops.as_ref(),
         scene: scene(report),

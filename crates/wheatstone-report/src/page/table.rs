@@ -4,7 +4,7 @@ use crate::text::escape;
 use maud::{Markup, html};
 
 /// A table under its name.
-pub(super) fn table(name: &str, heads: &[&str], rows: &[Vec<Markup>]) -> Markup {
+pub(crate) fn table(name: &str, heads: &[&str], rows: &[Vec<Markup>]) -> Markup {
     html! {
         div.card {
             h3 { (escape(name)) }

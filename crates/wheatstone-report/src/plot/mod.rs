@@ -4,6 +4,7 @@
 pub(super) mod bars;
 pub(super) mod colour;
 pub(super) mod scale;
+pub(super) mod space;
 
 use super::text::escape;
 use maud::{Markup, PreEscaped, html};

@@ -95,6 +95,15 @@ fn plain(value: f64) -> String {
     }
 }
 
+/// The power of ten times 1, 2 or 5 that is next below a value.
+pub(crate) fn round_below(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return 1.0;
+    }
+    let power = libm::exp10(libm::floor(libm::log10(value)));
+    [5.0, 2.0, 1.0].map(|step| step * power).into_iter().find(|it| *it <= value).unwrap_or(power)
+}
+
 #[cfg(test)]
 mod tests {
     use super::Scale;

@@ -28,6 +28,5 @@ mod rectification;
 mod robot;
 mod settled_locator;
 mod stage;
-mod report_page;
 mod formats;
 mod waved_again;

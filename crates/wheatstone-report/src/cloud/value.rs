@@ -1,0 +1,65 @@
+//! What a page of points is made of.
+
+use crate::plot::space::Frustum;
+
+/// A camera of a [`SceneCloud`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct CloudCamera {
+    /// Its name.
+    pub name: String,
+    /// Its centre in the world, in the unit of the points, where it is known.
+    pub centre: Option<[f64; 3]>,
+    /// Unit vectors, in the world, in which the corners of its picture look: top left, top right,
+    /// bottom right, bottom left. Empty where they are not known.
+    pub corners: Vec<[f64; 3]>,
+}
+
+/// Points that were reconstructed from pixels of several cameras. Lists other than `points` may be
+/// empty, or end early: nothing is known then of the points that are missing in them, nor where a
+/// number is not finite.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneCloud {
+    /// What it shows, such as the name of a file.
+    pub title: String,
+    /// The unit of world lengths.
+    pub unit: String,
+    /// X, Y and Z of each point in the world, in `unit`.
+    pub points: Vec<[f32; 3]>,
+    /// Red, green and blue of each point as a picture shows it (sRGB), 0 to 255.
+    pub colours: Vec<[u8; 3]>,
+    /// Standard deviations of X, Y and Z of each point, in `unit`.
+    pub sigmas: Vec<[f32; 3]>,
+    /// How sure the match of each point is, larger for surer; from 0 to 1 as a rule.
+    pub confidence: Vec<f32>,
+    /// One list a camera: x and y of each point's matched pixel in the camera's own picture. Pixel
+    /// (0, 0) is the centre of the top-left pixel.
+    pub pixels: Vec<Vec<[f32; 2]>>,
+    /// The cameras, in the order of `pixels`; empty where they are not known.
+    pub cameras: Vec<CloudCamera>,
+}
+
+impl SceneCloud {
+    /// One name a camera, also for those that only pixels tell of.
+    pub(super) fn names(&self) -> Vec<String> {
+        let name = |index: usize| match self.cameras.get(index) {
+            Some(camera) => camera.name.clone(),
+            None => format!("camera {}", index + 1),
+        };
+        (0..self.cameras.len().max(self.pixels.len())).map(name).collect()
+    }
+
+    /// The cameras as they are drawn, under these names.
+    pub(super) fn frusta<'a>(&'a self, names: &'a [String]) -> Vec<Frustum<'a>> {
+        let finite = |values: &[f64; 3]| values.iter().all(|value| value.is_finite());
+        let frustum = |(index, name): (usize, &'a String)| {
+            let camera = self.cameras.get(index);
+            let corners = camera.map_or(&[][..], |camera| &camera.corners);
+            Frustum {
+                name,
+                centre: camera.and_then(|camera| camera.centre).filter(finite),
+                corners: if corners.iter().all(finite) { corners } else { &[] },
+            }
+        };
+        names.iter().enumerate().map(frustum).collect()
+    }
+}
