@@ -12,6 +12,7 @@ mod frame;
 mod input;
 mod interruption;
 mod output;
+mod picture_pairs;
 mod prepare;
 mod progress;
 mod table;

@@ -82,6 +82,13 @@ pub use wheatstone_charts::{
 #[doc(inline)]
 pub use wheatstone_io::formats::{FORMATS, Format, Given, InputFile, OutputFile};
 
+/// Example: the verb `reconstruct` of the program, `crates/wheatstone-cli/src/commands/reconstruct.rs`.
+#[cfg(feature = "reconstruction")]
+#[doc(inline)]
+pub use wheatstone_reconstruction::{
+    Cloud, PairReconstructor, Reconstruction, ReconstructionSettings,
+};
+
 /// Example: `examples/write_report.rs`.
 #[cfg(feature = "report")]
 #[doc(inline)]

@@ -54,8 +54,10 @@
 //! | `report` | yes | the HTML report and its figures |
 //! | `robot` | no | a robot that drives by its cameras |
 //! | `stereo` | yes | dense matching of rectified pairs |
+//! | `reconstruction` | yes | point clouds with error bars from pairs of pictures |
 //!
-//! Each feature contains those above it, in this order; `stereo` stands alone.
+//! Each feature down to `robot` contains those above it, in this order; `stereo` stands alone, and `reconstruction` contains
+//! it and `charts`.
 //!
 //! # Examples
 //!
@@ -103,6 +105,8 @@ pub use wheatstone_numeric::{self as numeric, progress};
 pub use wheatstone_charts::{capture, chart, detection, imaging};
 #[cfg(feature = "io")]
 pub use wheatstone_io::{formats, rectification as rectified_pictures, tables};
+#[cfg(feature = "reconstruction")]
+pub use wheatstone_reconstruction as reconstruction;
 #[cfg(feature = "report")]
 pub use wheatstone_report as report;
 #[cfg(feature = "robot")]

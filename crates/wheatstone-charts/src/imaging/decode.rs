@@ -1,6 +1,6 @@
 //! Picture files to grey values, within limits that a hostile or broken file cannot pass.
 
-use super::GrayImage;
+use super::{ColourImage, GrayImage};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::{
     io::{BufRead, BufReader, Cursor, Seek},
@@ -63,7 +63,19 @@ impl Drop for Share {
 /// [`Error::Io`] where the file cannot be read, [`Error::Image`] where it is not a whole picture
 /// of a known kind or passes `limits`.
 pub fn read_image(path: &Path, limits: Limits) -> Result<GrayImage> {
-    decoded(path, opened(path)?, limits)
+    Ok(to_gray(&decoded(path, opened(path)?, limits)?))
+}
+
+/// [`read_image`] with its colours beside the grey values; grey pictures have three equal ones.
+///
+/// # Errors
+///
+/// As [`read_image`].
+pub fn read_colour_image(path: &Path, limits: Limits) -> Result<ColourImage> {
+    let picture = decoded(path, opened(path)?, limits)?;
+    let gray = to_gray(&picture);
+    let colours = picture.into_rgb8().into_raw().as_chunks::<3>().0.to_vec();
+    Ok(ColourImage { gray, colours })
 }
 
 /// [`read_image`] of a file that is held in memory; `name` stands for it in messages.
@@ -72,14 +84,14 @@ pub fn read_image(path: &Path, limits: Limits) -> Result<GrayImage> {
 ///
 /// As [`read_image`].
 pub fn decode_image(name: &Path, bytes: &[u8], limits: Limits) -> Result<GrayImage> {
-    decoded(name, guessed(name, Cursor::new(bytes))?, limits)
+    Ok(to_gray(&decoded(name, guessed(name, Cursor::new(bytes))?, limits)?))
 }
 
 fn decoded<R: BufRead + Seek>(
     path: &Path,
     reader: ImageReader<R>,
     limits: Limits,
-) -> Result<GrayImage> {
+) -> Result<DynamicImage> {
     let refuse = |problem: String, hint: &str| Error::Image {
         path: path.into(),
         problem,
@@ -120,7 +132,7 @@ fn decoded<R: BufRead + Seek>(
     let orientation = decoder.orientation().map_err(broken)?;
     let mut picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     picture.apply_orientation(orientation);
-    Ok(to_gray(&picture))
+    Ok(picture)
 }
 
 /// Width and height of a picture as [`read_image`] gives it, without decoding it.

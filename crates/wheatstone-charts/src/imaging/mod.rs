@@ -1,13 +1,15 @@
 //! Pictures: decoding within limits, filters, sampling, writing. Knows no charts.
 
 mod annotate;
+mod colour;
 mod decode;
 pub mod filter;
 mod raw;
 mod rounding;
 
 pub use annotate::{Annotated, Colour};
-pub use decode::{Limits, decode_image, read_image, read_size};
+pub use colour::ColourImage;
+pub use decode::{Limits, decode_image, read_colour_image, read_image, read_size};
 
 use std::path::Path;
 use wheatstone_core::{Result, geometry::Pixel, storage};
@@ -97,13 +99,26 @@ impl GrayImage {
         Self { values: self.values.iter().map(|v| 255.0 - v).collect(), ..*self }
     }
 
+    /// What is taken from values, and what they are then multiplied by, for 8 bits: where all of them lie within a
+    /// quarter of the range (a 12-bit camera in a 16-bit file, say) they are stretched over the whole of it.
+    fn stretch(&self) -> (f32, f32) {
+        let (low, high) = rounding::extremes(&self.values);
+        let stretch = high > low && high - low < 64.0;
+        if stretch { (low, 255.0 / (high - low)) } else { (0.0, 1.0) }
+    }
+
+    /// The same picture with the values that [`GrayImage::to_8_bit`] rounds.
+    #[must_use]
+    pub fn stretched(&self) -> Self {
+        let (offset, factor) = self.stretch();
+        Self { values: self.values.iter().map(|v| (v - offset) * factor).collect(), ..*self }
+    }
+
     /// The same picture in 8 bits. Values are rounded; where all of them lie within a quarter of the
     /// range (a 12-bit camera in a 16-bit file, say) they are first stretched over the whole of it.
     #[must_use]
     pub fn to_8_bit(&self) -> image::GrayImage {
-        let (low, high) = rounding::extremes(&self.values);
-        let stretch = high > low && high - low < 64.0;
-        let (offset, factor) = if stretch { (low, 255.0 / (high - low)) } else { (0.0, 1.0) };
+        let (offset, factor) = self.stretch();
         let bytes = rounding::bytes(&self.values, offset, factor);
         image::GrayImage::from_raw(self.width as u32, self.height as u32, bytes).unwrap_or_default()
     }

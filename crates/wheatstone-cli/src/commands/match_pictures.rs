@@ -15,7 +15,7 @@ use wheatstone::{
     Error,
     formats::npy_float32,
     imaging::{GrayImage, Limits, read_image},
-    stereo::{DisparityMap, MatchError, Matcher, Picture, vertical_offset},
+    stereo::{DisparityMap, MatchError, Matcher, Picture, pair_fault, vertical_offset},
     storage::{Output, write_folder},
 };
 
@@ -57,12 +57,6 @@ pub(crate) struct Match {
 /// A disparity of this confidence is hardly ever wrong.
 const CONFIDENT: f32 = 0.9;
 
-/// Rows between the pictures of a pair from which on the search suffers.
-const VERTICAL: f32 = 0.5;
-
-/// The share of confident pixels below which the pair is to be doubted.
-const SPARSE: f64 = 0.1;
-
 /// `0:64`.
 fn range(text: &str) -> Result<Range<i32>, String> {
     let parts = text.split_once(':').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
@@ -98,24 +92,11 @@ impl Match {
         let matcher =
             Matcher::new(self.range.clone()).refining(!self.no_refinement).filling(self.fill);
         let map = matcher.compute(&left, &right).map_err(refused)?;
-        let vertical = vertical_offset(&left, &right, self.range.clone()).map_err(refused)?;
-        let confident = map.density(CONFIDENT);
-        if let Some(vertical) = vertical.filter(|vertical| vertical.median.abs() > VERTICAL) {
-            remark!(
-                "warning",
-                "the right picture shows things {:.1} rows lower (median of {} corners): the pair is not rectified, \
-                 or a camera has moved",
-                vertical.median,
-                vertical.corners
-            );
-        } else if confident < SPARSE {
-            let why = self.doubt(&right, &left)?;
-            remark!(
-                "warning",
-                "{:.0} % of the pixels are matched with confidence: {why}",
-                100.0 * confident
-            );
+        let fault = pair_fault(&matcher, [&left, &right], &map, 0.0).map_err(refused)?;
+        if let Some(fault) = fault {
+            remark!("warning", "{fault}");
         }
+        let confident = map.density(CONFIDENT);
         write_folder(&self.output, |folder| write(&map, &self.range, folder))?;
         let matched = map.disparity.iter().filter(|value| !value.is_nan()).count();
         let matched = matched as f64 / map.disparity.len() as f64;
@@ -127,6 +108,7 @@ impl Match {
             100.0 * confident
         );
         if self.json {
+            let vertical = vertical_offset(&left, &right, self.range).map_err(refused)?;
             let vertical: Option<Value> = vertical
                 .map(|found| json!({ "median_px": found.median, "corners": found.corners }));
             print_json(&json!({
@@ -137,17 +119,6 @@ impl Match {
             }))?;
         }
         Ok(())
-    }
-
-    /// Why so little was matched: most often the pictures are exchanged, which is tried.
-    fn doubt(&self, right: &Picture, left: &Picture) -> Outcome<&'static str> {
-        let matcher = Matcher::new(self.range.clone()).refining(false);
-        let exchanged = matcher.compute(right, left).map_err(refused)?.density(CONFIDENT);
-        Ok(if exchanged > 3.0 * SPARSE {
-            "the pictures are exchanged, the right one is the first"
-        } else {
-            "the pictures show nothing in common within the range, have no texture, or one that repeats"
-        })
     }
 }
 

@@ -18,6 +18,7 @@ pub(crate) mod locate;
 pub(crate) mod man;
 pub(crate) mod match_pictures;
 pub(crate) mod new;
+pub(crate) mod reconstruct;
 pub(crate) mod rectify;
 pub(crate) mod report;
 pub(crate) mod reproduce;
@@ -61,6 +62,7 @@ verbs! {
     convert::Convert,
     rectify::Rectify,
     match_pictures::Match,
+    reconstruct::Reconstruct,
     synth::Synth,
     reproduce::Reproduce,
     drive::Drive,

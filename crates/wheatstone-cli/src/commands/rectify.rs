@@ -4,6 +4,7 @@ use super::{locate::needs_two_cameras, print_json};
 use crate::{
     conversion::{PictureSizes, shown, size, write_pair},
     failure::{Failure, Outcome},
+    picture_pairs::{files, paired},
     progress::Bar,
     table::figure,
     verbosity::say,
@@ -63,7 +64,7 @@ pub(crate) struct Rectify {
 }
 
 /// `1,2`.
-fn two(text: &str) -> Result<[usize; 2], String> {
+pub(super) fn two(text: &str) -> Result<[usize; 2], String> {
     let parts = text.split_once(',').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
     match parts {
         Some((Ok(a), Ok(b))) if a > 0 && b > 0 && a != b => Ok([a, b]),
@@ -110,18 +111,7 @@ impl Rectify {
     fn pictures(&self) -> Outcome<Vec<[PathBuf; 2]>> {
         let mut pairs = Vec::new();
         for both in self.images.chunks_exact(2) {
-            let (first, second) = (files(&both[0])?, files(&both[1])?);
-            if first.len() != second.len() {
-                return Err(Failure::usage(
-                    format!(
-                        "{} pictures of one camera, {} of the other",
-                        first.len(),
-                        second.len()
-                    ),
-                    "pictures are paired in sorted order: give the same number of each",
-                ));
-            }
-            pairs.extend(first.into_iter().zip(second).map(|(a, b)| [a, b]));
+            pairs.extend(paired(files(&both[0])?, files(&both[1])?)?);
         }
         Ok(pairs)
     }
@@ -183,21 +173,6 @@ fn write_pictures(
         wheatstone::progress::Progress::check(&bar).map_err(Error::from)?;
     }
     Ok(written)
-}
-
-/// A file itself; of a folder its files, in sorted order.
-fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_path_buf()]);
-    }
-    let reading = |source| Error::Io { action: "read", path: path.into(), source };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(reading)? {
-        let entry = entry.map_err(reading)?.path();
-        found.extend(entry.is_file().then_some(entry));
-    }
-    found.sort();
-    Ok(found)
 }
 
 /// Pictures that were scaled or cropped after the model was fitted have other pixels than it knows.

@@ -56,12 +56,25 @@ pub(crate) const FILES: [Job; 14] = [
 ];
 
 /// Those that write a folder.
-pub(crate) const FOLDERS: [Job; 7] = [
+pub(crate) const FOLDERS: [Job; 8] = [
     job(&["synth", "--near", "90", "--far", "120", "-o"], "", &[]),
     job(&["export", "model.json", "--format", "ros", "-o"], "", &[]),
     job(&["rectify", "model.json", "-o"], "", &[]),
     job(
         &["match", "capture/left/090.png", "capture/right/090.png", "--range", "0:16", "-o"],
+        "",
+        &[],
+    ),
+    job(
+        &[
+            "reconstruct",
+            "model.json",
+            "--images",
+            "capture/left/090.png",
+            "capture/right/090.png",
+            "--force",
+            "-o",
+        ],
         "",
         &[],
     ),

@@ -27,6 +27,7 @@ mod one_camera;
 mod outputs;
 mod paper;
 mod program;
+mod reconstruct;
 mod reports;
 mod rows;
 #[cfg(unix)]

@@ -18,6 +18,7 @@ mod vertical_error;
 mod maps;
 mod points;
 mod ray_table;
+mod epipolar;
 mod error_summary;
 mod table;
 

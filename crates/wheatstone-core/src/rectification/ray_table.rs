@@ -101,7 +101,7 @@ fn local(maps: &Maps, side: usize, place: Point3) -> Option<Local> {
 
 /// The point at a depth along `forward` that a camera observes at `pixel`, sought from the line through
 /// `start`.
-fn reached(
+pub(super) fn reached(
     maps: &Maps,
     side: usize,
     (start, along): (Point3, Vector3),

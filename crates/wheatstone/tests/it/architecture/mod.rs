@@ -10,7 +10,7 @@ use std::{
 };
 
 /// The crates, each of which may use only those before it.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "wheatstone-numeric",
     "wheatstone-core",
     "wheatstone-stereo",
@@ -18,6 +18,7 @@ const CRATES: [&str; 11] = [
     "wheatstone-io",
     "wheatstone-synthetic",
     "wheatstone-report",
+    "wheatstone-reconstruction",
     "wheatstone-robot",
     "wheatstone",
     "wheatstone-cli",

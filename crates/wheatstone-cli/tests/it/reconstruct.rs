@@ -1,0 +1,111 @@
+//! `wheatstone reconstruct`: what it writes, and what it says of pairs that are none.
+
+use crate::program::{done, refused};
+use std::{fs, path::Path};
+
+/// A capture with a scene, and a model of it.
+fn prepared(at: &Path) {
+    done(at, &["synth", "--scene", "-o", "capture"]);
+    done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
+}
+
+const LEFT: &str = "capture/scene/left.png";
+const RIGHT: &str = "capture/scene/right.png";
+
+#[test]
+fn a_scene_becomes_a_cloud_depths_and_a_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    let (printed, _) =
+        done(at, &["reconstruct", "model.json", "--images", LEFT, RIGHT, "-o", "out", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let frame = &told["frames"][0];
+    let points = frame["points"].as_u64().unwrap();
+    assert!(points > 100_000, "{frame}");
+    assert!(frame["inside_calibrated_volume"].as_f64().unwrap() > 0.2, "{frame}");
+    let ply = fs::read(at.join("out/cloud.ply")).unwrap();
+    let header = String::from_utf8_lossy(&ply[..600]).into_owned();
+    assert!(header.contains(&format!("element vertex {points}\n")), "{header}");
+    let saved = fs::read_to_string(at.join("out/summary.json")).unwrap();
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&saved).unwrap(), told);
+    let confidence = image::open(at.join("out/confidence.png")).unwrap().to_luma8();
+    let depth = image::open(at.join("out/depth.png")).unwrap().into_luma16();
+    assert_eq!(confidence.dimensions(), depth.dimensions());
+    let deep = depth.pixels().filter(|pixel| pixel.0[0] > 0).count() as u64;
+    assert_eq!(deep, points);
+    let page = fs::read_to_string(at.join("out/scene.html")).unwrap();
+    assert!(page.starts_with("<!") && page.len() < 15_000_000);
+    for name in ["depth.tiff", "disparity.npy"] {
+        assert!(at.join("out").join(name).is_file(), "{name}");
+    }
+
+    // Fewer points of a part, and of smaller standard deviations.
+    let part = ["--region", "200,150,100,80", "--max-sigma", "0.2", "-o", "part", "--json"];
+    let command = [&["reconstruct", "model.json", "--images", LEFT, RIGHT][..], &part].concat();
+    let part: serde_json::Value = serde_json::from_str(&done(at, &command).0).unwrap();
+    let fewer = part["frames"][0]["points"].as_u64().unwrap();
+    assert!(fewer > 1000 && fewer <= 8000, "{part}");
+}
+
+#[test]
+fn several_pairs_have_a_folder_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    for side in ["left", "right"] {
+        fs::create_dir(at.join(side)).unwrap();
+        for name in ["a", "b"] {
+            let from = at.join(format!("capture/scene/{side}.png"));
+            fs::copy(from, at.join(format!("{side}/{name}.png"))).unwrap();
+        }
+    }
+    done(at, &["reconstruct", "model.json", "--images", "left", "right", "-o", "folders"]);
+    let files = ["left/a.png", "left/b.png", "right/a.png", "right/b.png"];
+    let command = [&["reconstruct", "model.json", "--images"], &files[..], &["-o", "files"]];
+    done(at, &command.concat());
+    let cloud = |path: &str| fs::read(at.join(path).join("cloud.ply")).unwrap();
+    assert!(cloud("folders/a") == cloud("folders/b") && cloud("folders/a") == cloud("files/b"));
+    let same = ["left/a.png", "folders/../left/a.png", "right/a.png", "right/b.png"];
+    let command = [&["reconstruct", "model.json", "--images"], &same[..], &["-o", "same"]];
+    assert!(refused(at, &command.concat()).contains("same name"));
+    let told = fs::read_to_string(at.join("folders/summary.json")).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["frames"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn pairs_that_do_not_fit_are_refused_in_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    let told = |pair: [&str; 2]| {
+        let command = ["reconstruct", "model.json", "--images", pair[0], pair[1], "-o", "out"];
+        let told = refused(at, &command);
+        assert!(!at.join("out").exists(), "{told}");
+        told
+    };
+    assert!(told([RIGHT, LEFT]).contains("the pictures are exchanged"));
+
+    let right = image::open(at.join(RIGHT)).unwrap().to_luma8();
+    let small = image::imageops::thumbnail(&right, 320, 240);
+    small.save(at.join("small.png")).unwrap();
+    assert!(told([LEFT, "small.png"]).contains("320 x 240"));
+
+    // The right camera has turned down a little.
+    let moved = image::GrayImage::from_fn(640, 480, |x, y| *right.get_pixel(x, (y + 3).min(479)));
+    moved.save(at.join("moved.png")).unwrap();
+    let moved = told([LEFT, "moved.png"]);
+    assert!(moved.contains("rows higher (median of") && moved.contains("moved"), "{moved}");
+
+    let stripes = image::GrayImage::from_fn(640, 480, |x, _| image::Luma([(x % 8 * 30) as u8]));
+    stripes.save(at.join("stripes.png")).unwrap();
+    assert!(told(["stripes.png", "stripes.png"]).contains("or one that repeats"));
+    let blank = image::GrayImage::from_pixel(640, 480, image::Luma([120]));
+    blank.save(at.join("blank.png")).unwrap();
+    assert!(told(["blank.png", "blank.png"]).contains("have no texture"));
+
+    // Said, and done, for who insists.
+    let command = ["reconstruct", "model.json", "--images", RIGHT, LEFT, "-o", "out", "--force"];
+    assert!(done(at, &command).1.contains("exchanged"));
+}

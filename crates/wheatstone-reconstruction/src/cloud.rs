@@ -1,0 +1,56 @@
+//! Points in the world, with what is known of each.
+
+use wheatstone_core::dataset::volume::Trust;
+
+/// Points in the world, column by column: entry `i` of every column belongs to one point.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Cloud {
+    /// X, Y and Z in the world, in the model's unit.
+    pub points: Vec<[f32; 3]>,
+    /// Standard deviations of X, Y and Z, in the model's unit: of the match and of the calibration.
+    pub sigmas: Vec<[f32; 3]>,
+    /// The probability that the disparity is less than a pixel off, 0 to 1.
+    pub confidence: Vec<f32>,
+    /// Red, green and blue of the left picture.
+    pub colours: Vec<[u8; 3]>,
+    /// The matched pixels in the first and in the second camera's own picture.
+    pub pixels: [Vec<[f32; 2]>; 2],
+    /// Whether the pixels show what the calibration was shown.
+    pub trust: Vec<Trust>,
+    /// The pixel of the left rectified picture, row by row.
+    pub places: Vec<u32>,
+}
+
+impl Cloud {
+    /// The number of points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there are no points.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Least and largest X, Y and Z; none of no points.
+    #[must_use]
+    pub fn bounds(&self) -> Option<[[f32; 3]; 2]> {
+        let first = *self.points.first()?;
+        Some(self.points.iter().fold([first; 2], |[low, high], point| {
+            let by = |of: fn(f32, f32) -> f32, bound: [f32; 3]| {
+                std::array::from_fn(|axis| of(bound[axis], point[axis]))
+            };
+            [by(f32::min, low), by(f32::max, high)]
+        }))
+    }
+
+    /// The share of the points that lie where the calibration had data, 0 to 1.
+    #[must_use]
+    pub fn trusted(&self) -> f64 {
+        let trusted = self.trust.iter().filter(|trust| **trust != Trust::Outside).count();
+        trusted as f64 / self.trust.len().max(1) as f64
+    }
+}

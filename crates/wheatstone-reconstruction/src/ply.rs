@@ -1,0 +1,37 @@
+//! The Stanford PLY format, binary: what CloudCompare, MeshLab, Open3D and PCL open.
+
+use crate::cloud::Cloud;
+use std::io::{self, Write};
+
+/// Writes a cloud as binary little-endian PLY: x y z, red green blue, standard deviations and confidence. What stands
+/// beside x y z and the colours opens as scalar fields.
+///
+/// # Errors
+///
+/// Those of the writer.
+pub fn binary_ply(cloud: &Cloud, unit: &str, out: &mut impl Write) -> io::Result<()> {
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\n\
+         comment x, y, z and their standard deviations in {}; confidence: probability of a disparity error below 1 px\n\
+         element vertex {}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\n\
+         property float sigma_x\nproperty float sigma_y\nproperty float sigma_z\n\
+         property float confidence\nend_header\n",
+        unit.replace(['\n', '\r'], " "),
+        cloud.len()
+    );
+    out.write_all(header.as_bytes())?;
+    let columns = cloud.points.iter().zip(&cloud.colours).zip(&cloud.sigmas).zip(&cloud.confidence);
+    for (((point, colour), sigma), confidence) in columns {
+        let mut row = [0_u8; 31];
+        let (place, rest) = row.split_at_mut(12);
+        let (shade, rest) = rest.split_at_mut(3);
+        shade.copy_from_slice(colour);
+        let numbers = place.chunks_exact_mut(4).chain(rest.chunks_exact_mut(4));
+        let values = point.iter().chain(sigma).chain([confidence]);
+        numbers.zip(values).for_each(|(bytes, value)| bytes.copy_from_slice(&value.to_le_bytes()));
+        out.write_all(&row)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! What is wanted of a reconstruction.
+
+use std::ops::Range;
+use wheatstone_core::{Error, Result};
+
+/// What is wanted of a reconstruction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReconstructionSettings {
+    /// The two cameras of the model, counted from 0, in the order of the pictures.
+    pub cameras: [usize; 2],
+    /// Width and height of the two pictures in pixels.
+    pub sizes: [[u32; 2]; 2],
+    /// The nearest and the farthest depth to search, along the virtual cameras' axis, in the model's unit. Default: the
+    /// depths that the model was fitted to, with a margin.
+    pub depths: Option<[f64; 2]>,
+    /// Points whose probability of a disparity error below a pixel is less are left out. Default: 0.9.
+    pub least_confidence: f32,
+    /// Points with a larger standard deviation along any axis are left out, in the model's unit.
+    pub most_sigma: Option<f64>,
+    /// The part of the first camera's picture that is wanted: left, top, width and height in pixels.
+    pub region: Option<[u32; 4]>,
+}
+
+impl ReconstructionSettings {
+    /// The first two cameras, with pictures of these sizes.
+    #[must_use]
+    pub fn new(sizes: [[u32; 2]; 2]) -> Self {
+        Self {
+            cameras: [0, 1],
+            sizes,
+            depths: None,
+            least_confidence: 0.9,
+            most_sigma: None,
+            region: None,
+        }
+    }
+
+    /// What can be said before any work.
+    pub(crate) fn check(&self) -> Result<()> {
+        let refuse = |setting: &str, value: String, need: &str| {
+            Err(Error::Setting { setting: setting.into(), value, need: need.into() })
+        };
+        if let Some([near, far]) = self.depths
+            && !(near > 0.0 && near < far && far.is_finite())
+        {
+            let need = "two depths above 0, the nearer one first, as in 300:1500";
+            return refuse("range of depths", format!("{near}:{far}"), need);
+        }
+        if !(0.0..1.0).contains(&self.least_confidence) {
+            let value = self.least_confidence.to_string();
+            return refuse("confidence", value, "a probability from 0 to below 1");
+        }
+        if let Some(sigma) = self.most_sigma.filter(|sigma| sigma.is_nan() || *sigma <= 0.0) {
+            return refuse("largest standard deviation", sigma.to_string(), "a length above 0");
+        }
+        Ok(())
+    }
+}
+
+/// Disparities that a search can go over at all.
+const MOST: f64 = wheatstone_stereo::MOST_DISPARITIES as f64;
+
+/// Whole disparities from the least to before the most, both in pixels.
+pub(crate) fn whole([least, most]: [f64; 2]) -> Result<Range<i32>> {
+    let (first, end) = (least.floor(), most.ceil() + 1.0);
+    if end - first > MOST {
+        return Err(Error::Setting {
+            setting: "range of depths".into(),
+            value: format!("{:.0} disparities", end - first),
+            need: format!(
+                "at most {MOST}: name a larger nearest depth, or scale the pictures down and calibrate at that size"
+            ),
+        });
+    }
+    Ok(first as i32..end as i32)
+}

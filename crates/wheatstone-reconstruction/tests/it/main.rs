@@ -1,0 +1,5 @@
+//! Clouds of rendered scenes against their truth.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+mod optics;
+mod files;
