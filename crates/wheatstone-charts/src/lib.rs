@@ -5,6 +5,7 @@
 //! above it.
 
 pub mod imaging;
+pub mod rectified_pictures;
 pub mod chart;
 pub mod capture;
 pub mod detection;

@@ -1,18 +1,33 @@
-//! Pictures of two cameras, as they are named on the command line.
+//! Pictures of several cameras, as they are named on the command line.
 
 use crate::failure::{Failure, Outcome};
 use std::path::{Path, PathBuf};
 use wheatstone::Error;
 
-/// Pairs of two files, of two folders in sorted order, or of `2 n` files: those of the first camera, then as many of the
-/// second, as a shell makes them of `left/*.png right/*.png`.
-pub(crate) fn pairs(named: &[PathBuf]) -> Outcome<Vec<[PathBuf; 2]>> {
-    let (first, second) = named.split_at(named.len() / 2);
-    let files_of = |named: &[PathBuf]| -> Outcome<Vec<PathBuf>> {
+/// Pictures of so many cameras taken at once: a file a camera, a folder a camera in sorted order, or all files of the first
+/// camera, then as many of the next, as a shell makes them of `left/*.png right/*.png`.
+pub(crate) fn frames(named: &[PathBuf], cameras: usize) -> Outcome<Vec<Vec<PathBuf>>> {
+    if !named.len().is_multiple_of(cameras) {
+        return Err(Failure::usage(
+            format!("{} pictures or folders of {cameras} cameras", named.len()),
+            "give the same number for each camera, and name the cameras with `--cameras 1,2`",
+        ));
+    }
+    let of_camera = |named: &[PathBuf]| -> Outcome<Vec<PathBuf>> {
         let each: Outcome<Vec<Vec<PathBuf>>> = named.iter().map(|path| files(path)).collect();
         Ok(each?.concat())
     };
-    paired(files_of(first)?, files_of(second)?)
+    let each = named.chunks((named.len() / cameras).max(1)).map(of_camera);
+    let each: Vec<Vec<PathBuf>> = each.collect::<Outcome<_>>()?;
+    let counts: Vec<String> = each.iter().map(|files| files.len().to_string()).collect();
+    let count = each.first().map_or(0, Vec::len);
+    if each.iter().any(|files| files.len() != count) {
+        return Err(Failure::usage(
+            format!("the cameras have {} pictures", counts.join(", ")),
+            "pictures are matched in sorted order: give the same number for each camera",
+        ));
+    }
+    Ok((0..count).map(|index| each.iter().map(|files| files[index].clone()).collect()).collect())
 }
 
 /// One picture of either camera after the other.

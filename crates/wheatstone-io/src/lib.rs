@@ -1,6 +1,4 @@
-//! What goes to disk and comes from it: tables of points, calibrations of other programs, and rectified
-//! pictures.
+//! What goes to disk and comes from it: tables of points, and calibrations of other programs.
 
 pub mod tables;
 pub mod formats;
-pub mod rectification;

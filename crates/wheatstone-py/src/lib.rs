@@ -14,6 +14,7 @@ mod matching;
 mod model;
 mod pictures;
 mod pool;
+mod reconstruction;
 mod synthetic;
 mod tables;
 mod work;
@@ -50,6 +51,8 @@ fn _wheatstone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(cameras::from_matrices, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::read_cameras, module)?)?;
     module.add_function(wrap_pyfunction!(matching::match_pair, module)?)?;
+    module.add_class::<reconstruction::PyReconstructor>()?;
+    module.add_function(wrap_pyfunction!(reconstruction::ply, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::detect, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::detect_all, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::chart_settings, module)?)?;

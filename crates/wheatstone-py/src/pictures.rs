@@ -7,7 +7,7 @@ use crate::{
     work,
 };
 use numpy::{
-    Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn,
+    Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods,
     ndarray::{Array2, ArrayViewD},
 };
 use pyo3::prelude::*;
@@ -17,6 +17,7 @@ use wheatstone::{
     capture::{CameraPictures, Capture, CapturedView},
     detection::detect_in,
     geometry::Vector3,
+    imaging::ColourImage,
     read_image,
 };
 
@@ -74,6 +75,23 @@ pub(crate) fn picture(array: &Bound<PyAny>, bgr: bool) -> PyResult<GrayImage> {
     }
     let array = array.extract::<PyReadonlyArrayDyn<f32>>()?;
     of(&array.as_array(), |pixel| if pixel.is_finite() { pixel } else { 0.0 }, bgr)
+}
+
+/// The same with its colours, where it has 8 bits and three or four channels; others are as grey as they are.
+pub(crate) fn colour_picture(array: &Bound<PyAny>, bgr: bool) -> PyResult<ColourImage> {
+    let gray = picture(array, bgr)?;
+    let order = if bgr { [2, 1, 0] } else { [0, 1, 2] };
+    if let Ok(array) = array.extract::<PyReadonlyArrayDyn<u8>>()
+        && let [height, width, 3 | 4] = *array.shape()
+    {
+        let pixels = array.as_array();
+        let colour = |at: usize| order.map(|channel| pixels[[at / width, at % width, channel]]);
+        let colours = (0..height * width).map(colour).collect();
+        if let Some(coloured) = ColourImage::new(gray.clone(), colours) {
+            return Ok(coloured);
+        }
+    }
+    Ok(ColourImage::from_gray(gray))
 }
 
 /// Ids, pixels (n, 2), standard deviations, places on the chart (n, 3), names, and the number of readings.

@@ -128,6 +128,50 @@ def test_a_pair_is_matched():
             ws.match_pair(*pair, search)
 
 
+def test_pictures_of_calibrated_cameras_become_points(tmp_path):
+    texture = np.random.default_rng(3).uniform(0, 255, (120, 240))
+    texture = sum(np.roll(texture, (a, b), (0, 1)) for a in range(3) for b in range(3)) / 9
+    # A wall at 2.5 m: 0.1 m times 240 px by 9.6 px.
+    K = np.array([[240.0, 0, 79.5], [0, 240, 59.5], [0, 0, 1]])
+    none = np.zeros(5)
+    cal = ws.from_opencv(K, none, K, none, np.eye(3), [-0.1, 0, 0], (160, 120), unit="m", pixel_sigma=0.1)
+    columns = np.arange(160)
+    left = texture[:, columns + 10]
+    right = 0.4 * texture[:, columns + 19] + 0.6 * texture[:, columns + 20]
+    pair = [np.stack([np.rint(side), 0 * side, 0 * side], axis=2).astype(np.uint8) for side in (left, right)]
+    found = ws.reconstruct(cal, pair, range=(1.5, 10.0))
+    assert len(found) > 0.5 * 160 * 120 and found.fault is None and found.unit == "m"
+    assert np.median(np.abs(found.points[:, 2] - 2.5)) < 0.03
+    assert 0.001 < np.median(found.sigmas[:, 2]) < 0.05
+    row, column = np.argwhere(np.isfinite(found.depth))[500]
+    assert found.depth.shape == found.disparity.shape and found.depth[row, column] == pytest.approx(2.5, abs=0.1)
+    assert [pixels.shape for pixels in found.pixels] == [(len(found), 2)] * 2
+    assert np.median(found.pixels[0][:, 0] - found.pixels[1][:, 0]) == pytest.approx(9.6, abs=0.1)
+    assert (found.colours[:, 1:] == 0).all() and found.colours[:, 0].max() > 100
+    assert not found.inside.any()
+    found.save(tmp_path / "cloud.ply")
+    header, body = (tmp_path / "cloud.ply").read_bytes().split(b"end_header\n", 1)
+    assert f"element vertex {len(found)}".encode() in header and len(body) == 31 * len(found)
+
+    made = ws.Reconstructor(cal, (160, 120), range=(1.5, 10.0), region=(40, 30, 80, 60))
+    part = made.reconstruct([side[..., 0] for side in pair])
+    pixels = part.pixels[0]
+    assert 0 < len(part) < len(found) and (pixels >= [39.5, 29.5]).all() and (pixels < [119.5, 89.5]).all()
+    at = made.Q @ [79.5, 59.5, 10.0, 1.0]
+    assert at[2] / at[3] == pytest.approx(0.1 * made.Q[2, 3] / 10.0)
+    assert made.world.shape == (3, 4) and made.disparities[0] < 9 < made.disparities[1]
+
+    with pytest.raises(ws.errors.DegenerateError, match="exchanged"):
+        ws.reconstruct(cal, pair[::-1], range=(1.5, 10.0))
+    assert "exchanged" in ws.reconstruct(cal, pair[::-1], range=(1.5, 10.0), force=True).fault
+    with pytest.raises(ws.errors.MismatchError):
+        ws.reconstruct(cal, [side[1:] for side in pair], range=(1.5, 10.0))
+    with pytest.raises(ws.errors.SettingError):
+        ws.reconstruct(cal, pair, range=(10.0, 1.5))
+    with pytest.raises(ws.errors.ArgumentError):
+        ws.Reconstructor(cal, (160, 120), cameras=[0, 2])
+
+
 def test_a_rectified_pair_triangulates(cal, data):
     cv2 = pytest.importorskip("cv2")
     pair = ws.rectify(cal, image_size=(640, 480))

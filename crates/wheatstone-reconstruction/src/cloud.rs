@@ -10,12 +10,13 @@ pub struct Cloud {
     pub points: Vec<[f32; 3]>,
     /// Standard deviations of X, Y and Z, in the model's unit: of the match and of the calibration.
     pub sigmas: Vec<[f32; 3]>,
-    /// The probability that the disparity is less than a pixel off, 0 to 1.
+    /// The probability that the disparity is less than a pixel off, 0 to 1; of several pairs, that those that agree are
+    /// right.
     pub confidence: Vec<f32>,
-    /// Red, green and blue of the left picture.
+    /// Red, green and blue of the reference camera's picture.
     pub colours: Vec<[u8; 3]>,
-    /// The matched pixels in the first and in the second camera's own picture.
-    pub pixels: [Vec<[f32; 2]>; 2],
+    /// The matched pixels in each camera's own picture, in the order of the settings; NaN where a camera has none.
+    pub pixels: Vec<Vec<[f32; 2]>>,
     /// Whether the pixels show what the calibration was shown.
     pub trust: Vec<Trust>,
     /// The pixel of the left rectified picture, row by row.

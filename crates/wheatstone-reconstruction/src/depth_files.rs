@@ -2,7 +2,7 @@
 
 use std::io::{Seek, Write};
 use tiff::{
-    encoder::{TiffEncoder, colortype::Gray32Float},
+    encoder::{Compression, DeflateLevel, TiffEncoder, colortype::Gray32Float},
     tags::Tag,
 };
 
@@ -28,13 +28,19 @@ pub fn depth_tiff(
 ) -> Result<(), String> {
     let told = |e: tiff::TiffError| e.to_string();
     let side = |side: usize| u32::try_from(side).map_err(|e| e.to_string());
-    let mut encoder = TiffEncoder::new(out).map_err(told)?;
+    // Compressed: of others, libtiff finds the predictor's tag strange, which the encoder always writes.
+    let compression = Compression::Deflate(DeflateLevel::default());
+    let mut encoder = TiffEncoder::new(out).map_err(told)?.with_compression(compression);
     let mut image = encoder.new_image::<Gray32Float>(side(width)?, side(height)?).map_err(told)?;
-    let described: String = unit.chars().filter(|letter| letter.is_ascii_graphic()).collect();
-    let described =
-        format!("depth along the optical axis of the left rectified camera; unit: {described}");
+    let described = described(&format!("unit: {unit}"));
     image.encoder().write_tag(Tag::ImageDescription, &described[..]).map_err(told)?;
     image.write_data(depth).map_err(told)
+}
+
+/// What a file says of itself, in ASCII.
+fn described(unit: &str) -> String {
+    let unit: String = unit.chars().filter(|letter| matches!(letter, ' '..='~')).collect();
+    format!("depth along the optical axis of the left rectified camera; {unit}")
 }
 
 /// The step of a 16-bit picture: a power of ten of the unit, the smallest that holds the largest depth.
@@ -58,7 +64,8 @@ impl DepthPng {
     }
 }
 
-/// Writes depths as a 16-bit grey PNG: the depth over [`DepthPng::step`], 0 where there is none.
+/// Writes depths as a 16-bit grey PNG: the depth over [`DepthPng::step`], 0 where there is none; the step stands in its
+/// `Description`.
 ///
 /// # Errors
 ///
@@ -66,7 +73,7 @@ impl DepthPng {
 pub fn depth_png(
     (width, height): (usize, usize),
     depth: &[f32],
-    scale: DepthPng,
+    (scale, unit): (DepthPng, &str),
     out: impl Write,
 ) -> Result<(), String> {
     let told = |e: png::EncodingError| e.to_string();
@@ -74,6 +81,8 @@ pub fn depth_png(
     let mut encoder = png::Encoder::new(out, side(width)?, side(height)?);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(png::BitDepth::Sixteen);
+    let described = described(&format!("a grey level is {} {unit}", scale.step));
+    encoder.add_text_chunk("Description".into(), described).map_err(told)?;
     let mut writer = encoder.write_header().map_err(told)?;
     let bytes: Vec<u8> = depth.iter().flat_map(|depth| scale.level(*depth).to_be_bytes()).collect();
     writer.write_image_data(&bytes).map_err(told)?;

@@ -2,26 +2,61 @@
 
 use wheatstone_core::rectification::Table;
 
-/// Matched pixels, column by column.
-#[derive(Clone, Debug, Default)]
+/// Matched pixels of several cameras, column by column; NaN where a camera has no match.
+#[derive(Clone, Debug)]
 pub(crate) struct Matches {
-    /// x and y in the left camera's picture.
-    pub(crate) left: [Vec<f64>; 2],
-    /// x and y in the right camera's picture.
-    pub(crate) right: [Vec<f64>; 2],
-    /// By how much the right pixel moves along x and y for a disparity that is larger by a pixel.
-    pub(crate) along: [Vec<f64>; 2],
+    /// Cameras of the model: the reference, whose pixels say which points are meant, and the others.
+    pub(crate) cameras: Vec<usize>,
+    /// x and y in each camera's picture.
+    pub(crate) pixels: Vec<[Vec<f64>; 2]>,
+    /// By how much each pixel moves along x and y for a disparity that is larger by its standard deviation; nothing of
+    /// the reference.
+    pub(crate) deviations: Vec<[Vec<f64>; 2]>,
+    /// Where the reference camera's pixel would go for a larger disparity with the other pixel in its place: a direction
+    /// in its picture, of length 1.
+    pub(crate) directions: Vec<[Vec<f64>; 2]>,
+}
+
+/// What another camera matches with a pixel of the reference camera.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MatchedPixel {
+    pub(crate) pixel: [f64; 2],
+    pub(crate) deviation: [f64; 2],
+    pub(crate) direction: [f64; 2],
 }
 
 impl Matches {
-    pub(crate) fn push(&mut self, left: [f64; 2], right: [f64; 2], along: [f64; 2]) {
-        let columns = self.left.iter_mut().chain(&mut self.right).chain(&mut self.along);
-        let values = left.into_iter().chain(right).chain(along);
-        columns.zip(values).for_each(|(column, value)| column.push(value));
+    pub(crate) fn new(cameras: Vec<usize>) -> Self {
+        let columns = vec![<[Vec<f64>; 2]>::default(); cameras.len()];
+        Self { cameras, pixels: columns.clone(), deviations: columns.clone(), directions: columns }
+    }
+
+    /// Adds a pixel of the reference camera, and what the others match with it.
+    pub(crate) fn push(
+        &mut self,
+        reference: [f64; 2],
+        others: impl Iterator<Item = Option<MatchedPixel>>,
+    ) {
+        const NOTHING: [f64; 2] = [f64::NAN; 2];
+        let nothing = MatchedPixel { pixel: NOTHING, deviation: NOTHING, direction: NOTHING };
+        let own = MatchedPixel { pixel: reference, deviation: [0.0; 2], direction: [0.0; 2] };
+        let found = std::iter::once(own).chain(others.map(|other| other.unwrap_or(nothing)));
+        for (side, found) in found.enumerate() {
+            for axis in 0..2 {
+                self.pixels[side][axis].push(found.pixel[axis]);
+                self.deviations[side][axis].push(found.deviation[axis]);
+                self.directions[side][axis].push(found.direction[axis]);
+            }
+        }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.left[0].len()
+        self.pixels[0][0].len()
+    }
+
+    /// The pixel of one of the cameras.
+    pub(crate) fn pixel(&self, side: usize, index: usize) -> [f64; 2] {
+        self.pixels[side].each_ref().map(|column| column[index])
     }
 }
 

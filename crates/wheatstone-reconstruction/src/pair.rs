@@ -1,266 +1,179 @@
-//! Two cameras of a model, made ready once; pairs of pictures to clouds.
+//! Two cameras of a model, rectified once: the disparities that pictures of theirs show.
 
 use crate::{
-    cloud::Cloud,
-    matches::{Matches, source, stretch},
-    points::PointEstimator,
-    remap::rectified,
+    matches::{MatchedPixel, source, stretch},
     settings::{ReconstructionSettings, whole},
 };
 use std::ops::Range;
-use wheatstone_charts::imaging::ColourImage;
+use wheatstone_charts::{imaging::ColourImage, rectified_pictures::remapped};
 use wheatstone_core::{
     Calibration, Error, Result,
     geometry::Pixel,
-    rectification::{PairSettings, Rectification, Table, VirtualPair},
+    rectification::{PairSettings, Rectification, Table},
 };
 use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{
     DisparityMap, EpipolarCurves, MatchError, Matcher, PairFault, Picture, pair_fault,
 };
 
-/// Two cameras of a model, made ready to reconstruct what they see.
-pub struct PairReconstructor<'a> {
-    rectification: Rectification<'a>,
+/// Two cameras of a model, rectified.
+///
+/// Disparities are those of the *reference* camera's picture. Where that is the right camera of the virtual pair, both
+/// rectified pictures are mirrored: then it is the left one, and disparities are the same.
+pub(crate) struct RectifiedPair<'a> {
+    pub(crate) rectification: Rectification<'a>,
+    /// The reference camera, and the other one.
+    pub(crate) cameras: [usize; 2],
+    is_mirrored: bool,
+    /// Of the reference camera and of the other one, mirrored where pictures are.
     tables: [Table; 2],
-    range: Range<i32>,
+    pub(crate) range: Range<i32>,
     /// Where rows are no epipolar lines.
     curves: Option<EpipolarCurves>,
-    estimator: PointEstimator<'a>,
-    settings: ReconstructionSettings,
 }
 
-/// What a pair of pictures shows.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Reconstruction {
-    /// Disparities of the left rectified picture.
-    pub map: DisparityMap,
-    /// Depths of the same pixels along the axis of the left virtual camera, in the model's unit; NaN for pixels
-    /// without a point in the cloud.
-    pub depth: Vec<f32>,
-    /// The points.
-    pub cloud: Cloud,
-    /// What makes all of it worthless, if something does.
-    pub fault: Option<PairFault>,
-}
-
-impl<'a> PairReconstructor<'a> {
-    /// Of two cameras of a model of any method.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Setting`] for settings without sense, or more disparities than can be searched;
-    /// [`Error::Mismatch`] where the model was fitted to pictures of another size; those of [`Rectification::of`].
-    pub fn new(
+impl<'a> RectifiedPair<'a> {
+    /// Of two cameras; `reference` is one of them, or none: then it is the left one.
+    pub(crate) fn new(
         model: &'a Calibration,
-        settings: ReconstructionSettings,
+        cameras: [usize; 2],
+        reference: Option<usize>,
+        settings: &ReconstructionSettings,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        settings.check()?;
-        let mut sizes =
-            vec![
-                None;
-                model.volume.cameras().max(settings.cameras[0].max(settings.cameras[1]) + 1)
-            ];
-        for (camera, size) in settings.cameras.into_iter().zip(settings.sizes) {
-            if let Some(known) = model.picture_size(camera).filter(|known| *known != size) {
-                return Err(other_size(known, size));
-            }
-            sizes[camera] = Some(size);
+        let most = settings.cameras.iter().copied().max().unwrap_or_default();
+        let mut sizes = vec![None; model.volume.cameras().max(most + 1)];
+        for (camera, size) in settings.cameras.iter().zip(&settings.sizes) {
+            sizes[*camera] = Some(*size);
         }
-        let wanted = PairSettings { cameras: settings.cameras, sizes, ..PairSettings::default() };
+        let wanted = PairSettings { cameras, sizes, ..PairSettings::default() };
         let rectification = Rectification::of(model, &wanted, progress)?;
-        let range = disparities(&rectification, settings.depths)?;
-        let tables = [0, 1].map(|side| rectification.table(side));
-        let curves = curves(&rectification, &range)?;
-        let shown = lattice(&tables, curves.as_ref(), &range);
-        let estimator = PointEstimator::new(model, rectification.pair.cameras, &shown);
-        Ok(Self { rectification, tables, range, curves, estimator, settings })
+        let [left, right] = rectification.pair.cameras;
+        let is_mirrored = reference == Some(right);
+        let range = search_range(&rectification, settings.depths)?;
+        let (cameras, tables) = if is_mirrored {
+            ([right, left], [1, 0].map(|side| mirrored(rectification.table(side))))
+        } else {
+            ([left, right], [0, 1].map(|side| rectification.table(side)))
+        };
+        let curves = curves(&rectification, is_mirrored, &range)?;
+        Ok(Self { rectification, cameras, is_mirrored, tables, range, curves })
     }
 
-    /// The virtual cameras: the left one's frame is that of depths, its picture that of disparities.
-    #[must_use]
-    pub fn pair(&self) -> &VirtualPair {
-        &self.rectification.pair
-    }
-
-    /// What was wanted.
-    #[must_use]
-    pub fn settings(&self) -> &ReconstructionSettings {
-        &self.settings
-    }
-
-    /// The disparities that are searched, in pixels.
-    #[must_use]
-    pub fn disparities(&self) -> Range<i32> {
-        self.range.clone()
-    }
-
-    /// The points that a pair of pictures shows, in the order of the settings' cameras.
-    ///
-    /// Runs on rayon's threads; the result does not depend on their number.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Mismatch`] for pictures of another size, [`Error::Setting`] for a range of depths that leads out of them.
-    pub fn reconstruct(&self, pictures: [&ColourImage; 2]) -> Result<Reconstruction> {
-        for (picture, size) in pictures.into_iter().zip(self.settings.sizes) {
-            let found = [picture.gray.width() as u32, picture.gray.height() as u32];
-            if found != size {
-                return Err(other_size(size, found));
-            }
-        }
-        let sides = if self.is_exchanged() { [pictures[1], pictures[0]] } else { pictures };
-        let (map, fault) = self.disparities_of(sides)?;
-        let (cloud, depth) = self.locate(&map, sides[0]);
-        Ok(Reconstruction { map, depth, cloud, fault })
-    }
-
-    /// Disparities of the left and the right camera's picture, and what makes them worthless.
-    fn disparities_of(
+    /// Disparities of the reference camera's picture, and what makes them worthless. Pictures are those of `cameras`.
+    pub(crate) fn disparities(
         &self,
-        sides: [&ColourImage; 2],
+        pictures: [&ColourImage; 2],
     ) -> Result<(DisparityMap, Option<PairFault>)> {
-        let made = self.rectified(sides);
+        let search = |matcher: &Matcher, [left, right]: [&Picture<'_>; 2]| match &self.curves {
+            Some(curves) => matcher.compute_along(left, right, curves),
+            None => matcher.compute(left, right),
+        };
+        let made = self.rectified(pictures);
         let [left, right] = [self.picture(&made[0])?, self.picture(&made[1])?];
         let matcher = Matcher::new(self.range.clone());
-        let search = |matcher: &Matcher, left: &Picture<'_>, right: &Picture<'_>| {
-            let map = match &self.curves {
-                Some(curves) => matcher.compute_along(left, right, curves),
-                None => matcher.compute(left, right),
-            };
-            map.map_err(refused)
+        let map = search(&matcher, [&left, &right]).map_err(refused)?;
+        let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::bend);
+        let [first, second] = pictures;
+        let exchanged = |matcher: &Matcher| {
+            let made = self.rectified([second, first]);
+            let picture = |side: usize| Picture::new(left.width(), left.height(), &made[side]);
+            search(matcher, [&picture(0)?, &picture(1)?])
         };
-        let map = search(&matcher, &left, &right)?;
-        let density = map.density(CONFIDENT);
-        if density < DOUBTFUL {
-            // Cameras that are turned to each other see a wrong scene in exchanged pictures, less clearly than the right one.
-            let made = self.rectified([sides[1], sides[0]]);
-            let coarse = matcher.clone().refining(false);
-            let other = search(&coarse, &self.picture(&made[0])?, &self.picture(&made[1])?)?;
-            if other.density(CONFIDENT) > LEAST_DENSITY.max(CLEARLY * density) {
-                return Ok((map, Some(PairFault::Exchanged)));
-            }
-        }
-        let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::largest);
-        let fault = pair_fault(&matcher, [&left, &right], &map, bend).map_err(refused)?;
+        let fault =
+            pair_fault(&matcher, [&left, &right], &map, bend, exchanged).map_err(refused)?;
         Ok((map, fault))
     }
 
-    fn rectified(&self, sides: [&ColourImage; 2]) -> [Vec<u8>; 2] {
-        [0, 1].map(|side| rectified(&self.tables[side], &sides[side].gray.stretched()))
+    fn rectified(&self, pictures: [&ColourImage; 2]) -> [Vec<u8>; 2] {
+        [0, 1].map(|side| {
+            let rectified = remapped(&self.tables[side], &pictures[side].gray.stretched());
+            rectified.to_8_bit().into_raw()
+        })
     }
 
     fn picture<'p>(&self, pixels: &'p [u8]) -> Result<Picture<'p>> {
         Picture::new(self.tables[0].width, self.tables[0].height, pixels).map_err(refused)
     }
 
-    /// Whether the first camera of the settings is the right one of the virtual pair.
-    fn is_exchanged(&self) -> bool {
-        self.rectification.pair.cameras != self.settings.cameras
+    /// The other camera's pixel of a disparity of this standard deviation; `None` where a table shows nothing.
+    pub(crate) fn matched(
+        &self,
+        (x, y): (f64, f64),
+        (disparity, sigma): (f64, f64),
+    ) -> Option<MatchedPixel> {
+        let other = |disparity: f64| {
+            let lower = |curves: &EpipolarCurves| curves.at(x as f32, y as f32, disparity as f32);
+            let lower = self.curves.as_ref().map_or(0.0, lower);
+            source(&self.tables[1], x - disparity, y + f64::from(lower))
+        };
+        let (ahead, behind) = (other(disparity + 0.5)?, other(disparity - 0.5)?);
+        let ends = [self.reference((x + 0.5, y))?, self.reference((x - 0.5, y))?];
+        let [right, down] = [0, 1].map(|axis| ends[0][axis] - ends[1][axis]);
+        Some(MatchedPixel {
+            pixel: other(disparity)?,
+            deviation: [0, 1].map(|axis| sigma * (ahead[axis] - behind[axis])),
+            direction: [right, down].map(|part| part / (right * right + down * down).sqrt()),
+        })
     }
 
-    fn locate(&self, map: &DisparityMap, left: &ColourImage) -> (Cloud, Vec<f32>) {
-        let (matches, places, sigma) = self.confident(map);
-        let located = self.estimator.locate(&matches, &sigma);
-        let mut depth = vec![f32::NAN; map.disparity.len()];
-        let mut cloud = Cloud::default();
-        let first = usize::from(self.is_exchanged());
-        for (index, (point, place)) in located.into_iter().zip(places).enumerate() {
-            let Some(point) = point else { continue };
-            let sigmas = [0, 1, 2].map(|axis| point.covariance[(axis, axis)].sqrt());
-            let is_sure = |most: f64| sigmas.iter().all(|sigma| *sigma <= most);
-            if !self.settings.most_sigma.is_none_or(is_sure) {
-                continue;
-            }
-            let seen = self.pair().rectified_from_world.transform(point.place);
-            if seen.z <= 0.0 {
-                continue;
-            }
-            depth[place as usize] = seen.z as f32;
-            let pixels = [&matches.left, &matches.right].map(|[x, y]| [x[index], y[index]]);
-            cloud.points.push([0, 1, 2].map(|axis| point.place[axis] as f32));
-            cloud.sigmas.push(sigmas.map(|sigma| sigma as f32));
-            cloud.confidence.push(map.confidence[place as usize]);
-            cloud.colours.push(left.nearest(pixels[0]));
-            cloud.pixels[first].push(pixels[0].map(|value| value as f32));
-            cloud.pixels[1 - first].push(pixels[1].map(|value| value as f32));
-            cloud.trust.push(point.trust);
-            cloud.places.push(place);
-        }
-        (cloud, depth)
+    /// Whether both cameras show the place, in the middle of the depths.
+    pub(crate) fn shows(&self, at: (f64, f64)) -> bool {
+        let middle = 0.5 * f64::from(self.range.start + self.range.end);
+        self.matched(at, (middle, 1.0)).is_some()
     }
 
     /// By how much standard deviations of disparities grow, as rectified pictures are not as they were taken: their pixels
     /// share noise with each other, the more the farther they are drawn apart.
-    fn resampling(&self, (x, y): (f64, f64), disparity: f64) -> f64 {
+    pub(crate) fn resampling(&self, (x, y): (f64, f64), disparity: f64) -> f64 {
         let sides = [stretch(&self.tables[0], x, y), stretch(&self.tables[1], x - disparity, y)];
         let stretched = sides.map(|side| side.unwrap_or(1.0).max(1.0));
         RESAMPLED * (0.5 * (stretched[0] + stretched[1])).sqrt()
     }
 
-    /// Matches that are confident enough and lie in the region, where in the rectified picture, and the standard
-    /// deviations of their disparities in pixels.
-    fn confident(&self, map: &DisparityMap) -> (Matches, Vec<u32>, Vec<f32>) {
-        let (mut matches, mut places) = (Matches::default(), Vec::new());
-        let mut sigmas = Vec::new();
-        for place in 0..map.disparity.len() {
-            let is_taken = map.confidence[place] >= self.settings.least_confidence
-                && map.confidence[place] > 0.0
-                && map.sigma[place].is_finite();
-            if !is_taken {
-                continue;
-            }
-            let at = ((place % map.width) as f64, (place / map.width) as f64);
-            let found =
-                matched(&self.tables, self.curves.as_ref(), at, f64::from(map.disparity[place]));
-            let Some([left, right, along]) = found else { continue };
-            let first = if self.is_exchanged() { right } else { left };
-            if self.settings.region.is_none_or(|region| holds(region, first)) {
-                matches.push(left, right, along);
-                places.push(place as u32);
-                let own = f64::from(map.sigma[place]);
-                sigmas.push((own * self.resampling(at, f64::from(map.disparity[place]))) as f32);
+    /// The reference camera's own pixel that a rectified pixel shows.
+    pub(crate) fn reference(&self, (x, y): (f64, f64)) -> Option<[f64; 2]> {
+        source(&self.tables[0], x, y)
+    }
+
+    /// Where the rectified picture of the reference camera shows a pixel of its own picture.
+    pub(crate) fn place(&self, pixel: [f64; 2]) -> Option<(f64, f64)> {
+        let side = usize::from(self.is_mirrored);
+        let at = self.rectification.rectified(side, Pixel::new(pixel[0], pixel[1]))?;
+        let x = if self.is_mirrored { (self.tables[0].width - 1) as f64 - at.x } else { at.x };
+        Some((x, at.y))
+    }
+
+    /// Matches over the whole picture and all disparities, for maps that are made ready beforehand: pixels of the
+    /// reference camera and what the other one has.
+    pub(crate) fn lattice(&self) -> Vec<([f64; 2], MatchedPixel)> {
+        const STEP: usize = 16;
+        const DISPARITIES: i32 = 6;
+        let mut shown = Vec::new();
+        for y in (0..self.tables[0].height).step_by(STEP) {
+            for x in (0..self.tables[0].width).step_by(STEP) {
+                for index in 0..=DISPARITIES {
+                    let share = f64::from(index) / f64::from(DISPARITIES);
+                    let count = f64::from(self.range.end - self.range.start);
+                    let disparity = f64::from(self.range.start) + share * count;
+                    let at = (x as f64, y as f64);
+                    shown.extend(self.reference(at).zip(self.matched(at, (disparity, 1.0))));
+                }
             }
         }
-        (matches, places, sigmas)
+        shown
     }
 }
-
-/// A disparity of this confidence is hardly ever wrong.
-const CONFIDENT: f32 = 0.9;
-/// The share of confident pixels below which a pair may be an exchanged one: then it is at least a tenth where the
-/// pictures are exchanged back, and clearly more.
-const DOUBTFUL: f64 = 0.6;
-const LEAST_DENSITY: f64 = 0.1;
-const CLEARLY: f64 = 1.3;
 
 /// Cubic interpolation takes noise away between pixels, which the matcher takes for pictures with less of it: the factor
 /// by which its standard deviations are then too small, as measured on rendered scenes.
 const RESAMPLED: f64 = 1.15;
 
-/// The left and the right pixel in the cameras' own pictures, and how the right one moves with the disparity.
-fn matched(
-    tables: &[Table; 2],
-    curves: Option<&EpipolarCurves>,
-    (x, y): (f64, f64),
-    disparity: f64,
-) -> Option<[[f64; 2]; 3]> {
-    let right = |disparity: f64| {
-        let lower = |curves: &EpipolarCurves| curves.at(x as f32, y as f32, disparity as f32);
-        source(&tables[1], x - disparity, y + f64::from(curves.map_or(0.0, lower)))
-    };
-    let (ahead, behind) = (right(disparity + 0.5)?, right(disparity - 0.5)?);
-    let along = [0, 1].map(|axis| ahead[axis] - behind[axis]);
-    Some([source(&tables[0], x, y)?, right(disparity)?, along])
-}
-
-fn holds([left, top, width, height]: [u32; 4], pixel: [f64; 2]) -> bool {
-    let inside = |at: f64, from: u32, length: u32| {
-        at >= f64::from(from) - 0.5 && at < f64::from(from) + f64::from(length) - 0.5
-    };
-    inside(pixel[0], left, width) && inside(pixel[1], top, height)
+/// The table of a picture that is mirrored after it was rectified.
+fn mirrored(mut table: Table) -> Table {
+    let rows = table.x.chunks_mut(table.width).chain(table.y.chunks_mut(table.width));
+    rows.for_each(<[f32]>::reverse);
+    table
 }
 
 /// The share of the disparities that a model was shown by which the search goes beyond them, at either end, and the
@@ -269,7 +182,7 @@ const MARGIN: f64 = 0.15;
 const LEAST_MARGIN: f64 = 4.0;
 
 /// The disparities of a range of depths, or of those that the model was fitted to.
-fn disparities(made: &Rectification, depths: Option<[f64; 2]>) -> Result<Range<i32>> {
+fn search_range(made: &Rectification, depths: Option<[f64; 2]>) -> Result<Range<i32>> {
     let pair = &made.pair;
     // Where a point at infinity is.
     let infinite = pair.principal[0][0] - pair.principal[1][0];
@@ -288,44 +201,29 @@ fn disparities(made: &Rectification, depths: Option<[f64; 2]>) -> Result<Range<i
     whole([(least - margin).max(infinite.min(least)), most + margin])
 }
 
-/// From so many rows on a search along rows suffers.
-const MOST_VERTICAL: f32 = 0.25;
+/// From so many rows on a search along rows finds less.
+const LEAST_BEND: f32 = 0.25;
 
 /// The epipolar curves of a pair whose rows are none.
-fn curves(made: &Rectification, range: &Range<i32>) -> Result<Option<EpipolarCurves>> {
-    let size = made.pair.size.map(|side| side as usize);
+fn curves(
+    made: &Rectification,
+    is_mirrored: bool,
+    range: &Range<i32>,
+) -> Result<Option<EpipolarCurves>> {
+    let [width, height] = made.pair.size.map(|side| side as usize);
     let lower = |x: f32, y: f32, disparity: f32| {
-        let left = Pixel::new(f64::from(x), f64::from(y));
-        made.vertical_difference(left, f64::from(disparity)).map(|lower| lower as f32)
+        let (x, y, disparity) = (f64::from(x), f64::from(y), f64::from(disparity));
+        let lower = if is_mirrored {
+            // What the left picture shows higher, the right one shows lower, to first order.
+            let left = Pixel::new((width - 1) as f64 - x + disparity, y);
+            -made.vertical_difference(left, disparity)?
+        } else {
+            made.vertical_difference(Pixel::new(x, y), disparity)?
+        };
+        Some(lower as f32)
     };
-    let curves = EpipolarCurves::new((size[0], size[1]), range.clone(), lower).map_err(refused)?;
-    Ok((curves.largest() > MOST_VERTICAL).then_some(curves))
-}
-
-/// Matches over the whole picture and all disparities, for tables that are made beforehand.
-fn lattice(tables: &[Table; 2], curves: Option<&EpipolarCurves>, range: &Range<i32>) -> Matches {
-    const STEP: usize = 16;
-    const DISPARITIES: i32 = 6;
-    let mut shown = Matches::default();
-    for y in (0..tables[0].height).step_by(STEP) {
-        for x in (0..tables[0].width).step_by(STEP) {
-            for index in 0..=DISPARITIES {
-                let share = f64::from(index) / f64::from(DISPARITIES);
-                let disparity = f64::from(range.start) + share * f64::from(range.end - range.start);
-                if let Some([left, right, along]) =
-                    matched(tables, curves, (x as f64, y as f64), disparity)
-                {
-                    shown.push(left, right, along);
-                }
-            }
-        }
-    }
-    shown
-}
-
-fn other_size(known: [u32; 2], found: [u32; 2]) -> Error {
-    let text = |[width, height]: [u32; 2]| format!("{width} x {height}");
-    Error::Mismatch { what: "size of the pictures", model: text(known), data: text(found) }
+    let curves = EpipolarCurves::new((width, height), range.clone(), lower).map_err(refused)?;
+    Ok((curves.bend() > LEAST_BEND).then_some(curves))
 }
 
 /// What the matcher cannot do, and the way out.

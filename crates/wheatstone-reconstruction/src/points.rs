@@ -15,9 +15,6 @@ use wheatstone_core::{
     method::{LocatedBatch, Locator, SettledLocator},
 };
 
-/// Points that are worked out together: their figures stay in little memory.
-const BLOCK: usize = 1 << 16;
-
 /// The step of derivatives, in pixels: small against a lens, large against rounding.
 const STEP: f64 = 0.125;
 
@@ -29,104 +26,119 @@ pub(crate) struct Point {
     pub(crate) trust: Trust,
 }
 
-/// Two cameras of a model, made ready for many points.
+/// Cameras of a model, made ready for many points.
 pub(crate) struct PointEstimator<'a> {
     model: &'a Calibration,
-    cameras: [usize; 2],
     full: SettledLocator<'a>,
     points: SettledLocator<'a>,
 }
 
 impl<'a> PointEstimator<'a> {
     /// For points like those that `shown` holds: what it says of a point depends on nothing else.
-    pub(crate) fn new(model: &'a Calibration, cameras: [usize; 2], shown: &Matches) -> Self {
+    pub(crate) fn new(model: &'a Calibration, shown: &Matches) -> Self {
         let locator = || Locator::new(&*model.reconstructor, Some(&model.volume));
         let nothing = vec![f64::NAN; shown.len()];
-        let columns = columns(model, cameras, [&shown.left, &shown.right], &nothing);
+        let columns = columns(model, &shown.cameras, &shown.pixels, &nothing);
         // How well pixels of charts agree says nothing of a match.
         let full = locator().with_uncertainty(None, model.stage_covariance.as_ref());
         let points = Locator::new(&*model.reconstructor, None).points_only();
-        Self { model, cameras, full: full.settled(&columns), points: points.settled(&columns) }
+        Self { model, full: full.settled(&columns), points: points.settled(&columns) }
     }
 
-    /// Locates matches whose disparities have these standard deviations, in pixels; `None` for a match that means no
-    /// point.
-    pub(crate) fn locate(&self, matches: &Matches, sigma: &[f32]) -> Vec<Option<Point>> {
-        let mut found = Vec::with_capacity(matches.len());
-        for start in (0..matches.len()).step_by(BLOCK) {
-            let end = matches.len().min(start + BLOCK);
-            let part = |column: &Vec<f64>| column[start..end].to_vec();
-            let block = Matches {
-                left: matches.left.each_ref().map(part),
-                right: matches.right.each_ref().map(part),
-                along: matches.along.each_ref().map(part),
-            };
-            found.extend(self.block(&block, &sigma[start..end]));
-        }
-        found
+    /// Where points are that these pixels of cameras show; NaN for pixels that mean no point.
+    pub(crate) fn places(&self, cameras: &[usize], pixels: &[[Vec<f64>; 2]]) -> [Vec<f64>; 3] {
+        let nothing = vec![f64::NAN; pixels[0][0].len()];
+        self.points.locate(&columns(self.model, cameras, pixels, &nothing)).point
     }
 
-    fn block(&self, matches: &Matches, sigma: &[f32]) -> Vec<Option<Point>> {
+    /// Locates matches; `None` for a match that means no point.
+    pub(crate) fn locate(&self, matches: &Matches) -> Vec<Option<Point>> {
         let nothing = vec![f64::NAN; matches.len()];
-        let (left, right) = (&matches.left, &matches.right);
-        let located = self.full.locate(&columns(self.model, self.cameras, [left, right], &nothing));
+        let pixels = columns(self.model, &matches.cameras, &matches.pixels, &nothing);
+        let located = self.full.locate(&pixels);
         let moved = |side: usize, axis: usize| {
-            let mut sides = [left.clone(), right.clone()];
-            sides[side][axis].iter_mut().for_each(|value| *value += STEP);
-            let sides = [&sides[0], &sides[1]];
-            self.points.locate(&columns(self.model, self.cameras, sides, &nothing))
+            let mut pixels = matches.pixels.clone();
+            pixels[side][axis].iter_mut().for_each(|value| *value += STEP);
+            self.places(&matches.cameras, &pixels)
         };
-        let moved = [[moved(0, 0), moved(0, 1)], [moved(1, 0), moved(1, 1)]];
+        let sides = 0..matches.cameras.len();
+        let moved: Vec<_> = sides.map(|side| [moved(side, 0), moved(side, 1)]).collect();
         let each = (0..matches.len()).into_par_iter();
-        each.map(|index| self.point(matches, f64::from(sigma[index]), index, (&located, &moved)))
-            .collect()
+        each.map(|index| self.point(matches, index, (&located, &moved))).collect()
     }
 
     fn point(
         &self,
         matches: &Matches,
-        sigma: f64,
         index: usize,
-        (located, moved): (&LocatedBatch, &[[LocatedBatch; 2]; 2]),
+        (located, moved): (&LocatedBatch, &[[[Vec<f64>; 3]; 2]]),
     ) -> Option<Point> {
         let found = located.get(index)?;
-        let slope = |side: usize, axis: usize| {
-            let to = moved[side][axis].point.each_ref().map(|column| column[index]);
-            (Vector3::from(to) - found.point.coords) / STEP
-        };
         let mut covariance = found.covariance;
-        for (side, pixels) in [&matches.left, &matches.right].into_iter().enumerate() {
-            let pixel = Pixel::new(pixels[0][index], pixels[1][index]);
-            let own = self.model.reconstructor.pixel_sigma(self.cameras[side], pixel, found.point);
+        let mut slopes_of = Vec::with_capacity(matches.cameras.len());
+        for (side, camera) in matches.cameras.iter().enumerate() {
+            let [x, y] = matches.pixel(side, index);
+            if x.is_nan() {
+                continue;
+            }
+            let own = self.model.reconstructor.pixel_sigma(*camera, Pixel::new(x, y), found.point);
             let variance = own.map_or(0.0, |own| own * own);
-            for axis in 0..2 {
-                let slope = slope(side, axis);
+            let slopes = moved[side].each_ref().map(|to| {
+                let to = to.each_ref().map(|column| column[index]);
+                (Vector3::from(to) - found.point.coords) / STEP
+            });
+            for slope in slopes {
                 covariance -= slope * slope.transpose() * variance;
             }
+            slopes_of.push((side, slopes));
         }
         // What is left is the calibration's; of numbers that nearly cancel it may be off a little.
         for axis in 0..3 {
             covariance[(axis, axis)] = covariance[(axis, axis)].max(0.0);
         }
-        let [x, y] = matches.along.each_ref().map(|column| column[index]);
-        let by_disparity = slope(1, 0) * x + slope(1, 1) * y;
-        covariance += by_disparity * by_disparity.transpose() * (sigma * sigma);
+        covariance += by_matches(matches, index, &slopes_of);
         let trust = located.trust.get(index).copied().unwrap_or(Trust::Outside);
         let finite = covariance.iter().all(|value| value.is_finite());
         finite.then_some(Point { place: found.point, covariance, trust })
     }
 }
 
-/// Pixels of two cameras as columns of all of the model's; `nothing` for the others.
+/// The covariance of a point by its matches; `slopes` are by how much it moves with x and y of the cameras that see it,
+/// the reference first.
+///
+/// One match is off by its standard deviation. Of several, half of the variance is noise of the reference camera's
+/// picture, which they share: it moves all of them as another reference pixel would.
+fn by_matches(
+    matches: &Matches,
+    index: usize,
+    slopes: &[(usize, [Vector3<f64>; 2])],
+) -> Matrix3<f64> {
+    let (mut own, mut shared) = (Matrix3::zeros(), [Vector3::zeros(); 2]);
+    let others = slopes.iter().skip(1);
+    for (side, slopes) in others.clone() {
+        let of = |columns: &[[Vec<f64>; 2]]| columns[*side].each_ref().map(|column| column[index]);
+        let ([x, y], direction) = (of(&matches.deviations), of(&matches.directions));
+        let off = slopes[0] * x + slopes[1] * y;
+        own += off * off.transpose();
+        shared.iter_mut().zip(direction).for_each(|(sum, part)| *sum += off * part);
+    }
+    if others.len() == 1 {
+        return own;
+    }
+    let shared: Matrix3<f64> = shared.iter().map(|sum| sum * sum.transpose()).sum();
+    0.5 * (own + shared)
+}
+
+/// Pixels of some cameras as columns of all of the model's; `nothing` for the others.
 fn columns<'c>(
     model: &Calibration,
-    cameras: [usize; 2],
-    sides: [&'c [Vec<f64>; 2]; 2],
+    cameras: &[usize],
+    pixels: &'c [[Vec<f64>; 2]],
     nothing: &'c [f64],
 ) -> PixelColumns<'c> {
     let of = |camera: usize| {
         let side = cameras.iter().position(|own| *own == camera);
-        side.map_or([nothing; 2], |side| sides[side].each_ref().map(Vec::as_slice))
+        side.map_or([nothing; 2], |side| pixels[side].each_ref().map(Vec::as_slice))
     };
     PixelColumns::new((0..model.reconstructor.cameras()).map(of).collect())
 }

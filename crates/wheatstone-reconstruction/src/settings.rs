@@ -1,15 +1,16 @@
 //! What is wanted of a reconstruction.
 
-use std::ops::Range;
+use std::{collections::BTreeSet, ops::Range};
 use wheatstone_core::{Error, Result};
 
 /// What is wanted of a reconstruction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReconstructionSettings {
-    /// The two cameras of the model, counted from 0, in the order of the pictures.
-    pub cameras: [usize; 2],
-    /// Width and height of the two pictures in pixels.
-    pub sizes: [[u32; 2]; 2],
+    /// Two or more cameras of the model, counted from 0, in the order of the pictures. The first two make the pair whose
+    /// left picture is reconstructed; that picture is matched with those of the others, too.
+    pub cameras: Vec<usize>,
+    /// Width and height of their pictures in pixels.
+    pub sizes: Vec<[u32; 2]>,
     /// The nearest and the farthest depth to search, along the virtual cameras' axis, in the model's unit. Default: the
     /// depths that the model was fitted to, with a margin.
     pub depths: Option<[f64; 2]>,
@@ -22,11 +23,12 @@ pub struct ReconstructionSettings {
 }
 
 impl ReconstructionSettings {
-    /// The first two cameras, with pictures of these sizes.
+    /// The first cameras of a model, with pictures of these sizes.
     #[must_use]
-    pub fn new(sizes: [[u32; 2]; 2]) -> Self {
+    pub fn new(sizes: impl Into<Vec<[u32; 2]>>) -> Self {
+        let sizes = sizes.into();
         Self {
-            cameras: [0, 1],
+            cameras: (0..sizes.len()).collect(),
             sizes,
             depths: None,
             least_confidence: 0.9,
@@ -40,6 +42,14 @@ impl ReconstructionSettings {
         let refuse = |setting: &str, value: String, need: &str| {
             Err(Error::Setting { setting: setting.into(), value, need: need.into() })
         };
+        let different: BTreeSet<&usize> = self.cameras.iter().collect();
+        if self.cameras.len() < 2 || different.len() < self.cameras.len() {
+            let named: Vec<String> = self.cameras.iter().map(|own| (own + 1).to_string()).collect();
+            return refuse("cameras", named.join(","), "two or more different cameras");
+        }
+        if self.sizes.len() != self.cameras.len() {
+            return refuse("sizes of pictures", self.sizes.len().to_string(), "one a camera");
+        }
         if let Some([near, far]) = self.depths
             && !(near > 0.0 && near < far && far.is_finite())
         {

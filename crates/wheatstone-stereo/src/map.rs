@@ -30,6 +30,24 @@ pub struct Match {
 }
 
 impl DisparityMap {
+    /// Disparities that another matcher found, row by row, with a standard deviation for all; what is not finite is no
+    /// disparity. `None` where they do not fill whole rows.
+    #[must_use]
+    pub fn given(width: usize, disparity: Vec<f32>, sigma: f32) -> Option<Self> {
+        let height = disparity.len().checked_div(width)?;
+        let each = |known: f32, unknown: f32| -> Vec<f32> {
+            disparity.iter().map(|own| if own.is_finite() { known } else { unknown }).collect()
+        };
+        let (confidence, sigma) = (each(1.0, 0.0), each(sigma, f32::NAN));
+        (width * height == disparity.len()).then_some(Self {
+            width,
+            height,
+            disparity,
+            confidence,
+            sigma,
+        })
+    }
+
     /// The disparity that was measured at a pixel, if one was and the pixel lies in the picture.
     #[must_use]
     pub fn at(&self, x: usize, y: usize) -> Option<Match> {

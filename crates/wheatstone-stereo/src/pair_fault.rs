@@ -13,8 +13,13 @@ use std::fmt;
 const CONFIDENT: f32 = 0.9;
 /// Rows between the pictures of a pair from which on the search suffers.
 const MOST_VERTICAL: f32 = 0.5;
-/// The share of confident pixels below which a pair is to be doubted.
+/// The share of confident pixels below which a pair shows next to nothing.
 const LEAST_DENSITY: f64 = 0.1;
+/// The share below which pictures may be exchanged ones: cameras that are turned to each other see a wrong scene in
+/// those, less clearly than the right one.
+const DOUBTFUL: f64 = 0.4;
+/// How many times more of exchanged pictures must be matched when they are exchanged back.
+const CLEARLY: f64 = 2.0;
 
 /// What makes a pair worthless; it is displayed as a sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +60,9 @@ impl fmt::Display for PairFault {
 }
 
 /// What makes a pair worthless that was matched, if something does. Of a pair that is matched along curves, `bend` is how
-/// far they lead from their rows, in pixels: so much is no fault.
+/// far they lead from their rows, in pixels: so much is no fault. `exchanged` matches the two pictures the other way
+/// round, with the matcher that it is given: where they are rectified already the right one with the left one, where
+/// they are rectified here each as the other camera's.
 ///
 /// # Errors
 ///
@@ -65,19 +72,19 @@ pub fn pair_fault(
     [left, right]: [&Picture<'_>; 2],
     map: &DisparityMap,
     bend: f32,
+    exchanged: impl FnOnce(&Matcher) -> Result<DisparityMap, MatchError>,
 ) -> Result<Option<PairFault>, MatchError> {
+    let matched = map.density(CONFIDENT);
+    if matched < DOUBTFUL {
+        let other = exchanged(&matcher.clone().refining(false))?.density(CONFIDENT);
+        if other > LEAST_DENSITY.max(CLEARLY * matched) {
+            return Ok(Some(PairFault::Exchanged));
+        }
+    }
     let vertical = vertical_offset(left, right, matcher.range.clone())?;
     let is_off = |vertical: &VerticalOffset| vertical.median.abs() > MOST_VERTICAL + bend;
     if let Some(vertical) = vertical.filter(is_off) {
         return Ok(Some(PairFault::Vertical(vertical)));
     }
-    let matched = map.density(CONFIDENT);
-    if matched >= LEAST_DENSITY {
-        return Ok(None);
-    }
-    // Exchanged pictures are the most frequent reason, and can be tried.
-    let exchanged = matcher.clone().refining(false).compute(right, left)?.density(CONFIDENT);
-    let is_exchanged = exchanged >= LEAST_DENSITY && exchanged > 3.0 * matched;
-    let nothing = PairFault::NothingInCommon { matched };
-    Ok(Some(if is_exchanged { PairFault::Exchanged } else { nothing }))
+    Ok((matched < LEAST_DENSITY).then_some(PairFault::NothingInCommon { matched }))
 }

@@ -86,7 +86,7 @@ pub use wheatstone_io::formats::{FORMATS, Format, Given, InputFile, OutputFile};
 #[cfg(feature = "reconstruction")]
 #[doc(inline)]
 pub use wheatstone_reconstruction::{
-    Cloud, PairReconstructor, Reconstruction, ReconstructionSettings,
+    Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor,
 };
 
 /// Example: `examples/write_report.rs`.

@@ -102,9 +102,9 @@ pub use wheatstone_core::{
 pub use wheatstone_numeric::{self as numeric, progress};
 
 #[cfg(feature = "charts")]
-pub use wheatstone_charts::{capture, chart, detection, imaging};
+pub use wheatstone_charts::{capture, chart, detection, imaging, rectified_pictures};
 #[cfg(feature = "io")]
-pub use wheatstone_io::{formats, rectification as rectified_pictures, tables};
+pub use wheatstone_io::{formats, tables};
 #[cfg(feature = "reconstruction")]
 pub use wheatstone_reconstruction as reconstruction;
 #[cfg(feature = "report")]

@@ -19,6 +19,12 @@ impl ColourImage {
         Self { gray, colours }
     }
 
+    /// A grey picture with colours, row by row, top to bottom; `None` where these are not as many as grey values.
+    #[must_use]
+    pub fn new(gray: GrayImage, colours: Vec<[u8; 3]>) -> Option<Self> {
+        (gray.values().len() == colours.len()).then_some(Self { gray, colours })
+    }
+
     /// Red, green and blue of the pixel nearest to a place; outside, of the nearest one inside.
     #[must_use]
     pub fn nearest(&self, [x, y]: [f64; 2]) -> [u8; 3] {

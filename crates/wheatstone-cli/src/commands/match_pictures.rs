@@ -92,7 +92,8 @@ impl Match {
         let matcher =
             Matcher::new(self.range.clone()).refining(!self.no_refinement).filling(self.fill);
         let map = matcher.compute(&left, &right).map_err(refused)?;
-        let fault = pair_fault(&matcher, [&left, &right], &map, 0.0).map_err(refused)?;
+        let exchanged = |matcher: &Matcher| matcher.compute(&right, &left);
+        let fault = pair_fault(&matcher, [&left, &right], &map, 0.0, exchanged).map_err(refused)?;
         if let Some(fault) = fault {
             remark!("warning", "{fault}");
         }

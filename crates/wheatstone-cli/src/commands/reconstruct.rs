@@ -3,7 +3,7 @@
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
     failure::{Failure, Outcome},
-    picture_pairs::pairs,
+    picture_pairs::frames,
     progress::Bar,
     table::figure,
     verbosity::{remark, say},
@@ -17,20 +17,20 @@ use std::{
 };
 use wheatstone::{
     Calibration, Error, Pixel,
-    formats::npy_float32,
-    imaging::{GrayImage, Limits, read_colour_image, read_size},
+    formats::{npy_float32, read_npy},
+    imaging::{ColourImage, GrayImage, Limits, read_colour_image, read_size},
     numeric::statistics::median,
     progress::Progress,
     reconstruction::{
-        DepthPng, PairReconstructor, Reconstruction, ReconstructionSettings, binary_ply, depth_png,
-        depth_tiff,
+        DepthPng, Reconstruction, ReconstructionSettings, SceneReconstructor, binary_ply,
+        depth_png, depth_tiff,
     },
     report::{CloudCamera, SceneCloud},
-    stereo::PairFault,
+    stereo::{DisparityMap, PairFault},
     storage::{Output, write_folder},
 };
 
-/// Reconstruct what two calibrated cameras see: a point cloud with error bars, depth maps
+/// Reconstruct what two or more calibrated cameras see: a point cloud with error bars, depth maps
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone reconstruct model.json --images left.png right.png -o out/\n  \
@@ -38,19 +38,20 @@ use wheatstone::{
     wheatstone reconstruct model.json --images left.png right.png --range 300:1500 -o out/\n\n\
     The folder gets cloud.ply (points in the world with colours, standard deviations and\n\
     confidence), depth.tiff and depth.png (depths along the axis of the left rectified camera),\n\
-    scene.html to look at, disparity.npy, confidence.png and summary.json; of several pairs each has a folder of its own.\n\
+    scene.html to look at, disparity.npy, confidence.png and summary.json; pictures taken at several times have a folder each.\n\
          docs/reconstruction.md has the rest."
 )]
 pub(crate) struct Reconstruct {
     /// The model file, of any method
     model: PathBuf,
-    /// Pictures of the first and of the second camera: two files, two folders with as many files each,
-    /// or all files of the first camera and then as many of the second
+    /// Pictures of each camera: a file each, a folder each with as many files, or all files of the first
+    /// camera and then as many of the next
     #[arg(long, num_args = 2.., required = true, value_names = ["FIRST", "SECOND"])]
     images: Vec<PathBuf>,
-    /// Two of the model's cameras, counted from 1, in the order of the pictures
-    #[arg(long, value_name = "A,B", default_value = "1,2", value_parser = super::rectify::two)]
-    cameras: [usize; 2],
+    /// Two or more of the model's cameras, counted from 1, in the order of the pictures; the first two
+    /// make the pair whose left picture is reconstructed [default: all; of two pictures the first two]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
+    cameras: Vec<u16>,
     /// Nearest and farthest depth to search, in the model's unit [default: those that the model was
     /// fitted to, with a margin]
     #[arg(long, value_name = "NEAR:FAR", value_parser = depths)]
@@ -61,13 +62,20 @@ pub(crate) struct Reconstruct {
     /// Leave out points with a larger standard deviation of X, Y or Z, in the model's unit
     #[arg(long, value_name = "LENGTH")]
     max_sigma: Option<f64>,
-    /// Part of the first camera's picture: left, top, width and height in pixels
+    /// Part of the left camera's picture: left, top, width and height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     region: Option<[u32; 4]>,
+    /// Disparities of another matcher instead of our own: a NumPy file of the left rectified picture that
+    /// `wheatstone rectify` makes, NaN where there is none
+    #[arg(long, value_name = "FILE")]
+    matches: Option<PathBuf>,
+    /// Their standard deviation in pixels
+    #[arg(long, value_name = "PX", default_value_t = 0.5, requires = "matches")]
+    matches_sigma: f32,
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Reconstruct pairs that do not fit together, too: from cameras that have moved, or exchanged
+    /// Reconstruct pictures that do not fit together, too: from cameras that have moved, or exchanged
     #[arg(long)]
     force: bool,
     /// Print the summary as JSON
@@ -98,82 +106,114 @@ impl Reconstruct {
         let bar = Bar::new();
         let model = Calibration::load(&self.model)?;
         needs_two_cameras(&model, "reconstruct")?;
-        let pairs = pairs(&self.images)?;
-        let Some(first) = pairs.first() else {
+        let cameras = self.cameras(model.reconstructor.cameras());
+        let frames = frames(&self.images, cameras.len())?;
+        if self.matches.is_some() && frames.len() > 1 {
+            let problem = "`--matches` names disparities of one pair of pictures";
+            return Err(Failure::usage(problem, "give one picture of each camera"));
+        }
+        let Some(first) = frames.first() else {
             return Err(Failure::usage(
                 "the folders hold no pictures",
-                "give pictures of both cameras",
+                "give pictures of every camera",
             ));
         };
         let places: BTreeSet<PathBuf> =
-            pairs.iter().map(|pair| self.place(pair, pairs.len())).collect();
-        if places.len() < pairs.len() {
+            frames.iter().map(|frame| self.place(frame, frames.len())).collect();
+        if places.len() < frames.len() {
             return Err(Failure::usage(
                 "two pictures of the first camera have the same name, and their results would have the same folder",
                 "give them different names, or reconstruct them one after the other",
             ));
         }
-        let made = PairReconstructor::new(&model, self.settings(first)?, &bar)?;
-        let mut frames = Vec::with_capacity(pairs.len());
+        let made = SceneReconstructor::new(&model, self.settings(cameras, first)?, &bar)?;
+        let mut told = Vec::with_capacity(frames.len());
         let mut written = 0;
-        for (index, pair) in pairs.iter().enumerate() {
-            bar.report("reconstructing", index as u64, pairs.len() as u64);
+        for (index, frame) in frames.iter().enumerate() {
+            bar.report("reconstructing", index as u64, frames.len() as u64);
             bar.check().map_err(Error::from)?;
-            let frame = self.frame((&made, &model), pair, pairs.len())?;
+            let frame = self.frame((&made, &model), frame, frames.len())?;
             written += usize::from(frame["points"].is_u64());
-            frames.push(frame);
+            told.push(frame);
         }
         drop(bar);
         if written == 0 {
             return Err(Failure::Library(Error::Degenerate {
-                problem: "no pair could be reconstructed".into(),
+                problem: "no pictures could be reconstructed".into(),
                 hint: "are the pictures in the order of `--cameras`? Were the cameras moved since the calibration?".into(),
             }));
         }
-        let whole = self.whole(&made, &model, frames);
-        if pairs.len() > 1 {
+        let whole = self.whole(&made, &model, told);
+        if frames.len() > 1 {
             wheatstone::storage::write(&self.output.join("summary.json"), &pretty(&whole))?;
         }
         if self.json { print_json(&whole) } else { Ok(()) }
     }
 
-    /// Reconstructs one of so many pairs, and says what of it. A single one at fault is an error; of several it is left
-    /// out.
+    /// Reconstructs pictures taken at once, and says what of it. A single frame at fault is an error; of several it is
+    /// left out.
     fn frame(
         &self,
-        (made, model): (&PairReconstructor, &Calibration),
-        pair: &[PathBuf; 2],
+        (made, model): (&SceneReconstructor, &Calibration),
+        frame: &[PathBuf],
         count: usize,
     ) -> Outcome<Value> {
-        let read = |path: &Path| read_colour_image(path, Limits::default());
-        let found = made.reconstruct([&read(&pair[0])?, &read(&pair[1])?])?;
-        if let Some(fault) = found.fault {
-            let problem = format!("{} and {}: {fault}", pair[0].display(), pair[1].display());
+        let read = |path: &PathBuf| read_colour_image(path, Limits::default());
+        let pictures: Vec<ColourImage> = frame.iter().map(read).collect::<Result<_, Error>>()?;
+        let pictures: Vec<&ColourImage> = pictures.iter().collect();
+        let found = match &self.matches {
+            Some(path) => made.locate(self.given(path)?, &pictures)?,
+            None => made.reconstruct(&pictures)?,
+        };
+        if let Some((cameras, fault)) = found.fault {
+            let order = &made.settings().cameras;
+            let at_fault = order.iter().zip(frame).filter(|(camera, _)| cameras.contains(camera));
+            let at_fault: Vec<String> =
+                at_fault.map(|(_, path)| path.display().to_string()).collect();
+            let problem = format!("{}: {fault}", at_fault.join(" and "));
             if !self.force && count == 1 {
                 let hint = way_out(&fault).into();
                 return Err(Failure::Library(Error::Degenerate { problem, hint }));
             }
             remark!("warning", "{problem}");
             if !self.force {
-                return Ok(json!({ "images": pair, "fault": fault.to_string() }));
+                return Ok(json!({ "images": frame, "fault": fault.to_string() }));
             }
         }
-        let place = self.place(pair, count);
-        let mut frame = summary(&found);
-        frame["images"] = json!(pair);
+        let place = self.place(frame, count);
+        let mut told = summary(&found);
+        told["images"] = json!(frame);
         let alone = count == 1;
-        let whole =
-            if alone { self.whole(made, model, vec![frame.clone()]) } else { frame.clone() };
-        let title = pair[0].display().to_string();
+        let whole = if alone { self.whole(made, model, vec![told.clone()]) } else { told.clone() };
+        let title = frame[0].display().to_string();
         write_folder(&place, |folder| write(&found, (made, model), (&title, &whole), folder))?;
         tell(&found, model, &place);
-        Ok(frame)
+        Ok(told)
     }
 
-    fn settings(&self, first: &[PathBuf; 2]) -> Outcome<ReconstructionSettings> {
-        let mut settings =
-            ReconstructionSettings::new([read_size(&first[0])?, read_size(&first[1])?]);
-        settings.cameras = self.cameras.map(|camera| camera - 1);
+    /// Disparities of another matcher.
+    fn given(&self, path: &Path) -> Outcome<DisparityMap> {
+        let (values, width) = read_npy(path)?;
+        let values = values.into_iter().map(|value| value as f32).collect();
+        DisparityMap::given(width, values, self.matches_sigma).ok_or_else(|| {
+            Failure::usage("the array of disparities is empty", "give one a rectified pixel")
+        })
+    }
+
+    /// The cameras whose pictures are named, counted from 0.
+    fn cameras(&self, of_model: usize) -> Vec<usize> {
+        let named = self.images.len();
+        let all = if named > 2 && named.is_multiple_of(of_model) { of_model } else { 2 };
+        let default = || (0..all).collect();
+        let counted = self.cameras.iter().map(|camera| usize::from(*camera) - 1);
+        if self.cameras.is_empty() { default() } else { counted.collect() }
+    }
+
+    fn settings(&self, cameras: Vec<usize>, first: &[PathBuf]) -> Outcome<ReconstructionSettings> {
+        let sizes: Vec<[u32; 2]> =
+            first.iter().map(|path| read_size(path)).collect::<Result<_, Error>>()?;
+        let mut settings = ReconstructionSettings::new(sizes);
+        settings.cameras = cameras;
         settings.depths = self.range;
         settings.least_confidence = self.confidence;
         settings.most_sigma = self.max_sigma;
@@ -181,17 +221,17 @@ impl Reconstruct {
         Ok(settings)
     }
 
-    /// Where the results of a pair go.
-    fn place(&self, pair: &[PathBuf; 2], count: usize) -> PathBuf {
+    /// Where the results of pictures taken at once go.
+    fn place(&self, frame: &[PathBuf], count: usize) -> PathBuf {
         if count == 1 {
             return self.output.clone();
         }
-        let stem = pair[0].file_stem().unwrap_or_default().to_string_lossy();
+        let stem = frame[0].file_stem().unwrap_or_default().to_string_lossy();
         self.output.join(wheatstone::storage::file_name(&stem))
     }
 
-    /// What is said of all pairs.
-    fn whole(&self, made: &PairReconstructor, model: &Calibration, frames: Vec<Value>) -> Value {
+    /// What is said of all frames.
+    fn whole(&self, made: &SceneReconstructor, model: &Calibration, frames: Vec<Value>) -> Value {
         let range = made.disparities();
         let matrix = made.pair().depth_matrix();
         let rows: Vec<Vec<f64>> =
@@ -231,7 +271,7 @@ fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
 fn way_out(fault: &PairFault) -> &'static str {
     match fault {
         PairFault::Vertical(_) => {
-            "nothing was written; fit again, or reconstruct anyway with `--force`; `wheatstone evaluate` says which camera has moved"
+            "nothing was written; fit again, or reconstruct anyway with `--force`; `wheatstone check POINTS --against MODEL` says which camera has moved"
         }
         PairFault::Exchanged => "nothing was written; exchange the two pictures",
         _ => {
@@ -259,7 +299,7 @@ fn summary(found: &Reconstruction) -> Value {
         "bounds": found.cloud.bounds(),
         "inside_calibrated_volume": found.cloud.trusted(),
         "depth_png_step": DepthPng::of(&found.depth).step,
-        "fault": found.fault.map(|fault| fault.to_string()),
+        "fault": found.fault.map(|(_, fault)| fault.to_string()),
     })
 }
 
@@ -267,10 +307,10 @@ fn pretty(value: &Value) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
-/// All files of a pair.
+/// All files of a frame.
 fn write(
     found: &Reconstruction,
-    (made, model): (&PairReconstructor, &Calibration),
+    (made, model): (&SceneReconstructor, &Calibration),
     (title, summary): (&str, &Value),
     folder: &Path,
 ) -> Result<(), Error> {
@@ -290,7 +330,9 @@ fn write(
     put("depth.tiff", &|bytes| {
         depth_tiff(size, &found.depth, &model.unit, std::io::Cursor::new(bytes))
     })?;
-    put("depth.png", &|bytes| depth_png(size, &found.depth, DepthPng::of(&found.depth), bytes))?;
+    put("depth.png", &|bytes| {
+        depth_png(size, &found.depth, (DepthPng::of(&found.depth), &model.unit), bytes)
+    })?;
     put("disparity.npy", &|bytes| {
         bytes.extend(npy_float32((map.height, map.width), &map.disparity));
         Ok(())
@@ -310,21 +352,20 @@ fn write(
 /// The cloud to look at.
 fn page(
     found: &Reconstruction,
-    made: &PairReconstructor,
+    made: &SceneReconstructor,
     model: &Calibration,
     title: &str,
 ) -> SceneCloud {
     let cloud = &found.cloud;
-    let cameras = made.settings().cameras.into_iter().zip(made.settings().sizes);
-    let camera = |(camera, [width, height]): (usize, [u32; 2])| {
-        let [right, bottom] = [width, height].map(|side| f64::from(side) - 0.5);
+    let cameras = made.settings().cameras.iter().zip(&made.settings().sizes);
+    let camera = |(camera, [width, height]): (&usize, &[u32; 2])| {
+        let camera = *camera;
+        let [right, bottom] = [*width, *height].map(|side| f64::from(side) - 0.5);
         let corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]];
         let rays = corners.map(|[x, y]| model.reconstructor.unproject(camera, Pixel::new(x, y)));
-        let side = usize::from(made.pair().cameras[0] != camera);
-        let centre = made.pair().centres()[side];
         CloudCamera {
             name: format!("camera {}", camera + 1),
-            centre: Some([centre.x, centre.y, centre.z]),
+            centre: made.centre(camera).map(|centre| [centre.x, centre.y, centre.z]),
             corners: rays
                 .into_iter()
                 .collect::<Option<Vec<_>>>()
@@ -341,7 +382,7 @@ fn page(
         colours: cloud.colours.clone(),
         sigmas: cloud.sigmas.clone(),
         confidence: cloud.confidence.clone(),
-        pixels: cloud.pixels.to_vec(),
+        pixels: cloud.pixels.clone(),
         cameras: cameras.map(camera).collect(),
     }
 }

@@ -40,6 +40,25 @@ fn a_scene_becomes_a_cloud_depths_and_a_page() {
         assert!(at.join("out").join(name).is_file(), "{name}");
     }
 
+    // The disparities that it has written, as if another matcher had.
+    let given =
+        ["--matches", "out/disparity.npy", "--matches-sigma", "0.1", "-o", "given", "--json"];
+    let command = [&["reconstruct", "model.json", "--images", LEFT, RIGHT][..], &given].concat();
+    let given: serde_json::Value = serde_json::from_str(&done(at, &command).0).unwrap();
+    assert!(given["frames"][0]["points"].as_u64().unwrap() >= points, "{given}");
+    let depths = |folder: &str, told: &serde_json::Value| -> Vec<f64> {
+        let step = told["frames"][0]["depth_png_step"].as_f64().unwrap();
+        let levels = image::open(at.join(folder).join("depth.png")).unwrap().into_luma16();
+        levels.pixels().map(|level| f64::from(level.0[0]) * step).collect()
+    };
+    let pairs = depths("given", &given).into_iter().zip(depths("out", &told));
+    let off = pairs.filter(|(a, b)| *b > 0.0 && (a - b).abs() > 0.1).count();
+    assert!(off == 0, "{off}");
+    fs::copy(at.join("capture/scene/left_points.npy"), at.join("wrong.npy")).unwrap();
+    let wrong = ["--matches", "wrong.npy", "-o", "wrong"];
+    let command = [&["reconstruct", "model.json", "--images", LEFT, RIGHT][..], &wrong].concat();
+    assert!(refused(at, &command).contains("it is not a matrix"));
+
     // Fewer points of a part, and of smaller standard deviations.
     let part = ["--region", "200,150,100,80", "--max-sigma", "0.2", "-o", "part", "--json"];
     let command = [&["reconstruct", "model.json", "--images", LEFT, RIGHT][..], &part].concat();
@@ -72,6 +91,39 @@ fn several_pairs_have_a_folder_each() {
     let told = fs::read_to_string(at.join("folders/summary.json")).unwrap();
     let told: serde_json::Value = serde_json::from_str(&told).unwrap();
     assert_eq!(told["frames"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_third_camera_is_matched_with_the_left_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    done(at, &["synth", "--scene", "--cameras", "3", "-o", "capture"]);
+    done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
+    let told = |arguments: &[&str]| -> serde_json::Value {
+        let command =
+            [&["reconstruct", "model.json", "--json", "-o", "out", "--images"], arguments];
+        serde_json::from_str(&done(at, &command.concat()).0).unwrap()
+    };
+    let pictures: Vec<String> = {
+        let files = fs::read_dir(at.join("capture/scene")).unwrap();
+        let paths = files.map(|file| file.unwrap().path().display().to_string());
+        let mut pictures: Vec<String> = paths.filter(|path| path.ends_with(".png")).collect();
+        pictures.sort();
+        pictures
+    };
+    let [one, two, three] = &pictures[..] else { panic!("{pictures:?}") };
+    let all = told(&[one, two, three]);
+    let pair = told(&[one, two]);
+    let points = |told: &serde_json::Value| told["frames"][0]["points"].as_u64().unwrap();
+    assert!(points(&all) > points(&pair), "{all}, {pair}");
+    let sigma = |told: &serde_json::Value| told["frames"][0]["sigma_median"][2].as_f64().unwrap();
+    assert!(sigma(&all) < 0.9 * sigma(&pair), "{all}, {pair}");
+    let command =
+        ["reconstruct", "model.json", "--images", one, two, "--cameras", "1,1", "-o", "x"];
+    assert!(refused(at, &command).contains("two or more different cameras"));
+    let command =
+        ["reconstruct", "model.json", "--images", one, two, "--cameras", "1,2,3", "-o", "x"];
+    assert!(refused(at, &command).contains("2 pictures or folders of 3 cameras"));
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub use approximation::{Approximation, Loss, approximate, approximate_rig, exact
 pub use files::{InputFile, OutputFile, gather, save};
 pub use guess::guess;
 pub use import::{Imported, calibration};
-pub use npy::{npy_float32, npy_float64};
+pub use npy::{npy_float32, npy_float64, read_npy};
 pub use rig::{Form, Optics, Rig, RigCamera, coefficients};
 
 use crate::tables::ColumnNames;

@@ -4,10 +4,12 @@
 //! Source: NumPy Enhancement Proposal 1, "A simple file format for NumPy arrays".
 
 use super::{Content, Format, Given, InputFile, Layout, OutputFile};
+use std::path::Path;
 use wheatstone_core::{
     Result,
     dataset::{Correspondence, Dataset},
     geometry::{Pixel, Point3},
+    limits, storage,
 };
 
 pub(super) const FORMAT: Format = Format {
@@ -115,6 +117,16 @@ fn matrix(file: &InputFile) -> Result<(Vec<f64>, usize)> {
     }
     let place = |index: usize| values[index % columns * rows + index / columns];
     Ok(((0..values.len()).map(place).collect(), columns))
+}
+
+/// A matrix of numbers: its values row by row, and how many columns it has.
+///
+/// # Errors
+///
+/// Where the file cannot be read, or is none.
+pub fn read_npy(path: &Path) -> Result<(Vec<f64>, usize)> {
+    let bytes = storage::read(path, limits::FILE_BYTES)?;
+    matrix(&InputFile { path: path.into(), bytes })
 }
 
 fn read(files: &[InputFile], given: &Given) -> Result<Dataset> {

@@ -35,6 +35,7 @@ from .evaluation import BoardEvaluation, Comparison, Evaluation, Fold, MethodSco
 from .findings import CameraChange, CameraMotion, Examination, Finding
 from .located import Located, Trust
 from .matching import DisparityMap, match_pair
+from .reconstruction import PointCloud, Reconstructor, reconstruct
 from .results import Rectification, Report
 from .synthetic import synth, synth_capture
 
@@ -64,6 +65,8 @@ __all__ = [
     "Fold",
     "Located",
     "MethodScore",
+    "PointCloud",
+    "Reconstructor",
     "Rectification",
     "Report",
     "Trust",
@@ -84,6 +87,7 @@ __all__ = [
     "read",
     "read_caliscope",
     "read_cameras",
+    "reconstruct",
     "rectify",
     "report",
     "raise_limits",

@@ -123,6 +123,21 @@ def match_pair(
 ) -> tuple[
     npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.float32], float | None
 ]: ...
+class Reconstructor:
+    def __init__(
+        self,
+        model: Model,
+        cameras: list[int],
+        sizes: list[list[int]],
+        depths: tuple[float, float] | None,
+        confidence: float,
+        max_sigma: float | None,
+        region: tuple[int, int, int, int] | None,
+    ) -> None: ...
+    def geometry(self) -> tuple[list[list[float]], list[list[float]], list[int]]: ...
+    def reconstruct(self, images: list[Any], bgr: bool) -> dict[str, Any]: ...
+
+def ply(points: Any, sigmas: Any, colours: Any, confidence: Any, unit: str) -> bytes: ...
 def detect(
     image: Any, chart: str, bgr: bool
 ) -> tuple[npt.NDArray[np.int64], _Doubles, _Doubles, _Doubles, list[str], int]: ...

@@ -51,7 +51,7 @@ fn depths_come_back_from_their_pictures() {
     let scale = DepthPng::of(&depth);
     assert_eq!(scale.step, 0.1);
     let mut bytes = Vec::new();
-    depth_png((3, 2), &depth, scale, &mut bytes).unwrap();
+    depth_png((3, 2), &depth, (scale, "mm"), &mut bytes).unwrap();
     let read = image::load_from_memory(&bytes).unwrap().into_luma16();
     assert_eq!(read.into_raw(), [0, 5, 1235, 8000, 655, 0]);
 }

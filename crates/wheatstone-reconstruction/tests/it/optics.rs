@@ -5,10 +5,11 @@ use wheatstone_core::{
     Calibration, Error, geometry::Pixel, method::AnyMethod, preparation::Prepared,
 };
 use wheatstone_numeric::{progress::Silent, random::Random, statistics::percentile};
-use wheatstone_reconstruction::{PairReconstructor, Reconstruction, ReconstructionSettings};
+use wheatstone_reconstruction::{Reconstruction, ReconstructionSettings, SceneReconstructor};
 use wheatstone_synthetic::{Noise, Rig, Scene, Sensor, Stage, chart_correspondences};
 
-const SIZES: [[u32; 2]; 2] = [[640, 480]; 2];
+const SIZE: [u32; 2] = [640, 480];
+const SIZES: [[u32; 2]; 2] = [SIZE; 2];
 
 fn fitted(rig: &Rig, method: &str) -> Calibration {
     let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
@@ -18,12 +19,10 @@ fn fitted(rig: &Rig, method: &str) -> Calibration {
     Calibration::fit(&method, &Prepared::as_given(data), 0, false, &Silent).unwrap()
 }
 
-fn pictures(rig: &Rig, scene: &Scene) -> [ColourImage; 2] {
+fn pictures(rig: &Rig, scene: &Scene) -> Vec<ColourImage> {
     let mut random = Random::new(5);
-    [0, 1].map(|camera| {
-        let picture = scene.render(&rig.cameras[camera], Sensor::default(), &mut random);
-        ColourImage::from_gray(picture)
-    })
+    let seen = |camera| scene.render(camera, Sensor::default(), &mut random);
+    rig.cameras.iter().map(seen).map(ColourImage::from_gray).collect()
 }
 
 /// How a cloud compares with the scene.
@@ -34,17 +33,24 @@ struct Judged {
     median: f64,
     /// The share of points that are off by more than ten standard deviations.
     gross: f64,
+    /// The share of points that are off by more than two percent of the distance.
+    far: f64,
     /// The shares of errors along X, Y and Z within one and two standard deviations.
     covered: [f64; 2],
 }
 
-fn judged(rig: &Rig, scene: &Scene, found: &Reconstruction) -> Judged {
+/// `order` says which of the pixels are those of `camera`.
+fn judged(
+    (rig, scene): (&Rig, &Scene),
+    (camera, order): (usize, usize),
+    found: &Reconstruction,
+) -> Judged {
     let cloud = &found.cloud;
     let (mut errors, mut inside, mut gross, mut all) = (Vec::new(), [0; 2], 0, 0);
     // Enough for shares of a percent.
     for index in (0..cloud.len()).step_by(11) {
-        let [x, y] = cloud.pixels[0][index].map(f64::from);
-        let Some(truth) = scene.place(&rig.cameras[0], Pixel::new(x, y)) else { continue };
+        let [x, y] = cloud.pixels[order][index].map(f64::from);
+        let Some(truth) = scene.place(&rig.cameras[camera], Pixel::new(x, y)) else { continue };
         let off = [0, 1, 2].map(|axis| f64::from(cloud.points[index][axis]) - truth[axis]);
         let ratios = [0, 1, 2].map(|axis| off[axis].abs() / f64::from(cloud.sigmas[index][axis]));
         let size = off.iter().map(|off| off * off).sum::<f64>().sqrt();
@@ -59,15 +65,17 @@ fn judged(rig: &Rig, scene: &Scene, found: &Reconstruction) -> Judged {
         points: all,
         median: percentile(&errors, 0.5),
         gross: gross as f64 / all as f64,
+        far: errors.iter().filter(|error| **error > 2.0).count() as f64 / all as f64,
         covered: inside.map(|inside| inside as f64 / (3 * all) as f64),
     }
 }
 
 fn reconstructed(rig: &Rig, method: &str, scene: &Scene) -> Reconstruction {
     let model = fitted(rig, method);
-    let made = PairReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
-    let [first, second] = pictures(rig, scene);
-    made.reconstruct([&first, &second]).unwrap()
+    let made =
+        SceneReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
+    let pictures = pictures(rig, scene);
+    made.reconstruct(&[&pictures[0], &pictures[1]]).unwrap()
 }
 
 #[test]
@@ -86,7 +94,7 @@ fn clouds_of_every_optics_are_where_the_scene_is() {
         let scene = Scene::before(&rig, 1);
         let found = reconstructed(&rig, method, &scene);
         assert!(found.fault.is_none(), "{name}: {:?}", found.fault);
-        let told = judged(&rig, &scene, &found);
+        let told = judged((&rig, &scene), (0, 0), &found);
         assert!(told.points > 15_000 && told.median < most, "{name} {method}: {told:?}");
         assert!(told.gross < 0.003, "{name} {method}: {told:?}");
         for (covered, (least, most)) in
@@ -98,17 +106,44 @@ fn clouds_of_every_optics_are_where_the_scene_is() {
 }
 
 #[test]
+fn four_cameras_are_better_than_two() {
+    let rig = Rig::named("paper", 4).unwrap();
+    let scene = Scene::before(&rig, 2);
+    let model = fitted(&rig, "brown");
+    let pictures = pictures(&rig, &scene);
+    let with = |cameras: &[usize]| {
+        let mut settings = ReconstructionSettings::new(vec![SIZE; cameras.len()]);
+        settings.cameras = cameras.to_vec();
+        let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
+        let seen: Vec<&ColourImage> = cameras.iter().map(|camera| &pictures[*camera]).collect();
+        let found = made.reconstruct(&seen).unwrap();
+        assert!(found.fault.is_none(), "{:?}", found.fault);
+        assert!(found.cloud.pixels.len() == cameras.len());
+        judged((&rig, &scene), (0, 0), &found)
+    };
+    let four = with(&[0, 1, 2, 3]);
+    for pair in [[0, 1], [0, 2]] {
+        let two = with(&pair);
+        assert!(four.points > two.points, "{pair:?}: {two:?}, {four:?}");
+        assert!(four.median < 0.75 * two.median, "{pair:?}: {two:?}, {four:?}");
+    }
+    assert!(four.far < 0.002 && (0.63..0.75).contains(&four.covered[0]), "{four:?}");
+    assert!((0.91..0.98).contains(&four.covered[1]), "{four:?}");
+}
+
+#[test]
 fn pictures_of_another_size_are_refused() {
     let rig = Rig::named("pinhole", 2).unwrap();
     let model = fitted(&rig, "brown");
-    let made = PairReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
+    let made =
+        SceneReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
     let small =
         ColourImage::from_gray(wheatstone_charts::imaging::GrayImage::from_fn(320, 240, |x, y| {
             (x + y) as f32
         }));
-    let refused = made.reconstruct([&small, &small]);
+    let refused = made.reconstruct(&[&small, &small]);
     assert!(matches!(refused, Err(Error::Mismatch { .. })));
     let far =
         ReconstructionSettings { depths: Some([5.0, 2.0]), ..ReconstructionSettings::new(SIZES) };
-    assert!(matches!(PairReconstructor::new(&model, far, &Silent), Err(Error::Setting { .. })));
+    assert!(matches!(SceneReconstructor::new(&model, far, &Silent), Err(Error::Setting { .. })));
 }

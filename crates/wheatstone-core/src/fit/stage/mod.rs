@@ -114,9 +114,11 @@ fn settle(
 /// two millimetres over a metre, more than any ruler's. What it estimates hardly depends on it.
 const SUPPOSED: f64 = 2e-3;
 
-/// Cameras and pixels that suffice to tell: of more, a part is taken.
+/// Cameras, views and pixels of the views that suffice to tell: of more, a part is taken, since the adjustment's work
+/// grows with the cube of the views.
 const MOST_CAMERAS: usize = 8;
-const MOST_PIXELS: usize = 100_000;
+const MOST_VIEWS: usize = 40;
+const MOST_PIXELS: usize = 16_000;
 
 /// The cameras that see most.
 fn seeing_most(data: &Dataset) -> Vec<usize> {
@@ -141,8 +143,11 @@ fn seeing_most(data: &Dataset) -> Vec<usize> {
 /// As [`solve`].
 pub fn suspect(data: &Dataset, progress: &dyn Progress) -> Result<Significance> {
     let few = (data.cameras > MOST_CAMERAS).then(|| data.of_cameras(&seeing_most(data)));
-    let (_, data) = sample(few.as_ref().unwrap_or(data), MOST_PIXELS, 0);
-    let placements = charts::placements(&data)?;
+    let thinned = data.views.len().div_ceil(MOST_VIEWS).max(1);
+    let (_, data) = sample(few.as_ref().unwrap_or(data), MOST_PIXELS * thinned, 0);
+    let mut placements = charts::placements(&data)?;
+    let thinned = placements.len().div_ceil(MOST_VIEWS);
+    placements = placements.into_iter().step_by(thinned).collect();
     let sigma = SUPPOSED * ChartPosition::extent(&placements);
     let charts = charts::loose(&placements, &StagePrior::of(sigma));
     let observations = CameraObservations::of_all(&data, &placements);

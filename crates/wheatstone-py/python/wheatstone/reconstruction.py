@@ -1,0 +1,208 @@
+"""Point clouds of what calibrated cameras see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _wheatstone as _w
+from ._arrays import FloatArray, PathLike
+from .calibration import Calibration
+from .charts import Image, _picture
+from .errors import ArgumentError, DegenerateError
+
+__all__ = ["PointCloud", "Reconstructor", "reconstruct"]
+
+
+@dataclass(frozen=True)
+class PointCloud:
+    """Points in the world, from pictures of calibrated cameras.
+
+    Attributes
+    ----------
+    points : (n, 3) float32
+        X, Y and Z in the world, in `unit`.
+    sigmas : (n, 3) float32
+        Their standard deviations, of the match and of the calibration.
+    colours : (n, 3) uint8
+        Red, green and blue of the left camera's picture.
+    confidence : (n,) float32
+        The probability that the match is right.
+    inside : (n,) bool
+        Whether the point lies where the calibration had data.
+    pixels : list of (n, 2) float32
+        The matched pixels in each camera's own picture; NaN where a camera has none.
+    depth : (height, width) float32
+        Depths along the axis of the left rectified camera; NaN where there is no point.
+    disparity, disparity_confidence : (height, width) float32
+        Of the left rectified picture, as the search of the first two cameras found them.
+    fault : str or None
+        What makes all of it worthless, if something does: exchanged pictures, a camera that has moved, nothing in
+        common.
+    unit : str
+        The unit of lengths.
+    """
+
+    points: npt.NDArray[np.float32] = field(repr=False)
+    sigmas: npt.NDArray[np.float32] = field(repr=False)
+    colours: npt.NDArray[np.uint8] = field(repr=False)
+    confidence: npt.NDArray[np.float32] = field(repr=False)
+    inside: npt.NDArray[np.bool_] = field(repr=False)
+    pixels: list[npt.NDArray[np.float32]] = field(repr=False)
+    depth: npt.NDArray[np.float32] = field(repr=False)
+    disparity: npt.NDArray[np.float32] = field(repr=False)
+    disparity_confidence: npt.NDArray[np.float32] = field(repr=False)
+    fault: str | None
+    unit: str
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def save(self, path: PathLike) -> None:
+        """Writes the points as binary PLY, which CloudCompare, MeshLab and Open3D open: colours, standard deviations
+        and confidence are fields of each point."""
+        data = _w.ply(self.points, self.sigmas, self.colours, self.confidence, self.unit)
+        Path(path).write_bytes(data)
+
+
+class Reconstructor:
+    """Cameras of a model, made ready once for many pictures: a stream of frames, say.
+
+    Parameters
+    ----------
+    cal : Calibration
+        Of any method.
+    image_size : (width, height) or one a camera
+        Of the pictures.
+    cameras : ints, optional
+        Two or more, counted from 0, in the order of the pictures; the first two make the pair whose left picture is
+        reconstructed. By default all of the model's.
+    range : (float, float), optional
+        Nearest and farthest depth to search, in the model's unit; by default those that it was fitted to, with a
+        margin.
+    confidence : float
+        Points that are right with a smaller probability are left out.
+    max_sigma : float, optional
+        Points with a larger standard deviation of X, Y or Z are left out.
+    region : (left, top, width, height), optional
+        A part of the left camera's picture, in pixels.
+
+    Attributes
+    ----------
+    Q : (4, 4)
+        OpenCV's matrix of the first two cameras: from x, y, disparity and 1 to the left rectified camera's frame.
+    world : (3, 4)
+        Rotation and translation from the left rectified camera's frame to the world.
+    disparities : (int, int)
+        What is searched.
+    """
+
+    __slots__ = ("Q", "_handle", "_unit", "cameras", "disparities", "world")
+    Q: FloatArray
+    world: FloatArray
+    cameras: tuple[int, ...]
+    disparities: tuple[int, int]
+
+    def __init__(
+        self,
+        cal: Calibration,
+        image_size: tuple[int, int] | Sequence[tuple[int, int]],
+        *,
+        cameras: Sequence[int] | None = None,
+        range: tuple[float, float] | None = None,
+        confidence: float = 0.9,
+        max_sigma: float | None = None,
+        region: tuple[int, int, int, int] | None = None,
+    ) -> None:
+        wanted: Sequence[int] = tuple(np.arange(cal.cameras)) if cameras is None else cameras
+        chosen = [cal._camera(int(camera)) for camera in wanted]
+        sizes = np.asarray(image_size, dtype=int)
+        if sizes.shape == (2,):
+            sizes = np.tile(sizes, (len(chosen), 1))
+        if sizes.shape != (len(chosen), 2) or (sizes < 1).any():
+            raise ArgumentError(
+                f"{image_size} are not the sizes of pictures of {len(chosen)} cameras",
+                hint="give (width, height), or one a camera",
+            )
+        depths = None if range is None else (float(range[0]), float(range[1]))
+        self._handle = _w.Reconstructor(
+            cal.handle, chosen, sizes.tolist(), depths, confidence, max_sigma, region
+        )
+        self._unit = cal.unit
+        self.cameras = tuple(chosen)
+        q, pose, disparities = self._handle.geometry()
+        back = np.asarray(pose[:3]).T
+        self.Q = np.asarray(q)
+        self.world = np.column_stack([back, -back @ np.asarray(pose[3])])
+        self.disparities = (disparities[0], disparities[1])
+
+    def __repr__(self) -> str:
+        return f"<wheatstone.Reconstructor: cameras {', '.join(map(str, self.cameras))}, {self._unit}>"
+
+    def reconstruct(
+        self, images: Sequence[Image], *, force: bool = False, bgr: bool = False
+    ) -> PointCloud:
+        """The points that pictures show, which were taken at once, one of each camera.
+
+        Parameters
+        ----------
+        images : arrays, (height, width) or (height, width, 3)
+            uint8, uint16, or floating-point numbers of 0 to 255, in the order of `cameras`.
+        force : bool
+            Whether pictures that do not fit together are reconstructed, too; `fault` says what is wrong with them.
+        bgr : bool
+            Whether colours stand in OpenCV's order (blue first).
+
+        Raises
+        ------
+        DegenerateError
+            For exchanged pictures, a camera that has moved, pictures with nothing in common.
+        """
+        told = self._handle.reconstruct([_picture(image) for image in images], bgr)
+        fault = cast("tuple[int, int, str] | None", told.pop("fault"))
+        problem = None if fault is None else f"cameras {fault[0]} and {fault[1]}: {fault[2]}"
+        if problem is not None and not force:
+            hint = "`range` says at which depths to search; `force=True` reconstructs them anyway"
+            raise DegenerateError(problem, hint=hint)
+        return PointCloud(**cast("dict[str, Any]", told), fault=problem, unit=self._unit)
+
+
+def reconstruct(
+    cal: Calibration,
+    images: Sequence[Image],
+    *,
+    cameras: Sequence[int] | None = None,
+    range: tuple[float, float] | None = None,
+    confidence: float = 0.9,
+    max_sigma: float | None = None,
+    region: tuple[int, int, int, int] | None = None,
+    force: bool = False,
+    bgr: bool = False,
+) -> PointCloud:
+    """The points that pictures of calibrated cameras show, with their standard deviations.
+
+    Parameters are those of `Reconstructor` and `Reconstructor.reconstruct`; for many frames make a `Reconstructor`
+    once.
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> cloud = ws.reconstruct(cal, [left, right], range=(300, 1500))  # doctest: +SKIP
+    >>> cloud.save("cloud.ply")  # doctest: +SKIP
+    """
+    sizes = [(int(np.shape(image)[1]), int(np.shape(image)[0])) for image in images]
+    made = Reconstructor(
+        cal,
+        sizes,
+        cameras=cameras,
+        range=range,
+        confidence=confidence,
+        max_sigma=max_sigma,
+        region=region,
+    )
+    return made.reconstruct(images, force=force, bgr=bgr)

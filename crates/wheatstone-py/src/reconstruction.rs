@@ -1,0 +1,149 @@
+//! Point clouds of what calibrated cameras see.
+
+use crate::{
+    errors::{invalid, raised},
+    model::PyModel,
+    pictures::colour_picture,
+    pool::{pool, unforked},
+};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, ToPyArray};
+use pyo3::{
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
+use std::sync::Arc;
+use wheatstone::{
+    Calibration,
+    dataset::volume::Trust,
+    progress::Silent,
+    reconstruction::{
+        Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor, binary_ply,
+    },
+};
+
+self_cell::self_cell! {
+    /// Cameras made ready beside the model that they borrow.
+    struct Ready {
+        owner: Arc<Calibration>,
+        #[covariant]
+        dependent: SceneReconstructor,
+    }
+}
+
+/// Two or more cameras of a model, made ready for many pictures.
+#[pyclass(frozen, name = "Reconstructor", module = "wheatstone._wheatstone")]
+pub(crate) struct PyReconstructor {
+    ready: Ready,
+}
+
+#[pymethods]
+impl PyReconstructor {
+    /// `sizes` are those of the pictures of `cameras`, in their order.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        model: &PyModel,
+        cameras: Vec<usize>,
+        sizes: Vec<[u32; 2]>,
+        depths: Option<[f64; 2]>,
+        confidence: f32,
+        max_sigma: Option<f64>,
+        region: Option<[u32; 4]>,
+    ) -> PyResult<Self> {
+        let mut settings = ReconstructionSettings::new(sizes);
+        settings.cameras = cameras;
+        settings.depths = depths;
+        settings.least_confidence = confidence;
+        settings.most_sigma = max_sigma;
+        settings.region = region;
+        let owner = model.model.clone();
+        let ready = py.detach(|| -> PyResult<_> {
+            let pool = pool()?;
+            let _unforked = unforked();
+            let made =
+                || Ready::try_new(owner, |model| SceneReconstructor::new(model, settings, &Silent));
+            pool.install(made).map_err(raised)
+        })?;
+        Ok(Self { ready })
+    }
+
+    /// OpenCV's Q of the first two cameras, row by row; the rotation and translation from the world to the left
+    /// rectified camera; and the disparities that are searched.
+    fn geometry(&self) -> ([[f64; 4]; 4], [[f64; 3]; 4], [i32; 2]) {
+        let made = self.ready.borrow_dependent();
+        let (q, pose) = (made.pair().depth_matrix(), made.pair().rectified_from_world);
+        let row = |row: usize| std::array::from_fn(|column| q[(row, column)]);
+        let turned = |row: usize| std::array::from_fn(|column| pose.rotation[(row, column)]);
+        let shifted = [pose.translation.x, pose.translation.y, pose.translation.z];
+        let range = made.disparities();
+        let pose = [turned(0), turned(1), turned(2), shifted];
+        (std::array::from_fn(row), pose, [range.start, range.end])
+    }
+
+    /// The points that pictures show: arrays by name.
+    fn reconstruct<'py>(
+        &self,
+        py: Python<'py>,
+        images: Vec<Bound<'py, PyAny>>,
+        bgr: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let pictures: Vec<_> =
+            images.iter().map(|image| colour_picture(image, bgr)).collect::<PyResult<_>>()?;
+        let pictures: Vec<_> = pictures.iter().collect();
+        let made = self.ready.borrow_dependent();
+        let work = || made.reconstruct(&pictures);
+        let found = py.detach(|| pool().map(|pool| pool.install(work)))?.map_err(raised)?;
+        arrays(py, &found)
+    }
+}
+
+fn arrays<'py>(py: Python<'py>, found: &Reconstruction) -> PyResult<Bound<'py, PyDict>> {
+    let Reconstruction { map, cloud, .. } = found;
+    let of_picture = |values: &[f32]| values.to_pyarray(py).reshape([map.height, map.width]);
+    let told = PyDict::new(py);
+    told.set_item("points", rows(py, &cloud.points)?)?;
+    told.set_item("sigmas", rows(py, &cloud.sigmas)?)?;
+    told.set_item("colours", rows(py, &cloud.colours)?)?;
+    told.set_item("confidence", cloud.confidence.to_pyarray(py))?;
+    let inside: Vec<bool> = cloud.trust.iter().map(|trust| *trust != Trust::Outside).collect();
+    told.set_item("inside", inside.into_pyarray(py))?;
+    let pixels: Vec<_> =
+        cloud.pixels.iter().map(|camera| rows(py, camera)).collect::<PyResult<_>>()?;
+    told.set_item("pixels", pixels)?;
+    told.set_item("depth", of_picture(&found.depth)?)?;
+    told.set_item("disparity", of_picture(&map.disparity)?)?;
+    told.set_item("disparity_confidence", of_picture(&map.confidence)?)?;
+    let fault = found.fault.map(|([a, b], fault)| (a, b, fault.to_string()));
+    told.set_item("fault", fault)?;
+    Ok(told)
+}
+
+/// One row a point.
+fn rows<'py, T: numpy::Element + Copy, const N: usize>(
+    py: Python<'py>,
+    points: &[[T; N]],
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    points.as_flattened().to_pyarray(py).reshape([points.len(), N])
+}
+
+/// A cloud as a binary PLY file.
+#[pyfunction]
+pub(crate) fn ply<'py>(
+    py: Python<'py>,
+    points: Vec<[f32; 3]>,
+    sigmas: Vec<[f32; 3]>,
+    colours: Vec<[u8; 3]>,
+    confidence: Vec<f32>,
+    unit: &str,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let count = points.len();
+    if [sigmas.len(), colours.len(), confidence.len()] != [count; 3] {
+        return Err(invalid("columns of a cloud have several lengths", "give one row a point"));
+    }
+    let mut cloud = Cloud::default();
+    (cloud.points, cloud.sigmas, cloud.colours) = (points, sigmas, colours);
+    cloud.confidence = confidence;
+    let mut bytes = Vec::new();
+    binary_ply(&cloud, unit, &mut bytes)?;
+    Ok(PyBytes::new(py, &bytes))
+}

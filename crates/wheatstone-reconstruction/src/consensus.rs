@@ -1,0 +1,81 @@
+//! Which of several pairs' depths at a pixel are right.
+
+/// What a pair of cameras says of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Candidate {
+    /// The reciprocal of the depth, and its standard deviation.
+    pub(crate) nearness: f64,
+    pub(crate) sigma: f64,
+    /// The probability that it is right.
+    pub(crate) confidence: f64,
+}
+
+/// Depths agree that are within so many standard deviations of their difference.
+const MOST_SIGMAS: f64 = 3.0;
+
+/// The probability that two wrong matches of different pairs agree.
+const BY_CHANCE: f64 = 0.05;
+
+/// By how much less probable a depth is that another pair should see and does not.
+const MISSED: f64 = 0.5;
+
+/// Which of the candidates agree on the most probable depth, and the probability that it is right. `missed` other pairs
+/// should see something there, and do not.
+///
+/// By Bayes' rule: a depth is right if all that agree on it are right and all others wrong, another is right if these
+/// are wrong, or none is.
+pub(crate) fn consensus(candidates: &[Option<Candidate>], missed: usize) -> (Vec<bool>, f64) {
+    let agree = |a: &Candidate, b: &Candidate| {
+        (a.nearness - b.nearness).abs()
+            < MOST_SIGMAS * (a.sigma * a.sigma + b.sigma * b.sigma).sqrt()
+    };
+    // Relative to that all are wrong.
+    let odds =
+        |candidate: &Candidate| candidate.confidence / (1.0 - candidate.confidence).max(1e-6);
+    let supporters = |leader: &Candidate| -> Vec<bool> {
+        candidates.iter().map(|own| own.as_ref().is_some_and(|own| agree(own, leader))).collect()
+    };
+    let weight = |kept: &[bool]| -> f64 {
+        let kept = candidates.iter().zip(kept).filter(|(_, kept)| **kept);
+        kept.filter_map(|(own, _)| own.as_ref().map(odds)).product()
+    };
+    let sets = candidates.iter().flatten().map(supporters);
+    let best = sets.max_by(|a, b| weight(a).total_cmp(&weight(b)));
+    let Some(kept) = best else { return (vec![false; candidates.len()], 0.0) };
+    let others = candidates.iter().zip(&kept).filter(|(_, kept)| !**kept);
+    let others: f64 = others.filter_map(|(own, _)| own.as_ref().map(odds)).sum();
+    let count = kept.iter().filter(|kept| **kept).count();
+    let none = if count > 1 { BY_CHANCE } else { 1.0 };
+    let right = weight(&kept) * MISSED.powi(missed as i32);
+    (kept, right / (right + others + none))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Candidate, consensus};
+
+    fn candidate(nearness: f64, confidence: f64) -> Option<Candidate> {
+        Some(Candidate { nearness, sigma: 0.01, confidence })
+    }
+
+    #[test]
+    fn a_single_pair_is_as_sure_as_it_says() {
+        let (kept, probability) = consensus(&[None, candidate(1.0, 0.8)], 0);
+        assert_eq!(kept, [false, true]);
+        assert!((probability - 0.8).abs() < 1e-9);
+        assert!((consensus(&[None, candidate(1.0, 0.8)], 1).1 - 2.0 / 3.0).abs() < 1e-9);
+        assert_eq!(consensus(&[None, None], 0), (vec![false, false], 0.0));
+    }
+
+    #[test]
+    fn pairs_that_agree_are_surer_and_those_that_contradict_are_not() {
+        let (kept, probability) =
+            consensus(&[candidate(1.0, 0.6), candidate(1.02, 0.6), candidate(1.5, 0.6)], 0);
+        assert_eq!(kept, [true, true, false]);
+        assert!(probability > 0.5 && probability < 0.9);
+        let (_, agreed) = consensus(&[candidate(1.0, 0.6), candidate(1.02, 0.6)], 0);
+        assert!(agreed > 0.95);
+        let (_, torn) = consensus(&[candidate(1.0, 0.95), candidate(1.5, 0.95)], 0);
+        assert!((torn - 0.5).abs() < 0.05);
+    }
+}
