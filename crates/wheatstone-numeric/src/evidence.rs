@@ -12,7 +12,6 @@ mod expansion;
 mod posterior;
 
 use super::{
-    cholesky::Cholesky,
     levenberg_marquardt::Damping,
     perceptron::{Batch, Perceptron},
 };
@@ -20,7 +19,7 @@ use crate::progress::Progress;
 use crate::{Error, Result};
 use expansion::Expansion;
 use nalgebra::DMatrix;
-use posterior::{Decay, Posterior, misfit};
+use posterior::{Decay, Posterior, factors, misfit};
 use serde::{Deserialize, Serialize, de::IgnoredAny};
 
 /// Settings of the training.
@@ -226,7 +225,7 @@ impl TrainingCurve {
         self.expansion.at(self.network.weights(), &self.noise);
         let state = self.posterior()?;
         let log_evidence = self.evidence_of(&state);
-        let factors = Cholesky::of(self.expansion.hessian, |index| self.decay.of(index));
+        let factors = factors(&self.expansion.hessian, &self.decay);
         let trained = Trained {
             log_evidence,
             effective_parameters: state.effective,

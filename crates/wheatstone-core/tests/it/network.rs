@@ -51,3 +51,15 @@ fn the_residual_of_the_map_is_in_pixels() {
         assert!(fitted.locate(&wrong).unwrap().residual.unwrap().rms > 1.0);
     }
 }
+
+#[test]
+fn points_without_noise_can_be_fitted() {
+    let rig = Rig::named("scheimpflug", 2).unwrap();
+    let data = charts(&rig, Stage::default(), Noise::None, 900);
+    let method = AnyMethod::named("network").unwrap();
+    let fit = method.fit_checked(&data, 0, &Silent).unwrap();
+    for row in data.correspondences.iter().step_by(50) {
+        let found = fit.reconstructor.locate(&row.pixels).unwrap();
+        assert!((found.point - row.world.unwrap()).norm() < 0.02);
+    }
+}

@@ -34,6 +34,17 @@ pub(super) fn misfit(squares: &[f64], noise: &[f64]) -> f64 {
     0.5 * squares.iter().zip(noise).map(|(sum, variance)| sum / variance).sum::<f64>()
 }
 
+/// Added to curvatures, as a share of them, where rounding has made their matrix singular: what the data say less of is
+/// not known.
+const UNKNOWN: f64 = 1e-12;
+
+/// The curvatures of the regularised misfit, factored.
+pub(super) fn factors(hessian: &Lower, decay: &Decay) -> Option<Cholesky> {
+    let exact = Cholesky::of(hessian.clone(), |index| decay.of(index));
+    let more = |index: usize| decay.of(index) + UNKNOWN * hessian.get(index, index);
+    exact.or_else(|| Cholesky::of(hessian.clone(), more))
+}
+
 /// What the data say of the weights, in Laplace's approximation.
 pub(super) struct Posterior {
     log_determinant: f64,
@@ -44,7 +55,7 @@ pub(super) struct Posterior {
 
 impl Posterior {
     pub(super) fn new(hessian: &Lower, decay: &Decay) -> Option<Self> {
-        let factors = Cholesky::of(hessian.clone(), |index| decay.of(index))?;
+        let factors = factors(hessian, decay)?;
         let log_determinant = factors.log_determinant();
         let variances = factors.diagonal_of_inverse();
         let mut effective_of_class = vec![0.0; decay.rate.len()];
