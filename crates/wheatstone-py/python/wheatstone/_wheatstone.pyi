@@ -123,9 +123,10 @@ def match_pair(
 ) -> tuple[
     npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.float32], float | None
 ]: ...
+@final
 class Reconstructor:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         model: Model,
         cameras: list[int],
         sizes: list[list[int]],
@@ -133,7 +134,7 @@ class Reconstructor:
         confidence: float,
         max_sigma: float | None,
         region: tuple[int, int, int, int] | None,
-    ) -> None: ...
+    ) -> Reconstructor: ...
     def geometry(self) -> tuple[list[list[float]], list[list[float]], list[int]]: ...
     def reconstruct(self, images: list[Any], bgr: bool) -> dict[str, Any]: ...
 

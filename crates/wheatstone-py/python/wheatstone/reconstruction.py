@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -169,7 +169,7 @@ class Reconstructor:
         if problem is not None and not force:
             hint = "`range` says at which depths to search; `force=True` reconstructs them anyway"
             raise DegenerateError(problem, hint=hint)
-        return PointCloud(**cast("dict[str, Any]", told), fault=problem, unit=self._unit)
+        return PointCloud(**told, fault=problem, unit=self._unit)
 
 
 def reconstruct(
