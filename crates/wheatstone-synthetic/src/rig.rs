@@ -8,11 +8,13 @@ use wheatstone_core::{
         AnyCamera, PosedCamera,
         brown_conrady::BrownConrady,
         bumped_lens::{Bump, BumpedLens},
+        convex_mirror::ConvexMirror,
+        cylindrical_port::CylindricalPort,
         flat_port::FlatPort,
         kannala_brandt::KannalaBrandt,
         pinhole::Pinhole,
     },
-    geometry::{Pose, Vector3},
+    geometry::{Point3, Pose, Vector3},
 };
 use wheatstone_numeric::random::Random;
 
@@ -37,9 +39,9 @@ const AIM: f64 = 95.0;
 impl Rig {
     /// The lenses: none; Brown's distortion (the paper's rig); a fisheye; the paper's rig looking into
     /// water, and through a thick pane at a slant; the paper's rig with a wavy window, and with sensors
-    /// tilted after Scheimpflug.
+    /// tilted after Scheimpflug; the paper's rig before a round tank of water, and before a convex mirror.
     pub const NAMES: &'static [&'static str] =
-        &["paper", "pinhole", "fisheye", "water", "glass", "bump", "scheimpflug"];
+        &["paper", "pinhole", "fisheye", "water", "glass", "bump", "scheimpflug", "tube", "mirror"];
 
     /// The rig called `name` (`brown` is another name of `paper`) with so many cameras.
     ///
@@ -60,7 +62,7 @@ impl Rig {
             });
         }
         let all = (0..cameras).map(|index| {
-            let (centre, camera_from_world) = pose(index);
+            let (centre, camera_from_world) = pose(name, index);
             let model = lens(name, index, centre, &camera_from_world);
             PosedCamera { camera_from_world, model, width: WIDTH, height: HEIGHT }
         });
@@ -72,8 +74,9 @@ impl Rig {
     pub fn chart_pitch(&self) -> f64 {
         match self.name.as_str() {
             "fisheye" => 14.0,
-            // Water narrows the field of view by its index.
-            "water" => 3.8,
+            // Water narrows the field of view by its index; a round tank does so along its axis.
+            "water" | "tube" => 3.8,
+            "mirror" => 7.0,
             _ => 5.0,
         }
     }
@@ -81,7 +84,7 @@ impl Rig {
 
 /// The camera's centre, and its pose: pointed at the aim but for a small error of its mount, and
 /// rolled.
-fn pose(index: usize) -> (Vector3, Pose) {
+fn pose(name: &str, index: usize) -> (Vector3, Pose) {
     // The first two are the paper's pair; others stand above, below and between.
     const CENTRES: [[f64; 3]; 8] = [
         [-3.5, 0.0, 0.0],
@@ -101,7 +104,9 @@ fn pose(index: usize) -> (Vector3, Pose) {
         mount.uniform(-0.3, 0.3) * degree,
         mount.uniform(-1.0, 1.0) * degree,
     );
-    (centre, Pose::looking(centre, Vector3::new(0.0, 0.0, AIM), error))
+    // Cameras before a mirror turn their backs on what they look at.
+    let aim = if name == "mirror" { -AIM } else { AIM };
+    (centre, Pose::looking(centre, Vector3::new(0.0, 0.0, aim), error))
 }
 
 fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> AnyCamera {
@@ -133,6 +138,8 @@ fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> 
     match name {
         "water" => behind_port(brown, (10.0, 8.0, 2.0, 1.333), centre, camera_from_world),
         "glass" => behind_port(brown, (30.0, 10.0, 6.0, 1.0), centre, camera_from_world),
+        "tube" => behind_tube(brown, camera_from_world),
+        "mirror" => before_mirror(brown, camera_from_world),
         "bump" => BumpedLens { camera: Box::new(brown.into()), bumps: bumps(index) }.into(),
         _ => brown.into(),
     }
@@ -166,6 +173,24 @@ fn behind_port(
         medium_index,
     }
     .into()
+}
+
+/// Before a round tank of acrylic, full of water, that stands a little askew.
+fn behind_tube(camera: BrownConrady, camera_from_world: &Pose) -> AnyCamera {
+    CylindricalPort {
+        camera: Box::new(camera.into()),
+        centre: camera_from_world.transform(Point3::new(1.5, 0.0, 75.0)),
+        axis: camera_from_world.rotation * Vector3::new(0.03, 1.0, -0.04).normalize(),
+        ..CylindricalPort::default()
+    }
+    .into()
+}
+
+/// Before a mirror, 15 cm away, that is as curved as a car's.
+fn before_mirror(camera: BrownConrady, camera_from_world: &Pose) -> AnyCamera {
+    let radius = 140.0;
+    let centre = camera_from_world.transform(Point3::new(4.0, -3.0, -15.0 - radius));
+    ConvexMirror { camera: Box::new(camera.into()), centre, radius }.into()
 }
 
 /// Ten smooth errors of a few pixels.

@@ -116,7 +116,7 @@ impl CameraModel for FlatPort {
 
 /// Snell's law for unit vectors; `ratio` is the index before over the index after. `None` for rays
 /// that run away from the plate or are reflected totally.
-fn refract(direction: Vector3, normal: Vector3, ratio: f64) -> Option<Vector3> {
+pub(super) fn refract(direction: Vector3, normal: Vector3, ratio: f64) -> Option<Vector3> {
     let cosine = direction.dot(&normal);
     let square = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
     (cosine > 0.0 && square > 0.0)

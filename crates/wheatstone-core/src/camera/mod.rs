@@ -8,6 +8,8 @@
 pub mod brown_conrady;
 pub mod bumped_lens;
 pub(crate) mod composed;
+pub mod convex_mirror;
+pub mod cylindrical_port;
 mod distortion;
 pub mod flat_port;
 pub mod kannala_brandt;
@@ -19,6 +21,7 @@ pub(crate) mod normal_equations;
 pub(crate) mod batch_projection;
 pub(crate) mod projection;
 mod sensor;
+mod traced;
 pub mod tsai;
 
 use crate::{
@@ -87,6 +90,8 @@ registry! {
         "kannala-brandt" => KannalaBrandt(kannala_brandt::KannalaBrandt),
         "tsai" => Tsai(tsai::Tsai),
         "flat-port" => FlatPort(flat_port::FlatPort),
+        "cylindrical-port" => CylindricalPort(cylindrical_port::CylindricalPort),
+        "convex-mirror" => ConvexMirror(convex_mirror::ConvexMirror),
         "bumped-lens" => BumpedLens(bumped_lens::BumpedLens),
     }
 }
