@@ -12,7 +12,7 @@ mod frame;
 mod input;
 mod interruption;
 mod output;
-mod picture_pairs;
+mod picture_sets;
 mod prepare;
 mod progress;
 mod table;

@@ -126,7 +126,7 @@ pub struct LeastSquaresCovariance {
 
 /// Added to a normal matrix of unit diagonal that rounding has made singular: what the equations say
 /// less of than this is taken for unknown.
-const UNKNOWN: f64 = 1e-12;
+pub(crate) const UNKNOWN: f64 = 1e-12;
 
 impl LeastSquaresCovariance {
     /// Of so many unknowns.

@@ -4,20 +4,16 @@ use crate::{
     errors::{invalid, raised},
     model::PyModel,
     pictures::colour_picture,
-    pool::{pool, unforked},
+    work::run,
 };
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, ToPyArray};
-use pyo3::{
-    prelude::*,
-    types::{PyBytes, PyDict},
-};
-use std::sync::Arc;
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use pyo3::{prelude::*, types::PyDict};
+use std::{path::PathBuf, sync::Arc};
 use wheatstone::{
     Calibration,
     dataset::volume::Trust,
-    progress::Silent,
     reconstruction::{
-        Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor, binary_ply,
+        Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor, write_ply,
     },
 };
 
@@ -57,12 +53,8 @@ impl PyReconstructor {
         settings.most_sigma = max_sigma;
         settings.region = region;
         let owner = model.model.clone();
-        let ready = py.detach(|| -> PyResult<_> {
-            let pool = pool()?;
-            let _unforked = unforked();
-            let made =
-                || Ready::try_new(owner, |model| SceneReconstructor::new(model, settings, &Silent));
-            pool.install(made).map_err(raised)
+        let ready = run(py, None, |progress| {
+            Ready::try_new(owner, |model| SceneReconstructor::new(model, settings, progress))
         })?;
         Ok(Self { ready })
     }
@@ -91,8 +83,7 @@ impl PyReconstructor {
             images.iter().map(|image| colour_picture(image, bgr)).collect::<PyResult<_>>()?;
         let pictures: Vec<_> = pictures.iter().collect();
         let made = self.ready.borrow_dependent();
-        let work = || made.reconstruct(&pictures);
-        let found = py.detach(|| pool().map(|pool| pool.install(work)))?.map_err(raised)?;
+        let found = run(py, None, |progress| made.reconstruct(&pictures, progress))?;
         arrays(py, &found)
     }
 }
@@ -115,6 +106,7 @@ fn arrays<'py>(py: Python<'py>, found: &Reconstruction) -> PyResult<Bound<'py, P
     told.set_item("disparity_confidence", of_picture(&map.confidence)?)?;
     let fault = found.fault.map(|([a, b], fault)| (a, b, fault.to_string()));
     told.set_item("fault", fault)?;
+    told.set_item("left_out", found.left_out.clone())?;
     Ok(told)
 }
 
@@ -126,24 +118,33 @@ fn rows<'py, T: numpy::Element + Copy, const N: usize>(
     points.as_flattened().to_pyarray(py).reshape([points.len(), N])
 }
 
-/// A cloud as a binary PLY file.
+/// Writes a cloud as a binary PLY file. Arrays are contiguous, one row a point.
 #[pyfunction]
-pub(crate) fn ply<'py>(
-    py: Python<'py>,
-    points: Vec<[f32; 3]>,
-    sigmas: Vec<[f32; 3]>,
-    colours: Vec<[u8; 3]>,
-    confidence: Vec<f32>,
+pub(crate) fn save_ply(
+    path: PathBuf,
+    points: PyReadonlyArray2<'_, f32>,
+    sigmas: PyReadonlyArray2<'_, f32>,
+    colours: PyReadonlyArray2<'_, u8>,
+    confidence: PyReadonlyArray1<'_, f32>,
     unit: &str,
-) -> PyResult<Bound<'py, PyBytes>> {
-    let count = points.len();
-    if [sigmas.len(), colours.len(), confidence.len()] != [count; 3] {
+) -> PyResult<()> {
+    let cloud = Cloud {
+        points: triples(&points)?,
+        sigmas: triples(&sigmas)?,
+        colours: triples(&colours)?,
+        confidence: confidence.as_slice()?.to_vec(),
+        ..Cloud::default()
+    };
+    let columns = [cloud.sigmas.len(), cloud.colours.len(), cloud.confidence.len()];
+    if columns != [cloud.points.len(); 3] {
         return Err(invalid("columns of a cloud have several lengths", "give one row a point"));
     }
-    let mut cloud = Cloud::default();
-    (cloud.points, cloud.sigmas, cloud.colours) = (points, sigmas, colours);
-    cloud.confidence = confidence;
-    let mut bytes = Vec::new();
-    binary_ply(&cloud, unit, &mut bytes)?;
-    Ok(PyBytes::new(py, &bytes))
+    write_ply(&cloud, unit, &path).map_err(raised)
+}
+
+fn triples<T: numpy::Element + Copy>(rows: &PyReadonlyArray2<'_, T>) -> PyResult<Vec<[T; 3]>> {
+    if rows.as_array().ncols() != 3 {
+        return Err(invalid("rows of a cloud do not have three numbers", "give one row a point"));
+    }
+    Ok(rows.as_slice()?.as_chunks().0.to_vec())
 }

@@ -1,13 +1,76 @@
 //! Which of several pairs' depths at a pixel are right.
 
+use crate::{pair::RectifiedPair, points::PointEstimator, seen::Seen};
+use wheatstone_core::geometry::Point3;
+
+/// What the pairs agree on, as far as that is right with a probability of `least`. Of a single pair it is all.
+pub(crate) fn agreed(
+    pairs: &[RectifiedPair<'_>],
+    estimator: &PointEstimator<'_>,
+    seen: Seen,
+    least: f32,
+) -> Seen {
+    if pairs.len() == 1 {
+        return seen;
+    }
+    let candidates: Vec<Vec<Option<Candidate>>> =
+        (0..pairs.len()).map(|pair| depths(pairs, estimator, &seen, pair)).collect();
+    let mut agreed = Seen::new(pairs.len());
+    for (index, place) in seen.places.iter().enumerate() {
+        let of_pixel: Vec<_> = candidates.iter().map(|pair| pair[index]).collect();
+        let missed = seen.missed[index];
+        let (kept, probability) = consensus(&of_pixel, missed);
+        let kept = kept.into_iter().zip(&seen.found);
+        let found: Vec<_> = kept.map(|(kept, pair)| pair[index].filter(|_| kept)).collect();
+        if probability as f32 >= least {
+            agreed.push((*place, seen.reference[index]), (&found, missed));
+            agreed.confidence[agreed.places.len() - 1] = probability as f32;
+        }
+    }
+    agreed
+}
+
+/// The depths that one pair sees, in the frame of the left virtual camera.
+fn depths(
+    pairs: &[RectifiedPair<'_>],
+    estimator: &PointEstimator<'_>,
+    seen: &Seen,
+    pair: usize,
+) -> Vec<Option<Candidate>> {
+    let nearness = |deviations: f64| -> Vec<f64> {
+        let mut pixels = [<[Vec<f64>; 2]>::default(), <[Vec<f64>; 2]>::default()];
+        for (reference, found) in seen.reference.iter().zip(&seen.found[pair]) {
+            for axis in 0..2 {
+                let other = found.map_or(f64::NAN, |found| {
+                    found.at.pixel[axis] + deviations * found.at.deviation[axis]
+                });
+                pixels[0][axis].push(reference[axis]);
+                pixels[1][axis].push(other);
+            }
+        }
+        let [x, y, z] = estimator.places(&pairs[pair].cameras, &pixels);
+        let to_rectified = pairs[0].rectification.pair.rectified_from_world;
+        let places = x.into_iter().zip(y).zip(z).map(|((x, y), z)| Point3::new(x, y, z));
+        places.map(|place| to_rectified.transform(place).z.recip()).collect()
+    };
+    let (found, moved) = (nearness(0.0), nearness(1.0));
+    let each = found.into_iter().zip(moved).zip(&seen.found[pair]);
+    each.map(|((nearness, moved), found)| {
+        let sigma = (moved - nearness).abs();
+        let confidence = f64::from(found.as_ref()?.confidence);
+        sigma.is_finite().then_some(Candidate { nearness, sigma, confidence })
+    })
+    .collect()
+}
+
 /// What a pair of cameras says of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Candidate {
+struct Candidate {
     /// The reciprocal of the depth, and its standard deviation.
-    pub(crate) nearness: f64,
-    pub(crate) sigma: f64,
+    nearness: f64,
+    sigma: f64,
     /// The probability that it is right.
-    pub(crate) confidence: f64,
+    confidence: f64,
 }
 
 /// Depths agree that are within so many standard deviations of their difference.
@@ -24,7 +87,7 @@ const MISSED: f64 = 0.5;
 ///
 /// By Bayes' rule: a depth is right if all that agree on it are right and all others wrong, another is right if these
 /// are wrong, or none is.
-pub(crate) fn consensus(candidates: &[Option<Candidate>], missed: usize) -> (Vec<bool>, f64) {
+fn consensus(candidates: &[Option<Candidate>], missed: usize) -> (Vec<bool>, f64) {
     let agree = |a: &Candidate, b: &Candidate| {
         (a.nearness - b.nearness).abs()
             < MOST_SIGMAS * (a.sigma * a.sigma + b.sigma * b.sigma).sqrt()

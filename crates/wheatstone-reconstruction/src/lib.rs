@@ -9,18 +9,22 @@
 //!    lines, and along the curves that the model says where they are not. `wheatstone_stereo::pair_fault` names what
 //!    makes a pair worthless: exchanged or moved cameras, pictures with nothing in common.
 //! 2. `scene` does so with the reference camera and each other one. `matches` leads from disparities back to pixels of
-//!    the cameras' own pictures; `seen` gathers, for each pixel of the reference, what the others match with it.
+//!    the cameras' own pictures; `seen` gathers, for each pixel of the reference, what the others match with it: `dense`
+//!    from disparity maps, `sparse` from corners and edges ([`features`]), or from pixels that somebody else matched.
 //! 3. `consensus` keeps what the pairs agree on.
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
 //!    places the matched pixels, with the covariance of the match and of the calibration.
 //! 5. `cloud` holds the results; `ply` and `depth_files` write them.
 
+pub mod features;
 mod settings;
 mod matches;
 mod points;
 mod cloud;
-mod pair;
 mod seen;
+mod pair;
+mod dense;
+mod sparse;
 mod consensus;
 mod scene;
 mod ply;
@@ -28,6 +32,6 @@ mod depth_files;
 
 pub use cloud::Cloud;
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
-pub use ply::binary_ply;
+pub use ply::{binary_ply, write_ply};
 pub use scene::{Reconstruction, SceneReconstructor};
 pub use settings::ReconstructionSettings;

@@ -1,7 +1,9 @@
 //! Two cameras of a model, rectified once: the disparities that pictures of theirs show.
 
 use crate::{
+    features::EpipolarCurve,
     matches::{MatchedPixel, source, stretch},
+    seen::Found,
     settings::{ReconstructionSettings, whole},
 };
 use std::ops::Range;
@@ -13,7 +15,7 @@ use wheatstone_core::{
 };
 use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{
-    DisparityMap, EpipolarCurves, MatchError, Matcher, PairFault, Picture, pair_fault,
+    CONFIDENT, DisparityMap, EpipolarCurves, MatchError, Matcher, PairFault, Picture, pair_fault,
 };
 
 /// Two cameras of a model, rectified.
@@ -65,24 +67,43 @@ impl<'a> RectifiedPair<'a> {
         &self,
         pictures: [&ColourImage; 2],
     ) -> Result<(DisparityMap, Option<PairFault>)> {
-        let search = |matcher: &Matcher, [left, right]: [&Picture<'_>; 2]| match &self.curves {
-            Some(curves) => matcher.compute_along(left, right, curves),
-            None => matcher.compute(left, right),
-        };
-        let made = self.rectified(pictures);
-        let [left, right] = [self.picture(&made[0])?, self.picture(&made[1])?];
         let matcher = Matcher::new(self.range.clone());
-        let map = search(&matcher, [&left, &right]).map_err(refused)?;
-        let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::bend);
+        let map = self.search(&matcher, &self.rectified(pictures)).map_err(refused)?;
         let [first, second] = pictures;
-        let exchanged = |matcher: &Matcher| {
-            let made = self.rectified([second, first]);
-            let picture = |side: usize| Picture::new(left.width(), left.height(), &made[side]);
-            search(matcher, [&picture(0)?, &picture(1)?])
+        let exchanged = || {
+            let coarse = matcher.clone().refining(false);
+            Ok(self.search(&coarse, &self.rectified([second, first]))?.density(CONFIDENT))
         };
-        let fault =
-            pair_fault(&matcher, [&left, &right], &map, bend, exchanged).map_err(refused)?;
+        let fault = self.fault(pictures, map.density(CONFIDENT), exchanged)?;
         Ok((map, fault))
+    }
+
+    fn search(
+        &self,
+        matcher: &Matcher,
+        [left, right]: &[Vec<u8>; 2],
+    ) -> Result<DisparityMap, MatchError> {
+        let (left, right) = (self.picture(left)?, self.picture(right)?);
+        match &self.curves {
+            Some(curves) => matcher.compute_along(&left, &right, curves),
+            None => matcher.compute(&left, &right),
+        }
+    }
+
+    /// What makes pictures worthless of which a share is matched; `exchanged` gives the share the other way round.
+    pub(crate) fn fault(
+        &self,
+        pictures: [&ColourImage; 2],
+        matched: f64,
+        exchanged: impl FnOnce() -> Result<f64, MatchError>,
+    ) -> Result<Option<PairFault>> {
+        let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::bend);
+        let [left, right] = self.rectified(pictures);
+        let found = || {
+            let (left, right) = (self.picture(&left)?, self.picture(&right)?);
+            pair_fault([&left, &right], self.range.clone(), (matched, bend), exchanged)
+        };
+        found().map_err(refused)
     }
 
     fn rectified(&self, pictures: [&ColourImage; 2]) -> [Vec<u8>; 2] {
@@ -92,8 +113,8 @@ impl<'a> RectifiedPair<'a> {
         })
     }
 
-    fn picture<'p>(&self, pixels: &'p [u8]) -> Result<Picture<'p>> {
-        Picture::new(self.tables[0].width, self.tables[0].height, pixels).map_err(refused)
+    fn picture<'p>(&self, pixels: &'p [u8]) -> Result<Picture<'p>, MatchError> {
+        Picture::new(self.tables[0].width, self.tables[0].height, pixels)
     }
 
     /// The other camera's pixel of a disparity of this standard deviation; `None` where a table shows nothing.
@@ -115,6 +136,64 @@ impl<'a> RectifiedPair<'a> {
             deviation: [0, 1].map(|axis| sigma * (ahead[axis] - behind[axis])),
             direction: [right, down].map(|part| part / (right * right + down * down).sqrt()),
         })
+    }
+
+    /// Where the other camera shows what the reference camera's own picture shows at a pixel: from the largest disparity
+    /// to the least, [`CURVE_STEP`] between places.
+    pub(crate) fn curve(&self, pixel: Pixel) -> EpipolarCurve {
+        let Some(at) = self.place([pixel.x, pixel.y]) else {
+            return EpipolarCurve::new(0, Vec::new());
+        };
+        let count = f64::from(self.range.end - self.range.start) / CURVE_STEP;
+        let place = |number: usize| {
+            let [x, y] = self.matched(at, (self.disparity(number as f64), 1.0))?.pixel;
+            Some(Pixel::new(x, y))
+        };
+        let mut places = (0..=count as usize).map(place).enumerate();
+        // Where the other camera's picture begins; farther places are found until it ends.
+        let Some((first, start)) = places.find_map(|(number, place)| Some((number, place?))) else {
+            return EpipolarCurve::new(0, Vec::new());
+        };
+        let rest = places.map_while(|(_, place)| place);
+        EpipolarCurve::new(first, std::iter::once(start).chain(rest).collect())
+    }
+
+    /// What the other camera has so far along the curve of a pixel, with a standard deviation along it in pixels.
+    pub(crate) fn on_curve(
+        &self,
+        pixel: Pixel,
+        (along, sigma): (f64, f64),
+        confidence: f32,
+    ) -> Option<Found> {
+        let (at, disparity) = (self.place([pixel.x, pixel.y])?, self.disparity(along));
+        // By how many pixels a larger disparity moves it.
+        let [dx, dy] = self.matched(at, (disparity, 1.0))?.deviation;
+        let sigma = sigma / (dx * dx + dy * dy).sqrt();
+        let at = self.matched(at, (disparity, sigma))?;
+        Some(Found { at, disparity, sigma, confidence })
+    }
+
+    /// What the other camera has at a pixel that was matched by somebody else, if that is near its epipolar curve.
+    pub(crate) fn given(&self, pixel: Pixel, other: Pixel, sigma: f64) -> Option<Found> {
+        let place = self.curve(pixel).nearest(other)?;
+        // Nine in ten thousand right ones are farther off.
+        let is_near = place.aside.abs() < 3.3 * sigma + MOST_CURVE_ERROR;
+        let along = place.piece as f64 + place.share;
+        is_near.then(|| self.on_curve(pixel, (along, sigma), 1.0))?
+    }
+
+    /// The disparity so far along a curve.
+    fn disparity(&self, along: f64) -> f64 {
+        f64::from(self.range.end - 1) - along * CURVE_STEP
+    }
+
+    /// The pixel of the reference camera's rectified picture, counted row by row, that shows a pixel of its own picture.
+    pub(crate) fn rectified_pixel(&self, pixel: [f64; 2]) -> Option<u32> {
+        let (x, y) = self.place(pixel)?;
+        let (x, y) = (x.round(), y.round());
+        let (width, height) = (self.tables[0].width, self.tables[0].height);
+        let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;
+        inside.then(|| (y as usize * width + x as usize) as u32)
     }
 
     /// Whether both cameras show the place, in the middle of the depths.
@@ -164,6 +243,12 @@ impl<'a> RectifiedPair<'a> {
         shown
     }
 }
+
+/// Pixels of disparity from one place of an epipolar curve to the next: what is matched along curves counts in these.
+const CURVE_STEP: f64 = 4.0;
+
+/// How far a curve of a good calibration is off, in pixels.
+const MOST_CURVE_ERROR: f64 = 0.5;
 
 /// Cubic interpolation takes noise away between pixels, which the matcher takes for pictures with less of it: the factor
 /// by which its standard deviations are then too small, as measured on rendered scenes.

@@ -1,7 +1,11 @@
 //! The Stanford PLY format, binary: what CloudCompare, MeshLab, Open3D and PCL open.
 
 use crate::cloud::Cloud;
-use std::io::{self, Write};
+use std::{
+    io::{self, BufWriter, Write},
+    path::Path,
+};
+use wheatstone_core::{Error, Result, storage::Output};
 
 /// Writes a cloud as binary little-endian PLY: x y z, red green blue, standard deviations and confidence. What stands
 /// beside x y z and the colours opens as scalar fields.
@@ -34,4 +38,18 @@ pub fn binary_ply(cloud: &Cloud, unit: &str, out: &mut impl Write) -> io::Result
         out.write_all(&row)?;
     }
     Ok(())
+}
+
+/// Writes a cloud as a file, as [`binary_ply`] has it; the file is whole, or not there.
+///
+/// # Errors
+///
+/// [`Error::Io`].
+pub fn write_ply(cloud: &Cloud, unit: &str, path: &Path) -> Result<()> {
+    let failed = |source| Error::Io { action: "write", path: path.into(), source };
+    let mut output = Output::create(path)?;
+    let mut buffered = BufWriter::new(&mut output);
+    binary_ply(cloud, unit, &mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
+    drop(buffered);
+    output.commit()
 }

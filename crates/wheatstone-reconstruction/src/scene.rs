@@ -2,17 +2,23 @@
 
 use crate::{
     cloud::Cloud,
-    consensus::{Candidate, consensus},
+    consensus::agreed,
+    dense,
     matches::Matches,
     pair::RectifiedPair,
     points::PointEstimator,
-    seen::{Found, Seen, read},
+    seen::{Found, Seen},
     settings::ReconstructionSettings,
+    sparse::{self, Features},
 };
 use rayon::prelude::*;
 use std::ops::Range;
 use wheatstone_charts::imaging::ColourImage;
-use wheatstone_core::{Calibration, Error, Result, geometry::Point3, rectification::VirtualPair};
+use wheatstone_core::{
+    Calibration, Error, Result,
+    geometry::{Pixel, Point3},
+    rectification::VirtualPair,
+};
 use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{DisparityMap, PairFault};
 
@@ -43,6 +49,8 @@ pub struct Reconstruction {
     pub cloud: Cloud,
     /// What makes all of it worthless, if something does, and between which two cameras.
     pub fault: Option<([usize; 2], PairFault)>,
+    /// Cameras whose pictures have next to nothing in common with the reference: they say nothing of the cloud.
+    pub left_out: Vec<usize>,
 }
 
 impl<'a> SceneReconstructor<'a> {
@@ -121,25 +129,62 @@ impl<'a> SceneReconstructor<'a> {
     /// # Errors
     ///
     /// [`Error::Mismatch`] for pictures of another size or number, [`Error::Setting`] for a range of depths that leads
-    /// out of them.
-    pub fn reconstruct(&self, pictures: &[&ColourImage]) -> Result<Reconstruction> {
+    /// out of them, [`Error::Cancelled`].
+    pub fn reconstruct(
+        &self,
+        pictures: &[&ColourImage],
+        progress: &dyn Progress,
+    ) -> Result<Reconstruction> {
         self.check(pictures)?;
         let pictures_of =
             |pair: &RectifiedPair<'_>| pair.cameras.map(|own| pictures[self.order(own)]);
-        let (map, fault) = self.pairs[0].disparities(pictures_of(&self.pairs[0]))?;
-        let mut fault = fault.map(|fault| (self.pairs[0].cameras, fault));
-        let mut others = Vec::new();
-        for pair in &self.pairs[1..] {
-            let (map, found) = pair.disparities(pictures_of(pair))?;
-            let is_empty = matches!(found, Some(PairFault::NothingInCommon { .. }));
-            fault = fault.or(found.filter(|_| !is_empty).map(|found| (pair.cameras, found)));
-            others.push((!is_empty).then_some(map));
+        let reference = pictures_of(&self.pairs[0])[0];
+        if self.settings.sparse {
+            let features = Features::of(reference);
+            let searched = self.searched(progress, |pair| {
+                let [_, other] = pictures_of(pair);
+                let other = Features::of(other);
+                let found = sparse::matched(pair, &features, &other);
+                let exchanged =
+                    || Ok(sparse::density(&other, &sparse::matched(pair, &other, &features)));
+                let density = sparse::density(&features, &found);
+                let fault = pair.fault(pictures_of(pair), density, exchanged)?;
+                Ok((found, fault))
+            })?;
+            let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
+            return self.of_features(
+                seen,
+                reference,
+                (searched.fault, searched.left_out),
+                progress,
+            );
         }
-        let reference = pictures[self.order(self.pairs[0].cameras[0])];
-        let maps: Vec<_> =
-            std::iter::once(Some(&map)).chain(others.iter().map(Option::as_ref)).collect();
-        let (cloud, depth) = self.located(&maps, reference);
-        Ok(Reconstruction { map, depth, cloud, fault })
+        let searched = self.searched(progress, |pair| pair.disparities(pictures_of(pair)))?;
+        let mut maps = searched.of_pairs;
+        let of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
+        let (cloud, depth) = self.located(self.dense(&of_pairs), reference, progress)?;
+        let map = maps.swap_remove(0).ok_or_else(nothing)?;
+        Ok(Reconstruction { map, depth, cloud, fault: searched.fault, left_out: searched.left_out })
+    }
+
+    /// What each pair finds.
+    fn searched<T>(
+        &self,
+        progress: &dyn Progress,
+        search: impl Fn(&RectifiedPair<'_>) -> Result<(T, Option<PairFault>)>,
+    ) -> Result<Searched<T>> {
+        let mut all = Searched { of_pairs: Vec::new(), fault: None, left_out: Vec::new() };
+        for (index, pair) in self.pairs.iter().enumerate() {
+            progress.check()?;
+            let (own, fault) = search(pair)?;
+            // Of the first two there would be nothing left.
+            let is_empty = index > 0 && matches!(fault, Some(PairFault::NothingInCommon { .. }));
+            let fault = fault.filter(|_| !is_empty).map(|fault| (pair.cameras, fault));
+            all.fault = all.fault.or(fault);
+            all.left_out.extend(is_empty.then_some(pair.cameras[1]));
+            all.of_pairs.push((!is_empty).then_some(own));
+        }
+        Ok(all)
     }
 
     /// The points of disparities that another matcher found in the rectified pictures of the first two cameras, those of
@@ -149,7 +194,12 @@ impl<'a> SceneReconstructor<'a> {
     ///
     /// [`Error::Mismatch`] for disparities of another size than the rectified pictures, and as
     /// [`SceneReconstructor::reconstruct`] for pictures.
-    pub fn locate(&self, map: DisparityMap, pictures: &[&ColourImage]) -> Result<Reconstruction> {
+    pub fn locate(
+        &self,
+        map: DisparityMap,
+        pictures: &[&ColourImage],
+        progress: &dyn Progress,
+    ) -> Result<Reconstruction> {
         self.check(pictures)?;
         let found = [map.width, map.height].map(|side| side as u32);
         if found != self.pair().size {
@@ -157,8 +207,64 @@ impl<'a> SceneReconstructor<'a> {
         }
         let mut maps = vec![None; self.pairs.len()];
         maps[0] = Some(&map);
-        let (cloud, depth) = self.located(&maps, pictures[self.order(self.pairs[0].cameras[0])]);
-        Ok(Reconstruction { map, depth, cloud, fault: None })
+        let reference = pictures[self.order(self.pairs[0].cameras[0])];
+        let (cloud, depth) = self.located(self.dense(&maps), reference, progress)?;
+        Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
+    }
+
+    /// The points of pixels that were matched by somebody else, one row a point: a pixel of each of the settings' cameras
+    /// that sees it, with this standard deviation in pixels. Rows without a pixel of the reference camera (the left one of
+    /// the first two) mean no point, and neither do pixels beside their epipolar curves.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Mismatch`] for rows of another number of cameras, and as [`SceneReconstructor::reconstruct`] for pictures.
+    pub fn locate_matches(
+        &self,
+        rows: &[Vec<Option<Pixel>>],
+        sigma: f64,
+        pictures: &[&ColourImage],
+        progress: &dyn Progress,
+    ) -> Result<Reconstruction> {
+        self.check(pictures)?;
+        let cameras = self.settings.cameras.len();
+        if let Some(row) = rows.iter().find(|row| row.len() != cameras) {
+            let (model, data) = (cameras.to_string(), row.len().to_string());
+            return Err(Error::Mismatch { what: "number of cameras", model, data });
+        }
+        let order = self.order(self.pairs[0].cameras[0]);
+        let rows: Vec<_> = rows.iter().filter_map(|row| Some((row[order]?, row))).collect();
+        let of_pair = |pair: &RectifiedPair<'_>| -> Vec<Option<Found>> {
+            let order = self.order(pair.cameras[1]);
+            let found = |(pixel, row): &(Pixel, &Vec<_>)| pair.given(*pixel, row[order]?, sigma);
+            rows.par_iter().map(found).collect()
+        };
+        let found: Vec<_> = self.pairs.iter().map(|pair| Some(of_pair(pair))).collect();
+        let pixels: Vec<[f64; 2]> = rows.iter().map(|(pixel, _)| [pixel.x, pixel.y]).collect();
+        let seen = sparse::at_pixels(&self.pairs, &pixels, &found, &self.settings);
+        self.of_features(seen, pictures[order], (None, Vec::new()), progress)
+    }
+
+    /// The points of single pixels.
+    fn of_features(
+        &self,
+        seen: Seen,
+        reference: &ColourImage,
+        (fault, left_out): (Option<([usize; 2], PairFault)>, Vec<usize>),
+        progress: &dyn Progress,
+    ) -> Result<Reconstruction> {
+        let map = sparse::map(&self.pairs[0], &seen).ok_or_else(nothing)?;
+        let (cloud, depth) = self.located(std::iter::once(seen), reference, progress)?;
+        Ok(Reconstruction { map, depth, cloud, fault, left_out })
+    }
+
+    /// What maps say, a band of rows at a time.
+    fn dense(&self, maps: &[Option<&DisparityMap>]) -> impl Iterator<Item = Seen> {
+        let [width, height] = self.pair().size.map(|side| side as usize);
+        (0..height).step_by(BAND).map(move |first| {
+            let rows = first * width..height.min(first + BAND) * width;
+            dense::seen(&self.pairs, maps, rows, &self.settings)
+        })
     }
 
     /// Whether pictures are those that the settings tell.
@@ -185,16 +291,18 @@ impl<'a> SceneReconstructor<'a> {
     /// All points, and their depths.
     fn located(
         &self,
-        maps: &[Option<&DisparityMap>],
+        seen: impl Iterator<Item = Seen>,
         reference: &ColourImage,
-    ) -> (Cloud, Vec<f32>) {
+        progress: &dyn Progress,
+    ) -> Result<(Cloud, Vec<f32>)> {
         let [width, height] = self.pair().size.map(|side| side as usize);
         let mut depth = vec![f32::NAN; width * height];
         let mut cloud =
             Cloud { pixels: vec![Vec::new(); self.settings.cameras.len()], ..Cloud::default() };
-        for first in (0..height).step_by(BAND) {
-            let rows = first * width..height.min(first + BAND) * width;
-            let seen = self.agreed(self.seen(maps, rows));
+        let least = self.settings.least_confidence;
+        for seen in seen {
+            progress.check()?;
+            let seen = agreed(&self.pairs, &self.estimator, seen, least);
             let mut matches = Matches::new(self.cameras());
             for (index, reference) in seen.reference.iter().enumerate() {
                 let others = seen.found.iter().map(|pair| pair[index]);
@@ -221,7 +329,7 @@ impl<'a> SceneReconstructor<'a> {
                 cloud.places.push(seen.places[index]);
             }
         }
-        (cloud, depth)
+        Ok((cloud, depth))
     }
 
     /// The reference camera, and the others.
@@ -229,105 +337,21 @@ impl<'a> SceneReconstructor<'a> {
         let others = self.pairs.iter().map(|pair| pair.cameras[1]);
         std::iter::once(self.pairs[0].cameras[0]).chain(others).collect()
     }
-
-    /// What the pairs match with these pixels of the left rectified picture, where that is confident enough.
-    fn seen(&self, maps: &[Option<&DisparityMap>], places: Range<usize>) -> Seen {
-        let width = self.pair().size[0] as usize;
-        let matched = |place: usize| {
-            let at = ((place % width) as f64, (place / width) as f64);
-            let reference = self.pairs[0].reference(at)?;
-            if self.settings.region.is_some_and(|region| !holds(region, reference)) {
-                return None;
-            }
-            let (mut found, mut missed) = (Vec::with_capacity(maps.len()), 0);
-            for (index, (pair, map)) in self.pairs.iter().zip(maps).enumerate() {
-                let at = if index == 0 { Some(at) } else { pair.place(reference) };
-                let own = at.zip(*map).and_then(|(at, map)| self.found(pair, at, map));
-                let is_in_view = || at.zip(*map).is_some_and(|(at, _)| pair.shows(at));
-                missed += usize::from(own.is_none() && is_in_view());
-                found.push(own);
-            }
-            let is_any = found.iter().any(Option::is_some);
-            is_any.then_some((place as u32, reference, missed, found))
-        };
-        let rows: Vec<_> = places.into_par_iter().filter_map(matched).collect();
-        let mut seen = Seen::new(self.pairs.len());
-        for (place, reference, missed, found) in rows {
-            let sure = found.iter().flatten().map(|found| found.confidence).fold(0.0, f32::max);
-            seen.push((place, reference, sure), &found);
-            seen.missed.push(missed);
-        }
-        seen
-    }
-
-    /// What one pair matches with a pixel of its reference camera's rectified picture.
-    fn found(&self, pair: &RectifiedPair<'_>, at: (f64, f64), map: &DisparityMap) -> Option<Found> {
-        let wanted = self.settings.least_confidence;
-        // Two that agree are more than each.
-        let least = if self.pairs.len() == 1 { wanted } else { CANDIDATE.min(wanted) };
-        let read = read(map, at).filter(|read| read.confidence >= least)?;
-        let sigma = read.sigma * pair.resampling(at, read.disparity);
-        let at = pair.matched(at, (read.disparity, sigma))?;
-        Some(Found { at, confidence: read.confidence })
-    }
-
-    /// What of it the pairs agree on.
-    fn agreed(&self, seen: Seen) -> Seen {
-        if self.pairs.len() == 1 {
-            return seen;
-        }
-        let candidates: Vec<Vec<Option<Candidate>>> =
-            (0..self.pairs.len()).map(|pair| self.candidates(&seen, pair)).collect();
-        let mut agreed = Seen::new(self.pairs.len());
-        for (index, place) in seen.places.iter().enumerate() {
-            let of_pixel: Vec<_> = candidates.iter().map(|pair| pair[index]).collect();
-            let (kept, probability) = consensus(&of_pixel, seen.missed[index]);
-            let kept = kept.into_iter().zip(&seen.found);
-            let found: Vec<_> = kept.map(|(kept, pair)| pair[index].filter(|_| kept)).collect();
-            if probability as f32 >= self.settings.least_confidence {
-                agreed.push((*place, seen.reference[index], probability as f32), &found);
-            }
-        }
-        agreed
-    }
-
-    /// The depths that one pair sees.
-    fn candidates(&self, seen: &Seen, pair: usize) -> Vec<Option<Candidate>> {
-        let nearness = |deviations: f64| -> Vec<f64> {
-            let mut pixels = [<[Vec<f64>; 2]>::default(), <[Vec<f64>; 2]>::default()];
-            for (reference, found) in seen.reference.iter().zip(&seen.found[pair]) {
-                for axis in 0..2 {
-                    let other = found.map_or(f64::NAN, |found| {
-                        found.at.pixel[axis] + deviations * found.at.deviation[axis]
-                    });
-                    pixels[0][axis].push(reference[axis]);
-                    pixels[1][axis].push(other);
-                }
-            }
-            let [x, y, z] = self.estimator.places(&self.pairs[pair].cameras, &pixels);
-            let to_rectified = self.pair().rectified_from_world;
-            let places = x.into_iter().zip(y).zip(z).map(|((x, y), z)| Point3::new(x, y, z));
-            places.map(|place| to_rectified.transform(place).z.recip()).collect()
-        };
-        let (found, moved) = (nearness(0.0), nearness(1.0));
-        let each = found.into_iter().zip(moved).zip(&seen.found[pair]);
-        each.map(|((nearness, moved), found)| {
-            let sigma = (moved - nearness).abs();
-            let confidence = f64::from(found.as_ref()?.confidence);
-            sigma.is_finite().then_some(Candidate { nearness, sigma, confidence })
-        })
-        .collect()
-    }
 }
 
-/// Of several pairs, disparities that are at least so confident count.
-const CANDIDATE: f32 = 0.5;
+/// What all pairs found.
+struct Searched<T> {
+    of_pairs: Vec<Option<T>>,
+    fault: Option<([usize; 2], PairFault)>,
+    left_out: Vec<usize>,
+}
 
-fn holds([left, top, width, height]: [u32; 4], pixel: [f64; 2]) -> bool {
-    let inside = |at: f64, from: u32, length: u32| {
-        at >= f64::from(from) - 0.5 && at < f64::from(from) + f64::from(length) - 0.5
-    };
-    inside(pixel[0], left, width) && inside(pixel[1], top, height)
+/// Of pictures without a pixel.
+fn nothing() -> Error {
+    Error::Degenerate {
+        problem: "the rectified pictures are empty".into(),
+        hint: "give a larger range of depths".into(),
+    }
 }
 
 const PICTURES: &str = "size of the pictures";

@@ -1,7 +1,6 @@
 //! What pairs of cameras match with pixels of the reference camera.
 
 use crate::matches::MatchedPixel;
-use wheatstone_stereo::DisparityMap;
 
 /// What the pairs match with pixels of the reference camera.
 pub(crate) struct Seen {
@@ -19,6 +18,9 @@ pub(crate) struct Seen {
 #[derive(Clone, Copy)]
 pub(crate) struct Found {
     pub(crate) at: MatchedPixel,
+    /// Of the pair's rectified pictures, with its standard deviation, in pixels.
+    pub(crate) disparity: f64,
+    pub(crate) sigma: f64,
     pub(crate) confidence: f32,
 }
 
@@ -29,49 +31,17 @@ impl Seen {
         Self { places, reference, confidence: Vec::new(), missed: Vec::new(), found }
     }
 
+    /// Adds a pixel, and what each pair has; its confidence is that of the surest pair.
     pub(crate) fn push(
         &mut self,
-        (place, reference, confidence): (u32, [f64; 2], f32),
-        found: &[Option<Found>],
+        (place, reference): (u32, [f64; 2]),
+        (found, missed): (&[Option<Found>], usize),
     ) {
+        let sure = found.iter().flatten().map(|found| found.confidence).fold(0.0, f32::max);
+        self.missed.push(missed);
         self.places.push(place);
         self.reference.push(reference);
-        self.confidence.push(confidence);
+        self.confidence.push(sure);
         self.found.iter_mut().zip(found).for_each(|(pair, found)| pair.push(*found));
     }
-}
-
-/// What a map has at a place.
-pub(crate) struct Read {
-    pub(crate) disparity: f64,
-    pub(crate) sigma: f64,
-    pub(crate) confidence: f32,
-}
-
-/// What a map has between pixels; `None` where it has nothing on one of them, or two surfaces.
-pub(crate) fn read(map: &DisparityMap, (x, y): (f64, f64)) -> Option<Read> {
-    /// Pixels of one surface differ by less, in pixels.
-    const STEP: f32 = 1.0;
-    let (column, row) = (x.floor(), y.floor());
-    let (along, down) = (x - column, y - row);
-    let mut read = Read { disparity: 0.0, sigma: 0.0, confidence: 1.0 };
-    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
-    for (dy, share) in [(0, 1.0 - down), (1, down)] {
-        for (dx, part) in [(0, 1.0 - along), (1, along)] {
-            let weight = share * part;
-            if weight == 0.0 {
-                continue;
-            }
-            let (x, y) = (column as i64 + dx, row as i64 + dy);
-            let inside = (0..map.width as i64).contains(&x) && (0..map.height as i64).contains(&y);
-            let at = inside.then(|| y as usize * map.width + x as usize)?;
-            let disparity = map.disparity[at];
-            (least, most) = (least.min(disparity), most.max(disparity));
-            read.disparity += weight * f64::from(disparity);
-            read.sigma = read.sigma.max(f64::from(map.sigma[at]));
-            read.confidence = read.confidence.min(map.confidence[at]);
-        }
-    }
-    let is_one = most - least <= STEP && read.disparity.is_finite() && read.sigma.is_finite();
-    (is_one && read.confidence > 0.0).then_some(read)
 }

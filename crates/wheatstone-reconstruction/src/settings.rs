@@ -20,6 +20,8 @@ pub struct ReconstructionSettings {
     pub most_sigma: Option<f64>,
     /// The part of the first camera's picture that is wanted: left, top, width and height in pixels.
     pub region: Option<[u32; 4]>,
+    /// Whether only corners and edges are matched, instead of every pixel: where texture is thin, or time short.
+    pub sparse: bool,
 }
 
 impl ReconstructionSettings {
@@ -34,7 +36,18 @@ impl ReconstructionSettings {
             least_confidence: 0.9,
             most_sigma: None,
             region: None,
+            sparse: false,
         }
+    }
+
+    /// Whether a pixel of the reference camera is one of those that are wanted.
+    pub(crate) fn holds(&self, [x, y]: [f64; 2]) -> bool {
+        let inside = |at: f64, from: u32, length: u32| {
+            at >= f64::from(from) - 0.5 && at < f64::from(from) + f64::from(length) - 0.5
+        };
+        self.region.is_none_or(|[left, top, width, height]| {
+            inside(x, left, width) && inside(y, top, height)
+        })
     }
 
     /// What can be said before any work.

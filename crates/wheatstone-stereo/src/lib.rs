@@ -76,7 +76,7 @@ pub use curves::EpipolarCurves;
 pub use error::MatchError;
 pub use evidence::Evidence;
 pub use limits::{MOST_DISPARITIES, MOST_PENALTY};
-pub use map::{DisparityMap, Match};
+pub use map::{CONFIDENT, DisparityMap, Match};
 pub use matcher::Matcher;
 pub use pair_fault::{PairFault, pair_fault};
 pub use picture::Picture;

@@ -17,6 +17,9 @@ pub struct DisparityMap {
     pub sigma: Vec<f32>,
 }
 
+/// A disparity of this confidence is hardly ever wrong.
+pub const CONFIDENT: f32 = 0.9;
+
 /// A pixel's disparity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

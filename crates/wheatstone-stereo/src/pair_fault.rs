@@ -2,15 +2,11 @@
 
 use crate::{
     error::MatchError,
-    map::DisparityMap,
-    matcher::Matcher,
     picture::Picture,
     vertical::{VerticalOffset, vertical_offset},
 };
-use std::fmt;
+use std::{fmt, ops::Range};
 
-/// A disparity of this confidence is hardly ever wrong.
-const CONFIDENT: f32 = 0.9;
 /// Rows between the pictures of a pair from which on the search suffers.
 const MOST_VERTICAL: f32 = 0.5;
 /// The share of confident pixels below which a pair shows next to nothing.
@@ -31,7 +27,7 @@ pub enum PairFault {
     Exchanged,
     /// Next to nothing was matched.
     NothingInCommon {
-        /// The share of the pixels that were matched with confidence, 0 to 1.
+        /// The share of the pixels, or of the corners, that were matched with confidence, 0 to 1.
         matched: f64,
     },
 }
@@ -59,29 +55,27 @@ impl fmt::Display for PairFault {
     }
 }
 
-/// What makes a pair worthless that was matched, if something does. Of a pair that is matched along curves, `bend` is how
-/// far they lead from their rows, in pixels: so much is no fault. `exchanged` matches the two pictures the other way
-/// round, with the matcher that it is given: where they are rectified already the right one with the left one, where
-/// they are rectified here each as the other camera's.
+/// What makes a pair worthless of which the share `matched` was matched with confidence, 0 to 1, if something does. Of a
+/// pair that is matched along curves, `bend` is how far they lead from their rows, in pixels: so much is no fault.
+/// `exchanged` gives the share where the two pictures are matched the other way round: where they are rectified already
+/// the right one with the left one, where they are rectified here each as the other camera's.
 ///
 /// # Errors
 ///
-/// As [`Matcher::compute`].
+/// As [`crate::Matcher::compute`], and those of `exchanged`.
 pub fn pair_fault(
-    matcher: &Matcher,
     [left, right]: [&Picture<'_>; 2],
-    map: &DisparityMap,
-    bend: f32,
-    exchanged: impl FnOnce(&Matcher) -> Result<DisparityMap, MatchError>,
+    range: Range<i32>,
+    (matched, bend): (f64, f32),
+    exchanged: impl FnOnce() -> Result<f64, MatchError>,
 ) -> Result<Option<PairFault>, MatchError> {
-    let matched = map.density(CONFIDENT);
     if matched < DOUBTFUL {
-        let other = exchanged(&matcher.clone().refining(false))?.density(CONFIDENT);
+        let other = exchanged()?;
         if other > LEAST_DENSITY.max(CLEARLY * matched) {
             return Ok(Some(PairFault::Exchanged));
         }
     }
-    let vertical = vertical_offset(left, right, matcher.range.clone())?;
+    let vertical = vertical_offset(left, right, range)?;
     let is_off = |vertical: &VerticalOffset| vertical.median.abs() > MOST_VERTICAL + bend;
     if let Some(vertical) = vertical.filter(is_off) {
         return Ok(Some(PairFault::Vertical(vertical)));

@@ -98,15 +98,18 @@ fn pose(name: &str, index: usize) -> (Vector3, Pose) {
     ];
     let degree = std::f64::consts::PI / 180.0;
     let mut mount = Random::stream(2001, index as u64);
-    let centre = Vector3::from(CENTRES[index % 8]);
+    let mut centre = Vector3::from(CENTRES[index % 8]);
     let error = Vector3::new(
         mount.uniform(-0.4, 0.4) * degree,
         mount.uniform(-0.3, 0.3) * degree,
         mount.uniform(-1.0, 1.0) * degree,
     );
-    // Cameras before a mirror turn their backs on what they look at.
-    let aim = if name == "mirror" { -AIM } else { AIM };
-    (centre, Pose::looking(centre, Vector3::new(0.0, 0.0, aim), error))
+    let mut aim = Vector3::new(0.0, 0.0, AIM);
+    if name == "mirror" {
+        // Cameras before a mirror turn their backs on what they look at; the first one is to their left.
+        (centre.x, aim.z) = (-centre.x, -AIM);
+    }
+    (centre, Pose::looking(centre, aim, error))
 }
 
 fn lens(name: &str, index: usize, centre: Vector3, camera_from_world: &Pose) -> AnyCamera {

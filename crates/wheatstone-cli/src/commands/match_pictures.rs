@@ -15,7 +15,7 @@ use wheatstone::{
     Error,
     formats::npy_float32,
     imaging::{GrayImage, Limits, read_image},
-    stereo::{DisparityMap, MatchError, Matcher, Picture, pair_fault, vertical_offset},
+    stereo::{CONFIDENT, DisparityMap, MatchError, Matcher, Picture, pair_fault, vertical_offset},
     storage::{Output, write_folder},
 };
 
@@ -55,7 +55,6 @@ pub(crate) struct Match {
 }
 
 /// A disparity of this confidence is hardly ever wrong.
-const CONFIDENT: f32 = 0.9;
 
 /// `0:64`.
 fn range(text: &str) -> Result<Range<i32>, String> {
@@ -92,12 +91,14 @@ impl Match {
         let matcher =
             Matcher::new(self.range.clone()).refining(!self.no_refinement).filling(self.fill);
         let map = matcher.compute(&left, &right).map_err(refused)?;
-        let exchanged = |matcher: &Matcher| matcher.compute(&right, &left);
-        let fault = pair_fault(&matcher, [&left, &right], &map, 0.0, exchanged).map_err(refused)?;
+        let confident = map.density(CONFIDENT);
+        let exchanged =
+            || Ok(matcher.clone().refining(false).compute(&right, &left)?.density(CONFIDENT));
+        let fault = pair_fault([&left, &right], self.range.clone(), (confident, 0.0), exchanged);
+        let fault = fault.map_err(refused)?;
         if let Some(fault) = fault {
             remark!("warning", "{fault}");
         }
-        let confident = map.density(CONFIDENT);
         write_folder(&self.output, |folder| write(&map, &self.range, folder))?;
         let matched = map.disparity.iter().filter(|value| !value.is_nan()).count();
         let matched = matched as f64 / map.disparity.len() as f64;

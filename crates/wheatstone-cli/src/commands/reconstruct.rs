@@ -3,7 +3,7 @@
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
     failure::{Failure, Outcome},
-    picture_pairs::frames,
+    picture_sets::frames,
     progress::Bar,
     table::figure,
     verbosity::{remark, say},
@@ -12,7 +12,6 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
-    io::{BufWriter, Write},
     path::{Path, PathBuf},
 };
 use wheatstone::{
@@ -22,12 +21,12 @@ use wheatstone::{
     numeric::statistics::median,
     progress::Progress,
     reconstruction::{
-        DepthPng, Reconstruction, ReconstructionSettings, SceneReconstructor, binary_ply,
-        depth_png, depth_tiff,
+        DepthPng, Reconstruction, ReconstructionSettings, SceneReconstructor, depth_png,
+        depth_tiff, write_ply,
     },
     report::{CloudCamera, SceneCloud},
     stereo::{DisparityMap, PairFault},
-    storage::{Output, write_folder},
+    storage::write_folder,
 };
 
 /// Reconstruct what two or more calibrated cameras see: a point cloud with error bars, depth maps
@@ -132,7 +131,7 @@ impl Reconstruct {
         for (index, frame) in frames.iter().enumerate() {
             bar.report("reconstructing", index as u64, frames.len() as u64);
             bar.check().map_err(Error::from)?;
-            let frame = self.frame((&made, &model), frame, frames.len())?;
+            let frame = self.frame((&made, &model), (frame, frames.len()), &bar)?;
             written += usize::from(frame["points"].is_u64());
             told.push(frame);
         }
@@ -155,15 +154,15 @@ impl Reconstruct {
     fn frame(
         &self,
         (made, model): (&SceneReconstructor, &Calibration),
-        frame: &[PathBuf],
-        count: usize,
+        (frame, count): (&[PathBuf], usize),
+        bar: &Bar,
     ) -> Outcome<Value> {
         let read = |path: &PathBuf| read_colour_image(path, Limits::default());
         let pictures: Vec<ColourImage> = frame.iter().map(read).collect::<Result<_, Error>>()?;
         let pictures: Vec<&ColourImage> = pictures.iter().collect();
         let found = match &self.matches {
-            Some(path) => made.locate(self.given(path)?, &pictures)?,
-            None => made.reconstruct(&pictures)?,
+            Some(path) => made.locate(self.given(path)?, &pictures, bar)?,
+            None => made.reconstruct(&pictures, bar)?,
         };
         if let Some((cameras, fault)) = found.fault {
             let order = &made.settings().cameras;
@@ -258,6 +257,13 @@ fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
         sigmas(found).map(figure).join(", "),
         model.unit
     );
+    for camera in &found.left_out {
+        remark!(
+            "warning",
+            "camera {} is left out: it shows hardly anything of the first picture",
+            camera + 1
+        );
+    }
     if cloud.trusted() < 0.5 {
         remark!(
             "warning",
@@ -300,6 +306,7 @@ fn summary(found: &Reconstruction) -> Value {
         "inside_calibrated_volume": found.cloud.trusted(),
         "depth_png_step": DepthPng::of(&found.depth).step,
         "fault": found.fault.map(|(_, fault)| fault.to_string()),
+        "cameras_left_out": found.left_out.iter().map(|camera| camera + 1).collect::<Vec<_>>(),
     })
 }
 
@@ -326,7 +333,7 @@ fn write(
         })?;
         wheatstone::storage::write(&path, &bytes)
     };
-    cloud(found, &model.unit, &folder.join("cloud.ply"))?;
+    write_ply(&found.cloud, &model.unit, &folder.join("cloud.ply"))?;
     put("depth.tiff", &|bytes| {
         depth_tiff(size, &found.depth, &model.unit, std::io::Cursor::new(bytes))
     })?;
@@ -385,15 +392,4 @@ fn page(
         pixels: cloud.pixels.clone(),
         cameras: cameras.map(camera).collect(),
     }
-}
-
-fn cloud(found: &Reconstruction, unit: &str, path: &Path) -> Result<(), Error> {
-    let failed = |source| Error::Io { action: "write", path: path.into(), source };
-    let mut output = Output::create(path)?;
-    let mut buffered = BufWriter::new(&mut output);
-    binary_ply(&found.cloud, unit, &mut buffered)
-        .and_then(|()| buffered.flush())
-        .map_err(failed)?;
-    drop(buffered);
-    output.commit()
 }

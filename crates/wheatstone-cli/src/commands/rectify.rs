@@ -4,7 +4,7 @@ use super::{locate::needs_two_cameras, print_json};
 use crate::{
     conversion::{PictureSizes, shown, size, write_pair},
     failure::{Failure, Outcome},
-    picture_pairs::{files, paired},
+    picture_sets::frames,
     progress::Bar,
     table::figure,
     verbosity::say,
@@ -108,10 +108,10 @@ impl Rectify {
     }
 
     /// Pairs of files, in the order of the cameras that were named.
-    fn pictures(&self) -> Outcome<Vec<[PathBuf; 2]>> {
+    fn pictures(&self) -> Outcome<Vec<Vec<PathBuf>>> {
         let mut pairs = Vec::new();
         for both in self.images.chunks_exact(2) {
-            pairs.extend(paired(files(&both[0])?, files(&both[1])?)?);
+            pairs.extend(frames(both, 2)?);
         }
         Ok(pairs)
     }
@@ -119,7 +119,7 @@ impl Rectify {
     fn rectify(
         &self,
         made: &Rectification,
-        pictures: &[[PathBuf; 2]],
+        pictures: &[Vec<PathBuf>],
         exchanged: bool,
     ) -> Outcome<Value> {
         let tables = [made.table(0), made.table(1)];
@@ -142,7 +142,7 @@ impl Rectify {
 /// Rectified pictures in `left` and `right`, and the first pair side by side; gives their names in the folder.
 fn write_pictures(
     tables: &[Table; 2],
-    pictures: &[[PathBuf; 2]],
+    pictures: &[Vec<PathBuf>],
     exchanged: bool,
     folder: &Path,
 ) -> Outcome<Vec<PathBuf>> {

@@ -139,7 +139,8 @@ fn magnification(maps: &Maps, side: usize, rectified_from_world: &Pose, at: Poin
 }
 
 /// Width and height, and the focal length: the scale of the model's pictures where what both cameras
-/// were shown then fits, in pictures as large as those or larger; otherwise as small as makes it fit.
+/// were shown then fits, in pictures as large as those or larger; otherwise as small as makes it fit, but not below
+/// [`LEAST_SCALE`]: then the border is cut off.
 fn size(seen: &[Extent; 2], own: [u32; 2], scale: f64, wanted: &PairSettings) -> ([u32; 2], f64) {
     let focal = wanted.focal.unwrap_or(scale);
     let both = seen[0].with(&seen[1]);
@@ -159,8 +160,12 @@ fn size(seen: &[Extent; 2], own: [u32; 2], scale: f64, wanted: &PairSettings) ->
     }
     let need = [apart, spans[1]].map(|span| MARGIN * span * focal);
     let fits = [0, 1].map(|axis| f64::from(size[axis]) / need[axis]);
-    (size, focal * fits[0].min(fits[1]).min(1.0))
+    (size, focal * fits[0].min(fits[1]).clamp(LEAST_SCALE, 1.0))
 }
+
+/// What a wide lens shows at its border would take all pixels from the middle of a flat picture: the scale of the
+/// middle shrinks by this much at most.
+const LEAST_SCALE: f64 = 0.8;
 
 /// Nothing of what was shown lies at the very border.
 const MARGIN: f64 = 1.05;

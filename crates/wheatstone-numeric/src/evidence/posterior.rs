@@ -1,7 +1,10 @@
 //! What the data say of a network's weights, in Laplace's approximation, and what follows for decay
 //! and noise.
 
-use crate::cholesky::{Cholesky, Lower};
+use crate::{
+    cholesky::{Cholesky, Lower},
+    covariance::UNKNOWN,
+};
 
 /// One decay a class of weights: a layer's weights, and its biases.
 pub(super) struct Decay {
@@ -34,11 +37,8 @@ pub(super) fn misfit(squares: &[f64], noise: &[f64]) -> f64 {
     0.5 * squares.iter().zip(noise).map(|(sum, variance)| sum / variance).sum::<f64>()
 }
 
-/// Added to curvatures, as a share of them, where rounding has made their matrix singular: what the data say less of is
-/// not known.
-const UNKNOWN: f64 = 1e-12;
-
-/// The curvatures of the regularised misfit, factored.
+/// The curvatures of the regularised misfit, factored; a share of [`UNKNOWN`] of them is added where rounding has made
+/// their matrix singular.
 pub(super) fn factors(hessian: &Lower, decay: &Decay) -> Option<Cholesky> {
     let exact = Cholesky::of(hessian.clone(), |index| decay.of(index));
     let more = |index: usize| decay.of(index) + UNKNOWN * hessian.get(index, index);

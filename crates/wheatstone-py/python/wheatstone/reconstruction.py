@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -44,6 +43,8 @@ class PointCloud:
     fault : str or None
         What makes all of it worthless, if something does: exchanged pictures, a camera that has moved, nothing in
         common.
+    left_out : list of int
+        Cameras whose pictures have next to nothing in common with the reference: they say nothing of the cloud.
     unit : str
         The unit of lengths.
     """
@@ -58,6 +59,7 @@ class PointCloud:
     disparity: npt.NDArray[np.float32] = field(repr=False)
     disparity_confidence: npt.NDArray[np.float32] = field(repr=False)
     fault: str | None
+    left_out: list[int]
     unit: str
 
     def __len__(self) -> int:
@@ -66,8 +68,14 @@ class PointCloud:
     def save(self, path: PathLike) -> None:
         """Writes the points as binary PLY, which CloudCompare, MeshLab and Open3D open: colours, standard deviations
         and confidence are fields of each point."""
-        data = _w.ply(self.points, self.sigmas, self.colours, self.confidence, self.unit)
-        Path(path).write_bytes(data)
+        _w.save_ply(
+            path,
+            np.ascontiguousarray(self.points, np.float32),
+            np.ascontiguousarray(self.sigmas, np.float32),
+            np.ascontiguousarray(self.colours, np.uint8),
+            np.ascontiguousarray(self.confidence, np.float32),
+            self.unit,
+        )
 
 
 class Reconstructor:

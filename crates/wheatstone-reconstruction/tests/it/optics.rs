@@ -1,8 +1,13 @@
 //! Scenes through every optics, reconstructed by models that were fitted to charts.
 
-use wheatstone_charts::{chart::line_grid::LineGrid, imaging::ColourImage};
+use nalgebra::Vector2;
+use wheatstone_charts::{
+    chart::line_grid::LineGrid,
+    imaging::{ColourImage, GrayImage},
+};
 use wheatstone_core::{
-    Calibration, Error, geometry::Pixel, method::AnyMethod, preparation::Prepared,
+    Calibration, Error, camera::PosedCamera, geometry::Pixel, method::AnyMethod,
+    preparation::Prepared,
 };
 use wheatstone_numeric::{progress::Silent, random::Random, statistics::percentile};
 use wheatstone_reconstruction::{Reconstruction, ReconstructionSettings, SceneReconstructor};
@@ -75,7 +80,7 @@ fn reconstructed(rig: &Rig, method: &str, scene: &Scene) -> Reconstruction {
     let made =
         SceneReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
     let pictures = pictures(rig, scene);
-    made.reconstruct(&[&pictures[0], &pictures[1]]).unwrap()
+    made.reconstruct(&[&pictures[0], &pictures[1]], &Silent).unwrap()
 }
 
 #[test]
@@ -88,6 +93,8 @@ fn clouds_of_every_optics_are_where_the_scene_is() {
         ("glass", "neural-camera", 0.19, [0.63, 0.92]),
         ("fisheye", "kannala-brandt", 0.58, [0.63, 0.92]),
         ("bump", "neural-camera", 0.24, [0.57, 0.87]),
+        ("tube", "neural-camera", 0.2, [0.6, 0.9]),
+        ("mirror", "neural-camera", 0.5, [0.6, 0.9]),
         ("paper", "network", 0.31, [0.60, 0.92]),
     ] {
         let rig = Rig::named(name, 2).unwrap();
@@ -116,7 +123,7 @@ fn four_cameras_are_better_than_two() {
         settings.cameras = cameras.to_vec();
         let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
         let seen: Vec<&ColourImage> = cameras.iter().map(|camera| &pictures[*camera]).collect();
-        let found = made.reconstruct(&seen).unwrap();
+        let found = made.reconstruct(&seen, &Silent).unwrap();
         assert!(found.fault.is_none(), "{:?}", found.fault);
         assert!(found.cloud.pixels.len() == cameras.len());
         judged((&rig, &scene), (0, 0), &found)
@@ -137,13 +144,101 @@ fn pictures_of_another_size_are_refused() {
     let model = fitted(&rig, "brown");
     let made =
         SceneReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
-    let small =
-        ColourImage::from_gray(wheatstone_charts::imaging::GrayImage::from_fn(320, 240, |x, y| {
-            (x + y) as f32
-        }));
-    let refused = made.reconstruct(&[&small, &small]);
+    let small = ColourImage::from_gray(GrayImage::from_fn(320, 240, |x, y| (x + y) as f32));
+    let refused = made.reconstruct(&[&small, &small], &Silent);
     assert!(matches!(refused, Err(Error::Mismatch { .. })));
     let far =
         ReconstructionSettings { depths: Some([5.0, 2.0]), ..ReconstructionSettings::new(SIZES) };
     assert!(matches!(SceneReconstructor::new(&model, far, &Silent), Err(Error::Setting { .. })));
+}
+
+#[test]
+fn corners_and_edges_are_where_the_scene_is() {
+    // The largest median error in percent of the distance.
+    for (name, method, most) in [
+        ("paper", "brown", 0.19),
+        ("water", "neural-camera", 0.20),
+        ("glass", "neural-camera", 0.23),
+        ("fisheye", "kannala-brandt", 0.50),
+        ("tube", "neural-camera", 0.21),
+        ("mirror", "neural-camera", 0.45),
+    ] {
+        let rig = Rig::named(name, 2).unwrap();
+        let scene = Scene::before(&rig, 1);
+        let model = fitted(&rig, method);
+        let settings =
+            ReconstructionSettings { sparse: true, ..ReconstructionSettings::new(SIZES) };
+        let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
+        let pictures = pictures(&rig, &scene);
+        let found = made.reconstruct(&[&pictures[0], &pictures[1]], &Silent).unwrap();
+        assert!(found.fault.is_none(), "{name}: {:?}", found.fault);
+        let told = judged((&rig, &scene), (0, 0), &found);
+        eprintln!("{name}: {told:?}");
+        assert!(found.cloud.len() > 3000 && told.median < most, "{name}: {told:?}");
+        assert!(told.gross < 0.01, "{name}: {told:?}");
+        let [one, two] = told.covered;
+        assert!((0.6..0.76).contains(&one) && (0.9..0.98).contains(&two), "{name}: {told:?}");
+        // Each of a feature of its own, which its map has too.
+        let known = found.map.disparity.iter().filter(|value| value.is_finite()).count();
+        assert!(known >= found.cloud.len());
+    }
+}
+
+#[test]
+fn matches_of_somebody_else_are_located() {
+    let rig = Rig::named("water", 3).unwrap();
+    let model = fitted(&rig, "neural-camera");
+    let settings = ReconstructionSettings::new(vec![SIZE; 3]);
+    let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
+    let mut random = Random::new(3);
+    let (mut rows, mut places) = (Vec::new(), Vec::new());
+    while rows.len() < 500 {
+        let place = [(-12.0, 12.0), (-9.0, 9.0), (60.0, 105.0)].map(|(a, b)| random.uniform(a, b));
+        let mut seen = |camera: &PosedCamera| {
+            let noise = Vector2::new(random.normal(), random.normal()) * 0.2;
+            camera.project_visible(place.into()).map(|pixel| pixel + noise)
+        };
+        let mut row: Vec<Option<Pixel>> = rig.cameras.iter().map(&mut seen).collect();
+        if row.iter().any(Option::is_none) {
+            continue;
+        }
+        match rows.len() % 5 {
+            // The third camera sees only some of them, and one match in five is beside its curve.
+            0 => row[2] = None,
+            1 => row[1] = row[1].map(|pixel| pixel + Vector2::new(0.0, 6.0)),
+            _ => {}
+        }
+        rows.push(row);
+        places.push(place);
+    }
+    let pictures = vec![ColourImage::from_gray(GrayImage::from_fn(640, 480, |_, _| 90.0)); 3];
+    let pictures: Vec<&ColourImage> = pictures.iter().collect();
+    let found = made.locate_matches(&rows, 0.2, &pictures, &Silent).unwrap();
+    let cloud = &found.cloud;
+    // Those that share a pixel of the rectified picture are one.
+    assert!((480..=500).contains(&cloud.len()), "{}", cloud.len());
+    let mut inside = [0; 2];
+    for index in 0..cloud.len() {
+        let own = |place: &&[f64; 3]| {
+            let off =
+                [0, 1, 2].map(|axis| (place[axis] - f64::from(cloud.points[index][axis])).powi(2));
+            off.iter().sum::<f64>()
+        };
+        let place = places.iter().min_by(|a, b| own(a).total_cmp(&own(b))).unwrap();
+        assert!(own(&place).sqrt() < 2.0);
+        for axis in 0..3 {
+            let ratio = (f64::from(cloud.points[index][axis]) - place[axis]).abs()
+                / f64::from(cloud.sigmas[index][axis]);
+            inside[0] += usize::from(ratio < 1.0);
+            inside[1] += usize::from(ratio < 2.0);
+        }
+        // What lies beside its curve is left out, and the third camera alone says where the point is.
+        assert!(cloud.pixels[1][index][0].is_finite() || cloud.pixels[2][index][0].is_finite());
+    }
+    let missing = cloud.pixels[1].iter().filter(|pixel| pixel[0].is_nan()).count();
+    assert!((90..=100).contains(&missing), "{missing}");
+    let [one, two] = inside.map(|inside| inside as f64 / (3 * cloud.len()) as f64);
+    assert!((0.6..0.8).contains(&one) && two > 0.9, "{one} {two}");
+    let short = vec![vec![None; 2]];
+    assert!(made.locate_matches(&short, 0.2, &pictures, &Silent).is_err());
 }

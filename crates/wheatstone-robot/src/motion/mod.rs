@@ -6,7 +6,7 @@ mod heading;
 
 use super::{
     Estimated, Ground, PlanarPose,
-    seeing::{FloorDirection, Look, SeenCorner, likeness},
+    seeing::{FloorDirection, SeenCorner},
     wrapped,
 };
 use heading::Heading;
@@ -16,6 +16,7 @@ use registration::{
 };
 use wheatstone_core::geometry::Point3;
 use wheatstone_numeric::random::Random;
+use wheatstone_reconstruction::features::{Look, likeness};
 
 /// A corner of something that stands still, in the start frame.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 //! of sight.
 
 use crate::Ground;
-use nalgebra::Vector2;
 use wheatstone_core::geometry::{Pixel, Point3};
+use wheatstone_reconstruction::features::{CurvePlace, EpipolarCurve};
 
 /// One place on a curve.
 #[derive(Clone, Copy, Debug)]
@@ -42,45 +42,21 @@ impl Curve {
         &self.0
     }
 
-    /// The pieces between them that are above the floor, in part at least.
-    pub(super) fn pieces(&self) -> impl Iterator<Item = [Waypoint; 2]> {
-        let pieces = self.0.windows(2).map(|pair| [pair[0], pair[1]]);
-        pieces.take_while(|[near, _]| above_floor(near.point))
-    }
-
-    /// Unit vector in the second picture from its near to its far end.
+    /// Its part above the floor, as the second picture shows it.
     #[must_use]
-    pub(super) fn direction(&self) -> Option<Vector2<f64>> {
-        (self.0.last()?.other - self.0.first()?.other).try_normalize(1e-9)
-    }
-
-    /// How far aside of it a pixel of the second picture lies, positive to the right of someone who goes
-    /// along it from near to far; `None` beyond its ends.
-    #[must_use]
-    pub(super) fn aside(&self, pixel: Pixel) -> Option<f64> {
-        Some(self.nearest(pixel)?.0)
+    pub(super) fn seen(&self) -> EpipolarCurve {
+        let above = self.0.iter().take_while(|place| above_floor(place.point)).count();
+        // A piece counts that is above the floor in part.
+        EpipolarCurve::new(0, self.0.iter().map(|place| place.other).collect()).shortened(above + 1)
     }
 
     /// The point of the line of sight that the second camera observes nearest to a pixel; `None` beyond its
     /// ends.
     #[must_use]
     pub(super) fn point_near(&self, pixel: Pixel) -> Option<Point3> {
-        Some(self.nearest(pixel)?.1)
-    }
-
-    /// How far aside a pixel of the second picture lies, and the point beside it.
-    fn nearest(&self, pixel: Pixel) -> Option<(f64, Point3)> {
-        // Where it bends, a pixel may face neither of two pieces.
-        const GAP: f64 = 0.01;
-        let off = |[near, far]: [Waypoint; 2]| {
-            let by = far.other - near.other;
-            let from = pixel - near.other;
-            let share = from.dot(&by) / by.norm_squared();
-            let faces = (-GAP..1.0 + GAP).contains(&share);
-            let aside = (by.x * from.y - by.y * from.x) / by.norm();
-            faces.then(|| (aside, near.point + (far.point - near.point) * share))
-        };
-        self.pieces().filter_map(off).min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+        let CurvePlace { piece, share, .. } = self.seen().nearest(pixel)?;
+        let (near, far) = (self.0[piece].point, self.0[piece + 1].point);
+        Some(near + (far - near) * share)
     }
 
     /// Where it meets the floor, and how many waypoints along it.

@@ -256,7 +256,7 @@ pub(crate) fn fill_in(epipolar_curves: &EpipolarCurves, edges: &mut [LocatedEdge
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{cameras::cameras, seeing::edges::Edge};
+    use crate::cameras::cameras;
     use nalgebra::Vector2;
     use wheatstone_core::{
         Calibration,
@@ -265,6 +265,7 @@ mod tests {
         preparation::Prepared,
     };
     use wheatstone_numeric::progress::Silent;
+    use wheatstone_reconstruction::features::Edge;
 
     const SIZE: [usize; 2] = [640, 480];
 

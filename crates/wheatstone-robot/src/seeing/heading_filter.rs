@@ -98,8 +98,9 @@ fn line(places: &[Ground]) -> Option<Line> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seeing::{EdgeMatch, edges::Edge};
+    use crate::seeing::EdgeMatch;
     use wheatstone_core::geometry::Pixel;
+    use wheatstone_reconstruction::features::Edge;
 
     /// Points along lines from `from` on, every centimetre, turned by `bearing`.
     fn edges(lines: &[([f64; 2], f64, usize)]) -> Vec<LocatedEdge> {

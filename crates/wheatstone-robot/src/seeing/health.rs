@@ -1,11 +1,12 @@
 //! Whether the pictures still agree with the calibration: a camera that was knocked or covered is
 //! noticed by what both see of the same corners, and by where the floor seems to be.
 
-use super::{CornerMatch, EpipolarCurves, SeenCorner};
+use super::{EpipolarCurves, SeenCorner};
 use crate::{Ground, scene::Trust};
 use std::fmt;
 use wheatstone_core::{Calibration, geometry::Point3};
 use wheatstone_numeric::statistics::{median, percentile};
+use wheatstone_reconstruction::features::CornerMatch;
 
 /// What is wrong with a pair of pictures.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +92,7 @@ impl Health {
         let mut squares = Vec::new();
         for row in &calibration.data.restored().correspondences {
             let [Some(first), Some(second)] = row.pixels[..] else { continue };
-            squares.extend(epipolar_curves.curve(first).aside(second).map(|off| off * off));
+            squares.extend(epipolar_curves.curve(first).seen().aside(second).map(|off| off * off));
         }
         let own_error = percentile(&squares, 0.68).max(0.0).sqrt();
         let own_error = if own_error.is_finite() { own_error } else { 0.0 };

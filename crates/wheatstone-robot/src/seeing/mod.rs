@@ -3,17 +3,11 @@
 
 mod epipolar_curves;
 mod heading_filter;
-mod corner_matches;
-mod corners;
 mod curve;
 mod edge_matches;
-mod edges;
-mod gradient;
 mod ground;
 mod health;
 
-pub use corner_matches::CornerMatch;
-pub use corners::{Look, likeness};
 pub use curve::{Curve, Waypoint};
 pub use edge_matches::EdgeMatch;
 pub use epipolar_curves::EpipolarCurves;
@@ -31,6 +25,9 @@ use wheatstone_core::{
     method::{Located, Locator},
 };
 use wheatstone_numeric::progress::Progress;
+use wheatstone_reconstruction::features::{
+    Corner, CornerMatch, Edges, Gradient, corners, match_corners,
+};
 
 /// What makes sense of pairs of pictures.
 pub struct Observer<'a> {
@@ -73,6 +70,9 @@ pub struct Observation {
 /// Standard deviation of a matched place across its edge, in pixels: half again what rendered corners
 /// and edges scatter by.
 const PLACED: f64 = 0.15;
+
+/// More corners than own motion needs.
+const MOST_CORNERS: usize = 220;
 
 /// Beside its curve a corner is sought up to this many pixels, and as many of the calibration's own
 /// errors.
@@ -118,18 +118,13 @@ impl<'a> Observer<'a> {
     #[must_use]
     pub fn observe(&mut self, pictures: &[GrayImage; 2]) -> Observation {
         let [first, second] = [0, 1].map(|camera| {
-            let gradient = gradient::Gradient::new(&pictures[camera]);
+            let gradient = Gradient::new(&pictures[camera]);
             let (edges, corners) =
-                rayon::join(|| edges::Edges::new(&gradient), || corners::corners(&gradient));
+                rayon::join(|| Edges::new(&gradient), || corners(&gradient, MOST_CORNERS));
             (gradient, edges, corners)
         });
         let aside = ASIDE + ASIDE_ERRORS * self.health.own_error();
-        let matched = corner_matches::match_corners(
-            &self.epipolar_curves,
-            &first.2,
-            (&second.2, &second.0),
-            aside,
-        );
+        let matched = corners_along(&self.epipolar_curves, &first.2, (&second.2, &second.0), aside);
         let edges = self.located_edges(edge_matches::match_edges(
             &self.epipolar_curves,
             &first.1,
@@ -144,12 +139,7 @@ impl<'a> Observer<'a> {
             placed: &self.placed(&edges),
         };
         let look_aside = |aside: f64| {
-            corner_matches::match_corners(
-                &self.epipolar_curves,
-                &first.2,
-                (&second.2, &second.0),
-                aside,
-            )
+            corners_along(&self.epipolar_curves, &first.2, (&second.2, &second.0), aside)
         };
         let (trust, complaint) = self.health.judge(&seen, &look_aside);
         let strips = ground::strips(&self.epipolar_curves, &edges, self.size);
@@ -247,6 +237,16 @@ impl<'a> Observer<'a> {
         };
         pairs.iter().map(located).collect()
     }
+}
+
+/// Corners found in the second picture beside the calibration's curves.
+fn corners_along(
+    curves: &EpipolarCurves,
+    first: &[Corner],
+    second: (&[Corner], &Gradient),
+    aside: f64,
+) -> Vec<CornerMatch> {
+    match_corners(&|pixel: Pixel| curves.curve(pixel).seen(), first, second, aside)
 }
 
 /// See [`Observer::map_error`].

@@ -3,7 +3,7 @@
 use wheatstone_charts::imaging::{GrayImage, filter::gaussian_blur};
 
 /// A smoothed picture and its derivatives, in grey levels a pixel.
-pub(crate) struct Gradient {
+pub struct Gradient {
     /// Columns.
     pub width: usize,
     /// Rows.
@@ -22,7 +22,7 @@ const SMOOTHING: f64 = 1.0;
 impl Gradient {
     /// Of a picture.
     #[must_use]
-    pub(crate) fn new(picture: &GrayImage) -> Self {
+    pub fn new(picture: &GrayImage) -> Self {
         let smooth = gaussian_blur(picture, SMOOTHING);
         let (width, height) = (smooth.width(), smooth.height());
         let (mut across, mut down) = (vec![0.0; width * height], vec![0.0; width * height]);
@@ -39,7 +39,7 @@ impl Gradient {
 
     /// The square of its length at a place, row by row.
     #[must_use]
-    pub(crate) fn square(&self, place: usize) -> f32 {
+    pub fn square(&self, place: usize) -> f32 {
         self.across[place] * self.across[place] + self.down[place] * self.down[place]
     }
 }

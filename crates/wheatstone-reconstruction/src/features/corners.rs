@@ -9,17 +9,17 @@ use wheatstone_charts::imaging::{
 use wheatstone_core::geometry::Pixel;
 
 /// Half the side of a corner's window, in pixels.
-pub(crate) const REACH: isize = 5;
+const REACH: isize = 5;
 
 /// Pixels of a window.
-pub(crate) const WINDOW: usize = ((2 * REACH + 1) * (2 * REACH + 1)) as usize;
+const WINDOW: usize = ((2 * REACH + 1) * (2 * REACH + 1)) as usize;
 
 /// A window about a corner: grey levels less their mean, over their length.
 pub type Look = [f32; WINDOW];
 
 /// A corner of a picture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Corner {
+pub struct Corner {
     /// The pixel at its middle.
     pub at: Pixel,
     /// What it looks like.
@@ -36,12 +36,10 @@ const LEAST: f32 = 1.0;
 /// The pixels about a corner in which there is no stronger one.
 const ALONE: isize = 6;
 
-/// More than own motion needs.
-const MOST: usize = 220;
-
-/// The corners of a picture, the strongest first (Shi & Tomasi 1994, doi:10.1109/CVPR.1994.323794).
+/// The corners of a picture, the strongest first and so many at most (Shi & Tomasi 1994,
+/// doi:10.1109/CVPR.1994.323794).
 #[must_use]
-pub(crate) fn corners(gradient: &Gradient) -> Vec<Corner> {
+pub fn corners(gradient: &Gradient, most: usize) -> Vec<Corner> {
     let (width, height) = (gradient.width, gradient.height);
     let product = |a: &[f32], b: &[f32]| {
         let values = a.iter().zip(b).map(|(a, b)| a * b).collect();
@@ -74,7 +72,7 @@ pub(crate) fn corners(gradient: &Gradient) -> Vec<Corner> {
         let at = Pixel::new(*x as f64, *y as f64);
         Some(Corner { at, look: look(&gradient.smooth, at)? })
     };
-    found.iter().take(MOST).filter_map(corner).collect()
+    found.iter().take(most).filter_map(corner).collect()
 }
 
 fn is_alone(strength: &[f32], width: usize, (x, y): (isize, isize), own: f32) -> bool {
@@ -97,7 +95,7 @@ fn is_alone(strength: &[f32], width: usize, (x, y): (isize, isize), own: f32) ->
 
 /// What the window about a place looks like; `None` for a plain one.
 #[must_use]
-pub(crate) fn look(picture: &GrayImage, at: Pixel) -> Option<Look> {
+pub fn look(picture: &GrayImage, at: Pixel) -> Option<Look> {
     let mut look = [0.0; WINDOW];
     let side = 2 * REACH + 1;
     for (index, value) in look.iter_mut().enumerate() {
@@ -120,15 +118,51 @@ pub fn likeness(first: &Look, second: &Look) -> f32 {
     first.iter().zip(second).map(|(a, b)| a * b).sum()
 }
 
+/// A window of the second picture that looks like one of the first.
+#[derive(Clone, Copy, Debug)]
+pub struct Aligned {
+    /// Its middle.
+    pub at: Pixel,
+    /// How alike they are, as [`likeness`] has it.
+    pub likeness: f32,
+    /// The inverse of the place's covariance, in pixels, where windows differ by noise alone, of which each pixel has its
+    /// own share.
+    pub information: Matrix2<f64>,
+}
+
 /// The place near `start` whose window looks like `wanted`, to a fraction of a pixel (Lucas & Kanade
-/// 1981), and how alike it is. `None` where the search runs off.
+/// 1981). `None` where the search runs off.
 #[must_use]
-pub(crate) fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Option<(Pixel, f32)> {
+pub(super) fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Option<Aligned> {
+    settle(wanted, gradient, start, |normal, right| Some(normal.try_inverse()? * right))
+}
+
+/// As for corners, but the place moves along a unit vector only: windows of edges tell nothing of other ways.
+#[must_use]
+pub fn aligned_along(
+    wanted: &Look,
+    gradient: &Gradient,
+    (start, way): (Pixel, Vector2<f64>),
+) -> Option<Aligned> {
+    let step = |normal: Matrix2<f64>, right: Vector2<f64>| {
+        let slope = way.dot(&(normal * way));
+        (slope > 0.0).then(|| way * (way.dot(&right) / slope))
+    };
+    settle(wanted, gradient, start, step)
+}
+
+/// Steps from `start` to where the windows are most alike; `step` solves the normal equations.
+fn settle(
+    wanted: &Look,
+    gradient: &Gradient,
+    start: Pixel,
+    step: impl Fn(Matrix2<f64>, Vector2<f64>) -> Option<Vector2<f64>>,
+) -> Option<Aligned> {
     // It settles within a few steps or not at all; corners are a pixel or two off at first.
     const STEPS: usize = 8;
     const FARTHEST: f64 = 3.5;
     let side = 2 * REACH + 1;
-    let mut at = start;
+    let (mut at, mut slopes) = (start, Matrix2::zeros());
     for _ in 0..STEPS {
         let here = look(&gradient.smooth, at)?;
         let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
@@ -136,10 +170,10 @@ pub(crate) fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Optio
         for (index, (wanted, value)) in wanted.iter().zip(&here).enumerate() {
             let (dx, dy) = (index as isize % side - REACH, index as isize / side - REACH);
             let (x, y) = (at.x.round() as isize + dx, at.y.round() as isize + dy);
-            let place = y as usize * gradient.width + x as usize;
-            if x < 0 || y < 0 || place >= gradient.across.len() {
+            if x < 0 || y < 0 || x as usize >= gradient.width || y as usize >= gradient.height {
                 return None;
             }
+            let place = y as usize * gradient.width + x as usize;
             let slope = Vector2::new(
                 f64::from(gradient.across[place] / length),
                 f64::from(gradient.down[place] / length),
@@ -147,7 +181,8 @@ pub(crate) fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Optio
             normal += slope * slope.transpose();
             right += slope * f64::from(wanted - value);
         }
-        let by = normal.try_inverse()? * right;
+        slopes = normal;
+        let by = step(normal, right)?;
         at += by;
         if (at - start).norm() > FARTHEST || !gradient.smooth.contains(at, REACH as f64 + 1.0) {
             return None;
@@ -157,7 +192,11 @@ pub(crate) fn aligned(wanted: &Look, gradient: &Gradient, start: Pixel) -> Optio
         }
     }
     let here = look(&gradient.smooth, at)?;
-    Some((at, likeness(wanted, &here)))
+    let residual = |(wanted, value): (&f32, &f32)| f64::from(wanted - value).powi(2);
+    let squares: f64 = wanted.iter().zip(&here).map(residual).sum();
+    // Their mean and length are those of the wanted window, and two coordinates were fitted.
+    let variance = squares / (WINDOW - 4) as f64;
+    Some(Aligned { at, likeness: likeness(wanted, &here), information: slopes / variance })
 }
 
 /// The length of a window's grey levels about their mean.

@@ -28,7 +28,7 @@ impl Edge {
 }
 
 /// The edges of a picture.
-pub(crate) struct Edges {
+pub struct Edges {
     /// In the order of rows.
     pub all: Vec<Edge>,
     /// Which one lies at each pixel, row by row.
@@ -55,7 +55,7 @@ const MARGIN: usize = 5;
 impl Edges {
     /// Of a picture: where its gradient is steepest along itself.
     #[must_use]
-    pub(crate) fn new(gradient: &Gradient) -> Self {
+    pub fn new(gradient: &Gradient) -> Self {
         let (width, height) = (gradient.width, gradient.height);
         let (map, near) = (vec![NONE; width * height], vec![false; width * height]);
         let mut edges = Self { all: Vec::new(), map, near, width, height };
@@ -80,7 +80,7 @@ impl Edges {
 
     /// The edge at a pixel.
     #[must_use]
-    pub(crate) fn at(&self, x: isize, y: isize) -> Option<&Edge> {
+    pub fn at(&self, x: isize, y: isize) -> Option<&Edge> {
         let inside = x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height;
         let number = if inside { self.map[y as usize * self.width + x as usize] } else { NONE };
         self.all.get(number as usize)
@@ -88,7 +88,7 @@ impl Edges {
 
     /// Whether there is one at a pixel or at one of its four neighbours.
     #[must_use]
-    pub(crate) fn is_near(&self, x: isize, y: isize) -> bool {
+    pub fn is_near(&self, x: isize, y: isize) -> bool {
         // No edge is as close to the border as to be near a pixel beyond it.
         let inside = x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height;
         inside && self.near[y as usize * self.width + x as usize]
@@ -96,7 +96,7 @@ impl Edges {
 
     /// Columns and rows of the picture.
     #[must_use]
-    pub(crate) fn size(&self) -> [usize; 2] {
+    pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
@@ -129,7 +129,7 @@ impl Edges {
 }
 
 /// Columns and rows of the pixels about a place, two to each side; beyond the picture too.
-pub(super) fn about(at: Pixel) -> impl Iterator<Item = (isize, isize)> {
+pub fn about(at: Pixel) -> impl Iterator<Item = (isize, isize)> {
     let (x, y) = (at.x.round() as isize, at.y.round() as isize);
     (0..25).map(move |number| (x + number % 5 - 2, y + number / 5 - 2))
 }

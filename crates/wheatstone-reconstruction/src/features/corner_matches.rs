@@ -2,11 +2,11 @@
 //! the calibration still holds.
 
 use super::{
-    corners::{Corner, Look, aligned, likeness},
-    epipolar_curves::EpipolarCurves,
+    corners::{Aligned, Corner, Look, aligned, likeness},
+    epipolar_curve::{CurvePlace, EpipolarCurve},
     gradient::Gradient,
 };
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
 use wheatstone_core::geometry::Pixel;
 
@@ -22,6 +22,11 @@ pub struct CornerMatch {
     /// How far aside of the curve it was found, in pixels; positive to the right of someone who goes
     /// along it from near to far.
     pub aside: f64,
+    /// Where on the curve.
+    pub along: CurvePlace,
+    /// The inverse of the second place's covariance, in pixels, where windows differ by noise alone, of which each pixel
+    /// has its own share.
+    pub information: Matrix2<f64>,
     /// Unit vector from near to far along the curve.
     direction: Vector2<f64>,
 }
@@ -41,16 +46,17 @@ const LEAST_LIKENESS: f32 = 0.85;
 /// How much less alike the next best must be.
 const CLEARLY_LESS: f32 = 0.06;
 
-/// Finds corners of one picture in the other, at most `aside` pixels from their curves.
+/// Finds corners of one picture in the other, at most `aside` pixels from their curves; `curve` says where those of a
+/// pixel of the first picture lie.
 #[must_use]
-pub(crate) fn match_corners(
-    epipolar_curves: &EpipolarCurves,
+pub fn match_corners(
+    curve: &(impl Fn(Pixel) -> EpipolarCurve + Sync),
     first: &[Corner],
     (second, gradient): (&[Corner], &Gradient),
     aside: f64,
 ) -> Vec<CornerMatch> {
     let found = |corner: &Corner| {
-        let curve = epipolar_curves.curve(corner.at);
+        let curve = curve(corner.at);
         let mut scored: Vec<(f32, &Corner)> = second
             .iter()
             // Both pixels are those nearest to where the corners are.
@@ -63,18 +69,28 @@ pub(crate) fn match_corners(
         if rough < LEAST_LIKENESS - 0.3 {
             return None;
         }
-        let (at, alike) = aligned(&corner.look, gradient, best.at)?;
+        let Aligned { at, likeness: alike, information } =
+            aligned(&corner.look, gradient, best.at)?;
         let rival = scored
             .iter()
             .skip(1)
             .take_while(|(other, _)| *other > alike - 0.35)
             .filter_map(|(_, other)| aligned(&corner.look, gradient, other.at))
-            .filter(|(place, _)| (place - at).norm() > 3.0)
-            .fold(next - 1.0, |worst, (_, alike)| worst.max(alike));
-        let off = curve.aside(at)?;
+            .filter(|other| (other.at - at).norm() > 3.0)
+            .fold(next - 1.0, |worst, other| worst.max(other.likeness));
+        let along = curve.nearest(at)?;
+        let off = along.aside;
         let direction = curve.direction()?;
         (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside).then_some(
-            CornerMatch { first: corner.at, second: at, look: corner.look, aside: off, direction },
+            CornerMatch {
+                first: corner.at,
+                second: at,
+                look: corner.look,
+                aside: off,
+                along,
+                information,
+                direction,
+            },
         )
     };
     first.par_iter().filter_map(found).collect()

@@ -30,19 +30,8 @@ pub(crate) fn frames(named: &[PathBuf], cameras: usize) -> Outcome<Vec<Vec<PathB
     Ok((0..count).map(|index| each.iter().map(|files| files[index].clone()).collect()).collect())
 }
 
-/// One picture of either camera after the other.
-pub(crate) fn paired(first: Vec<PathBuf>, second: Vec<PathBuf>) -> Outcome<Vec<[PathBuf; 2]>> {
-    if first.len() != second.len() {
-        return Err(Failure::usage(
-            format!("{} pictures of one camera, {} of the other", first.len(), second.len()),
-            "pictures are paired in sorted order: give the same number of each",
-        ));
-    }
-    Ok(first.into_iter().zip(second).map(|(a, b)| [a, b]).collect())
-}
-
 /// A file itself; of a folder its files, in sorted order.
-pub(crate) fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
+fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
     }

@@ -1,0 +1,93 @@
+//! What disparity maps say of pixels of the reference camera.
+
+use crate::{
+    pair::RectifiedPair,
+    seen::{Found, Seen},
+    settings::ReconstructionSettings,
+};
+use rayon::prelude::*;
+use std::ops::Range;
+use wheatstone_stereo::DisparityMap;
+
+/// Of several pairs, disparities that are at least so confident count: two that agree are more than each.
+const CANDIDATE: f32 = 0.5;
+
+/// What the pairs' maps match with these pixels of the left rectified picture, where that is confident enough.
+pub(crate) fn seen(
+    pairs: &[RectifiedPair<'_>],
+    maps: &[Option<&DisparityMap>],
+    places: Range<usize>,
+    settings: &ReconstructionSettings,
+) -> Seen {
+    let width = pairs[0].rectification.pair.size[0] as usize;
+    let wanted = settings.least_confidence;
+    let least = if pairs.len() == 1 { wanted } else { CANDIDATE.min(wanted) };
+    let matched = |place: usize| {
+        let at = ((place % width) as f64, (place / width) as f64);
+        let reference = pairs[0].reference(at).filter(|pixel| settings.holds(*pixel))?;
+        let (mut all, mut missed) = (Vec::with_capacity(maps.len()), 0);
+        for (index, (pair, map)) in pairs.iter().zip(maps).enumerate() {
+            let at = if index == 0 { Some(at) } else { pair.place(reference) };
+            let own = at.zip(*map).and_then(|(at, map)| found(pair, at, map, least));
+            let is_in_view = || at.zip(*map).is_some_and(|(at, _)| pair.shows(at));
+            missed += usize::from(own.is_none() && is_in_view());
+            all.push(own);
+        }
+        let is_any = all.iter().any(Option::is_some);
+        is_any.then_some((place as u32, reference, missed, all))
+    };
+    let rows: Vec<_> = places.into_par_iter().filter_map(matched).collect();
+    let mut seen = Seen::new(pairs.len());
+    for (place, reference, missed, found) in rows {
+        seen.push((place, reference), (&found, missed));
+    }
+    seen
+}
+
+/// What one pair matches with a pixel of its reference camera's rectified picture.
+fn found(
+    pair: &RectifiedPair<'_>,
+    at: (f64, f64),
+    map: &DisparityMap,
+    least: f32,
+) -> Option<Found> {
+    let read = read(map, at).filter(|read| read.confidence >= least)?;
+    let sigma = read.sigma * pair.resampling(at, read.disparity);
+    let at = pair.matched(at, (read.disparity, sigma))?;
+    Some(Found { at, disparity: read.disparity, sigma, confidence: read.confidence })
+}
+
+/// What a map has at a place.
+struct Read {
+    disparity: f64,
+    sigma: f64,
+    confidence: f32,
+}
+
+/// What a map has between pixels; `None` where it has nothing on one of them, or two surfaces.
+fn read(map: &DisparityMap, (x, y): (f64, f64)) -> Option<Read> {
+    /// Pixels of one surface differ by less, in pixels.
+    const STEP: f32 = 1.0;
+    let (column, row) = (x.floor(), y.floor());
+    let (along, down) = (x - column, y - row);
+    let mut read = Read { disparity: 0.0, sigma: 0.0, confidence: 1.0 };
+    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+    for (dy, share) in [(0, 1.0 - down), (1, down)] {
+        for (dx, part) in [(0, 1.0 - along), (1, along)] {
+            let weight = share * part;
+            if weight == 0.0 {
+                continue;
+            }
+            let (x, y) = (column as i64 + dx, row as i64 + dy);
+            let inside = (0..map.width as i64).contains(&x) && (0..map.height as i64).contains(&y);
+            let at = inside.then(|| y as usize * map.width + x as usize)?;
+            let disparity = map.disparity[at];
+            (least, most) = (least.min(disparity), most.max(disparity));
+            read.disparity += weight * f64::from(disparity);
+            read.sigma = read.sigma.max(f64::from(map.sigma[at]));
+            read.confidence = read.confidence.min(map.confidence[at]);
+        }
+    }
+    let is_one = most - least <= STEP && read.disparity.is_finite() && read.sigma.is_finite();
+    (is_one && read.confidence > 0.0).then_some(read)
+}

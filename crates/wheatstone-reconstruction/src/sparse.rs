@@ -1,0 +1,162 @@
+//! Corners and edges of the reference camera's picture, found in the other cameras' along epipolar curves.
+
+use crate::{
+    features::{
+        Candidate, Corner, Edge, Edges, Gradient, Look, aligned_along, corners, is_sampled, look,
+        match_corners, match_edges,
+    },
+    pair::RectifiedPair,
+    seen::{Found, Seen},
+    settings::ReconstructionSettings,
+};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use wheatstone_charts::imaging::ColourImage;
+use wheatstone_core::geometry::Pixel;
+use wheatstone_stereo::DisparityMap;
+
+/// What a picture shows that can be found again.
+pub(crate) struct Features {
+    gradient: Gradient,
+    corners: Vec<Corner>,
+    edges: Edges,
+    /// Those edges that stand for the others.
+    sampled: Vec<Edge>,
+}
+
+/// More than a picture of twelve million pixels has.
+const MOST_CORNERS: usize = 50_000;
+
+impl Features {
+    pub(crate) fn of(picture: &ColourImage) -> Self {
+        let gradient = Gradient::new(&picture.gray.stretched());
+        let (corners, edges) =
+            rayon::join(|| corners(&gradient, MOST_CORNERS), || Edges::new(&gradient));
+        let sampled = edges.all.iter().filter(|edge| is_sampled(edge)).copied().collect();
+        Self { gradient, corners, edges, sampled }
+    }
+
+    /// Where they are: corners, then edges.
+    fn places(&self) -> impl Iterator<Item = Pixel> {
+        let corners = self.corners.iter().map(|corner| corner.at);
+        corners.chain(self.sampled.iter().map(|edge| edge.at))
+    }
+}
+
+/// A corner may lie so many pixels beside its curve: calibrations err, and noise does.
+const ASIDE: f64 = 1.0;
+
+/// How alike windows of a feature are at least.
+const LEAST_LIKENESS: f32 = 0.85;
+
+/// The standard deviation of a feature along its curve over what it would be if noise were white and no surface slanted,
+/// as measured on scenes through seven optics: then 66 to 72 % of the points are within one, 93 to 96 % within two.
+const SIGMA: f64 = 3.5;
+
+/// The share of features whose matches are less than a pixel off: 0.978 to 1 on the same scenes.
+const CONFIDENCE: f32 = 0.98;
+
+/// What one pair matches with the features of its reference camera's picture, in the order of [`Features::places`].
+pub(crate) fn matched(
+    pair: &RectifiedPair<'_>,
+    reference: &Features,
+    other: &Features,
+) -> Vec<Option<Found>> {
+    let curve = |pixel: Pixel| pair.curve(pixel);
+    let corners =
+        match_corners(&curve, &reference.corners, (&other.corners, &other.gradient), ASIDE);
+    let key = |pixel: Pixel| (pixel.y as i64, pixel.x as i64);
+    let corners: BTreeMap<_, _> = corners.iter().map(|found| (key(found.first), found)).collect();
+    let of_corner = |corner: &Corner| {
+        let found = corners.get(&key(corner.at))?;
+        refined(pair, (corner.at, &corner.look), (found.second, other))
+    };
+    let edges = match_edges(&curve, &reference.sampled, &other.edges);
+    let of_edge = |(edge, found): (&Edge, &Option<Candidate>)| {
+        let look = look(&reference.gradient.smooth, edge.at)?;
+        refined(pair, (edge.at, &look), (found.as_ref()?.other, other))
+    };
+    let corners: Vec<_> = reference.corners.par_iter().map(of_corner).collect();
+    let edges: Vec<_> = reference.sampled.par_iter().zip(&edges).map(of_edge).collect();
+    [corners, edges].concat()
+}
+
+/// A feature's place along its curve, to a fraction of a pixel.
+fn refined(
+    pair: &RectifiedPair<'_>,
+    (pixel, look): (Pixel, &Look),
+    (start, other): (Pixel, &Features),
+) -> Option<Found> {
+    let curve = pair.curve(pixel);
+    let way = curve.way(curve.nearest(start)?.piece)?;
+    let found = aligned_along(look, &other.gradient, (start, way))?;
+    let along = curve.nearest(found.at)?;
+    let sigma = SIGMA / way.dot(&(found.information * way)).sqrt();
+    let along = along.piece as f64 + along.share;
+    let is_like = found.likeness > LEAST_LIKENESS;
+    is_like.then(|| pair.on_curve(pixel, (along, sigma), CONFIDENCE))?
+}
+
+/// The share of the corners that one pair matches.
+pub(crate) fn density(reference: &Features, found: &[Option<Found>]) -> f64 {
+    let corners = reference.corners.len();
+    let matched = found.iter().take(corners).filter(|found| found.is_some()).count();
+    matched as f64 / corners.max(1) as f64
+}
+
+/// What the pairs match with features of the reference camera's picture: of those in one pixel of the left rectified
+/// picture the surest.
+pub(crate) fn seen(
+    pairs: &[RectifiedPair<'_>],
+    reference: &Features,
+    found: &[Option<Vec<Option<Found>>>],
+    settings: &ReconstructionSettings,
+) -> Seen {
+    let places: Vec<[f64; 2]> = reference.places().map(|at| [at.x, at.y]).collect();
+    at_pixels(pairs, &places, found, settings)
+}
+
+/// As [`seen`], of any pixels of the reference camera's picture.
+pub(crate) fn at_pixels(
+    pairs: &[RectifiedPair<'_>],
+    pixels: &[[f64; 2]],
+    found: &[Option<Vec<Option<Found>>>],
+    settings: &ReconstructionSettings,
+) -> Seen {
+    let mut kept: BTreeMap<u32, (f32, usize)> = BTreeMap::new();
+    for (index, pixel) in pixels.iter().enumerate() {
+        let of_pairs = found.iter().flatten().filter_map(|pair| pair[index].as_ref());
+        let confidence: f32 = of_pairs.map(|found| found.confidence).sum();
+        if confidence == 0.0 || !settings.holds(*pixel) {
+            continue;
+        }
+        let Some(place) = pairs[0].rectified_pixel(*pixel) else { continue };
+        let best = kept.entry(place).or_insert((confidence, index));
+        if confidence > best.0 {
+            *best = (confidence, index);
+        }
+    }
+    let mut seen = Seen::new(pairs.len());
+    for (place, (_, index)) in kept {
+        let of_pairs: Vec<Option<Found>> =
+            found.iter().map(|pair| pair.as_ref().and_then(|pair| pair[index])).collect();
+        // What a camera does not find of a feature says nothing.
+        seen.push((place, pixels[index]), (&of_pairs, 0));
+    }
+    seen
+}
+
+/// What features say of the first pair's disparities.
+pub(crate) fn map(pair: &RectifiedPair<'_>, seen: &Seen) -> Option<DisparityMap> {
+    let [width, height] = pair.rectification.pair.size.map(|side| side as usize);
+    let mut map = DisparityMap::given(width, vec![f32::NAN; width * height], 1.0)?;
+    for (place, found) in seen.places.iter().zip(&seen.found[0]) {
+        if let Some(found) = found {
+            let place = *place as usize;
+            map.disparity[place] = found.disparity as f32;
+            map.confidence[place] = found.confidence;
+            map.sigma[place] = found.sigma as f32;
+        }
+    }
+    Some(map)
+}
