@@ -12,6 +12,7 @@ mod frame;
 mod input;
 mod interruption;
 mod output;
+mod matches;
 mod picture_sets;
 mod prepare;
 mod progress;

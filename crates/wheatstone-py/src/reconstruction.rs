@@ -10,8 +10,9 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyA
 use pyo3::{prelude::*, types::PyDict};
 use std::{path::PathBuf, sync::Arc};
 use wheatstone::{
-    Calibration,
+    Calibration, Pixel,
     dataset::volume::Trust,
+    imaging::ColourImage,
     reconstruction::{
         Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor, write_ply,
     },
@@ -45,6 +46,7 @@ impl PyReconstructor {
         confidence: f32,
         max_sigma: Option<f64>,
         region: Option<[u32; 4]>,
+        sparse: bool,
     ) -> PyResult<Self> {
         let mut settings = ReconstructionSettings::new(sizes);
         settings.cameras = cameras;
@@ -52,6 +54,7 @@ impl PyReconstructor {
         settings.least_confidence = confidence;
         settings.most_sigma = max_sigma;
         settings.region = region;
+        settings.sparse = sparse;
         let owner = model.model.clone();
         let ready = run(py, None, |progress| {
             Ready::try_new(owner, |model| SceneReconstructor::new(model, settings, progress))
@@ -79,13 +82,61 @@ impl PyReconstructor {
         images: Vec<Bound<'py, PyAny>>,
         bgr: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let pictures: Vec<_> =
-            images.iter().map(|image| colour_picture(image, bgr)).collect::<PyResult<_>>()?;
+        let pictures = pictures(&images, bgr)?;
         let pictures: Vec<_> = pictures.iter().collect();
         let made = self.ready.borrow_dependent();
         let found = run(py, None, |progress| made.reconstruct(&pictures, progress))?;
         arrays(py, &found)
     }
+
+    /// The points of disparities of the left rectified picture, with a standard deviation in pixels.
+    fn locate_disparities<'py>(
+        &self,
+        py: Python<'py>,
+        disparities: PyReadonlyArray2<'_, f64>,
+        sigma: f32,
+        images: Vec<Bound<'py, PyAny>>,
+        bgr: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let pictures = pictures(&images, bgr)?;
+        let pictures: Vec<_> = pictures.iter().collect();
+        let values = disparities.as_array();
+        let (width, values) = (values.ncols(), values.iter().map(|value| *value as f32).collect());
+        let map = DisparityMap::given(width, values, sigma)
+            .ok_or_else(|| invalid("the array of disparities is empty", "give one a pixel"))?;
+        let made = self.ready.borrow_dependent();
+        let found = run(py, None, |progress| made.locate(map, &pictures, progress))?;
+        arrays(py, &found)
+    }
+
+    /// The points of matched pixels, one row a point: x and y of each camera, NaN where it has none.
+    fn locate_pixels<'py>(
+        &self,
+        py: Python<'py>,
+        pixels: PyReadonlyArray2<'_, f64>,
+        sigma: f64,
+        images: Vec<Bound<'py, PyAny>>,
+        bgr: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let pictures = pictures(&images, bgr)?;
+        let pictures: Vec<_> = pictures.iter().collect();
+        let pixels = pixels.as_array();
+        let seen = |x: f64, y: f64| (x.is_finite() && y.is_finite()).then(|| Pixel::new(x, y));
+        let row = |row: usize| -> Vec<Option<Pixel>> {
+            (0..pixels.ncols() / 2)
+                .map(|camera| seen(pixels[[row, 2 * camera]], pixels[[row, 2 * camera + 1]]))
+                .collect()
+        };
+        let rows: Vec<_> = (0..pixels.nrows()).map(row).collect();
+        let made = self.ready.borrow_dependent();
+        let found =
+            run(py, None, |progress| made.locate_matches(&rows, sigma, &pictures, progress))?;
+        arrays(py, &found)
+    }
+}
+
+fn pictures(images: &[Bound<'_, PyAny>], bgr: bool) -> PyResult<Vec<ColourImage>> {
+    images.iter().map(|image| colour_picture(image, bgr)).collect()
 }
 
 fn arrays<'py>(py: Python<'py>, found: &Reconstruction) -> PyResult<Bound<'py, PyDict>> {

@@ -161,6 +161,23 @@ def test_pictures_of_calibrated_cameras_become_points(tmp_path):
     assert at[2] / at[3] == pytest.approx(0.1 * made.Q[2, 3] / 10.0)
     assert made.world.shape == (3, 4) and made.disparities[0] < 9 < made.disparities[1]
 
+    sparse = ws.reconstruct(cal, pair, range=(1.5, 10.0), sparse=True)
+    assert 20 < len(sparse) < 0.2 * len(found)
+    assert np.median(np.abs(sparse.points[:, 2] - 2.5)) < 0.03
+
+    whole = ws.Reconstructor(cal, (160, 120), range=(1.5, 10.0))
+    pixels = np.column_stack([whole_pixels[:400].astype(float) for whole_pixels in found.pixels])
+    again = whole.locate(pixels, pair, sigma=0.1)
+    assert len(again) == 400 and np.allclose(again.points, found.points[:400], atol=1e-3)
+    given = whole.locate(found.disparity, pair, sigma=0.1)
+    assert len(given) >= len(found) and np.nanmedian(np.abs(given.depth - found.depth)) < 1e-4
+    with pytest.raises(ws.errors.ArgumentError, match="shape"):
+        whole.locate(np.zeros(4), pair)
+    with pytest.raises(ws.errors.ArgumentError, match="is a path"):
+        ws.reconstruct(cal, ["left.png", "right.png"])
+    with pytest.raises(ws.errors.ArgumentError, match="shape"):
+        ws.reconstruct(cal, [pair[0][0, 0], pair[1][0, 0]])
+
     with pytest.raises(ws.errors.DegenerateError, match="exchanged"):
         ws.reconstruct(cal, pair[::-1], range=(1.5, 10.0))
     assert "exchanged" in ws.reconstruct(cal, pair[::-1], range=(1.5, 10.0), force=True).fault

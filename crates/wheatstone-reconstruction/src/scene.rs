@@ -121,6 +121,19 @@ impl<'a> SceneReconstructor<'a> {
         self.pairs[0].range.clone()
     }
 
+    /// The nearest and the farthest depth that are searched, in the model's unit; infinite where far points are.
+    #[must_use]
+    pub fn depths(&self) -> [f64; 2] {
+        let pair = self.pair();
+        let infinite = pair.principal[0][0] - pair.principal[1][0];
+        let depth = |disparity: i32| {
+            let parallax = f64::from(disparity) - infinite;
+            if parallax > 0.0 { pair.focal * pair.baseline / parallax } else { f64::INFINITY }
+        };
+        let Range { start, end } = self.disparities();
+        [depth(end - 1), depth(start)]
+    }
+
     /// The points that pictures show, in the order of the settings' cameras.
     ///
     /// Cameras that have next to nothing in common with the reference are left out, but for the second one.

@@ -50,8 +50,8 @@ const ASIDE: f64 = 1.0;
 const LEAST_LIKENESS: f32 = 0.85;
 
 /// The standard deviation of a feature along its curve over what it would be if noise were white and no surface slanted,
-/// as measured on scenes through seven optics: then 66 to 72 % of the points are within one, 93 to 96 % within two.
-const SIGMA: f64 = 3.5;
+/// as measured on scenes through six optics: then 65 to 71 % of the errors are within one, 92 to 96 % within two.
+const SIGMA: f64 = 3.9;
 
 /// The share of features whose matches are less than a pixel off: 0.978 to 1 on the same scenes.
 const CONFIDENCE: f32 = 0.98;

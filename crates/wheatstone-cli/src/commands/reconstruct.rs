@@ -1,31 +1,29 @@
 //! `wheatstone reconstruct`.
 
+mod results;
+
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
     failure::{Failure, Outcome},
+    matches::GivenMatches,
     picture_sets::frames,
     progress::Bar,
     table::figure,
     verbosity::{remark, say},
 };
 use clap::Args;
+use results::{pretty, sigmas, summary, write};
 use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
 };
 use wheatstone::{
-    Calibration, Error, Pixel,
-    formats::{npy_float32, read_npy},
-    imaging::{ColourImage, GrayImage, Limits, read_colour_image, read_size},
-    numeric::statistics::median,
+    Calibration, Error,
+    imaging::{ColourImage, Limits, read_colour_image, read_size},
     progress::Progress,
-    reconstruction::{
-        DepthPng, Reconstruction, ReconstructionSettings, SceneReconstructor, depth_png,
-        depth_tiff, write_ply,
-    },
-    report::{CloudCamera, SceneCloud},
-    stereo::{DisparityMap, PairFault},
+    reconstruction::{Reconstruction, ReconstructionSettings, SceneReconstructor},
+    stereo::PairFault,
     storage::write_folder,
 };
 
@@ -64,13 +62,16 @@ pub(crate) struct Reconstruct {
     /// Part of the left camera's picture: left, top, width and height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     region: Option<[u32; 4]>,
-    /// Disparities of another matcher instead of our own: a NumPy file of the left rectified picture that
-    /// `wheatstone rectify` makes, NaN where there is none
+    /// Match corners and edges only, along epipolar curves: where texture is thin, or time short
+    #[arg(long, conflicts_with = "matches")]
+    sparse: bool,
+    /// Matches of another program instead of our own: a table with columns x1,y1,x2,y2,…, or a NumPy file
+    /// of disparities of the left rectified picture that `wheatstone rectify` makes, NaN where there is none
     #[arg(long, value_name = "FILE")]
     matches: Option<PathBuf>,
     /// Their standard deviation in pixels
-    #[arg(long, value_name = "PX", default_value_t = 0.5, requires = "matches")]
-    matches_sigma: f32,
+    #[arg(long, value_name = "PX", default_value_t = 0.5, requires = "matches", value_parser = positive)]
+    matches_sigma: f64,
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -91,6 +92,12 @@ fn depths(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
+/// A number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "write a number of pixels above 0".into())
+}
+
 /// `100,80,320,240`.
 fn region(text: &str) -> Result<[u32; 4], String> {
     let parts: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
@@ -108,7 +115,7 @@ impl Reconstruct {
         let cameras = self.cameras(model.reconstructor.cameras());
         let frames = frames(&self.images, cameras.len())?;
         if self.matches.is_some() && frames.len() > 1 {
-            let problem = "`--matches` names disparities of one pair of pictures";
+            let problem = "`--matches` names matches of pictures that were taken at once";
             return Err(Failure::usage(problem, "give one picture of each camera"));
         }
         let Some(first) = frames.first() else {
@@ -161,7 +168,14 @@ impl Reconstruct {
         let pictures: Vec<ColourImage> = frame.iter().map(read).collect::<Result<_, Error>>()?;
         let pictures: Vec<&ColourImage> = pictures.iter().collect();
         let found = match &self.matches {
-            Some(path) => made.locate(self.given(path)?, &pictures, bar)?,
+            Some(path) => {
+                match GivenMatches::read(path, self.matches_sigma, &made.settings().cameras)? {
+                    GivenMatches::Disparities(map) => made.locate(map, &pictures, bar)?,
+                    GivenMatches::Pixels(rows) => {
+                        made.locate_matches(&rows, self.matches_sigma, &pictures, bar)?
+                    }
+                }
+            }
             None => made.reconstruct(&pictures, bar)?,
         };
         if let Some((cameras, fault)) = found.fault {
@@ -171,7 +185,7 @@ impl Reconstruct {
                 at_fault.map(|(_, path)| path.display().to_string()).collect();
             let problem = format!("{}: {fault}", at_fault.join(" and "));
             if !self.force && count == 1 {
-                let hint = way_out(&fault).into();
+                let hint = way_out(&fault, made, model).into();
                 return Err(Failure::Library(Error::Degenerate { problem, hint }));
             }
             remark!("warning", "{problem}");
@@ -182,21 +196,11 @@ impl Reconstruct {
         let place = self.place(frame, count);
         let mut told = summary(&found);
         told["images"] = json!(frame);
-        let alone = count == 1;
-        let whole = if alone { self.whole(made, model, vec![told.clone()]) } else { told.clone() };
+        let whole = self.whole(made, model, vec![told.clone()]);
         let title = frame[0].display().to_string();
         write_folder(&place, |folder| write(&found, (made, model), (&title, &whole), folder))?;
         tell(&found, model, &place);
         Ok(told)
-    }
-
-    /// Disparities of another matcher.
-    fn given(&self, path: &Path) -> Outcome<DisparityMap> {
-        let (values, width) = read_npy(path)?;
-        let values = values.into_iter().map(|value| value as f32).collect();
-        DisparityMap::given(width, values, self.matches_sigma).ok_or_else(|| {
-            Failure::usage("the array of disparities is empty", "give one a rectified pixel")
-        })
     }
 
     /// The cameras whose pictures are named, counted from 0.
@@ -217,6 +221,7 @@ impl Reconstruct {
         settings.least_confidence = self.confidence;
         settings.most_sigma = self.max_sigma;
         settings.region = self.region;
+        settings.sparse = self.sparse;
         Ok(settings)
     }
 
@@ -264,7 +269,8 @@ fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
             camera + 1
         );
     }
-    if cloud.trusted() < 0.5 {
+    // A model of another program has no volume.
+    if model.imported.is_none() && cloud.trusted() < 0.5 {
         remark!(
             "warning",
             "{:.0} % of the points lie where the calibration had no data: their standard deviations are extrapolated",
@@ -274,122 +280,23 @@ fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
 }
 
 /// What to do about a fault.
-fn way_out(fault: &PairFault) -> &'static str {
+fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) -> String {
     match fault {
         PairFault::Vertical(_) => {
-            "nothing was written; fit again, or reconstruct anyway with `--force`; `wheatstone check POINTS --against MODEL` says which camera has moved"
+            "nothing was written; fit again if a camera has moved (`wheatstone check POINTS --against MODEL` says which), \
+             with another method if the model does not fit the optics (`wheatstone evaluate`), or go on with `--force`"
+                .into()
         }
-        PairFault::Exchanged => "nothing was written; exchange the two pictures",
+        PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
         _ => {
-            "nothing was written; a scene at other depths than the calibration needs `--range NEAR:FAR`; `--force` goes on"
+            let [near, far] = made.depths();
+            let far = if far.is_finite() { figure(far) } else { "infinity".into() };
+            format!(
+                "nothing was written; depths of {} to {far} {} were searched: `--range NEAR:FAR` names others; \
+                 `--force` goes on",
+                figure(near),
+                model.unit
+            )
         }
-    }
-}
-
-/// Medians of the points' standard deviations.
-fn sigmas(found: &Reconstruction) -> [f64; 3] {
-    [0, 1, 2].map(|axis| {
-        let values: Vec<f64> =
-            found.cloud.sigmas.iter().map(|sigma| f64::from(sigma[axis])).collect();
-        median(&values)
-    })
-}
-
-fn summary(found: &Reconstruction) -> Value {
-    let matched = found.map.disparity.iter().filter(|value| !value.is_nan()).count();
-    json!({
-        "points": found.cloud.len(),
-        "matched": matched as f64 / found.map.disparity.len() as f64,
-        "confident": found.map.density(0.9),
-        "sigma_median": if found.cloud.is_empty() { Value::Null } else { json!(sigmas(found)) },
-        "bounds": found.cloud.bounds(),
-        "inside_calibrated_volume": found.cloud.trusted(),
-        "depth_png_step": DepthPng::of(&found.depth).step,
-        "fault": found.fault.map(|(_, fault)| fault.to_string()),
-        "cameras_left_out": found.left_out.iter().map(|camera| camera + 1).collect::<Vec<_>>(),
-    })
-}
-
-fn pretty(value: &Value) -> Vec<u8> {
-    format!("{value:#}\n").into_bytes()
-}
-
-/// All files of a frame.
-fn write(
-    found: &Reconstruction,
-    (made, model): (&SceneReconstructor, &Calibration),
-    (title, summary): (&str, &Value),
-    folder: &Path,
-) -> Result<(), Error> {
-    let map = &found.map;
-    let size = (map.width, map.height);
-    let put = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> Result<(), String>| {
-        let path = folder.join(name);
-        let mut bytes = Vec::new();
-        write(&mut bytes).map_err(|problem| Error::Io {
-            action: "write",
-            path: path.clone(),
-            source: std::io::Error::other(problem),
-        })?;
-        wheatstone::storage::write(&path, &bytes)
-    };
-    write_ply(&found.cloud, &model.unit, &folder.join("cloud.ply"))?;
-    put("depth.tiff", &|bytes| {
-        depth_tiff(size, &found.depth, &model.unit, std::io::Cursor::new(bytes))
-    })?;
-    put("depth.png", &|bytes| {
-        depth_png(size, &found.depth, (DepthPng::of(&found.depth), &model.unit), bytes)
-    })?;
-    put("disparity.npy", &|bytes| {
-        bytes.extend(npy_float32((map.height, map.width), &map.disparity));
-        Ok(())
-    })?;
-    let level = |x: usize, y: usize| 255.0 * map.confidence[y * map.width + x];
-    GrayImage::from_fn(map.width, map.height, level).write_png(&folder.join("confidence.png"))?;
-    put("scene.html", &|bytes| {
-        bytes.extend(page(found, made, model, title).page().into_bytes());
-        Ok(())
-    })?;
-    put("summary.json", &|bytes| {
-        bytes.extend(pretty(summary));
-        Ok(())
-    })
-}
-
-/// The cloud to look at.
-fn page(
-    found: &Reconstruction,
-    made: &SceneReconstructor,
-    model: &Calibration,
-    title: &str,
-) -> SceneCloud {
-    let cloud = &found.cloud;
-    let cameras = made.settings().cameras.iter().zip(&made.settings().sizes);
-    let camera = |(camera, [width, height]): (&usize, &[u32; 2])| {
-        let camera = *camera;
-        let [right, bottom] = [*width, *height].map(|side| f64::from(side) - 0.5);
-        let corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]];
-        let rays = corners.map(|[x, y]| model.reconstructor.unproject(camera, Pixel::new(x, y)));
-        CloudCamera {
-            name: format!("camera {}", camera + 1),
-            centre: made.centre(camera).map(|centre| [centre.x, centre.y, centre.z]),
-            corners: rays
-                .into_iter()
-                .collect::<Option<Vec<_>>>()
-                .unwrap_or_default()
-                .iter()
-                .map(|ray| ray.direction.normalize().into())
-                .collect(),
-        }
-    };
-    SceneCloud {
-        title: title.into(),
-        unit: model.unit.clone(),
-        points: cloud.points.clone(),
-        colours: cloud.colours.clone(),
-        sigmas: cloud.sigmas.clone(),
-        confidence: cloud.confidence.clone(),
-        pixels: cloud.pixels.clone(),
-        cameras: cameras.map(camera).collect(),
     }
 }

@@ -68,6 +68,57 @@ fn a_scene_becomes_a_cloud_depths_and_a_page() {
 }
 
 #[test]
+fn features_and_pixels_of_others_become_clouds() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    let told = |more: &[&str]| -> serde_json::Value {
+        let command = ["reconstruct", "model.json", "--json", "--images", LEFT, RIGHT];
+        serde_json::from_str(&done(at, &[&command[..], more].concat()).0).unwrap()
+    };
+    let sparse = told(&["--sparse", "-o", "sparse"]);
+    let points = sparse["frames"][0]["points"].as_u64().unwrap();
+    assert!((3000..20_000).contains(&points), "{sparse}");
+
+    // The chart's own points, as matched pixels of the pictures of the scene.
+    let located =
+        told(&["--matches", "capture/truth.csv", "--matches-sigma", "0.1", "-o", "table"]);
+    let points = located["frames"][0]["points"].as_u64().unwrap() as usize;
+    let truth = fs::read_to_string(at.join("capture/truth.csv")).unwrap();
+    assert!((400..=441).contains(&points) && truth.lines().count() == 442, "{located}");
+    let ply = fs::read(at.join("table/cloud.ply")).unwrap();
+    let start = ply.windows(11).position(|part| part == b"end_header\n").unwrap() + 11;
+    let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap()));
+    let places: Vec<[f64; 3]> = truth
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let cells: Vec<f64> =
+                line.split(',').take(7).map(|cell| cell.parse().unwrap()).collect();
+            [cells[4], cells[5], cells[6]]
+        })
+        .collect();
+    for row in ply[start..].chunks_exact(31) {
+        let found = [0, 4, 8].map(|byte| number(&row[byte..byte + 4]));
+        let off = |place: &[f64; 3]| {
+            (0..3).map(|axis| (place[axis] - found[axis]).powi(2)).sum::<f64>().sqrt()
+        };
+        let nearest = places.iter().map(off).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 0.5, "{found:?}: {nearest}");
+    }
+
+    fs::write(at.join("one.csv"), "x1,y1\n3,4\n").unwrap();
+    let wrong = |more: &[&str]| {
+        let command = ["reconstruct", "model.json", "--images", LEFT, RIGHT, "-o", "wrong"];
+        refused(at, &[&command[..], more].concat())
+    };
+    assert!(wrong(&["--matches", "one.csv"]).contains("one.csv"));
+    assert!(wrong(&["--matches", "capture/truth.csv", "--sparse"]).contains("cannot be used with"));
+    let sigma = wrong(&["--matches", "capture/truth.csv", "--matches-sigma", "0"]);
+    assert!(sigma.contains("above 0"), "{sigma}");
+}
+
+#[test]
 fn several_pairs_have_a_folder_each() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -134,9 +134,16 @@ class Reconstructor:
         confidence: float,
         max_sigma: float | None,
         region: tuple[int, int, int, int] | None,
+        sparse: bool,
     ) -> Reconstructor: ...
     def geometry(self) -> tuple[list[list[float]], list[list[float]], list[int]]: ...
     def reconstruct(self, images: list[Any], bgr: bool) -> dict[str, Any]: ...
+    def locate_disparities(
+        self, disparities: Any, sigma: float, images: list[Any], bgr: bool
+    ) -> dict[str, Any]: ...
+    def locate_pixels(
+        self, pixels: Any, sigma: float, images: list[Any], bgr: bool
+    ) -> dict[str, Any]: ...
 
 def save_ply(
     path: PathLike, points: Any, sigmas: Any, colours: Any, confidence: Any, unit: str

@@ -213,7 +213,13 @@ class Detection:
 
 
 def _picture(image: Any) -> Any:
+    if is_path(image):
+        raise ArgumentError(f"{image} is a path", hint="read the picture, with `cv2.imread` or Pillow, say")
     array: Any = np.asarray(image)
+    if array.ndim not in (2, 3):
+        raise ArgumentError(
+            f"a picture of shape {array.shape}", hint="give (height, width) or (height, width, 3)"
+        )
     if array.dtype == np.bool_:
         array = array.astype(np.uint8) * np.uint8(255)
     elif array.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)):

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _wheatstone as _w
-from ._arrays import FloatArray, PathLike
+from ._arrays import FloatArray, PathLike, doubles
 from .calibration import Calibration
 from .charts import Image, _picture
 from .errors import ArgumentError, DegenerateError
@@ -99,6 +99,8 @@ class Reconstructor:
         Points with a larger standard deviation of X, Y or Z are left out.
     region : (left, top, width, height), optional
         A part of the left camera's picture, in pixels.
+    sparse : bool
+        Whether only corners and edges are matched, along epipolar curves: where texture is thin, or time short.
 
     Attributes
     ----------
@@ -126,6 +128,7 @@ class Reconstructor:
         confidence: float = 0.9,
         max_sigma: float | None = None,
         region: tuple[int, int, int, int] | None = None,
+        sparse: bool = False,
     ) -> None:
         wanted: Sequence[int] = tuple(np.arange(cal.cameras)) if cameras is None else cameras
         chosen = [cal._camera(int(camera)) for camera in wanted]
@@ -139,7 +142,7 @@ class Reconstructor:
             )
         depths = None if range is None else (float(range[0]), float(range[1]))
         self._handle = _w.Reconstructor(
-            cal.handle, chosen, sizes.tolist(), depths, confidence, max_sigma, region
+            cal.handle, chosen, sizes.tolist(), depths, confidence, max_sigma, region, sparse
         )
         self._unit = cal.unit
         self.cameras = tuple(chosen)
@@ -179,6 +182,42 @@ class Reconstructor:
             raise DegenerateError(problem, hint=hint)
         return PointCloud(**told, fault=problem, unit=self._unit)
 
+    def locate(
+        self,
+        matches: npt.ArrayLike,
+        images: Sequence[Image],
+        *,
+        sigma: float = 0.5,
+        bgr: bool = False,
+    ) -> PointCloud:
+        """The points that matches of another program mean, a learned matcher's for instance.
+
+        Parameters
+        ----------
+        matches : (n, 2 * cameras) or (height, width)
+            Matched pixels, one row a point: x and y of each camera, in the order of `cameras`; or disparities of the
+            left rectified picture, which has another number of columns. NaN where there is none.
+        images : arrays
+            As in `reconstruct`; the points' colours are from the left camera's.
+        sigma : float
+            The standard deviation of the matches, in pixels.
+        bgr : bool
+            Whether colours stand in OpenCV's order (blue first).
+        """
+        array = doubles(matches, "matches")
+        if array.ndim != 2 or not sigma > 0.0:
+            raise ArgumentError(
+                f"matches of shape {array.shape} with a standard deviation of {sigma}",
+                hint="give rows of pixels or a map of disparities, and a standard deviation above 0",
+            )
+        pictures = [_picture(image) for image in images]
+        if array.shape[1] == 2 * len(self.cameras):
+            told = self._handle.locate_pixels(array, sigma, pictures, bgr)
+        else:
+            told = self._handle.locate_disparities(array, sigma, pictures, bgr)
+        del told["fault"]
+        return PointCloud(**told, fault=None, unit=self._unit)
+
 
 def reconstruct(
     cal: Calibration,
@@ -189,6 +228,7 @@ def reconstruct(
     confidence: float = 0.9,
     max_sigma: float | None = None,
     region: tuple[int, int, int, int] | None = None,
+    sparse: bool = False,
     force: bool = False,
     bgr: bool = False,
 ) -> PointCloud:
@@ -203,7 +243,8 @@ def reconstruct(
     >>> cloud = ws.reconstruct(cal, [left, right], range=(300, 1500))  # doctest: +SKIP
     >>> cloud.save("cloud.ply")  # doctest: +SKIP
     """
-    sizes = [(int(np.shape(image)[1]), int(np.shape(image)[0])) for image in images]
+    shapes = [np.shape(_picture(image)) for image in images]
+    sizes = [(int(shape[1]), int(shape[0])) for shape in shapes]
     made = Reconstructor(
         cal,
         sizes,
@@ -212,5 +253,6 @@ def reconstruct(
         confidence=confidence,
         max_sigma=max_sigma,
         region=region,
+        sparse=sparse,
     )
     return made.reconstruct(images, force=force, bgr=bgr)

@@ -1,0 +1,122 @@
+//! What `wheatstone reconstruct` writes.
+
+use serde_json::{Value, json};
+use std::path::Path;
+use wheatstone::{
+    Calibration, Error, Pixel,
+    formats::npy_float32,
+    imaging::GrayImage,
+    numeric::statistics::median,
+    reconstruction::{
+        DepthPng, Reconstruction, SceneReconstructor, depth_png, depth_tiff, write_ply,
+    },
+    report::{CloudCamera, SceneCloud},
+};
+
+/// Medians of the points' standard deviations.
+pub(super) fn sigmas(found: &Reconstruction) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let values: Vec<f64> =
+            found.cloud.sigmas.iter().map(|sigma| f64::from(sigma[axis])).collect();
+        median(&values)
+    })
+}
+
+pub(super) fn summary(found: &Reconstruction) -> Value {
+    let matched = found.map.disparity.iter().filter(|value| !value.is_nan()).count();
+    json!({
+        "points": found.cloud.len(),
+        "matched": matched as f64 / found.map.disparity.len() as f64,
+        "confident": found.map.density(0.9),
+        "sigma_median": if found.cloud.is_empty() { Value::Null } else { json!(sigmas(found)) },
+        "bounds": found.cloud.bounds(),
+        "inside_calibrated_volume": found.cloud.trusted(),
+        "depth_png_step": DepthPng::of(&found.depth).step,
+        "fault": found.fault.map(|(_, fault)| fault.to_string()),
+        "cameras_left_out": found.left_out.iter().map(|camera| camera + 1).collect::<Vec<_>>(),
+    })
+}
+
+pub(super) fn pretty(value: &Value) -> Vec<u8> {
+    format!("{value:#}\n").into_bytes()
+}
+
+/// All files of a frame.
+pub(super) fn write(
+    found: &Reconstruction,
+    (made, model): (&SceneReconstructor, &Calibration),
+    (title, summary): (&str, &Value),
+    folder: &Path,
+) -> Result<(), Error> {
+    let map = &found.map;
+    let size = (map.width, map.height);
+    let put = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> Result<(), String>| {
+        let path = folder.join(name);
+        let mut bytes = Vec::new();
+        write(&mut bytes).map_err(|problem| Error::Io {
+            action: "write",
+            path: path.clone(),
+            source: std::io::Error::other(problem),
+        })?;
+        wheatstone::storage::write(&path, &bytes)
+    };
+    write_ply(&found.cloud, &model.unit, &folder.join("cloud.ply"))?;
+    put("depth.tiff", &|bytes| {
+        depth_tiff(size, &found.depth, &model.unit, std::io::Cursor::new(bytes))
+    })?;
+    put("depth.png", &|bytes| {
+        depth_png(size, &found.depth, (DepthPng::of(&found.depth), &model.unit), bytes)
+    })?;
+    put("disparity.npy", &|bytes| {
+        bytes.extend(npy_float32((map.height, map.width), &map.disparity));
+        Ok(())
+    })?;
+    let level = |x: usize, y: usize| 255.0 * map.confidence[y * map.width + x];
+    GrayImage::from_fn(map.width, map.height, level).write_png(&folder.join("confidence.png"))?;
+    put("scene.html", &|bytes| {
+        bytes.extend(page(found, made, model, title).page().into_bytes());
+        Ok(())
+    })?;
+    put("summary.json", &|bytes| {
+        bytes.extend(pretty(summary));
+        Ok(())
+    })
+}
+
+/// The cloud to look at.
+fn page(
+    found: &Reconstruction,
+    made: &SceneReconstructor,
+    model: &Calibration,
+    title: &str,
+) -> SceneCloud {
+    let cloud = &found.cloud;
+    let cameras = made.settings().cameras.iter().zip(&made.settings().sizes);
+    let camera = |(camera, [width, height]): (&usize, &[u32; 2])| {
+        let camera = *camera;
+        let [right, bottom] = [*width, *height].map(|side| f64::from(side) - 0.5);
+        let corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]];
+        let rays = corners.map(|[x, y]| model.reconstructor.unproject(camera, Pixel::new(x, y)));
+        CloudCamera {
+            name: format!("camera {}", camera + 1),
+            centre: made.centre(camera).map(|centre| [centre.x, centre.y, centre.z]),
+            corners: rays
+                .into_iter()
+                .collect::<Option<Vec<_>>>()
+                .unwrap_or_default()
+                .iter()
+                .map(|ray| ray.direction.normalize().into())
+                .collect(),
+        }
+    };
+    SceneCloud {
+        title: title.into(),
+        unit: model.unit.clone(),
+        points: cloud.points.clone(),
+        colours: cloud.colours.clone(),
+        sigmas: cloud.sigmas.clone(),
+        confidence: cloud.confidence.clone(),
+        pixels: cloud.pixels.clone(),
+        cameras: cameras.map(camera).collect(),
+    }
+}
