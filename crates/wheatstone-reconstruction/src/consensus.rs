@@ -15,7 +15,7 @@ pub(crate) fn agreed(
     }
     let candidates: Vec<Vec<Option<Candidate>>> =
         (0..pairs.len()).map(|pair| depths(pairs, estimator, &seen, pair)).collect();
-    let mut agreed = Seen::new(pairs.len());
+    let mut agreed = Seen { pixel_sigma: seen.pixel_sigma, ..Seen::new(pairs.len()) };
     for (index, place) in seen.places.iter().enumerate() {
         let of_pixel: Vec<_> = candidates.iter().map(|pair| pair[index]).collect();
         let missed = seen.missed[index];

@@ -9,6 +9,8 @@ pub(crate) struct Matches {
     pub(crate) cameras: Vec<usize>,
     /// x and y in each camera's picture.
     pub(crate) pixels: Vec<[Vec<f64>; 2]>,
+    /// The standard deviation of every pixel along x and y, where matches are uncertain so.
+    pub(crate) pixel_sigma: Option<f64>,
     /// By how much each pixel moves along x and y for a disparity that is larger by its standard deviation; nothing of
     /// the reference.
     pub(crate) deviations: Vec<[Vec<f64>; 2]>,
@@ -28,7 +30,13 @@ pub(crate) struct MatchedPixel {
 impl Matches {
     pub(crate) fn new(cameras: Vec<usize>) -> Self {
         let columns = vec![<[Vec<f64>; 2]>::default(); cameras.len()];
-        Self { cameras, pixels: columns.clone(), deviations: columns.clone(), directions: columns }
+        Self {
+            cameras,
+            pixel_sigma: None,
+            pixels: columns.clone(),
+            deviations: columns.clone(),
+            directions: columns,
+        }
     }
 
     /// Adds a pixel of the reference camera, and what the others match with it.

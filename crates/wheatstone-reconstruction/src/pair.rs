@@ -176,10 +176,12 @@ impl<'a> RectifiedPair<'a> {
     /// What the other camera has at a pixel that was matched by somebody else, if that is near its epipolar curve.
     pub(crate) fn given(&self, pixel: Pixel, other: Pixel, sigma: f64) -> Option<Found> {
         let place = self.curve(pixel).nearest(other)?;
-        // Nine in ten thousand right ones are farther off.
-        let is_near = place.aside.abs() < 3.3 * sigma + MOST_CURVE_ERROR;
+        // Hardly any right ones are farther off, with the noise of both pixels.
+        let is_near = place.aside.abs() < 5.0 * sigma + MOST_CURVE_ERROR;
         let along = place.piece as f64 + place.share;
-        is_near.then(|| self.on_curve(pixel, (along, sigma), 1.0))?
+        let found = is_near.then(|| self.on_curve(pixel, (along, sigma), 1.0))??;
+        let at = MatchedPixel { pixel: [other.x, other.y], ..found.at };
+        Some(Found { at, ..found })
     }
 
     /// The disparity so far along a curve.

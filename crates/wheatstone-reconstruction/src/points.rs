@@ -96,7 +96,13 @@ impl<'a> PointEstimator<'a> {
         for axis in 0..3 {
             covariance[(axis, axis)] = covariance[(axis, axis)].max(0.0);
         }
-        covariance += by_matches(matches, index, &slopes_of);
+        covariance += match matches.pixel_sigma {
+            Some(sigma) => {
+                let slopes = slopes_of.iter().flat_map(|(_, slopes)| slopes);
+                slopes.map(|slope| slope * slope.transpose() * (sigma * sigma)).sum()
+            }
+            None => by_matches(matches, index, &slopes_of),
+        };
         let trust = located.trust.get(index).copied().unwrap_or(Trust::Outside);
         let finite = covariance.iter().all(|value| value.is_finite());
         finite.then_some(Point { place: found.point, covariance, trust })

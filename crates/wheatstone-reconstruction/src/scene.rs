@@ -226,7 +226,7 @@ impl<'a> SceneReconstructor<'a> {
     }
 
     /// The points of pixels that were matched by somebody else, one row a point: a pixel of each of the settings' cameras
-    /// that sees it, with this standard deviation in pixels. Rows without a pixel of the reference camera (the left one of
+    /// that sees it, with this standard deviation along x and y in pixels. Rows without a pixel of the reference camera (the left one of
     /// the first two) mean no point, and neither do pixels beside their epipolar curves.
     ///
     /// # Errors
@@ -255,6 +255,7 @@ impl<'a> SceneReconstructor<'a> {
         let found: Vec<_> = self.pairs.iter().map(|pair| Some(of_pair(pair))).collect();
         let pixels: Vec<[f64; 2]> = rows.iter().map(|(pixel, _)| [pixel.x, pixel.y]).collect();
         let seen = sparse::at_pixels(&self.pairs, &pixels, &found, &self.settings);
+        let seen = Seen { pixel_sigma: Some(sigma), ..seen };
         self.of_features(seen, pictures[order], (None, Vec::new()), progress)
     }
 
@@ -316,7 +317,8 @@ impl<'a> SceneReconstructor<'a> {
         for seen in seen {
             progress.check()?;
             let seen = agreed(&self.pairs, &self.estimator, seen, least);
-            let mut matches = Matches::new(self.cameras());
+            let mut matches =
+                Matches { pixel_sigma: seen.pixel_sigma, ..Matches::new(self.cameras()) };
             for (index, reference) in seen.reference.iter().enumerate() {
                 let others = seen.found.iter().map(|pair| pair[index]);
                 matches.push(*reference, others.map(|found| found.map(|found| found.at)));

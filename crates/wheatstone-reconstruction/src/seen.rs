@@ -10,6 +10,9 @@ pub(crate) struct Seen {
     pub(crate) confidence: Vec<f32>,
     /// How many pairs have the pixel in view and match nothing with it.
     pub(crate) missed: Vec<usize>,
+    /// The standard deviation of every pixel along x and y, of the reference camera's too, where that is known. Where it
+    /// is not, the reference camera's pixels say which points are meant, and matches are uncertain along their curves.
+    pub(crate) pixel_sigma: Option<f64>,
     /// [pair][pixel]
     pub(crate) found: Vec<Vec<Option<Found>>>,
 }
@@ -28,7 +31,8 @@ impl Seen {
     pub(crate) fn new(pairs: usize) -> Self {
         let found = vec![Vec::new(); pairs];
         let (places, reference) = (Vec::new(), Vec::new());
-        Self { places, reference, confidence: Vec::new(), missed: Vec::new(), found }
+        let (confidence, missed) = (Vec::new(), Vec::new());
+        Self { places, reference, confidence, missed, pixel_sigma: None, found }
     }
 
     /// Adds a pixel, and what each pair has; its confidence is that of the surest pair.
