@@ -1,5 +1,7 @@
 //! `wheatstone demo`: the complete workflow on rendered pictures.
 
+mod scene;
+
 use super::{
     detect::draw,
     fit::with_epochs,
@@ -13,6 +15,7 @@ use crate::{
     table::{figure, table},
 };
 use clap::Args;
+use scene::{Accuracy, SceneSummary};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use wheatstone::{
@@ -33,12 +36,12 @@ use wheatstone::{
     tables,
 };
 
-/// Run the complete workflow on rendered pictures: detect, fit, evaluate, report
+/// Run the complete workflow on rendered pictures: detect, fit, evaluate, reconstruct, report
 ///
 /// Renders two unaligned cameras that look at a grid of lines at 50 to 140 cm, finds the crossings,
 /// fits the 2001 paper's network and the direct linear transformation, and evaluates them on
-/// held-out charts between the fitted ones. All results are in the output folder; begin with
-/// report.html.
+/// held-out charts between the fitted ones. Then it reconstructs a scene, and holds the point cloud
+/// against the truth. All results are in the output folder; begin with report.html.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  wheatstone demo --open\n  wheatstone demo --out story/ --json > summary.json"
@@ -67,6 +70,16 @@ struct Summary {
     detection: DetectionScore,
     whole_pixel_detection: DetectionScore,
     methods: Vec<MethodSummary>,
+    scene: SceneSummary,
+}
+
+impl Summary {
+    /// The best of the fits.
+    fn best(methods: &[MethodSummary]) -> &str {
+        let rms = |method: &&MethodSummary| method.exam.rms;
+        let best = methods.iter().min_by(|a, b| rms(a).total_cmp(&rms(b)));
+        best.map_or("", |best| &best.model)
+    }
 }
 
 /// Detected points against where they truly are.
@@ -155,7 +168,10 @@ impl Demo {
             methods.push(self.fit((&method, label), rows, (&rig, folder), &bar)?);
         }
         let unit = training.sub_pixel.dataset.unit.clone();
-        let summary = Summary { unit, detection, whole_pixel_detection, methods };
+        let best = Summary::best(&methods);
+        let model = Calibration::load(&folder.join(best))?;
+        let scene = scene::reconstruct(&model, (&rig, self.seed), (folder, best), &bar)?;
+        let summary = Summary { unit, detection, whole_pixel_detection, methods, scene };
         let report = self.report(&summary, (&training, &rig), folder, &bar)?;
         let mut text = serde_json::to_vec_pretty(&summary).map_err(std::io::Error::from)?;
         text.push(b'\n');
@@ -221,9 +237,7 @@ impl Demo {
         folder: &Path,
         bar: &Bar,
     ) -> Outcome<Report> {
-        let rms = |method: &&MethodSummary| method.exam.rms;
-        let best = summary.methods.iter().min_by(|a, b| rms(a).total_cmp(&rms(b)));
-        let file = best.map_or_else(String::new, |best| best.model.clone());
+        let file = Summary::best(&summary.methods);
         let mut command = format!("wheatstone demo --out {}", quoted(&self.out));
         if self.seed != 0 {
             command += &format!(" --seed {}", self.seed);
@@ -232,7 +246,7 @@ impl Demo {
             wording: Wording(worded),
             title: format!("demo: {file}"),
             command: Some(command),
-            model: &Calibration::load(&folder.join(&file))?,
+            model: &Calibration::load(&folder.join(file))?,
             comparison: None,
             truth: Some(&rig.cameras),
             seen: Some(Pictures { capture: &seen.capture, found: &seen.sub_pixel }),
@@ -272,9 +286,11 @@ impl Demo {
         say!(
             "mean %: of the distance from the cameras; x floor: times the error that pixel noise alone causes"
         );
+        tell_scene(&summary.scene);
         say!("\nThe best of them, by leave-one-view-out cross-validation:");
         present(report, &self.out.join(REPORT), &self.showing);
         say!("Pictures            {}", show(&self.out, "detections"));
+        say!("Point cloud         {}", show(&self.out.join(scene::RESULTS), "scene.html"));
         say!("Models and figures  {}", show(&self.out, "summary.json"));
         say!("Next                wheatstone compare {}", show(&self.out, "capture"));
         if self.json {
@@ -282,6 +298,30 @@ impl Demo {
         }
         Ok(())
     }
+}
+
+/// Says how far a reconstructed scene is from the truth.
+fn tell_scene(scene: &SceneSummary) {
+    let row = |(place, own): (&str, &Accuracy)| {
+        vec![
+            place.into(),
+            format!("{:.0} %", 100.0 * own.share),
+            figure(own.median),
+            figure(own.ratio_to_floor),
+            own.within.map(|share| format!("{:.0}", 100.0 * share)).join(", "),
+        ]
+    };
+    say!(
+        "\nA scene that the best of them reconstructs: {} points, {:.0} % of the pixels\n",
+        scene.points,
+        100.0 * scene.density
+    );
+    let parts = [("inside", &scene.inside), ("outside", &scene.outside)];
+    let parts = parts.into_iter().filter_map(|(place, own)| Some((place, own.as_ref()?)));
+    let rows: Vec<Vec<String>> = parts.map(row).collect();
+    let heading = ["calibrated volume", "points", "median cm", "x floor", "within 1, 2 sigma %"];
+    say!("{}", table(&heading, &rows));
+    say!("x floor: times the error of the same matches, triangulated with the true cameras");
 }
 
 fn show(folder: &Path, name: &str) -> String {

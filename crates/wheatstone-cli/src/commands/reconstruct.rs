@@ -1,6 +1,6 @@
 //! `wheatstone reconstruct`.
 
-mod results;
+pub(super) mod results;
 
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
     verbosity::{remark, say},
 };
 use clap::Args;
-use results::{pretty, sigmas, summary, write};
+use results::{pretty, sigmas, summary, whole, write};
 use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
@@ -149,7 +149,7 @@ impl Reconstruct {
                 hint: "are the pictures in the order of `--cameras`? Were the cameras moved since the calibration?".into(),
             }));
         }
-        let whole = self.whole(&made, &model, told);
+        let whole = whole((&self.model, self.confidence), (&made, &model), told);
         if frames.len() > 1 {
             wheatstone::storage::write(&self.output.join("summary.json"), &pretty(&whole))?;
         }
@@ -196,7 +196,7 @@ impl Reconstruct {
         let place = self.place(frame, count);
         let mut told = summary(&found);
         told["images"] = json!(frame);
-        let whole = self.whole(made, model, vec![told.clone()]);
+        let whole = whole((&self.model, self.confidence), (made, model), vec![told.clone()]);
         let title = frame[0].display().to_string();
         write_folder(&place, |folder| write(&found, (made, model), (&title, &whole), folder))?;
         tell(&found, model, &place);
@@ -232,23 +232,6 @@ impl Reconstruct {
         }
         let stem = frame[0].file_stem().unwrap_or_default().to_string_lossy();
         self.output.join(wheatstone::storage::file_name(&stem))
-    }
-
-    /// What is said of all frames.
-    fn whole(&self, made: &SceneReconstructor, model: &Calibration, frames: Vec<Value>) -> Value {
-        let range = made.disparities();
-        let matrix = made.pair().depth_matrix();
-        let rows: Vec<Vec<f64>> =
-            matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
-        json!({
-            "model": self.model,
-            "unit": model.unit,
-            "rectified": made.pair(),
-            "Q": rows,
-            "disparities": [range.start, range.end],
-            "confidence": self.confidence,
-            "frames": frames,
-        })
     }
 }
 

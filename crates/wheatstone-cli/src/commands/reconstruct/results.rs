@@ -22,7 +22,7 @@ pub(super) fn sigmas(found: &Reconstruction) -> [f64; 3] {
     })
 }
 
-pub(super) fn summary(found: &Reconstruction) -> Value {
+pub(in crate::commands) fn summary(found: &Reconstruction) -> Value {
     let matched = found.map.disparity.iter().filter(|value| !value.is_nan()).count();
     json!({
         "points": found.cloud.len(),
@@ -37,12 +37,32 @@ pub(super) fn summary(found: &Reconstruction) -> Value {
     })
 }
 
+/// What is said of all frames: the model's file and the least confidence, and what each frame has.
+pub(in crate::commands) fn whole(
+    (file, confidence): (&Path, f32),
+    (made, model): (&SceneReconstructor, &Calibration),
+    frames: Vec<Value>,
+) -> Value {
+    let range = made.disparities();
+    let matrix = made.pair().depth_matrix();
+    let rows: Vec<Vec<f64>> = matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
+    json!({
+        "model": file,
+        "unit": model.unit,
+        "rectified": made.pair(),
+        "Q": rows,
+        "disparities": [range.start, range.end],
+        "confidence": confidence,
+        "frames": frames,
+    })
+}
+
 pub(super) fn pretty(value: &Value) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
 /// All files of a frame.
-pub(super) fn write(
+pub(in crate::commands) fn write(
     found: &Reconstruction,
     (made, model): (&SceneReconstructor, &Calibration),
     (title, summary): (&str, &Value),
