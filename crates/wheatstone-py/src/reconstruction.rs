@@ -16,6 +16,7 @@ use wheatstone::{
     reconstruction::{
         Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor, write_ply,
     },
+    stereo::DisparityMap,
 };
 
 self_cell::self_cell! {
@@ -179,18 +180,14 @@ pub(crate) fn save_ply(
     confidence: PyReadonlyArray1<'_, f32>,
     unit: &str,
 ) -> PyResult<()> {
-    let cloud = Cloud {
-        points: triples(&points)?,
-        sigmas: triples(&sigmas)?,
-        colours: triples(&colours)?,
-        confidence: confidence.as_slice()?.to_vec(),
-        ..Cloud::default()
-    };
+    let mut cloud = Cloud::default();
+    (cloud.points, cloud.sigmas) = (triples(&points)?, triples(&sigmas)?);
+    (cloud.colours, cloud.confidence) = (triples(&colours)?, confidence.as_slice()?.to_vec());
     let columns = [cloud.sigmas.len(), cloud.colours.len(), cloud.confidence.len()];
     if columns != [cloud.points.len(); 3] {
         return Err(invalid("columns of a cloud have several lengths", "give one row a point"));
     }
-    write_ply(&cloud, unit, &path).map_err(raised)
+    write_ply(&cloud, None, unit, &path).map_err(raised)
 }
 
 fn triples<T: numpy::Element + Copy>(rows: &PyReadonlyArray2<'_, T>) -> PyResult<Vec<[T; 3]>> {

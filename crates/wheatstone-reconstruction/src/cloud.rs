@@ -36,6 +36,21 @@ impl Cloud {
         self.points.is_empty()
     }
 
+    /// Drops all points but those that are to be kept; `keep` has as many values.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        fn kept<T: Copy>(column: &mut Vec<T>, keep: &[bool]) {
+            let both = column.iter().zip(keep).filter(|(_, keep)| **keep);
+            *column = both.map(|(value, _)| *value).collect();
+        }
+        kept(&mut self.points, keep);
+        kept(&mut self.sigmas, keep);
+        kept(&mut self.confidence, keep);
+        kept(&mut self.colours, keep);
+        kept(&mut self.trust, keep);
+        kept(&mut self.places, keep);
+        self.pixels.iter_mut().for_each(|camera| kept(camera, keep));
+    }
+
     /// Least and largest X, Y and Z; none of no points.
     #[must_use]
     pub fn bounds(&self) -> Option<[[f32; 3]; 2]> {

@@ -14,7 +14,9 @@
 //! 3. `consensus` keeps what the pairs agree on.
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
 //!    places the matched pixels, with the covariance of the match and of the calibration.
-//! 5. `cloud` holds the results; `ply` and `depth_files` write them.
+//!    With three and more cameras `rims` drops what lies at edges of depth.
+//! 5. `cloud` holds the results, `mesh` joins them to a surface; `ply` and `depth_files` write them. `fusion` puts frames of
+//!    cameras and scenes that stand still together before.
 
 pub mod features;
 mod settings;
@@ -26,12 +28,17 @@ mod pair;
 mod dense;
 mod sparse;
 mod consensus;
+mod rims;
 mod scene;
+mod fusion;
+mod mesh;
 mod ply;
 mod depth_files;
 
 pub use cloud::Cloud;
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
-pub use ply::{binary_ply, write_ply};
+pub use fusion::FrameFusion;
+pub use mesh::Mesh;
+pub use ply::{binary_ply, binary_ply_mesh, write_ply};
 pub use scene::{Reconstruction, SceneReconstructor};
 pub use settings::ReconstructionSettings;

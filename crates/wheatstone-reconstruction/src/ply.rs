@@ -1,6 +1,6 @@
 //! The Stanford PLY format, binary: what CloudCompare, MeshLab, Open3D and PCL open.
 
-use crate::cloud::Cloud;
+use crate::{cloud::Cloud, mesh::Mesh};
 use std::{
     io::{self, BufWriter, Write},
     path::Path,
@@ -14,6 +14,29 @@ use wheatstone_core::{Error, Result, storage::Output};
 ///
 /// Those of the writer.
 pub fn binary_ply(cloud: &Cloud, unit: &str, out: &mut impl Write) -> io::Result<()> {
+    ply(cloud, None, unit, out)
+}
+
+/// As [`binary_ply`], with normals `nx` `ny` `nz` of the points, and triangles as faces.
+///
+/// # Errors
+///
+/// Those of the writer.
+pub fn binary_ply_mesh(
+    cloud: &Cloud,
+    mesh: &Mesh,
+    unit: &str,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    ply(cloud, Some(mesh), unit, out)
+}
+
+fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut impl Write) -> io::Result<()> {
+    let normals = "property float nx\nproperty float ny\nproperty float nz\n";
+    let faces = mesh.map_or_else(String::new, |mesh| {
+        let count = mesh.triangles.len();
+        format!("element face {count}\nproperty list uchar uint vertex_indices\n")
+    });
     let header = format!(
         "ply\nformat binary_little_endian 1.0\n\
          comment x, y, z and their standard deviations in {}; confidence: probability of a disparity error below 1 px\n\
@@ -21,13 +44,14 @@ pub fn binary_ply(cloud: &Cloud, unit: &str, out: &mut impl Write) -> io::Result
          property float x\nproperty float y\nproperty float z\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\n\
          property float sigma_x\nproperty float sigma_y\nproperty float sigma_z\n\
-         property float confidence\nend_header\n",
+         property float confidence\n{}{faces}end_header\n",
         unit.replace(['\n', '\r'], " "),
-        cloud.len()
+        cloud.len(),
+        if mesh.is_some() { normals } else { "" }
     );
     out.write_all(header.as_bytes())?;
     let columns = cloud.points.iter().zip(&cloud.colours).zip(&cloud.sigmas).zip(&cloud.confidence);
-    for (((point, colour), sigma), confidence) in columns {
+    for (index, (((point, colour), sigma), confidence)) in columns.enumerate() {
         let mut row = [0_u8; 31];
         let (place, rest) = row.split_at_mut(12);
         let (shade, rest) = rest.split_at_mut(3);
@@ -36,20 +60,29 @@ pub fn binary_ply(cloud: &Cloud, unit: &str, out: &mut impl Write) -> io::Result
         let values = point.iter().chain(sigma).chain([confidence]);
         numbers.zip(values).for_each(|(bytes, value)| bytes.copy_from_slice(&value.to_le_bytes()));
         out.write_all(&row)?;
+        for value in mesh.iter().flat_map(|mesh| mesh.normals[index]) {
+            out.write_all(&value.to_le_bytes())?;
+        }
+    }
+    for triangle in mesh.iter().flat_map(|mesh| &mesh.triangles) {
+        out.write_all(&[3])?;
+        for point in triangle {
+            out.write_all(&point.to_le_bytes())?;
+        }
     }
     Ok(())
 }
 
-/// Writes a cloud as a file, as [`binary_ply`] has it; the file is whole, or not there.
+/// Writes a cloud as a file, as [`binary_ply`] or [`binary_ply_mesh`] has it; the file is whole, or not there.
 ///
 /// # Errors
 ///
 /// [`Error::Io`].
-pub fn write_ply(cloud: &Cloud, unit: &str, path: &Path) -> Result<()> {
+pub fn write_ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, path: &Path) -> Result<()> {
     let failed = |source| Error::Io { action: "write", path: path.into(), source };
     let mut output = Output::create(path)?;
     let mut buffered = BufWriter::new(&mut output);
-    binary_ply(cloud, unit, &mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
+    ply(cloud, mesh, unit, &mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
     drop(buffered);
     output.commit()
 }

@@ -7,8 +7,9 @@ use crate::{
     matches::Matches,
     pair::RectifiedPair,
     points::PointEstimator,
+    rims::drop_rims,
     seen::{Found, Seen},
-    settings::ReconstructionSettings,
+    settings::{PICTURES, ReconstructionSettings, other_size},
     sparse::{self, Features},
 };
 use rayon::prelude::*;
@@ -148,22 +149,15 @@ impl<'a> SceneReconstructor<'a> {
         pictures: &[&ColourImage],
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
-        self.check(pictures)?;
+        self.settings.check_pictures(pictures)?;
         let pictures_of =
             |pair: &RectifiedPair<'_>| pair.cameras.map(|own| pictures[self.order(own)]);
-        let reference = pictures_of(&self.pairs[0])[0];
+        let reference = self.reference(pictures);
         if self.settings.sparse {
             let features = Features::of(reference);
-            let searched = self.searched(progress, |pair| {
-                let [_, other] = pictures_of(pair);
-                let other = Features::of(other);
-                let found = sparse::matched(pair, &features, &other);
-                let exchanged =
-                    || Ok(sparse::density(&other, &sparse::matched(pair, &other, &features)));
-                let density = sparse::density(&features, &found);
-                let fault = pair.fault(pictures_of(pair), density, exchanged)?;
-                Ok((found, fault))
-            })?;
+            let search =
+                |pair: &RectifiedPair<'_>| sparse::search(pair, pictures_of(pair), &features);
+            let searched = self.searched(progress, search)?;
             let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
             return self.of_features(
                 seen,
@@ -172,12 +166,47 @@ impl<'a> SceneReconstructor<'a> {
                 progress,
             );
         }
-        let searched = self.searched(progress, |pair| pair.disparities(pictures_of(pair)))?;
-        let mut maps = searched.of_pairs;
+        let Searched { of_pairs, fault, left_out } = self.maps(pictures, progress)?;
+        let found = self.of_maps(of_pairs, reference, progress)?;
+        Ok(Reconstruction { fault, left_out, ..found })
+    }
+
+    /// The disparities of each pair.
+    pub(crate) fn maps(
+        &self,
+        pictures: &[&ColourImage],
+        progress: &dyn Progress,
+    ) -> Result<Searched<DisparityMap>> {
+        self.settings.check_pictures(pictures)?;
+        let pictures_of =
+            |pair: &RectifiedPair<'_>| pair.cameras.map(|own| pictures[self.order(own)]);
+        self.searched(progress, |pair| pair.disparities(pictures_of(pair)))
+    }
+
+    /// The points of disparities of each pair.
+    pub(crate) fn of_maps(
+        &self,
+        mut maps: Vec<Option<DisparityMap>>,
+        reference: &ColourImage,
+        progress: &dyn Progress,
+    ) -> Result<Reconstruction> {
         let of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
-        let (cloud, depth) = self.located(self.dense(&of_pairs), reference, progress)?;
+        let (mut cloud, mut depth) = self.located(self.dense(&of_pairs), reference, progress)?;
+        if self.pairs.len() > 1 {
+            drop_rims(&mut cloud, &mut depth, (&self.pairs[0], &self.settings));
+        }
         let map = maps.swap_remove(0).ok_or_else(nothing)?;
-        Ok(Reconstruction { map, depth, cloud, fault: searched.fault, left_out: searched.left_out })
+        Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
+    }
+
+    /// Width and height of each pair's disparities, in pixels.
+    pub(crate) fn map_sizes(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.pairs.iter().map(|pair| pair.rectification.pair.size.map(|side| side as usize))
+    }
+
+    /// The reference camera's picture.
+    pub(crate) fn reference<'p>(&self, pictures: &[&'p ColourImage]) -> &'p ColourImage {
+        pictures[self.order(self.pairs[0].cameras[0])]
     }
 
     /// What each pair finds.
@@ -213,16 +242,14 @@ impl<'a> SceneReconstructor<'a> {
         pictures: &[&ColourImage],
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
-        self.check(pictures)?;
+        self.settings.check_pictures(pictures)?;
         let found = [map.width, map.height].map(|side| side as u32);
         if found != self.pair().size {
             return Err(other_size("size of the disparities", self.pair().size, found));
         }
         let mut maps = vec![None; self.pairs.len()];
-        maps[0] = Some(&map);
-        let reference = pictures[self.order(self.pairs[0].cameras[0])];
-        let (cloud, depth) = self.located(self.dense(&maps), reference, progress)?;
-        Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
+        maps[0] = Some(map);
+        self.of_maps(maps, self.reference(pictures), progress)
     }
 
     /// The points of pixels that were matched by somebody else, one row a point: a pixel of each of the settings' cameras
@@ -239,7 +266,7 @@ impl<'a> SceneReconstructor<'a> {
         pictures: &[&ColourImage],
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
-        self.check(pictures)?;
+        self.settings.check_pictures(pictures)?;
         let cameras = self.settings.cameras.len();
         if let Some(row) = rows.iter().find(|row| row.len() != cameras) {
             let (model, data) = (cameras.to_string(), row.len().to_string());
@@ -279,22 +306,6 @@ impl<'a> SceneReconstructor<'a> {
             let rows = first * width..height.min(first + BAND) * width;
             dense::seen(&self.pairs, maps, rows, &self.settings)
         })
-    }
-
-    /// Whether pictures are those that the settings tell.
-    fn check(&self, pictures: &[&ColourImage]) -> Result<()> {
-        if pictures.len() != self.settings.cameras.len() {
-            let [model, data] = [self.settings.cameras.len(), pictures.len()];
-            let what = "number of pictures";
-            return Err(Error::Mismatch { what, model: model.to_string(), data: data.to_string() });
-        }
-        for (picture, size) in pictures.iter().zip(&self.settings.sizes) {
-            let found = [picture.gray.width() as u32, picture.gray.height() as u32];
-            if found != *size {
-                return Err(other_size(PICTURES, *size, found));
-            }
-        }
-        Ok(())
     }
 
     /// Which of the settings' cameras one is.
@@ -355,9 +366,9 @@ impl<'a> SceneReconstructor<'a> {
 }
 
 /// What all pairs found.
-struct Searched<T> {
-    of_pairs: Vec<Option<T>>,
-    fault: Option<([usize; 2], PairFault)>,
+pub(crate) struct Searched<T> {
+    pub(crate) of_pairs: Vec<Option<T>>,
+    pub(crate) fault: Option<([usize; 2], PairFault)>,
     left_out: Vec<usize>,
 }
 
@@ -367,11 +378,4 @@ fn nothing() -> Error {
         problem: "the rectified pictures are empty".into(),
         hint: "give a larger range of depths".into(),
     }
-}
-
-const PICTURES: &str = "size of the pictures";
-
-fn other_size(what: &'static str, known: [u32; 2], found: [u32; 2]) -> Error {
-    let text = |[width, height]: [u32; 2]| format!("{width} x {height}");
-    Error::Mismatch { what, model: text(known), data: text(found) }
 }

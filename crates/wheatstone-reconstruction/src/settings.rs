@@ -1,6 +1,7 @@
 //! What is wanted of a reconstruction.
 
 use std::{collections::BTreeSet, ops::Range};
+use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Error, Result};
 
 /// What is wanted of a reconstruction.
@@ -50,6 +51,22 @@ impl ReconstructionSettings {
         })
     }
 
+    /// Whether pictures are those that the settings tell.
+    pub(crate) fn check_pictures(&self, pictures: &[&ColourImage]) -> Result<()> {
+        if pictures.len() != self.cameras.len() {
+            let [model, data] = [self.cameras.len(), pictures.len()];
+            let what = "number of pictures";
+            return Err(Error::Mismatch { what, model: model.to_string(), data: data.to_string() });
+        }
+        for (picture, size) in pictures.iter().zip(&self.sizes) {
+            let found = [picture.gray.width() as u32, picture.gray.height() as u32];
+            if found != *size {
+                return Err(other_size(PICTURES, *size, found));
+            }
+        }
+        Ok(())
+    }
+
     /// What can be said before any work.
     pub(crate) fn check(&self) -> Result<()> {
         let refuse = |setting: &str, value: String, need: &str| {
@@ -96,4 +113,11 @@ pub(crate) fn whole([least, most]: [f64; 2]) -> Result<Range<i32>> {
         });
     }
     Ok(first as i32..end as i32)
+}
+
+pub(crate) const PICTURES: &str = "size of the pictures";
+
+pub(crate) fn other_size(what: &'static str, known: [u32; 2], found: [u32; 2]) -> Error {
+    let text = |[width, height]: [u32; 2]| format!("{width} x {height}");
+    Error::Mismatch { what, model: text(known), data: text(found) }
 }

@@ -12,8 +12,8 @@ use crate::{
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use wheatstone_charts::imaging::ColourImage;
-use wheatstone_core::geometry::Pixel;
-use wheatstone_stereo::DisparityMap;
+use wheatstone_core::{Result, geometry::Pixel};
+use wheatstone_stereo::{DisparityMap, PairFault};
 
 /// What a picture shows that can be found again.
 pub(crate) struct Features {
@@ -56,12 +56,22 @@ const SIGMA: f64 = 3.9;
 /// The share of features whose matches are less than a pixel off: 0.978 to 1 on the same scenes.
 const CONFIDENCE: f32 = 0.98;
 
-/// What one pair matches with the features of its reference camera's picture, in the order of [`Features::places`].
-pub(crate) fn matched(
+/// What one pair matches with features of its reference camera's picture, in the order of [`Features::places`], and what
+/// makes it worthless. Pictures are those of the pair's cameras.
+pub(crate) fn search(
     pair: &RectifiedPair<'_>,
+    pictures: [&ColourImage; 2],
     reference: &Features,
-    other: &Features,
-) -> Vec<Option<Found>> {
+) -> Result<(Vec<Option<Found>>, Option<PairFault>)> {
+    let other = Features::of(pictures[1]);
+    let found = matched(pair, reference, &other);
+    let exchanged = || Ok(density(&other, &matched(pair, &other, reference)));
+    let fault = pair.fault(pictures, density(reference, &found), exchanged)?;
+    Ok((found, fault))
+}
+
+/// What one pair matches with the features of its reference camera's picture, in the order of [`Features::places`].
+fn matched(pair: &RectifiedPair<'_>, reference: &Features, other: &Features) -> Vec<Option<Found>> {
     let curve = |pixel: Pixel| pair.curve(pixel);
     let corners =
         match_corners(&curve, &reference.corners, (&other.corners, &other.gradient), ASIDE);
@@ -98,7 +108,7 @@ fn refined(
 }
 
 /// The share of the corners that one pair matches.
-pub(crate) fn density(reference: &Features, found: &[Option<Found>]) -> f64 {
+fn density(reference: &Features, found: &[Option<Found>]) -> f64 {
     let corners = reference.corners.len();
     let matched = found.iter().take(corners).filter(|found| found.is_some()).count();
     matched as f64 / corners.max(1) as f64

@@ -34,7 +34,7 @@
 //!    `evidence`.
 //! 5. `least_squares` refines, `error_bars` says how exact the result is, and `filling` fills gaps.
 //!
-//! [`vertical_offset`] tells beforehand whether a pair is rectified. Where no rectification is possible, as behind flat ports,
+//! Several frames of one scene are put together by [`DisparityFusion`]. [`vertical_offset`] tells beforehand whether a pair is rectified. Where no rectification is possible, as behind flat ports,
 //! [`EpipolarCurves`] say where candidates lie, and [`Matcher::compute_along`] follows them.
 
 mod limits;
@@ -68,6 +68,7 @@ mod error_bars;
 mod filling;
 mod map;
 mod matcher;
+mod fusion;
 mod vertical;
 mod pair_fault;
 
@@ -75,6 +76,7 @@ pub use aggregation::Penalties;
 pub use curves::EpipolarCurves;
 pub use error::MatchError;
 pub use evidence::Evidence;
+pub use fusion::DisparityFusion;
 pub use limits::{MOST_DISPARITIES, MOST_PENALTY};
 pub use map::{CONFIDENT, DisparityMap, Match};
 pub use matcher::Matcher;

@@ -12,7 +12,7 @@ use crate::{
     verbosity::{remark, say},
 };
 use clap::Args;
-use results::{pretty, sigmas, summary, whole, write};
+use results::{pretty, sigmas, summary, whole, write, write_mesh};
 use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
@@ -22,7 +22,7 @@ use wheatstone::{
     Calibration, Error,
     imaging::{ColourImage, Limits, read_colour_image, read_size},
     progress::Progress,
-    reconstruction::{Reconstruction, ReconstructionSettings, SceneReconstructor},
+    reconstruction::{FrameFusion, Reconstruction, ReconstructionSettings, SceneReconstructor},
     stereo::PairFault,
     storage::write_folder,
 };
@@ -65,6 +65,13 @@ pub(crate) struct Reconstruct {
     /// Match corners and edges only, along epipolar curves: where texture is thin, or time short
     #[arg(long, conflicts_with = "matches")]
     sparse: bool,
+    /// Put frames of a scene that stands still together, of cameras that do: noise is averaged, what one frame
+    /// contradicts is outvoted
+    #[arg(long, conflicts_with_all = ["sparse", "matches"])]
+    fuse: bool,
+    /// Write the surface as well, mesh.ply: triangles between neighbouring points, and normals
+    #[arg(long, conflicts_with_all = ["sparse", "matches"])]
+    mesh: bool,
     /// Matches of another program instead of our own: a table with columns x1,y1,x2,y2,…, or a NumPy file
     /// of disparities of the left rectified picture that `wheatstone rectify` makes, NaN where there is none
     #[arg(long, value_name = "FILE")]
@@ -133,6 +140,10 @@ impl Reconstruct {
             ));
         }
         let made = SceneReconstructor::new(&model, self.settings(cameras, first)?, &bar)?;
+        if self.fuse {
+            let whole = self.fused((&made, &model), &frames, &bar)?;
+            return if self.json { print_json(&whole) } else { Ok(()) };
+        }
         let mut told = Vec::with_capacity(frames.len());
         let mut written = 0;
         for (index, frame) in frames.iter().enumerate() {
@@ -164,8 +175,7 @@ impl Reconstruct {
         (frame, count): (&[PathBuf], usize),
         bar: &Bar,
     ) -> Outcome<Value> {
-        let read = |path: &PathBuf| read_colour_image(path, Limits::default());
-        let pictures: Vec<ColourImage> = frame.iter().map(read).collect::<Result<_, Error>>()?;
+        let pictures = read(frame)?;
         let pictures: Vec<&ColourImage> = pictures.iter().collect();
         let found = match &self.matches {
             Some(path) => {
@@ -179,11 +189,7 @@ impl Reconstruct {
             None => made.reconstruct(&pictures, bar)?,
         };
         if let Some((cameras, fault)) = found.fault {
-            let order = &made.settings().cameras;
-            let at_fault = order.iter().zip(frame).filter(|(camera, _)| cameras.contains(camera));
-            let at_fault: Vec<String> =
-                at_fault.map(|(_, path)| path.display().to_string()).collect();
-            let problem = format!("{}: {fault}", at_fault.join(" and "));
+            let problem = named(made, (cameras, fault), frame);
             if !self.force && count == 1 {
                 let hint = way_out(&fault, made, model).into();
                 return Err(Failure::Library(Error::Degenerate { problem, hint }));
@@ -193,13 +199,54 @@ impl Reconstruct {
                 return Ok(json!({ "images": frame, "fault": fault.to_string() }));
             }
         }
-        let place = self.place(frame, count);
+        let title = frame[0].display().to_string();
         let mut told = summary(&found);
         told["images"] = json!(frame);
+        self.write((made, model), &found, (&title, told), &self.place(frame, count))
+    }
+
+    /// Reconstructs what all pictures show together.
+    fn fused(
+        &self,
+        (made, model): (&SceneReconstructor, &Calibration),
+        frames: &[Vec<PathBuf>],
+        bar: &Bar,
+    ) -> Outcome<Value> {
+        let mut fusion = FrameFusion::new(made);
+        let mut used = Vec::with_capacity(frames.len());
+        for (index, frame) in frames.iter().enumerate() {
+            bar.report("matching", index as u64, frames.len() as u64);
+            let pictures = read(frame)?;
+            let pictures: Vec<&ColourImage> = pictures.iter().collect();
+            match fusion.add(&pictures, bar)? {
+                None => used.push(frame),
+                Some(fault) => {
+                    remark!("warning", "left out: {}", named(made, fault, frame));
+                }
+            }
+        }
+        let found = fusion.finish(bar)?;
+        let title = format!("{} and {} others", used[0][0].display(), used.len() - 1);
+        let mut told = summary(&found);
+        told["images"] = json!(used);
+        let told = self.write((made, model), &found, (&title, told), &self.output)?;
+        Ok(whole((&self.model, self.confidence), (made, model), vec![told]))
+    }
+
+    /// Writes the results of pictures taken at once, and says what they are; gives back what is told of them.
+    fn write(
+        &self,
+        (made, model): (&SceneReconstructor, &Calibration),
+        found: &Reconstruction,
+        (title, told): (&str, Value),
+        place: &Path,
+    ) -> Outcome<Value> {
         let whole = whole((&self.model, self.confidence), (made, model), vec![told.clone()]);
-        let title = frame[0].display().to_string();
-        write_folder(&place, |folder| write(&found, (made, model), (&title, &whole), folder))?;
-        tell(&found, model, &place);
+        write_folder(place, |folder| {
+            write(found, (made, model), (title, &whole), folder)?;
+            if self.mesh { write_mesh(found, (made, model), folder) } else { Ok(()) }
+        })?;
+        tell(found, model, place);
         Ok(told)
     }
 
@@ -233,6 +280,23 @@ impl Reconstruct {
         let stem = frame[0].file_stem().unwrap_or_default().to_string_lossy();
         self.output.join(wheatstone::storage::file_name(&stem))
     }
+}
+
+/// Pictures taken at once.
+fn read(frame: &[PathBuf]) -> Result<Vec<ColourImage>, Error> {
+    frame.iter().map(|path| read_colour_image(path, Limits::default())).collect()
+}
+
+/// A fault, after the names of the pictures that it is between.
+fn named(
+    made: &SceneReconstructor,
+    (cameras, fault): ([usize; 2], PairFault),
+    frame: &[PathBuf],
+) -> String {
+    let order = &made.settings().cameras;
+    let at_fault = order.iter().zip(frame).filter(|(camera, _)| cameras.contains(camera));
+    let at_fault: Vec<String> = at_fault.map(|(_, path)| path.display().to_string()).collect();
+    format!("{}: {fault}", at_fault.join(" and "))
 }
 
 fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {

@@ -131,6 +131,20 @@ fn several_pairs_have_a_folder_each() {
         }
     }
     done(at, &["reconstruct", "model.json", "--images", "left", "right", "-o", "folders"]);
+    // Both frames as one, and the surface.
+    let fused = ["--fuse", "--mesh", "-o", "fused", "--json"];
+    let command = [&["reconstruct", "model.json", "--images", "left", "right"][..], &fused];
+    let told: serde_json::Value = serde_json::from_str(&done(at, &command.concat()).0).unwrap();
+    assert_eq!(told["frames"][0]["images"].as_array().unwrap().len(), 2);
+    let points = told["frames"][0]["points"].as_u64().unwrap();
+    let mesh = fs::read(at.join("fused/mesh.ply")).unwrap();
+    let header = String::from_utf8_lossy(&mesh[..700]).into_owned();
+    let header = &header[..header.find("end_header\n").unwrap() + 11];
+    assert!(header.contains(&format!("element vertex {points}\n")), "{header}");
+    let faces = header.split("element face ").nth(1).unwrap();
+    let faces: u64 = faces.split('\n').next().unwrap().parse().unwrap();
+    assert!(faces > points && header.contains("property float nz\n"), "{header}");
+    assert_eq!(mesh.len() as u64, header.len() as u64 + points * 43 + faces * 13);
     let files = ["left/a.png", "left/b.png", "right/a.png", "right/b.png"];
     let command = [&["reconstruct", "model.json", "--images"], &files[..], &["-o", "files"]];
     done(at, &command.concat());

@@ -8,7 +8,7 @@ use wheatstone::{
     imaging::GrayImage,
     numeric::statistics::median,
     reconstruction::{
-        DepthPng, Reconstruction, SceneReconstructor, depth_png, depth_tiff, write_ply,
+        DepthPng, Mesh, Reconstruction, SceneReconstructor, depth_png, depth_tiff, write_ply,
     },
     report::{CloudCamera, SceneCloud},
 };
@@ -80,7 +80,7 @@ pub(in crate::commands) fn write(
         })?;
         wheatstone::storage::write(&path, &bytes)
     };
-    write_ply(&found.cloud, &model.unit, &folder.join("cloud.ply"))?;
+    write_ply(&found.cloud, None, &model.unit, &folder.join("cloud.ply"))?;
     put("depth.tiff", &|bytes| {
         depth_tiff(size, &found.depth, &model.unit, std::io::Cursor::new(bytes))
     })?;
@@ -101,6 +101,16 @@ pub(in crate::commands) fn write(
         bytes.extend(pretty(summary));
         Ok(())
     })
+}
+
+/// The surface through the points.
+pub(super) fn write_mesh(
+    found: &Reconstruction,
+    (made, model): (&SceneReconstructor, &Calibration),
+    folder: &Path,
+) -> Result<(), Error> {
+    let mesh = Mesh::of(&found.cloud, found.map.width, made.pair().centres()[0]);
+    write_ply(&found.cloud, Some(&mesh), &model.unit, &folder.join("mesh.ply"))
 }
 
 /// The cloud to look at.
