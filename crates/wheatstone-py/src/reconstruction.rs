@@ -14,7 +14,7 @@ use wheatstone::{
     dataset::volume::Trust,
     imaging::ColourImage,
     reconstruction::{
-        Cloud, Reconstruction, ReconstructionSettings, SceneReconstructor, write_ply,
+        Cloud, FrameFusion, Reconstruction, ReconstructionSettings, SceneReconstructor, write_ply,
     },
     stereo::DisparityMap,
 };
@@ -88,6 +88,26 @@ impl PyReconstructor {
         let made = self.ready.borrow_dependent();
         let found = run(py, None, |progress| made.reconstruct(&pictures, progress))?;
         arrays(py, &found)
+    }
+
+    /// The points that several frames show together, and how many of them were left out, as they are at fault.
+    fn fuse<'py>(
+        &self,
+        py: Python<'py>,
+        frames: &Bound<'py, PyAny>,
+        bgr: bool,
+    ) -> PyResult<(Bound<'py, PyDict>, usize)> {
+        let made = self.ready.borrow_dependent();
+        let (mut fusion, mut left_out) = (FrameFusion::new(made), 0);
+        for frame in frames.try_iter()? {
+            let images: Vec<Bound<'py, PyAny>> = frame?.extract()?;
+            let pictures = pictures(&images, bgr)?;
+            let pictures: Vec<_> = pictures.iter().collect();
+            let fault = run(py, None, |progress| fusion.add(&pictures, progress))?;
+            left_out += usize::from(fault.is_some());
+        }
+        let found = run(py, None, |progress| fusion.finish(progress))?;
+        Ok((arrays(py, &found)?, left_out))
     }
 
     /// The points of disparities of the left rectified picture, with a standard deviation in pixels.

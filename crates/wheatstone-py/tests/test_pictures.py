@@ -171,6 +171,15 @@ def test_pictures_of_calibrated_cameras_become_points(tmp_path):
     assert len(again) == 400 and np.allclose(again.points, found.points[:400], atol=1e-3)
     given = whole.locate(found.disparity, pair, sigma=0.1)
     assert len(given) >= len(found) and np.nanmedian(np.abs(given.depth - found.depth)) < 1e-4
+    noise = np.random.default_rng(1)
+    noisy = (
+        [np.clip(side + noise.normal(0, 3, side.shape), 0, 255).astype(np.uint8) for side in pair]
+        for _ in range(3)
+    )
+    fused = whole.fuse(noisy)
+    assert len(fused) > 0.8 * len(found) and np.median(np.abs(fused.points[:, 2] - 2.5)) < 0.03
+    with pytest.raises(ws.errors.DegenerateError, match="no frame"):
+        whole.fuse([])
     with pytest.raises(ws.errors.ArgumentError, match="shape"):
         whole.locate(np.zeros(4), pair)
     with pytest.raises(ws.errors.ArgumentError, match="is a path"):

@@ -34,9 +34,13 @@ mod fusion;
 mod mesh;
 mod ply;
 mod depth_files;
+#[cfg(feature = "mcap")]
+mod mcap_log;
 
 pub use cloud::Cloud;
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
+#[cfg(feature = "mcap")]
+pub use mcap_log::{EncodedPicture, McapLog};
 pub use fusion::FrameFusion;
 pub use mesh::Mesh;
 pub use ply::{binary_ply, binary_ply_mesh, write_ply};

@@ -45,6 +45,10 @@ impl<'a> PointEstimator<'a> {
         Self { model, full: full.settled(&columns), points: points.settled(&columns) }
     }
 
+    pub(crate) fn model(&self) -> &'a Calibration {
+        self.model
+    }
+
     /// Where points are that these pixels of cameras show; NaN for pixels that mean no point.
     pub(crate) fn places(&self, cameras: &[usize], pixels: &[[Vec<f64>; 2]]) -> [Vec<f64>; 3] {
         let nothing = vec![f64::NAN; pixels[0][0].len()];

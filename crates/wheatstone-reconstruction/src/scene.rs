@@ -12,12 +12,13 @@ use crate::{
     settings::{PICTURES, ReconstructionSettings, other_size},
     sparse::{self, Features},
 };
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::ops::Range;
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{
     Calibration, Error, Result,
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, Pose},
     rectification::VirtualPair,
 };
 use wheatstone_numeric::progress::Progress;
@@ -108,6 +109,24 @@ impl<'a> SceneReconstructor<'a> {
             Some(pair.rectification.pair.centres()[side])
         };
         self.pairs.iter().find_map(of)
+    }
+
+    /// How one of the settings' cameras stands in the world: its own frame to the world's, x to the right, y down and z
+    /// forward in the middle of its picture. Of a camera before a mirror the picture's y is down. `None` where the middle
+    /// looks nowhere.
+    #[must_use]
+    pub fn view(&self, camera: usize) -> Option<Pose> {
+        let [width, height] = self.settings.sizes[self.order(camera)].map(f64::from);
+        let (x, y) = ((width - 1.0) / 2.0, (height - 1.0) / 2.0);
+        let look = |x: f64, y: f64| {
+            let ray = self.estimator.model().reconstructor.unproject(camera, Pixel::new(x, y))?;
+            Some(ray.direction.normalize())
+        };
+        let forward = look(x, y)?;
+        let lower = look(x, y + height / 8.0)? - forward;
+        let down = (lower - forward * forward.dot(&lower)).try_normalize(0.0)?;
+        let rotation = Matrix3::from_columns(&[down.cross(&forward), down, forward]);
+        Some(Pose { rotation, translation: self.centre(camera)?.coords })
     }
 
     /// What was wanted.

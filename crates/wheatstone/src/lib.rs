@@ -55,9 +55,10 @@
 //! | `robot` | no | a robot that drives by its cameras |
 //! | `stereo` | yes | dense matching of rectified pairs |
 //! | `reconstruction` | yes | point clouds with error bars from pairs of pictures |
+//! | `mcap` | no | logs of reconstructions for Foxglove and Rerun |
 //!
 //! Each feature down to `robot` contains those above it, in this order; `stereo` stands alone, and `reconstruction` contains
-//! it and `charts`.
+//! it and `charts`; `mcap` contains `reconstruction`.
 //!
 //! # Examples
 //!

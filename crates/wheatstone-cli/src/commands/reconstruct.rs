@@ -1,5 +1,6 @@
 //! `wheatstone reconstruct`.
 
+mod log;
 pub(super) mod results;
 
 use super::{locate::needs_two_cameras, print_json};
@@ -12,6 +13,7 @@ use crate::{
     verbosity::{remark, say},
 };
 use clap::Args;
+use log::Log;
 use results::{pretty, sigmas, summary, whole, write, write_mesh};
 use serde_json::{Value, json};
 use std::{
@@ -82,6 +84,10 @@ pub(crate) struct Reconstruct {
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Log pictures, poses, depths and clouds as well, in an MCAP file that Foxglove and Rerun open; one
+    /// second a frame
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     /// Reconstruct pictures that do not fit together, too: from cameras that have moved, or exchanged
     #[arg(long)]
     force: bool,
@@ -140,8 +146,10 @@ impl Reconstruct {
             ));
         }
         let made = SceneReconstructor::new(&model, self.settings(cameras, first)?, &bar)?;
+        let mut log = Log::create(self.mcap.as_deref(), &made, &model)?;
         if self.fuse {
-            let whole = self.fused((&made, &model), &frames, &bar)?;
+            let whole = self.fused((&made, &model), &frames, (&bar, &mut log))?;
+            log.commit()?;
             return if self.json { print_json(&whole) } else { Ok(()) };
         }
         let mut told = Vec::with_capacity(frames.len());
@@ -149,7 +157,7 @@ impl Reconstruct {
         for (index, frame) in frames.iter().enumerate() {
             bar.report("reconstructing", index as u64, frames.len() as u64);
             bar.check().map_err(Error::from)?;
-            let frame = self.frame((&made, &model), (frame, frames.len()), &bar)?;
+            let frame = self.frame((&made, &model), (frame, frames.len()), (&bar, &mut log))?;
             written += usize::from(frame["points"].is_u64());
             told.push(frame);
         }
@@ -160,6 +168,7 @@ impl Reconstruct {
                 hint: "are the pictures in the order of `--cameras`? Were the cameras moved since the calibration?".into(),
             }));
         }
+        log.commit()?;
         let whole = whole((&self.model, self.confidence), (&made, &model), told);
         if frames.len() > 1 {
             wheatstone::storage::write(&self.output.join("summary.json"), &pretty(&whole))?;
@@ -173,7 +182,7 @@ impl Reconstruct {
         &self,
         (made, model): (&SceneReconstructor, &Calibration),
         (frame, count): (&[PathBuf], usize),
-        bar: &Bar,
+        (bar, log): (&Bar, &mut Log),
     ) -> Outcome<Value> {
         let pictures = read(frame)?;
         let pictures: Vec<&ColourImage> = pictures.iter().collect();
@@ -199,6 +208,7 @@ impl Reconstruct {
                 return Ok(json!({ "images": frame, "fault": fault.to_string() }));
             }
         }
+        log.frame(frame, &found)?;
         let title = frame[0].display().to_string();
         let mut told = summary(&found);
         told["images"] = json!(frame);
@@ -210,7 +220,7 @@ impl Reconstruct {
         &self,
         (made, model): (&SceneReconstructor, &Calibration),
         frames: &[Vec<PathBuf>],
-        bar: &Bar,
+        (bar, log): (&Bar, &mut Log),
     ) -> Outcome<Value> {
         let mut fusion = FrameFusion::new(made);
         let mut used = Vec::with_capacity(frames.len());
@@ -226,6 +236,7 @@ impl Reconstruct {
             }
         }
         let found = fusion.finish(bar)?;
+        log.frame(used[0], &found)?;
         let title = format!("{} and {} others", used[0][0].display(), used.len() - 1);
         let mut told = summary(&found);
         told["images"] = json!(used);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -181,6 +181,28 @@ class Reconstructor:
             hint = "`range` says at which depths to search; `force=True` reconstructs them anyway"
             raise DegenerateError(problem, hint=hint)
         return PointCloud(**told, fault=problem, unit=self._unit)
+
+    def fuse(self, frames: Iterable[Sequence[Image]], *, bgr: bool = False) -> PointCloud:
+        """The points that several frames show together, of a scene that stands still before cameras that do.
+
+        Disparities that agree are averaged by their variances, and what one frame contradicts is outvoted. Frames are
+        taken one after the other, so that memory does not grow with their number.
+
+        Parameters
+        ----------
+        frames : iterable of sequences of arrays
+            The pictures of one moment each, as in `reconstruct`. Those that do not fit together are left out.
+        bgr : bool
+            Whether colours stand in OpenCV's order (blue first).
+
+        Raises
+        ------
+        DegenerateError
+            Where no frame could be matched.
+        """
+        told, _ = self._handle.fuse(([_picture(image) for image in frame] for frame in frames), bgr)
+        del told["fault"]
+        return PointCloud(**told, fault=None, unit=self._unit)
 
     def locate(
         self,

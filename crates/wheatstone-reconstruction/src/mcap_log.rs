@@ -1,0 +1,255 @@
+//! Logs of reconstructions as MCAP files, in Foxglove's schemas: what Foxglove and Rerun show.
+//!
+//! Lengths are metres there. Frames are `world`, `rectified` (the left virtual camera) and `camera1`, `camera2`, … Source
+//! of the messages: Foxglove's schemas, <https://docs.foxglove.dev/docs/sdk/schemas>.
+
+mod messages;
+mod schemas;
+
+use crate::{
+    cloud::Cloud,
+    scene::{Reconstruction, SceneReconstructor},
+};
+use mcap::{
+    McapError, WriteOptions, Writer,
+    records::MessageHeader,
+    write::NoSeek,
+};
+use messages::{
+    CameraCalibration, CompressedImage, FrameTransform, PackedElementField, PointCloud, Pose,
+    Quaternion, RawImage, Vector3,
+};
+use nalgebra::{Rotation3, UnitQuaternion};
+use prost::Message;
+use prost_types::Timestamp;
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+};
+use wheatstone_core::{geometry::Pose as Motion, unit::factor};
+
+/// Frames of one reconstructor, one after the other.
+pub struct McapLog<'s, 'm, W: Write> {
+    made: &'s SceneReconstructor<'m>,
+    writer: Writer<NoSeek<W>>,
+    /// By topic.
+    channels: BTreeMap<String, u16>,
+    /// By the message's name.
+    schemas: BTreeMap<&'static str, u16>,
+    /// Metres in the model's unit.
+    metres: f64,
+    sequence: u32,
+}
+
+/// A picture as its file has it.
+#[derive(Clone, Copy, Debug)]
+pub struct EncodedPicture<'p> {
+    /// `png`, `jpeg` or `webp`.
+    pub format: &'p str,
+    /// The file's content.
+    pub bytes: &'p [u8],
+}
+
+const WORLD: &str = "world";
+const RECTIFIED: &str = "rectified";
+
+impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
+    /// Begins a log; `unit` is that of the model. Lengths of an unknown unit are taken for metres.
+    ///
+    /// # Errors
+    ///
+    /// Those of the writer.
+    pub fn new(made: &'s SceneReconstructor<'m>, unit: &str, out: W) -> io::Result<Self> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .library(concat!("wheatstone ", env!("CARGO_PKG_VERSION")))
+            .disable_seeking(true);
+        let writer = options.create(NoSeek::new(out)).map_err(failed)?;
+        let metres = factor(unit, "m").unwrap_or(1.0);
+        let (channels, schemas) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { made, writer, channels, schemas, metres, sequence: 0 })
+    }
+
+    /// Adds what was reconstructed at a time, in seconds: poses of the cameras, the left rectified camera with its depths,
+    /// the cloud, and those pictures that are given, in the order of the settings' cameras.
+    ///
+    /// # Errors
+    ///
+    /// Those of the writer.
+    pub fn frame(
+        &mut self,
+        seconds: f64,
+        pictures: &[Option<EncodedPicture<'_>>],
+        found: &Reconstruction,
+    ) -> io::Result<()> {
+        let nanos = (seconds.max(0.0) * 1e9) as u64;
+        let time = Some(Timestamp {
+            seconds: (nanos / 1_000_000_000) as i64,
+            nanos: (nanos % 1_000_000_000) as i32,
+        });
+        let rectified = self.made.pair().rectified_from_world.inverse();
+        self.pose(nanos, time, (RECTIFIED, &rectified))?;
+        let cameras = self.made.settings().cameras.clone();
+        for (camera, picture) in cameras.iter().zip(pictures) {
+            let name = format!("camera{}", camera + 1);
+            if let Some(pose) = self.made.view(*camera) {
+                self.pose(nanos, time, (&name, &pose))?;
+            }
+            if let Some(picture) = picture {
+                let image = CompressedImage {
+                    timestamp: time,
+                    data: picture.bytes.to_vec(),
+                    format: picture.format.into(),
+                    frame_id: name.clone(),
+                };
+                self.put((&format!("/{name}/image"), "foxglove.CompressedImage"), nanos, &image)?;
+            }
+        }
+        self.put(("/rectified/calibration", "foxglove.CameraCalibration"), nanos, &self.calibration(time))?;
+        let depth = self.depth(time, &found.depth);
+        self.put(("/rectified/depth", "foxglove.RawImage"), nanos, &depth)?;
+        let cloud = cloud(time, &found.cloud, self.metres);
+        self.put(("/cloud", "foxglove.PointCloud"), nanos, &cloud)
+    }
+
+    /// Ends the log.
+    ///
+    /// # Errors
+    ///
+    /// Those of the writer.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.writer.finish().map_err(failed)?;
+        Ok(self.writer.into_inner().into_inner())
+    }
+
+    fn put(
+        &mut self,
+        (topic, schema): (&str, &'static str),
+        log_time: u64,
+        message: &impl Message,
+    ) -> io::Result<()> {
+        let schema = match self.schemas.get(schema) {
+            Some(known) => *known,
+            None => {
+                let data = schemas::descriptors();
+                let id = self.writer.add_schema(schema, "protobuf", &data).map_err(failed)?;
+                self.schemas.insert(schema, id);
+                id
+            }
+        };
+        let channel_id = match self.channels.get(topic) {
+            Some(known) => *known,
+            None => {
+                let channel = self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new());
+                let id = channel.map_err(failed)?;
+                self.channels.insert(topic.into(), id);
+                id
+            }
+        };
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.writer.write_to_known_channel(&header, &message.encode_to_vec()).map_err(failed)
+    }
+
+    fn pose(
+        &mut self,
+        nanos: u64,
+        timestamp: Option<Timestamp>,
+        (frame, world_from_frame): (&str, &Motion),
+    ) -> io::Result<()> {
+        let translation = world_from_frame.translation * self.metres;
+        let rotation = Rotation3::from_matrix_unchecked(world_from_frame.rotation);
+        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        let transform = FrameTransform {
+            timestamp,
+            parent_frame_id: WORLD.into(),
+            child_frame_id: frame.into(),
+            translation: Some(Vector3 { x: translation.x, y: translation.y, z: translation.z }),
+            rotation: Some(Quaternion {
+                x: rotation.i,
+                y: rotation.j,
+                z: rotation.k,
+                w: rotation.w,
+            }),
+        };
+        self.put(("/tf", "foxglove.FrameTransform"), nanos, &transform)
+    }
+
+    /// The left rectified camera, a pinhole without distortion.
+    fn calibration(&self, timestamp: Option<Timestamp>) -> CameraCalibration {
+        let pair = self.made.pair();
+        let (f, [x, y]) = (pair.focal, pair.principal[0]);
+        CameraCalibration {
+            timestamp,
+            width: pair.size[0],
+            height: pair.size[1],
+            distortion_model: String::new(),
+            d: Vec::new(),
+            k: vec![f, 0.0, x, 0.0, f, y, 0.0, 0.0, 1.0],
+            r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            p: vec![f, 0.0, x, 0.0, 0.0, f, y, 0.0, 0.0, 0.0, 1.0, 0.0],
+            frame_id: RECTIFIED.into(),
+        }
+    }
+
+    fn depth(&self, timestamp: Option<Timestamp>, depth: &[f32]) -> RawImage {
+        let [width, height] = self.made.pair().size;
+        let metres = depth.iter().map(|depth| (f64::from(*depth) * self.metres) as f32);
+        RawImage {
+            timestamp,
+            width,
+            height,
+            encoding: "32FC1".into(),
+            step: 4 * width,
+            data: metres.flat_map(f32::to_le_bytes).collect(),
+            frame_id: RECTIFIED.into(),
+        }
+    }
+}
+
+/// Points with their colours; standard deviations and confidence are fields of each.
+fn cloud(timestamp: Option<Timestamp>, cloud: &Cloud, metres: f64) -> PointCloud {
+    const NUMBERS: [&str; 7] = ["x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "confidence"];
+    const COLOURS: [&str; 4] = ["red", "green", "blue", "alpha"];
+    let field = |name: &str, offset: usize, r#type: i32| PackedElementField {
+        name: name.into(),
+        offset: offset as u32,
+        r#type,
+    };
+    let numbers =
+        NUMBERS.iter().enumerate().map(|(at, name)| field(name, 4 * at, schemas::FLOAT32));
+    let colours = COLOURS
+        .iter()
+        .enumerate()
+        .map(|(at, name)| field(name, 4 * NUMBERS.len() + at, schemas::UINT8));
+    let stride = 4 * NUMBERS.len() + COLOURS.len();
+    let mut data = Vec::with_capacity(stride * cloud.len());
+    for index in 0..cloud.len() {
+        let lengths = cloud.points[index].iter().chain(&cloud.sigmas[index]);
+        let lengths = lengths.map(|length| (f64::from(*length) * metres) as f32);
+        let numbers = lengths.chain([cloud.confidence[index]]);
+        data.extend(numbers.flat_map(f32::to_le_bytes));
+        data.extend(cloud.colours[index]);
+        data.push(u8::MAX);
+    }
+    let identity = Pose {
+        position: Some(Vector3 { x: 0.0, y: 0.0, z: 0.0 }),
+        orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
+    };
+    PointCloud {
+        timestamp,
+        frame_id: WORLD.into(),
+        pose: Some(identity),
+        point_stride: stride as u32,
+        fields: numbers.chain(colours).collect(),
+        data,
+    }
+}
+
+fn failed(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    }
+}
