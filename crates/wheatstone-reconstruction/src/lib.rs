@@ -39,9 +39,9 @@ mod mcap_log;
 
 pub use cloud::Cloud;
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
+pub use fusion::FrameFusion;
 #[cfg(feature = "mcap")]
 pub use mcap_log::{EncodedPicture, McapLog};
-pub use fusion::FrameFusion;
 pub use mesh::Mesh;
 pub use ply::{binary_ply, binary_ply_mesh, write_ply};
 pub use scene::{Reconstruction, SceneReconstructor};

@@ -10,11 +10,7 @@ use crate::{
     cloud::Cloud,
     scene::{Reconstruction, SceneReconstructor},
 };
-use mcap::{
-    McapError, WriteOptions, Writer,
-    records::MessageHeader,
-    write::NoSeek,
-};
+use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 use messages::{
     CameraCalibration, CompressedImage, FrameTransform, PackedElementField, PointCloud, Pose,
     Quaternion, RawImage, Vector3,
@@ -105,7 +101,11 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
                 self.put((&format!("/{name}/image"), "foxglove.CompressedImage"), nanos, &image)?;
             }
         }
-        self.put(("/rectified/calibration", "foxglove.CameraCalibration"), nanos, &self.calibration(time))?;
+        self.put(
+            ("/rectified/calibration", "foxglove.CameraCalibration"),
+            nanos,
+            &self.calibration(time),
+        )?;
         let depth = self.depth(time, &found.depth);
         self.put(("/rectified/depth", "foxglove.RawImage"), nanos, &depth)?;
         let cloud = cloud(time, &found.cloud, self.metres);

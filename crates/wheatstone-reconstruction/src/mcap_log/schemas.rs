@@ -122,7 +122,8 @@ pub(super) fn descriptors() -> Vec<u8> {
     let timestamp = DescriptorProto { field: parts.iter().map(field).collect(), ..timestamp };
     let time = file("google/protobuf/timestamp.proto", "google.protobuf", vec![timestamp]);
     let foxglove = file("foxglove.proto", "foxglove", MESSAGES.iter().map(message).collect());
-    let foxglove = FileDescriptorProto { dependency: time.name.clone().into_iter().collect(), ..foxglove };
+    let foxglove =
+        FileDescriptorProto { dependency: time.name.clone().into_iter().collect(), ..foxglove };
     FileDescriptorSet { file: vec![time, foxglove] }.encode_to_vec()
 }
 
