@@ -16,9 +16,9 @@ use wheatstone_reconstruction::{
 use wheatstone_synthetic::{Noise, Rig, Scene, Sensor, Stage, chart_correspondences};
 
 const SIZE: [u32; 2] = [640, 480];
-const SIZES: [[u32; 2]; 2] = [SIZE; 2];
+pub(crate) const SIZES: [[u32; 2]; 2] = [SIZE; 2];
 
-fn fitted(rig: &Rig, method: &str) -> Calibration {
+pub(crate) fn fitted(rig: &Rig, method: &str) -> Calibration {
     let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
     let views = Stage::default().views().unwrap();
     let data = chart_correspondences(rig, &chart, &views, (Noise::Normal(0.1), 0), None);
@@ -26,7 +26,7 @@ fn fitted(rig: &Rig, method: &str) -> Calibration {
     Calibration::fit(&method, &Prepared::as_given(data), 0, false, &Silent).unwrap()
 }
 
-fn pictures(rig: &Rig, scene: &Scene) -> Vec<ColourImage> {
+pub(crate) fn pictures(rig: &Rig, scene: &Scene) -> Vec<ColourImage> {
     let mut random = Random::new(5);
     let seen = |camera| scene.render(camera, Sensor::default(), &mut random);
     rig.cameras.iter().map(seen).map(ColourImage::from_gray).collect()

@@ -1,0 +1,91 @@
+//! Logs can be read, by their own schemas.
+
+use crate::optics::{SIZES, fitted, pictures};
+use prost::Message;
+use prost_types::FileDescriptorSet;
+use std::collections::BTreeMap;
+use wheatstone_numeric::progress::Silent;
+use wheatstone_reconstruction::{
+    EncodedPicture, McapLog, ReconstructionSettings, SceneReconstructor,
+};
+use wheatstone_synthetic::{Rig, Scene};
+
+/// What is looked at of `foxglove.PointCloud`.
+#[derive(Clone, PartialEq, Message)]
+struct PointCloud {
+    #[prost(string, tag = "2")]
+    frame_id: String,
+    #[prost(fixed32, tag = "4")]
+    point_stride: u32,
+    #[prost(bytes = "vec", tag = "6")]
+    data: Vec<u8>,
+}
+
+/// Of `foxglove.FrameTransform`.
+#[derive(Clone, PartialEq, Message)]
+struct FrameTransform {
+    #[prost(string, tag = "3")]
+    child_frame_id: String,
+    #[prost(message, optional, tag = "4")]
+    translation: Option<Vector3>,
+}
+
+#[derive(Clone, PartialEq, Message)]
+struct Vector3 {
+    #[prost(double, tag = "1")]
+    x: f64,
+}
+
+#[test]
+fn a_log_has_its_schemas_and_every_frame() {
+    let rig = Rig::named("pinhole", 2).unwrap();
+    let scene = Scene::before(&rig, 1);
+    let model = fitted(&rig, "brown");
+    let settings = ReconstructionSettings { sparse: true, ..ReconstructionSettings::new(SIZES) };
+    let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
+    let pictures = pictures(&rig, &scene);
+    let found = made.reconstruct(&[&pictures[0], &pictures[1]], &Silent).unwrap();
+    let mut log = McapLog::new(&made, "cm", Vec::new()).unwrap();
+    let picture = EncodedPicture { format: "png", bytes: b"a picture" };
+    for second in 0..3 {
+        log.frame(f64::from(second), &[Some(picture), None], &found).unwrap();
+    }
+    let bytes = log.finish().unwrap();
+
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    let mut centres: BTreeMap<String, f64> = BTreeMap::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let topic = message.channel.topic.clone();
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert_eq!(schema.encoding, "protobuf");
+        let described = FileDescriptorSet::decode(&schema.data[..]).unwrap();
+        let names = described.file.iter().flat_map(|file| {
+            file.message_type.iter().map(|own| format!("{}.{}", file.package(), own.name()))
+        });
+        assert!(names.into_iter().any(|name| name == schema.name), "{}", schema.name);
+        assert!(message.log_time.is_multiple_of(1_000_000_000));
+        if topic == "/cloud" {
+            let cloud = PointCloud::decode(&message.data[..]).unwrap();
+            assert_eq!(cloud.frame_id, "world");
+            assert_eq!(cloud.data.len(), cloud.point_stride as usize * found.cloud.len());
+            let z = f32::from_le_bytes(cloud.data[8..12].try_into().unwrap());
+            assert!((z - 0.01 * found.cloud.points[0][2]).abs() < 1e-6, "{z}");
+        }
+        if topic == "/tf" {
+            let motion = FrameTransform::decode(&message.data[..]).unwrap();
+            centres.insert(motion.child_frame_id, motion.translation.unwrap().x);
+        }
+        *counts.entry(topic).or_default() += 1;
+    }
+    let expected = [
+        ("/camera1/image", 3),
+        ("/cloud", 3),
+        ("/rectified/calibration", 3),
+        ("/rectified/depth", 3),
+        ("/tf", 9),
+    ];
+    assert_eq!(counts, expected.map(|(topic, count)| (topic.to_owned(), count)).into());
+    // Seven centimetres apart, in metres.
+    assert!((centres["camera2"] - centres["camera1"] - 0.07).abs() < 0.002, "{centres:?}");
+}
