@@ -54,8 +54,6 @@ pub(crate) struct Match {
     json: bool,
 }
 
-/// A disparity of this confidence is hardly ever wrong.
-
 /// `0:64`.
 fn range(text: &str) -> Result<Range<i32>, String> {
     let parts = text.split_once(':').map(|(a, b)| (a.trim().parse(), b.trim().parse()));

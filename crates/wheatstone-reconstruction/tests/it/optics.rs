@@ -228,9 +228,10 @@ fn matches_of_somebody_else_are_located() {
         };
         let place = places.iter().min_by(|a, b| own(a).total_cmp(&own(b))).unwrap();
         assert!(own(&place).sqrt() < 2.0);
-        for axis in 0..3 {
-            let ratio = (f64::from(cloud.points[index][axis]) - place[axis]).abs()
-                / f64::from(cloud.sigmas[index][axis]);
+        for ((truth, found), sigma) in
+            place.iter().zip(cloud.points[index]).zip(cloud.sigmas[index])
+        {
+            let ratio = (f64::from(found) - truth).abs() / f64::from(sigma);
             inside[0] += usize::from(ratio < 1.0);
             inside[1] += usize::from(ratio < 2.0);
         }
