@@ -3,10 +3,10 @@
 
 use super::{
     corners::{Aligned, Corner, Look, aligned, likeness},
-    epipolar_curve::{CurvePlace, EpipolarCurve},
+    epipolar_curve::EpipolarCurve,
     gradient::Gradient,
 };
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use wheatstone_core::geometry::Pixel;
 
@@ -22,11 +22,6 @@ pub struct CornerMatch {
     /// How far aside of the curve it was found, in pixels; positive to the right of someone who goes
     /// along it from near to far.
     pub aside: f64,
-    /// Where on the curve.
-    pub along: CurvePlace,
-    /// The inverse of the second place's covariance, in pixels, where windows differ by noise alone, of which each pixel
-    /// has its own share.
-    pub information: Matrix2<f64>,
     /// Unit vector from near to far along the curve.
     direction: Vector2<f64>,
 }
@@ -55,13 +50,19 @@ pub fn match_corners(
     (second, gradient): (&[Corner], &Gradient),
     aside: f64,
 ) -> Vec<CornerMatch> {
+    // Both pixels are those nearest to where the corners are.
+    let reach = aside + 1.5;
+    let mut by_row: Vec<&Corner> = second.iter().collect();
+    by_row.sort_by(|a, b| a.at.y.total_cmp(&b.at.y));
     let found = |corner: &Corner| {
         let curve = curve(corner.at);
-        let mut scored: Vec<(f32, &Corner)> = second
+        let [top, bottom] = curve.rows();
+        let first = by_row.partition_point(|other| other.at.y < top - reach);
+        let mut scored: Vec<(f32, &Corner)> = by_row[first..]
             .iter()
-            // Both pixels are those nearest to where the corners are.
-            .filter(|other| curve.aside(other.at).is_some_and(|off| off.abs() < aside + 1.5))
-            .map(|other| (likeness(&corner.look, &other.look), other))
+            .take_while(|other| other.at.y <= bottom + reach)
+            .filter(|other| curve.aside(other.at).is_some_and(|off| off.abs() < reach))
+            .map(|other| (likeness(&corner.look, &other.look), *other))
             .collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
         let ((rough, best), next) = (*scored.first()?, scored.get(1).map_or(-1.0, |next| next.0));
@@ -69,8 +70,7 @@ pub fn match_corners(
         if rough < LEAST_LIKENESS - 0.3 {
             return None;
         }
-        let Aligned { at, likeness: alike, information } =
-            aligned(&corner.look, gradient, best.at)?;
+        let Aligned { at, likeness: alike, .. } = aligned(&corner.look, gradient, best.at)?;
         let rival = scored
             .iter()
             .skip(1)
@@ -78,19 +78,10 @@ pub fn match_corners(
             .filter_map(|(_, other)| aligned(&corner.look, gradient, other.at))
             .filter(|other| (other.at - at).norm() > 3.0)
             .fold(next - 1.0, |worst, other| worst.max(other.likeness));
-        let along = curve.nearest(at)?;
-        let off = along.aside;
+        let off = curve.aside(at)?;
         let direction = curve.direction()?;
         (alike > LEAST_LIKENESS && alike - rival > CLEARLY_LESS && off.abs() < aside).then_some(
-            CornerMatch {
-                first: corner.at,
-                second: at,
-                look: corner.look,
-                aside: off,
-                along,
-                information,
-                direction,
-            },
+            CornerMatch { first: corner.at, second: at, look: corner.look, aside: off, direction },
         )
     };
     first.par_iter().filter_map(found).collect()

@@ -45,6 +45,14 @@ impl EpipolarCurve {
         self.direction
     }
 
+    /// The highest and the lowest of its rows: the least y and the largest; the other way round of a curve without a place.
+    #[must_use]
+    pub fn rows(&self) -> [f64; 2] {
+        self.places.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[top, bottom], place| {
+            [top.min(place.y), bottom.max(place.y)]
+        })
+    }
+
     /// Unit vector along a piece, by its number, from near to far.
     #[must_use]
     pub fn way(&self, piece: usize) -> Option<Vector2<f64>> {
@@ -93,6 +101,7 @@ mod tests {
         let at = curve.nearest(Pixel::new(9.0, 2.5)).unwrap();
         assert!(at.piece == 4 && (at.share - 0.5).abs() < 1e-12 && (at.aside - 1.0).abs() < 1e-12);
         assert!(curve.aside(Pixel::new(20.0, 9.0)).is_none());
+        assert_eq!(curve.rows(), [0.0, 5.0]);
         let short = curve.clone().shortened(2);
         assert!(short.pieces().count() == 1 && short.direction() == curve.direction());
     }
