@@ -109,8 +109,11 @@ fn charts_are_found_where_they_are_drawn_and_nowhere_else() {
 #[test]
 fn cameras_look_back_along_what_they_project() {
     for mut camera in AnyCamera::all() {
+        // Before a mirror a camera sees what is behind it.
+        let middle = camera.ray(Pixel::new(319.5, 239.5)).unwrap();
+        let depth = 60.0 * middle.direction.z.signum();
         for (x, y) in [(0.0, 0.0), (12.0, -8.0), (-14.0, 9.0), (3.0, 12.0)] {
-            let point = Point3::new(x, y, 60.0);
+            let point = Point3::new(x, y, depth);
             let pixel = camera.project(point).unwrap();
             let ray = camera.ray(pixel).unwrap();
             let along = (point - ray.origin).dot(&ray.direction);
@@ -127,7 +130,7 @@ fn cameras_look_back_along_what_they_project() {
                 assert!(gap < 1e-5, "{camera:?} axis {axis}: {gap}");
             }
         }
-        let behind = Point3::new(0.0, 0.0, -60.0);
+        let behind = Point3::new(0.0, 0.0, -depth);
         assert_eq!(camera.project(behind), None, "{camera:?}");
         survives_its_file(&camera);
         let before = camera.clone();
