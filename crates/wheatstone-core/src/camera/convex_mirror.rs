@@ -75,7 +75,9 @@ mod tests {
     #[test]
     fn rays_pass_through_what_they_show() {
         let mirror = ConvexMirror::default();
-        for pixel in [Pixel::new(10.0, 20.0), Pixel::new(600.0, 400.0), Pixel::new(320.0, 240.0)] {
+        // As far aside as mirrored rays are at right angles to where the search begins.
+        for [x, y] in [[10.0, 20.0], [600.0, 400.0], [320.0, 240.0], [-250.0, -250.0]] {
+            let pixel = Pixel::new(x, y);
             let ray = mirror.ray(pixel).unwrap();
             for distance in [10.0, 50.0, 500.0] {
                 let back = mirror.project(ray.at(distance)).unwrap();
