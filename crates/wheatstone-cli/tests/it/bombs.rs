@@ -26,12 +26,15 @@ use wheatstone::{
 
 /// What a process may take of addresses, in kilobytes; threads and their arenas take 300 MB that they never fill.
 const ADDRESSES: u32 = 900_000;
+/// The C library makes another arena of 64 MB of addresses whenever threads meet in one: how many would be chance.
+const ARENAS: u32 = 4;
 
 /// Runs the program with little memory.
 pub(crate) fn bounded(at: &Path, arguments: &str) -> Output {
     let program = env!("CARGO_BIN_EXE_wheatstone");
     let line = format!("ulimit -v {ADDRESSES} && exec {program} {arguments}");
     let mut shell = Command::new("sh");
+    shell.env("MALLOC_ARENA_MAX", ARENAS.to_string());
     let output = shell.args(["-c", &line]).current_dir(at).stdin(Stdio::null()).output().unwrap();
     let told = said(&output);
     assert!(

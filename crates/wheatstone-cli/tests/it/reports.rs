@@ -23,8 +23,14 @@ fn the_demo_ends_with_a_report() {
     // Nobody sits here: nothing opens, and nothing but the summary is on standard output.
     assert!(said.contains("`--open` does nothing"), "{said}");
     assert!(said.contains("Report              story"), "{said}");
-    insta::assert_snapshot!("demo-summary", shown(&told));
-    let summary: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let mut summary: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let scene = summary.as_object_mut().unwrap().remove("scene").unwrap();
+    insta::assert_snapshot!("demo-summary", shown(&summary.to_string()));
+    assert!(scene["points"].as_u64().unwrap() > 200_000, "{scene}");
+    let ratio = |place: &str| scene[place]["ratio_to_floor"].as_f64().unwrap();
+    assert!(ratio("inside") < 1.05 && ratio("outside") < 1.5, "{scene}");
+    assert!(scene["inside"]["within"][0].as_f64().unwrap() > 0.62, "{scene}");
+    assert!(at.join("story/reconstruction/scene.html").is_file());
     let best = summary["methods"].as_array().unwrap().iter();
     let best = best.map(|method| method["exam"]["rms"].as_f64().unwrap()).fold(1e9, f64::min);
     page(
