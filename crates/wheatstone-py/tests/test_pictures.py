@@ -166,9 +166,9 @@ def test_pictures_of_calibrated_cameras_become_points(tmp_path):
     assert np.median(np.abs(sparse.points[:, 2] - 2.5)) < 0.03
 
     whole = ws.Reconstructor(cal, (160, 120), range=(1.5, 10.0))
-    pixels = np.column_stack([whole_pixels[:400].astype(float) for whole_pixels in found.pixels])
-    again = whole.locate(pixels, pair, sigma=0.1)
-    assert len(again) == 400 and np.allclose(again.points, found.points[:400], atol=1e-3)
+    inner = np.flatnonzero((found.pixels[0] > 4).all(axis=1))[:400]
+    again = whole.locate(np.column_stack([own[inner].astype(float) for own in found.pixels]), pair, sigma=0.1)
+    assert len(again) == 400 and np.allclose(again.points, found.points[inner], atol=1e-3)
     given = whole.locate(found.disparity, pair, sigma=0.1)
     assert len(given) >= len(found) and np.nanmedian(np.abs(given.depth - found.depth)) < 1e-4
     noise = np.random.default_rng(1)
