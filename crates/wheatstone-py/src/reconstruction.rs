@@ -10,7 +10,7 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyA
 use pyo3::{prelude::*, types::PyDict};
 use std::{path::PathBuf, sync::Arc};
 use wheatstone::{
-    Calibration, Pixel,
+    Calibration, Pixel, Progress,
     dataset::volume::Trust,
     imaging::ColourImage,
     reconstruction::{
@@ -83,31 +83,29 @@ impl PyReconstructor {
         images: Vec<Bound<'py, PyAny>>,
         bgr: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let pictures = pictures(&images, bgr)?;
-        let pictures: Vec<_> = pictures.iter().collect();
-        let made = self.ready.borrow_dependent();
-        let found = run(py, None, |progress| made.reconstruct(&pictures, progress))?;
-        arrays(py, &found)
+        self.found(py, (&images, bgr), |made, pictures, progress| {
+            made.reconstruct(pictures, progress)
+        })
     }
 
-    /// The points that several frames show together, and how many of them were left out, as they are at fault.
+    /// The points that several frames show together, and the faults of those that were left out.
     fn fuse<'py>(
         &self,
         py: Python<'py>,
         frames: &Bound<'py, PyAny>,
         bgr: bool,
-    ) -> PyResult<(Bound<'py, PyDict>, usize)> {
+    ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
         let made = self.ready.borrow_dependent();
-        let (mut fusion, mut left_out) = (FrameFusion::new(made), 0);
+        let (mut fusion, mut faults) = (FrameFusion::new(made), Vec::new());
         for frame in frames.try_iter()? {
             let images: Vec<Bound<'py, PyAny>> = frame?.extract()?;
             let pictures = pictures(&images, bgr)?;
             let pictures: Vec<_> = pictures.iter().collect();
             let fault = run(py, None, |progress| fusion.add(&pictures, progress))?;
-            left_out += usize::from(fault.is_some());
+            faults.extend(fault.map(|([a, b], fault)| format!("cameras {a} and {b}: {fault}")));
         }
         let found = run(py, None, |progress| fusion.finish(progress))?;
-        Ok((arrays(py, &found)?, left_out))
+        Ok((arrays(py, &found)?, faults))
     }
 
     /// The points of disparities of the left rectified picture, with a standard deviation in pixels.
@@ -119,15 +117,13 @@ impl PyReconstructor {
         images: Vec<Bound<'py, PyAny>>,
         bgr: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let pictures = pictures(&images, bgr)?;
-        let pictures: Vec<_> = pictures.iter().collect();
         let values = disparities.as_array();
         let (width, values) = (values.ncols(), values.iter().map(|value| *value as f32).collect());
         let map = DisparityMap::given(width, values, sigma)
             .ok_or_else(|| invalid("the array of disparities is empty", "give one a pixel"))?;
-        let made = self.ready.borrow_dependent();
-        let found = run(py, None, |progress| made.locate(map, &pictures, progress))?;
-        arrays(py, &found)
+        self.found(py, (&images, bgr), |made, pictures, progress| {
+            made.locate(map, pictures, progress)
+        })
     }
 
     /// The points of matched pixels, one row a point: x and y of each camera, NaN where it has none.
@@ -139,8 +135,6 @@ impl PyReconstructor {
         images: Vec<Bound<'py, PyAny>>,
         bgr: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let pictures = pictures(&images, bgr)?;
-        let pictures: Vec<_> = pictures.iter().collect();
         let pixels = pixels.as_array();
         let seen = |x: f64, y: f64| (x.is_finite() && y.is_finite()).then(|| Pixel::new(x, y));
         let row = |row: usize| -> Vec<Option<Pixel>> {
@@ -149,9 +143,29 @@ impl PyReconstructor {
                 .collect()
         };
         let rows: Vec<_> = (0..pixels.nrows()).map(row).collect();
+        self.found(py, (&images, bgr), |made, pictures, progress| {
+            made.locate_matches(&rows, sigma, pictures, progress)
+        })
+    }
+}
+
+impl PyReconstructor {
+    /// What `work` finds in pictures, as arrays by name.
+    fn found<'py>(
+        &self,
+        py: Python<'py>,
+        (images, bgr): (&[Bound<'py, PyAny>], bool),
+        work: impl FnOnce(
+            &SceneReconstructor<'_>,
+            &[&ColourImage],
+            &dyn Progress,
+        ) -> wheatstone::Result<Reconstruction>
+        + Send,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let pictures = pictures(images, bgr)?;
+        let pictures: Vec<_> = pictures.iter().collect();
         let made = self.ready.borrow_dependent();
-        let found =
-            run(py, None, |progress| made.locate_matches(&rows, sigma, &pictures, progress))?;
+        let found = run(py, None, |progress| work(made, &pictures, progress))?;
         arrays(py, &found)
     }
 }

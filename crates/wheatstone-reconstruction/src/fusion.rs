@@ -1,6 +1,9 @@
 //! Several frames of a scene that stands still, before cameras that do.
 
-use crate::scene::{Reconstruction, SceneReconstructor};
+use crate::{
+    pair::refused,
+    scene::{Reconstruction, SceneReconstructor},
+};
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Error, Result};
 use wheatstone_numeric::progress::Progress;
@@ -10,17 +13,17 @@ use wheatstone_stereo::{DisparityFusion, PairFault};
 /// grow with their number.
 pub struct FrameFusion<'s, 'm> {
     made: &'s SceneReconstructor<'m>,
-    pairs: Vec<DisparityFusion>,
+    /// Of each pair, once a frame has shown something.
+    pairs: Vec<Option<DisparityFusion>>,
     /// The reference camera's first picture.
     reference: Option<ColourImage>,
 }
 
 impl<'s, 'm> FrameFusion<'s, 'm> {
-    /// Of no frames yet.
+    /// Of no frames yet. Every pixel is matched, whatever the settings say of corners and edges.
     #[must_use]
     pub fn new(made: &'s SceneReconstructor<'m>) -> Self {
-        let fusion = |[width, height]: [usize; 2]| DisparityFusion::new(width, height);
-        Self { made, pairs: made.map_sizes().map(fusion).collect(), reference: None }
+        Self { made, pairs: Vec::new(), reference: None }
     }
 
     /// Adds pictures that were taken at once, in the order of the settings' cameras. Those at fault are left out, and the
@@ -38,9 +41,12 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
         if found.fault.is_some() {
             return Ok(found.fault);
         }
+        self.pairs.resize(found.of_pairs.len(), None);
         for (pair, map) in self.pairs.iter_mut().zip(&found.of_pairs) {
             if let Some(map) = map {
-                let _has_its_size = pair.add(map);
+                let fusion =
+                    pair.get_or_insert_with(|| DisparityFusion::new(map.width, map.height));
+                fusion.add(map).map_err(refused)?;
             }
         }
         self.reference.get_or_insert_with(|| self.made.reference(pictures).clone());
@@ -60,7 +66,8 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
                     .into(),
             });
         };
-        let maps = self.pairs.iter().map(|pair| Some(pair.map())).collect();
-        self.made.of_maps(maps, reference, progress)
+        let maps = self.pairs.iter().map(|pair| Some(pair.as_ref()?.map())).collect();
+        let found = self.made.of_maps(maps, reference, progress)?;
+        Ok(Reconstruction { left_out: self.made.left_out(&self.pairs), ..found })
     }
 }

@@ -68,20 +68,20 @@ impl Matches {
     }
 }
 
-/// The place in the model's picture that a rectified picture shows between its pixels, bilinear; `None` where the table
-/// shows nothing.
+/// The place in the model's picture that a rectified picture shows between its pixels, bilinear, as far as its outermost
+/// pixels reach: half a pixel beyond their middles. `None` where the table shows nothing.
 pub(crate) fn source(table: &Table, x: f64, y: f64) -> Option<[f64; 2]> {
-    let (column, row) = (x.floor(), y.floor());
-    let inside =
-        column >= 0.0 && row >= 0.0 && column < table.width as f64 && row < table.height as f64;
-    if !inside {
+    let ends = [table.width, table.height].map(|side| side as f64 - 0.5);
+    if !((-0.5..=ends[0]).contains(&x) && (-0.5..=ends[1]).contains(&y)) {
         return None;
     }
-    // At the last column and row nothing lies beyond.
-    let next = |at: f64, side: usize| (at as usize + 1).min(side - 1);
-    let columns = [column as usize, next(column, table.width)];
-    let rows = [row as usize, next(row, table.height)];
-    let (along, down) = (x - column, y - row);
+    // Beyond the outermost pixels as between the last two.
+    let first = |at: f64, side: usize| (at.max(0.0) as usize).min(side.saturating_sub(2));
+    let next = |first: usize, side: usize| (first + 1).min(side - 1);
+    let (column, row) = (first(x, table.width), first(y, table.height));
+    let columns = [column, next(column, table.width)];
+    let rows = [row, next(row, table.height)];
+    let (along, down) = (x - column as f64, y - row as f64);
     let mut found = [0.0; 2];
     for (row, share) in rows.into_iter().zip([1.0 - down, down]) {
         for (column, part) in columns.into_iter().zip([1.0 - along, along]) {
@@ -128,7 +128,9 @@ mod tests {
         };
         let [x, y] = source(&table, 1.25, 2.5).unwrap();
         assert!((x - 6.25).abs() < 1e-6 && (y - 3.75).abs() < 1e-6, "{x} {y}");
-        assert!(source(&table, -0.1, 0.0).is_none() && source(&table, 0.0, 4.0).is_none());
+        let [x, y] = source(&table, -0.25, 3.5).unwrap();
+        assert!((x - 2.75).abs() < 1e-6 && (y - 7.25).abs() < 1e-6, "{x} {y}");
+        assert!(source(&table, -0.6, 0.0).is_none() && source(&table, 0.0, 3.6).is_none());
         assert!(source(&table, 4.0, 3.0).is_some());
         (table.x[7], table.y[7]) = (Table::NOWHERE, Table::NOWHERE);
         assert!(source(&table, 1.5, 1.0).is_none() && source(&table, 3.0, 1.0).is_some());

@@ -1,23 +1,22 @@
 //! Logs of reconstructions as MCAP files, in Foxglove's schemas: what Foxglove and Rerun show.
 //!
 //! Lengths are metres there. Frames are `world`, `rectified` (the left virtual camera) and `camera1`, `camera2`, … Source
-//! of the messages: Foxglove's schemas, <https://docs.foxglove.dev/docs/sdk/schemas>.
-
-mod messages;
-mod schemas;
+//! of the messages: Foxglove's schemas, <https://docs.foxglove.dev/docs/sdk/schemas>, by its crate; its own writer of files is
+//! not used, as that wants to seek.
 
 use crate::{
     cloud::Cloud,
     scene::{Reconstruction, SceneReconstructor},
 };
-use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
-use messages::{
-    CameraCalibration, CompressedImage, FrameTransform, PackedElementField, PointCloud, Pose,
-    Quaternion, RawImage, Vector3,
+use foxglove::{
+    Encode,
+    messages::{
+        CameraCalibration, CompressedImage, FrameTransform, PackedElementField, PointCloud, Pose,
+        Quaternion, RawImage, Timestamp, Vector3, packed_element_field::NumericType,
+    },
 };
+use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 use nalgebra::{Rotation3, UnitQuaternion};
-use prost::Message;
-use prost_types::Timestamp;
 use std::{
     collections::BTreeMap,
     io::{self, Write},
@@ -28,10 +27,6 @@ use wheatstone_core::{geometry::Pose as Motion, unit::factor};
 pub struct McapLog<'s, 'm, W: Write> {
     made: &'s SceneReconstructor<'m>,
     writer: Writer<NoSeek<W>>,
-    /// By topic.
-    channels: BTreeMap<String, u16>,
-    /// By the message's name.
-    schemas: BTreeMap<&'static str, u16>,
     /// Metres in the model's unit.
     metres: f64,
     sequence: u32,
@@ -62,8 +57,7 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
             .disable_seeking(true);
         let writer = options.create(NoSeek::new(out)).map_err(failed)?;
         let metres = factor(unit, "m").unwrap_or(1.0);
-        let (channels, schemas) = (BTreeMap::new(), BTreeMap::new());
-        Ok(Self { made, writer, channels, schemas, metres, sequence: 0 })
+        Ok(Self { made, writer, metres, sequence: 0 })
     }
 
     /// Adds what was reconstructed at a time, in seconds: poses of the cameras, the left rectified camera with its depths,
@@ -79,10 +73,8 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
         found: &Reconstruction,
     ) -> io::Result<()> {
         let nanos = (seconds.max(0.0) * 1e9) as u64;
-        let time = Some(Timestamp {
-            seconds: (nanos / 1_000_000_000) as i64,
-            nanos: (nanos % 1_000_000_000) as i32,
-        });
+        let time =
+            Timestamp::new_checked((nanos / 1_000_000_000) as u32, (nanos % 1_000_000_000) as u32);
         let rectified = self.made.pair().rectified_from_world.inverse();
         self.pose(nanos, time, (RECTIFIED, &rectified))?;
         let cameras = self.made.settings().cameras.clone();
@@ -94,22 +86,17 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
             if let Some(picture) = picture {
                 let image = CompressedImage {
                     timestamp: time,
-                    data: picture.bytes.to_vec(),
+                    data: picture.bytes.to_vec().into(),
                     format: picture.format.into(),
                     frame_id: name.clone(),
                 };
-                self.put((&format!("/{name}/image"), "foxglove.CompressedImage"), nanos, &image)?;
+                self.put(&format!("/{name}/image"), nanos, &image)?;
             }
         }
-        self.put(
-            ("/rectified/calibration", "foxglove.CameraCalibration"),
-            nanos,
-            &self.calibration(time),
-        )?;
+        self.put("/rectified/calibration", nanos, &self.calibration(time))?;
         let depth = self.depth(time, &found.depth);
-        self.put(("/rectified/depth", "foxglove.RawImage"), nanos, &depth)?;
-        let cloud = cloud(time, &found.cloud, self.metres);
-        self.put(("/cloud", "foxglove.PointCloud"), nanos, &cloud)
+        self.put("/rectified/depth", nanos, &depth)?;
+        self.put("/cloud", nanos, &cloud(time, &found.cloud, self.metres))
     }
 
     /// Ends the log.
@@ -122,34 +109,22 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
         Ok(self.writer.into_inner().into_inner())
     }
 
-    fn put(
-        &mut self,
-        (topic, schema): (&str, &'static str),
-        log_time: u64,
-        message: &impl Message,
-    ) -> io::Result<()> {
-        let schema = match self.schemas.get(schema) {
-            Some(known) => *known,
-            None => {
-                let data = schemas::descriptors();
-                let id = self.writer.add_schema(schema, "protobuf", &data).map_err(failed)?;
-                self.schemas.insert(schema, id);
-                id
-            }
+    /// Writes a message; its schema and its channel are written before the first of them.
+    fn put<M: Encode>(&mut self, topic: &str, log_time: u64, message: &M) -> io::Result<()> {
+        let mut data = Vec::new();
+        message.encode(&mut data).map_err(|error| io::Error::other(error.to_string()))?;
+        let writer = &mut self.writer;
+        let schema = match M::get_schema() {
+            Some(own) => writer.add_schema(&own.name, &own.encoding, &own.data).map_err(failed)?,
+            None => 0,
         };
-        let channel_id = match self.channels.get(topic) {
-            Some(known) => *known,
-            None => {
-                let channel = self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new());
-                let id = channel.map_err(failed)?;
-                self.channels.insert(topic.into(), id);
-                id
-            }
-        };
+        let encoding = M::get_message_encoding();
+        let channel_id =
+            writer.add_channel(schema, topic, &encoding, &BTreeMap::new()).map_err(failed)?;
         let header =
             MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
         self.sequence = self.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, &message.encode_to_vec()).map_err(failed)
+        self.writer.write_to_known_channel(&header, &data).map_err(failed)
     }
 
     fn pose(
@@ -173,7 +148,7 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
                 w: rotation.w,
             }),
         };
-        self.put(("/tf", "foxglove.FrameTransform"), nanos, &transform)
+        self.put("/tf", nanos, &transform)
     }
 
     /// The left rectified camera, a pinhole without distortion.
@@ -202,7 +177,7 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
             height,
             encoding: "32FC1".into(),
             step: 4 * width,
-            data: metres.flat_map(f32::to_le_bytes).collect(),
+            data: metres.flat_map(f32::to_le_bytes).collect::<Vec<u8>>().into(),
             frame_id: RECTIFIED.into(),
         }
     }
@@ -212,17 +187,17 @@ impl<'s, 'm, W: Write> McapLog<'s, 'm, W> {
 fn cloud(timestamp: Option<Timestamp>, cloud: &Cloud, metres: f64) -> PointCloud {
     const NUMBERS: [&str; 7] = ["x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "confidence"];
     const COLOURS: [&str; 4] = ["red", "green", "blue", "alpha"];
-    let field = |name: &str, offset: usize, r#type: i32| PackedElementField {
+    let field = |name: &str, offset: usize, kind: NumericType| PackedElementField {
         name: name.into(),
         offset: offset as u32,
-        r#type,
+        r#type: kind.into(),
     };
     let numbers =
-        NUMBERS.iter().enumerate().map(|(at, name)| field(name, 4 * at, schemas::FLOAT32));
+        NUMBERS.iter().enumerate().map(|(at, name)| field(name, 4 * at, NumericType::Float32));
     let colours = COLOURS
         .iter()
         .enumerate()
-        .map(|(at, name)| field(name, 4 * NUMBERS.len() + at, schemas::UINT8));
+        .map(|(at, name)| field(name, 4 * NUMBERS.len() + at, NumericType::Uint8));
     let stride = 4 * NUMBERS.len() + COLOURS.len();
     let mut data = Vec::with_capacity(stride * cloud.len());
     for index in 0..cloud.len() {
@@ -243,7 +218,7 @@ fn cloud(timestamp: Option<Timestamp>, cloud: &Cloud, metres: f64) -> PointCloud
         pose: Some(identity),
         point_stride: stride as u32,
         fields: numbers.chain(colours).collect(),
-        data,
+        data: data.into(),
     }
 }
 

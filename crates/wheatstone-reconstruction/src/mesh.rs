@@ -13,7 +13,8 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
 }
 
-/// Sides of a triangle are at most so many times as long as the shortest: longer ones lead from one surface to another.
+/// Sides of a triangle are at most so many times as long as the shortest: as on a surface that slants by 80 degrees. Longer
+/// ones lead from one surface to another.
 const MOST_STRETCH: f64 = 6.0;
 
 impl Mesh {

@@ -68,13 +68,14 @@ impl<'a> RectifiedPair<'a> {
         pictures: [&ColourImage; 2],
     ) -> Result<(DisparityMap, Option<PairFault>)> {
         let matcher = Matcher::new(self.range.clone());
-        let map = self.search(&matcher, &self.rectified(pictures)).map_err(refused)?;
+        let rectified = self.rectified(pictures);
+        let map = self.search(&matcher, &rectified).map_err(refused)?;
         let [first, second] = pictures;
         let exchanged = || {
             let coarse = matcher.clone().refining(false);
             Ok(self.search(&coarse, &self.rectified([second, first]))?.density(CONFIDENT))
         };
-        let fault = self.fault(pictures, map.density(CONFIDENT), exchanged)?;
+        let fault = self.fault(&rectified, map.density(CONFIDENT), exchanged)?;
         Ok((map, fault))
     }
 
@@ -90,23 +91,23 @@ impl<'a> RectifiedPair<'a> {
         }
     }
 
-    /// What makes pictures worthless of which a share is matched; `exchanged` gives the share the other way round.
+    /// What makes rectified pictures worthless of which a share is matched; `exchanged` gives the share the other way
+    /// round.
     pub(crate) fn fault(
         &self,
-        pictures: [&ColourImage; 2],
+        [left, right]: &[Vec<u8>; 2],
         matched: f64,
         exchanged: impl FnOnce() -> Result<f64, MatchError>,
     ) -> Result<Option<PairFault>> {
         let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::bend);
-        let [left, right] = self.rectified(pictures);
         let found = || {
-            let (left, right) = (self.picture(&left)?, self.picture(&right)?);
+            let (left, right) = (self.picture(left)?, self.picture(right)?);
             pair_fault([&left, &right], self.range.clone(), (matched, bend), exchanged)
         };
         found().map_err(refused)
     }
 
-    fn rectified(&self, pictures: [&ColourImage; 2]) -> [Vec<u8>; 2] {
+    pub(crate) fn rectified(&self, pictures: [&ColourImage; 2]) -> [Vec<u8>; 2] {
         [0, 1].map(|side| {
             let rectified = remapped(&self.tables[side], &pictures[side].gray.stretched());
             rectified.to_8_bit().into_raw()
@@ -144,12 +145,12 @@ impl<'a> RectifiedPair<'a> {
         let Some(at) = self.place([pixel.x, pixel.y]) else {
             return EpipolarCurve::new(0, Vec::new());
         };
-        let count = f64::from(self.range.end - self.range.start) / CURVE_STEP;
+        let pieces = (f64::from(self.range.end - 1 - self.range.start) / CURVE_STEP).ceil();
         let place = |number: usize| {
             let [x, y] = self.matched(at, (self.disparity(number as f64), 1.0))?.pixel;
             Some(Pixel::new(x, y))
         };
-        let mut places = (0..=count as usize).map(place).enumerate();
+        let mut places = (0..=pieces as usize).map(place).enumerate();
         // Where the other camera's picture begins; farther places are found until it ends.
         let Some((first, start)) = places.find_map(|(number, place)| Some((number, place?))) else {
             return EpipolarCurve::new(0, Vec::new());
@@ -249,7 +250,7 @@ impl<'a> RectifiedPair<'a> {
 /// Pixels of disparity from one place of an epipolar curve to the next: what is matched along curves counts in these.
 const CURVE_STEP: f64 = 4.0;
 
-/// How far a curve of a good calibration is off, in pixels.
+/// How far a curve of a good calibration is off, in pixels: as many rows as pairs may be off that are not at fault.
 const MOST_CURVE_ERROR: f64 = 0.5;
 
 /// Cubic interpolation takes noise away between pixels, which the matcher takes for pictures with less of it: the factor
@@ -314,7 +315,7 @@ fn curves(
 }
 
 /// What the matcher cannot do, and the way out.
-fn refused(error: MatchError) -> Error {
+pub(crate) fn refused(error: MatchError) -> Error {
     Error::Setting {
         setting: "range of depths".into(),
         value: error.to_string(),

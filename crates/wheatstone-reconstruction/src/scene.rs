@@ -178,14 +178,12 @@ impl<'a> SceneReconstructor<'a> {
                 |pair: &RectifiedPair<'_>| sparse::search(pair, pictures_of(pair), &features);
             let searched = self.searched(progress, search)?;
             let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
-            return self.of_features(
-                seen,
-                reference,
-                (searched.fault, searched.left_out),
-                progress,
-            );
+            let found = self.of_features(seen, reference, progress)?;
+            let left_out = self.left_out(&searched.of_pairs);
+            return Ok(Reconstruction { fault: searched.fault, left_out, ..found });
         }
-        let Searched { of_pairs, fault, left_out } = self.maps(pictures, progress)?;
+        let Searched { of_pairs, fault } = self.maps(pictures, progress)?;
+        let left_out = self.left_out(&of_pairs);
         let found = self.of_maps(of_pairs, reference, progress)?;
         Ok(Reconstruction { fault, left_out, ..found })
     }
@@ -218,9 +216,10 @@ impl<'a> SceneReconstructor<'a> {
         Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
     }
 
-    /// Width and height of each pair's disparities, in pixels.
-    pub(crate) fn map_sizes(&self) -> impl Iterator<Item = [usize; 2]> {
-        self.pairs.iter().map(|pair| pair.rectification.pair.size.map(|side| side as usize))
+    /// Cameras of which nothing was found.
+    pub(crate) fn left_out<T>(&self, of_pairs: &[Option<T>]) -> Vec<usize> {
+        let pairs = self.pairs.iter().zip(of_pairs).filter(|(_, found)| found.is_none());
+        pairs.map(|(pair, _)| pair.cameras[1]).collect()
     }
 
     /// The reference camera's picture.
@@ -234,7 +233,7 @@ impl<'a> SceneReconstructor<'a> {
         progress: &dyn Progress,
         search: impl Fn(&RectifiedPair<'_>) -> Result<(T, Option<PairFault>)>,
     ) -> Result<Searched<T>> {
-        let mut all = Searched { of_pairs: Vec::new(), fault: None, left_out: Vec::new() };
+        let mut all = Searched { of_pairs: Vec::new(), fault: None };
         for (index, pair) in self.pairs.iter().enumerate() {
             progress.check()?;
             let (own, fault) = search(pair)?;
@@ -242,7 +241,6 @@ impl<'a> SceneReconstructor<'a> {
             let is_empty = index > 0 && matches!(fault, Some(PairFault::NothingInCommon { .. }));
             let fault = fault.filter(|_| !is_empty).map(|fault| (pair.cameras, fault));
             all.fault = all.fault.or(fault);
-            all.left_out.extend(is_empty.then_some(pair.cameras[1]));
             all.of_pairs.push((!is_empty).then_some(own));
         }
         Ok(all)
@@ -272,8 +270,9 @@ impl<'a> SceneReconstructor<'a> {
     }
 
     /// The points of pixels that were matched by somebody else, one row a point: a pixel of each of the settings' cameras
-    /// that sees it, with this standard deviation along x and y in pixels. Rows without a pixel of the reference camera (the left one of
-    /// the first two) mean no point, and neither do pixels beside their epipolar curves.
+    /// that sees it, with this standard deviation along x and y in pixels. Left out are rows without a pixel of the
+    /// reference camera (the left one of the first two) or whose pixel the left rectified picture does not show, and
+    /// pixels beside their epipolar curves or at depths that are not searched.
     ///
     /// # Errors
     ///
@@ -300,9 +299,10 @@ impl<'a> SceneReconstructor<'a> {
         };
         let found: Vec<_> = self.pairs.iter().map(|pair| Some(of_pair(pair))).collect();
         let pixels: Vec<[f64; 2]> = rows.iter().map(|(pixel, _)| [pixel.x, pixel.y]).collect();
-        let seen = sparse::at_pixels(&self.pairs, &pixels, &found, &self.settings);
+        let places = sparse::places(&self.pairs[0], &pixels, &self.settings);
+        let seen = sparse::at_pixels(&self.pairs, &pixels, &found, places);
         let seen = Seen { pixel_sigma: Some(sigma), ..seen };
-        self.of_features(seen, pictures[order], (None, Vec::new()), progress)
+        self.of_features(seen, pictures[order], progress)
     }
 
     /// The points of single pixels.
@@ -310,12 +310,11 @@ impl<'a> SceneReconstructor<'a> {
         &self,
         seen: Seen,
         reference: &ColourImage,
-        (fault, left_out): (Option<([usize; 2], PairFault)>, Vec<usize>),
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         let map = sparse::map(&self.pairs[0], &seen).ok_or_else(nothing)?;
         let (cloud, depth) = self.located(std::iter::once(seen), reference, progress)?;
-        Ok(Reconstruction { map, depth, cloud, fault, left_out })
+        Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
     }
 
     /// What maps say, a band of rows at a time.
@@ -388,7 +387,6 @@ impl<'a> SceneReconstructor<'a> {
 pub(crate) struct Searched<T> {
     pub(crate) of_pairs: Vec<Option<T>>,
     pub(crate) fault: Option<([usize; 2], PairFault)>,
-    left_out: Vec<usize>,
 }
 
 /// Of pictures without a pixel.

@@ -66,7 +66,7 @@ pub(crate) fn search(
     let other = Features::of(pictures[1]);
     let found = matched(pair, reference, &other);
     let exchanged = || Ok(density(&other, &matched(pair, &other, reference)));
-    let fault = pair.fault(pictures, density(reference, &found), exchanged)?;
+    let fault = pair.fault(&pair.rectified(pictures), density(reference, &found), exchanged)?;
     Ok((found, fault))
 }
 
@@ -115,43 +115,51 @@ fn density(reference: &Features, found: &[Option<Found>]) -> f64 {
 }
 
 /// What the pairs match with features of the reference camera's picture: of those in one pixel of the left rectified
-/// picture the surest.
+/// picture the one that most of them see.
 pub(crate) fn seen(
     pairs: &[RectifiedPair<'_>],
     reference: &Features,
     found: &[Option<Vec<Option<Found>>>],
     settings: &ReconstructionSettings,
 ) -> Seen {
-    let places: Vec<[f64; 2]> = reference.places().map(|at| [at.x, at.y]).collect();
-    at_pixels(pairs, &places, found, settings)
+    let pixels: Vec<[f64; 2]> = reference.places().map(|at| [at.x, at.y]).collect();
+    let count = |index: usize| found.iter().flatten().filter(|pair| pair[index].is_some()).count();
+    let mut kept: BTreeMap<u32, usize> = BTreeMap::new();
+    for (place, index) in places(&pairs[0], &pixels, settings) {
+        let best = kept.entry(place).or_insert(index);
+        if count(index) > count(*best) {
+            *best = index;
+        }
+    }
+    at_pixels(pairs, &pixels, found, kept)
 }
 
-/// As [`seen`], of any pixels of the reference camera's picture.
+/// The pixels of the left rectified picture that show pixels of the reference camera's own, each with its place in the
+/// list; those that are not wanted are left out.
+pub(crate) fn places(
+    pair: &RectifiedPair<'_>,
+    pixels: &[[f64; 2]],
+    settings: &ReconstructionSettings,
+) -> Vec<(u32, usize)> {
+    let wanted = pixels.iter().enumerate().filter(|(_, pixel)| settings.holds(**pixel));
+    wanted.filter_map(|(index, pixel)| Some((pair.rectified_pixel(*pixel)?, index))).collect()
+}
+
+/// What the pairs match with pixels of the reference camera's picture, those that are found at `places`.
 pub(crate) fn at_pixels(
     pairs: &[RectifiedPair<'_>],
     pixels: &[[f64; 2]],
     found: &[Option<Vec<Option<Found>>>],
-    settings: &ReconstructionSettings,
+    places: impl IntoIterator<Item = (u32, usize)>,
 ) -> Seen {
-    let mut kept: BTreeMap<u32, (f32, usize)> = BTreeMap::new();
-    for (index, pixel) in pixels.iter().enumerate() {
-        let of_pairs = found.iter().flatten().filter_map(|pair| pair[index].as_ref());
-        let confidence: f32 = of_pairs.map(|found| found.confidence).sum();
-        if confidence == 0.0 || !settings.holds(*pixel) {
-            continue;
-        }
-        let Some(place) = pairs[0].rectified_pixel(*pixel) else { continue };
-        let best = kept.entry(place).or_insert((confidence, index));
-        if confidence > best.0 {
-            *best = (confidence, index);
-        }
-    }
     let mut seen = Seen::new(pairs.len());
-    for (place, (_, index)) in kept {
+    for (place, index) in places {
         let of_pairs: Vec<Option<Found>> =
             found.iter().map(|pair| pair.as_ref().and_then(|pair| pair[index])).collect();
         // What a camera does not find of a feature says nothing.
-        seen.push((place, pixels[index]), (&of_pairs, 0));
+        if of_pairs.iter().any(Option::is_some) {
+            seen.push((place, pixels[index]), (&of_pairs, 0));
+        }
     }
     seen
 }

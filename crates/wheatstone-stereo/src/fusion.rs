@@ -1,6 +1,6 @@
 //! Disparities of several frames that show the same.
 
-use crate::map::DisparityMap;
+use crate::{error::MatchError, map::DisparityMap};
 
 /// Disparities of one scene, seen several times by cameras that stand still: those of a pixel that agree are averaged by
 /// their variances.
@@ -40,11 +40,15 @@ impl DisparityFusion {
         Self { width, height, pixels: vec![None; width * height] }
     }
 
-    /// Adds a frame's disparities; those of another size are left out, and `false` says so.
-    #[must_use]
-    pub fn add(&mut self, map: &DisparityMap) -> bool {
-        if (map.width, map.height) != (self.width, self.height) {
-            return false;
+    /// Adds a frame's disparities.
+    ///
+    /// # Errors
+    ///
+    /// [`MatchError::Sizes`] for those of another size.
+    pub fn add(&mut self, map: &DisparityMap) -> Result<(), MatchError> {
+        let (left, right) = ((self.width, self.height), (map.width, map.height));
+        if left != right {
+            return Err(MatchError::Sizes { left, right });
         }
         let found = map.disparity.iter().zip(&map.sigma).zip(&map.confidence);
         for (pixel, ((disparity, sigma), confidence)) in self.pixels.iter_mut().zip(found) {
@@ -59,7 +63,7 @@ impl DisparityFusion {
                 *pixel = Some(pixel.map_or(own, |known| known.with(own)));
             }
         }
-        true
+        Ok(())
     }
 
     /// What the frames agree on.
@@ -130,14 +134,15 @@ mod tests {
         let mut fusion = DisparityFusion::new(1, 1);
         assert!(fusion.map().disparity[0].is_nan() && fusion.map().confidence[0] == 0.0);
         for disparity in [20.0, 5.0, 5.1, 5.05] {
-            assert!(fusion.add(&frame(disparity, 0.9)));
+            fusion.add(&frame(disparity, 0.9)).unwrap();
         }
         let found = fusion.map();
         assert!((found.disparity[0] - 5.05).abs() < 0.06, "{found:?}");
         assert!(found.sigma[0] < 0.1 && found.sigma[0] > 0.07, "{found:?}");
         assert!(found.confidence[0] < 0.9 && found.confidence[0] > 0.5, "{found:?}");
         // Nothing changes by what is not confident, and by another size.
-        assert!(fusion.add(&frame(5.0, 0.1)) && fusion.map() == found);
-        assert!(!fusion.add(&DisparityMap { height: 2, ..frame(5.0, 0.9) }));
+        fusion.add(&frame(5.0, 0.1)).unwrap();
+        assert_eq!(fusion.map(), found);
+        assert!(fusion.add(&DisparityMap { height: 2, ..frame(5.0, 0.9) }).is_err());
     }
 }

@@ -73,15 +73,6 @@ struct Summary {
     scene: SceneSummary,
 }
 
-impl Summary {
-    /// The best of the fits.
-    fn best(methods: &[MethodSummary]) -> &str {
-        let rms = |method: &&MethodSummary| method.exam.rms;
-        let best = methods.iter().min_by(|a, b| rms(a).total_cmp(&rms(b)));
-        best.map_or("", |best| &best.model)
-    }
-}
-
 /// Detected points against where they truly are.
 #[derive(Serialize)]
 struct DetectionScore {
@@ -168,7 +159,7 @@ impl Demo {
             methods.push(self.fit((&method, label), rows, (&rig, folder), &bar)?);
         }
         let unit = training.sub_pixel.dataset.unit.clone();
-        let best = Summary::best(&methods);
+        let best = best_model(&methods);
         let model = Calibration::load(&folder.join(best))?;
         let scene = scene::reconstruct(&model, (&rig, self.seed), (folder, best), &bar)?;
         let summary = Summary { unit, detection, whole_pixel_detection, methods, scene };
@@ -237,7 +228,7 @@ impl Demo {
         folder: &Path,
         bar: &Bar,
     ) -> Outcome<Report> {
-        let file = Summary::best(&summary.methods);
+        let file = best_model(&summary.methods);
         let mut command = format!("wheatstone demo --out {}", quoted(&self.out));
         if self.seed != 0 {
             command += &format!(" --seed {}", self.seed);
@@ -298,6 +289,13 @@ impl Demo {
         }
         Ok(())
     }
+}
+
+/// The file of the best of the fits.
+fn best_model(methods: &[MethodSummary]) -> &str {
+    let rms = |method: &&MethodSummary| method.exam.rms;
+    let best = methods.iter().min_by(|a, b| rms(a).total_cmp(&rms(b)));
+    best.map_or("", |best| &best.model)
 }
 
 /// Says how far a reconstructed scene is from the truth.

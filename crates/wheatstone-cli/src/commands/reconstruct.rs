@@ -7,6 +7,7 @@ use super::{locate::needs_two_cameras, print_json};
 use crate::{
     failure::{Failure, Outcome},
     matches::GivenMatches,
+    output::refuse_inputs,
     picture_sets::frames,
     progress::Bar,
     table::figure,
@@ -146,6 +147,10 @@ impl Reconstruct {
             ));
         }
         let made = SceneReconstructor::new(&model, self.settings(cameras, first)?, &bar)?;
+        if let Some(path) = &self.mcap {
+            let inputs = frames.iter().flatten().chain(&self.matches).chain([&self.model]);
+            refuse_inputs(path, inputs.map(PathBuf::as_path))?;
+        }
         let mut log = Log::create(self.mcap.as_deref(), &made, &model)?;
         if self.fuse {
             let whole = self.fused((&made, &model), &frames, (&bar, &mut log))?;
@@ -169,7 +174,7 @@ impl Reconstruct {
             }));
         }
         log.commit()?;
-        let whole = whole((&self.model, self.confidence), (&made, &model), told);
+        let whole = whole(&self.model, (&made, &model), told);
         if frames.len() > 1 {
             wheatstone::storage::write(&self.output.join("summary.json"), &pretty(&whole))?;
         }
@@ -191,7 +196,10 @@ impl Reconstruct {
                 match GivenMatches::read(path, self.matches_sigma, &made.settings().cameras)? {
                     GivenMatches::Disparities(map) => made.locate(map, &pictures, bar)?,
                     GivenMatches::Pixels(rows) => {
-                        made.locate_matches(&rows, self.matches_sigma, &pictures, bar)?
+                        let found =
+                            made.locate_matches(&rows, self.matches_sigma, &pictures, bar)?;
+                        tell_left_out(rows.len(), &found, made, model);
+                        found
                     }
                 }
             }
@@ -237,11 +245,11 @@ impl Reconstruct {
         }
         let found = fusion.finish(bar)?;
         log.frame(used[0], &found)?;
-        let title = format!("{} and {} others", used[0][0].display(), used.len() - 1);
+        let title = format!("{}, {} frames", used[0][0].display(), used.len());
         let mut told = summary(&found);
         told["images"] = json!(used);
         let told = self.write((made, model), &found, (&title, told), &self.output)?;
-        Ok(whole((&self.model, self.confidence), (made, model), vec![told]))
+        Ok(whole(&self.model, (made, model), vec![told]))
     }
 
     /// Writes the results of pictures taken at once, and says what they are; gives back what is told of them.
@@ -252,7 +260,7 @@ impl Reconstruct {
         (title, told): (&str, Value),
         place: &Path,
     ) -> Outcome<Value> {
-        let whole = whole((&self.model, self.confidence), (made, model), vec![told.clone()]);
+        let whole = whole(&self.model, (made, model), vec![told.clone()]);
         write_folder(place, |folder| {
             write(found, (made, model), (title, &whole), folder)?;
             if self.mesh { write_mesh(found, (made, model), folder) } else { Ok(()) }
@@ -337,6 +345,31 @@ fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
     }
 }
 
+/// Says how many of somebody else's matches mean no point.
+fn tell_left_out(
+    rows: usize,
+    found: &Reconstruction,
+    made: &SceneReconstructor,
+    model: &Calibration,
+) {
+    let left_out = rows - found.cloud.len();
+    if left_out > 0 {
+        remark!(
+            "note",
+            "{left_out} of {rows} matches are left out: pixels far from their epipolar lines, or points outside of the \
+             pictures and the depths of {}",
+            depths_searched(made, model)
+        );
+    }
+}
+
+/// `50 to 130 cm`.
+fn depths_searched(made: &SceneReconstructor, model: &Calibration) -> String {
+    let [near, far] = made.depths();
+    let far = if far.is_finite() { figure(far) } else { "infinity".into() };
+    format!("{} to {far} {}", figure(near), model.unit)
+}
+
 /// What to do about a fault.
 fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) -> String {
     match fault {
@@ -346,15 +379,9 @@ fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) ->
                 .into()
         }
         PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
-        _ => {
-            let [near, far] = made.depths();
-            let far = if far.is_finite() { figure(far) } else { "infinity".into() };
-            format!(
-                "nothing was written; depths of {} to {far} {} were searched: `--range NEAR:FAR` names others; \
-                 `--force` goes on",
-                figure(near),
-                model.unit
-            )
-        }
+        _ => format!(
+            "nothing was written; depths of {} were searched: `--range NEAR:FAR` names others; `--force` goes on",
+            depths_searched(made, model)
+        ),
     }
 }

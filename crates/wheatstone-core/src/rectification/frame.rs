@@ -164,7 +164,8 @@ fn size(seen: &[Extent; 2], own: [u32; 2], scale: f64, wanted: &PairSettings) ->
 }
 
 /// What a wide lens shows at its border would take all pixels from the middle of a flat picture: the scale of the
-/// middle shrinks by this much at most.
+/// middle shrinks by this much at most. A fisheye lens of 260 px that was shown charts up to its border would be left with
+/// 154.
 const LEAST_SCALE: f64 = 0.8;
 
 /// Nothing of what was shown lies at the very border.

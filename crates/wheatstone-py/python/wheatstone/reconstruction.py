@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import cast
@@ -13,7 +14,7 @@ from . import _wheatstone as _w
 from ._arrays import FloatArray, PathLike, doubles
 from .calibration import Calibration
 from .charts import Image, _picture
-from .errors import ArgumentError, DegenerateError
+from .errors import ArgumentError, DataWarning, DegenerateError
 
 __all__ = ["PointCloud", "Reconstructor", "reconstruct"]
 
@@ -191,7 +192,8 @@ class Reconstructor:
         Parameters
         ----------
         frames : iterable of sequences of arrays
-            The pictures of one moment each, as in `reconstruct`. Those that do not fit together are left out.
+            The pictures of one moment each, as in `reconstruct`. Those that do not fit together are left out, with a
+            `DataWarning`.
         bgr : bool
             Whether colours stand in OpenCV's order (blue first).
 
@@ -200,7 +202,11 @@ class Reconstructor:
         DegenerateError
             Where no frame could be matched.
         """
-        told, _ = self._handle.fuse(([_picture(image) for image in frame] for frame in frames), bgr)
+        told, faults = self._handle.fuse(
+            ([_picture(image) for image in frame] for frame in frames), bgr
+        )
+        for fault in faults:
+            warnings.warn(f"a frame was left out: {fault}", DataWarning, stacklevel=2)
         del told["fault"]
         return PointCloud(**told, fault=None, unit=self._unit)
 
@@ -265,8 +271,8 @@ def reconstruct(
     >>> cloud = ws.reconstruct(cal, [left, right], range=(300, 1500))  # doctest: +SKIP
     >>> cloud.save("cloud.ply")  # doctest: +SKIP
     """
-    shapes = [np.shape(_picture(image)) for image in images]
-    sizes = [(int(shape[1]), int(shape[0])) for shape in shapes]
+    pictures = [_picture(image) for image in images]
+    sizes = [(int(picture.shape[1]), int(picture.shape[0])) for picture in pictures]
     made = Reconstructor(
         cal,
         sizes,
@@ -277,4 +283,4 @@ def reconstruct(
         region=region,
         sparse=sparse,
     )
-    return made.reconstruct(images, force=force, bgr=bgr)
+    return made.reconstruct(pictures, force=force, bgr=bgr)

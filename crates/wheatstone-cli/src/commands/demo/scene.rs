@@ -64,7 +64,7 @@ pub(super) fn reconstruct(
     let found = made.reconstruct(&[&pictures[0], &pictures[1]], bar)?;
     let mut told = results::summary(&found);
     told["images"] = ["left", "right"].map(|side| format!("{PICTURES}/{side}.png")).into();
-    let told = whole((Path::new(file), 0.9), (&made, model), vec![told]);
+    let told = whole(Path::new(file), (&made, model), vec![told]);
     write_folder(&folder.join(RESULTS), |place| {
         results::write(&found, (&made, model), ("demo: a rendered scene", &told), place)
     })?;

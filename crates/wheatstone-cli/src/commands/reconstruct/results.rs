@@ -37,9 +37,9 @@ pub(in crate::commands) fn summary(found: &Reconstruction) -> Value {
     })
 }
 
-/// What is said of all frames: the model's file and the least confidence, and what each frame has.
+/// What is said of all frames: the model's file, and what each frame has.
 pub(in crate::commands) fn whole(
-    (file, confidence): (&Path, f32),
+    file: &Path,
     (made, model): (&SceneReconstructor, &Calibration),
     frames: Vec<Value>,
 ) -> Value {
@@ -52,7 +52,7 @@ pub(in crate::commands) fn whole(
         "rectified": made.pair(),
         "Q": rows,
         "disparities": [range.start, range.end],
-        "confidence": confidence,
+        "confidence": made.settings().least_confidence,
         "frames": frames,
     })
 }
