@@ -155,6 +155,21 @@ impl Capture {
         self.cameras.iter().map(first).collect()
     }
 
+    /// Pictures of a scene without a chart, one a camera: files in the folder `scene` beside the capture's file, named after the
+    /// cameras (`scene/left.png`). None where a camera has none.
+    #[must_use]
+    pub fn scene(&self) -> Option<Vec<PathBuf>> {
+        let files = std::fs::read_dir(self.path.with_file_name("scene")).ok()?;
+        let mut files: Vec<PathBuf> = files.flatten().map(|entry| entry.path()).collect();
+        files.sort();
+        let picture_of = |camera: &CameraPictures| {
+            let named =
+                |file: &&PathBuf| file.file_stem().is_some_and(|stem| *stem == *camera.name);
+            files.iter().find(|file| named(file) && read_size(file).is_ok()).cloned()
+        };
+        self.cameras.iter().map(picture_of).collect()
+    }
+
     fn resolve(path: PathBuf, file: CaptureFile, reach: Reach) -> Result<Self> {
         let (mut names, mut files) = (Vec::new(), Vec::new());
         for (name, pattern) in &file.cameras {

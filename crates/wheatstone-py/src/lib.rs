@@ -52,7 +52,7 @@ fn _wheatstone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(cameras::read_cameras, module)?)?;
     module.add_function(wrap_pyfunction!(matching::match_pair, module)?)?;
     module.add_class::<reconstruction::PyReconstructor>()?;
-    module.add_function(wrap_pyfunction!(reconstruction::save_ply, module)?)?;
+    module.add_function(wrap_pyfunction!(reconstruction::save_cloud, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::detect, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::detect_all, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::chart_settings, module)?)?;

@@ -14,7 +14,7 @@ use wheatstone::{
     dataset::volume::Trust,
     imaging::ColourImage,
     reconstruction::{
-        Cloud, FrameFusion, Reconstruction, ReconstructionSettings, SceneReconstructor, write_ply,
+        Cloud, CloudFormat, FrameFusion, Reconstruction, ReconstructionSettings, SceneReconstructor,
     },
     stereo::DisparityMap,
 };
@@ -204,9 +204,9 @@ fn rows<'py, T: numpy::Element + Copy, const N: usize>(
     points.as_flattened().to_pyarray(py).reshape([points.len(), N])
 }
 
-/// Writes a cloud as a binary PLY file. Arrays are contiguous, one row a point.
+/// Writes a cloud in the format that the file's extension says. Arrays are contiguous, one row a point.
 #[pyfunction]
-pub(crate) fn save_ply(
+pub(crate) fn save_cloud(
     path: PathBuf,
     points: PyReadonlyArray2<'_, f32>,
     sigmas: PyReadonlyArray2<'_, f32>,
@@ -214,6 +214,7 @@ pub(crate) fn save_ply(
     confidence: PyReadonlyArray1<'_, f32>,
     unit: &str,
 ) -> PyResult<()> {
+    let format = CloudFormat::of_file(&path).map_err(raised)?;
     let mut cloud = Cloud::default();
     (cloud.points, cloud.sigmas) = (triples(&points)?, triples(&sigmas)?);
     (cloud.colours, cloud.confidence) = (triples(&colours)?, confidence.as_slice()?.to_vec());
@@ -221,7 +222,7 @@ pub(crate) fn save_ply(
     if columns != [cloud.points.len(); 3] {
         return Err(invalid("columns of a cloud have several lengths", "give one row a point"));
     }
-    write_ply(&cloud, None, unit, &path).map_err(raised)
+    format.save(&cloud, unit, &path).map_err(raised)
 }
 
 fn triples<T: numpy::Element + Copy>(rows: &PyReadonlyArray2<'_, T>) -> PyResult<Vec<[T; 3]>> {

@@ -152,6 +152,11 @@ def test_pictures_of_calibrated_cameras_become_points(tmp_path):
     found.save(tmp_path / "cloud.ply")
     header, body = (tmp_path / "cloud.ply").read_bytes().split(b"end_header\n", 1)
     assert f"element vertex {len(found)}".encode() in header and len(body) == 31 * len(found)
+    for name, begins in [("pcd", b"# .PCD v0.7"), ("e57", b"ASTM-E57"), ("laz", b"LASF")]:
+        found.save(tmp_path / f"cloud.{name}")
+        assert (tmp_path / f"cloud.{name}").read_bytes().startswith(begins)
+    with pytest.raises(ws.WheatstoneError, match="ply, pcd, e57, laz"):
+        found.save(tmp_path / "cloud.txt")
 
     made = ws.Reconstructor(cal, (160, 120), range=(1.5, 10.0), region=(40, 30, 80, 60))
     part = made.reconstruct([side[..., 0] for side in pair])

@@ -15,7 +15,7 @@
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
 //!    places the matched pixels, with the covariance of the match and of the calibration.
 //!    With three and more cameras `rims` drops what lies at edges of depth.
-//! 5. `cloud` holds the results, `mesh` joins them to a surface; `ply` and `depth_files` write them. `fusion` puts frames of
+//! 5. `cloud` holds the results, `mesh` joins them to a surface; `cloud_files` and `depth_files` write them. `fusion` puts frames of
 //!    cameras and scenes that stand still together before.
 
 pub mod features;
@@ -32,17 +32,17 @@ mod rims;
 mod scene;
 mod fusion;
 mod mesh;
-mod ply;
+mod cloud_files;
 mod depth_files;
 #[cfg(feature = "mcap")]
 mod mcap_log;
 
 pub use cloud::Cloud;
+pub use cloud_files::{CLOUD_FORMATS, CloudFormat, binary_ply, binary_ply_mesh, write_ply};
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
 pub use fusion::FrameFusion;
 #[cfg(feature = "mcap")]
 pub use mcap_log::{EncodedPicture, McapLog};
 pub use mesh::Mesh;
-pub use ply::{binary_ply, binary_ply_mesh, write_ply};
 pub use scene::{Reconstruction, SceneReconstructor};
 pub use settings::ReconstructionSettings;

@@ -30,7 +30,7 @@ pub use points::Validation;
 pub use sections::{
     Accuracy, BudgetShare, CameraFigures, ClaimFigures, Crops, Curve, CurveFigure, DepthBand,
     ErrorBarPoint, FindingFigures, Level, LocatedFigures, MethodFigures, OutlierFigures,
-    PictureFigures, PointFigures, SetupFigures, StageFigures, Verdict, ViewFigures,
+    PictureFigures, PointFigures, SceneFigures, SetupFigures, StageFigures, Verdict, ViewFigures,
 };
 
 use serde::{Deserialize, Serialize};
@@ -105,6 +105,9 @@ pub struct Report {
     pub points: Vec<PointFigures>,
     /// Names of the views that points refer to.
     pub point_views: Vec<String>,
+    /// A scene that was reconstructed with the model, where there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneFigures>,
     /// Pictures, made small, where there are any.
     pub pictures: Vec<PictureFigures>,
     /// Small pieces of pictures about points, where there are any.
@@ -190,6 +193,7 @@ impl Report {
             claims: Vec::new(),
             points: Vec::new(),
             point_views: Vec::new(),
+            scene: None,
             pictures: Vec::new(),
             crops: None,
             outlier_crops: None,

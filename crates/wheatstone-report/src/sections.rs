@@ -1,6 +1,6 @@
 //! The parts of a report, as plain data.
 
-use super::grid::Grid;
+use super::{cloud::SceneCloud, grid::Grid};
 use serde::{Deserialize, Serialize};
 use wheatstone_core::dataset::split::FoldKind;
 
@@ -345,4 +345,23 @@ pub struct Crops {
     pub columns: usize,
     /// The point, or the observation that was set aside, and the camera of each piece.
     pub of: Vec<[usize; 2]>,
+}
+
+/// A scene that the cameras saw, reconstructed with the model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SceneFigures {
+    /// Names of the pictures, one a camera.
+    pub pictures: Vec<String>,
+    /// Why there are no points, where the pictures do not fit the model or each other: a sentence without its full stop.
+    pub problem: Option<String>,
+    /// How many points there are.
+    pub points: usize,
+    /// The share of the reference picture's pixels that have one, 0 to 1.
+    pub density: f64,
+    /// The share of the points within the calibrated volume, 0 to 1.
+    pub inside: f64,
+    /// Medians of the standard deviations of X, Y and Z.
+    pub sigmas: Option<[f64; 3]>,
+    /// Some of the points.
+    pub sample: SceneCloud,
 }

@@ -53,8 +53,8 @@ pub(crate) struct Winners {
     index_bits: u32,
     /// Sums and indices of one pixel.
     packed: Vec<u16>,
-    /// Costs of one pixel without those of the winner.
-    others: Vec<u8>,
+    /// What hides the indices beside a winner from a search for the least: see [`hiding`].
+    hide: (Vec<u16>, Vec<u8>),
     /// The least of them for every pixel on the right: at index k that of pixel `width - 1 - first - k`.
     right: Vec<u16>,
 }
@@ -67,7 +67,7 @@ impl Winners {
             range,
             index_bits: index_bits.max(u16::BITS - SUM_BITS),
             packed: vec![0; range.slots],
-            others: vec![0; range.slots],
+            hide: (hiding(range.slots, u16::MAX), hiding(range.slots, u8::MAX)),
             right: vec![u16::MAX; width + range.slots],
         }
     }
@@ -103,31 +103,35 @@ impl Winners {
 
     /// By how much the best of other costs is worse than the winner's.
     #[inline(always)]
-    fn lead(&mut self, costs: &[u8], winner: usize) -> i16 {
-        self.others.copy_from_slice(costs);
-        let beside = winner.saturating_sub(1)..(winner + 2).min(costs.len());
-        self.others[beside].fill(u8::MAX);
+    fn lead(&self, costs: &[u8], winner: usize) -> i16 {
+        let hide = &self.hide.1[costs.len() + 1 - winner..][..costs.len()];
         let mut lowest: Bytes = [u8::MAX; registers::LANES];
-        for others in pieces(&self.others) {
-            lowest = lanes(lowest, *others, u8::min);
+        for (costs, hide) in pieces(costs).iter().zip(pieces(hide)) {
+            lowest = lanes(lowest, lanes(*costs, *hide, |cost, hide| cost | hide), u8::min);
         }
         i16::from(least(&lowest)) - i16::from(costs[winner])
     }
 
-    /// The least packed value whose index is not beside another's.
+    /// The least packed value whose index is not beside that of the best.
     #[inline(always)]
     fn second_best(&self, best: u16) -> u16 {
-        let mask = (1 << self.index_bits) - 1;
-        let before = (best & mask).wrapping_sub(1);
+        let (winner, slots) = (usize::from(best & ((1 << self.index_bits) - 1)), self.packed.len());
+        let hide = &self.hide.0[slots + 1 - winner..][..slots];
         let mut lowest = [u16::MAX; LANES];
-        for packed in self.packed.as_chunks::<LANES>().0 {
-            lowest = lanes(lowest, *packed, |lowest, value| {
-                let is_beside = (value & mask).wrapping_sub(before) < 3;
-                lowest.min(if is_beside { u16::MAX } else { value })
-            });
+        let pieces = self.packed.as_chunks::<LANES>().0.iter().zip(hide.as_chunks::<LANES>().0);
+        for (packed, hide) in pieces {
+            lowest = lanes(lowest, lanes(*packed, *hide, |packed, hide| packed | hide), u16::min);
         }
         lowest.into_iter().fold(u16::MAX, u16::min)
     }
+}
+
+/// Nothing but three times the largest number in the middle: `slots` of it from `slots + 1 - winner` on have these at the winner
+/// and beside it.
+fn hiding<T: Copy + Default>(slots: usize, largest: T) -> Vec<T> {
+    let mut hide = vec![T::default(); 2 * slots + 2];
+    hide[slots..slots + 3].fill(largest);
+    hide
 }
 
 /// The work of one row.

@@ -161,9 +161,10 @@ impl Demo {
         let unit = training.sub_pixel.dataset.unit.clone();
         let best = best_model(&methods);
         let model = Calibration::load(&folder.join(best))?;
-        let scene = scene::reconstruct(&model, (&rig, self.seed), (folder, best), &bar)?;
+        let (scene, drawn) = scene::reconstruct(&model, (&rig, self.seed), (folder, best), &bar)?;
         let summary = Summary { unit, detection, whole_pixel_detection, methods, scene };
-        let report = self.report(&summary, (&training, &rig), folder, &bar)?;
+        let mut report = self.report(&summary, (&training, &rig), folder, &bar)?;
+        report.scene = Some(drawn);
         let mut text = serde_json::to_vec_pretty(&summary).map_err(std::io::Error::from)?;
         text.push(b'\n');
         storage::write(&folder.join("summary.json"), &text)?;

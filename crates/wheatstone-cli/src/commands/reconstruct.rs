@@ -13,7 +13,7 @@ use crate::{
     table::figure,
     verbosity::{remark, say},
 };
-use clap::Args;
+use clap::{Args, builder::PossibleValuesParser};
 use log::Log;
 use results::{pretty, sigmas, summary, whole, write, write_mesh};
 use serde_json::{Value, json};
@@ -25,7 +25,10 @@ use wheatstone::{
     Calibration, Error,
     imaging::{ColourImage, Limits, read_colour_image, read_size},
     progress::Progress,
-    reconstruction::{FrameFusion, Reconstruction, ReconstructionSettings, SceneReconstructor},
+    reconstruction::{
+        CLOUD_FORMATS, CloudFormat, FrameFusion, Reconstruction, ReconstructionSettings,
+        SceneReconstructor,
+    },
     stereo::PairFault,
     storage::write_folder,
 };
@@ -85,6 +88,9 @@ pub(crate) struct Reconstruct {
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Formats of the cloud; e57 and laz are in metres
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "ply", value_parser = cloud_formats())]
+    cloud: Vec<String>,
     /// Log pictures, poses, depths and clouds as well, in an MCAP file that Foxglove and Rerun open; one
     /// second a frame
     #[arg(long, value_name = "FILE")]
@@ -104,6 +110,11 @@ fn depths(text: &str) -> Result<[f64; 2], String> {
         Some((Ok(near), Ok(far))) => Ok([near, far]),
         _ => Err("write the nearest and the farthest depth as 300:1500".into()),
     }
+}
+
+/// The names of formats of clouds.
+fn cloud_formats() -> PossibleValuesParser {
+    PossibleValuesParser::new(CLOUD_FORMATS.iter().map(|format| format.name))
 }
 
 /// A number above 0.
@@ -261,8 +272,10 @@ impl Reconstruct {
         place: &Path,
     ) -> Outcome<Value> {
         let whole = whole(&self.model, (made, model), vec![told.clone()]);
+        let formats: Vec<_> =
+            self.cloud.iter().filter_map(|name| CloudFormat::named(name)).collect();
         write_folder(place, |folder| {
-            write(found, (made, model), (title, &whole), folder)?;
+            write(found, (made, model), (title, &whole), (folder, &formats))?;
             if self.mesh { write_mesh(found, (made, model), folder) } else { Ok(()) }
         })?;
         tell(found, model, place);

@@ -1,5 +1,7 @@
 //! `wheatstone report`.
 
+mod scene;
+
 use super::{locate::needs_two_cameras, methods_named};
 use crate::{
     browser::Showing,
@@ -158,7 +160,11 @@ impl Report {
                 .map(|source| PictureSource { capture: &source.capture, found: &source.found }),
             held_out: !self.no_validation,
         };
-        Ok(report::Report::of(&material, bar)?)
+        let mut report = report::Report::of(&material, bar)?;
+        if let Some(pictures) = source.and_then(|source| source.capture.scene()) {
+            report.scene = Some(scene::figures(model, &pictures, bar)?);
+        }
+        Ok(report)
     }
 
     /// What to type to get the report again.

@@ -61,10 +61,48 @@ fn a_scene_becomes_a_cloud_depths_and_a_page() {
 
     // Fewer points of a part, and of smaller standard deviations.
     let part = ["--region", "200,150,100,80", "--max-sigma", "0.2", "-o", "part", "--json"];
+    let part = [&part[..], &["--cloud", "ply,pcd,e57,laz"]].concat();
     let command = [&["reconstruct", "model.json", "--images", LEFT, RIGHT][..], &part].concat();
     let part: serde_json::Value = serde_json::from_str(&done(at, &command).0).unwrap();
     let fewer = part["frames"][0]["points"].as_u64().unwrap();
     assert!(fewer > 1000 && fewer <= 8000, "{part}");
+    for (name, begins) in
+        [("ply", "ply\n"), ("pcd", "# .PCD"), ("e57", "ASTM-E57"), ("laz", "LASF")]
+    {
+        let bytes = fs::read(at.join(format!("part/cloud.{name}"))).unwrap();
+        assert!(bytes.starts_with(begins.as_bytes()), "{name}");
+    }
+}
+
+#[test]
+fn the_report_of_a_capture_shows_its_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    let report = || -> (serde_json::Value, String) {
+        let arguments = ["report", "model.json", "--pictures", "capture", "--no-validation"];
+        let outputs = ["-o", "r.html", "--json", "r.json", "--figures", "figures"];
+        done(at, &[&arguments[..], &outputs].concat());
+        let json = fs::read_to_string(at.join("r.json")).unwrap();
+        (serde_json::from_str(&json).unwrap(), fs::read_to_string(at.join("r.html")).unwrap())
+    };
+    let (summary, page) = report();
+    let scene = &summary["scene"];
+    assert!(scene["points"].as_u64().unwrap() > 100_000 && scene["problem"].is_null());
+    assert_eq!(scene["pictures"], serde_json::json!(["left.png", "right.png"]));
+    assert_eq!(scene["sample"]["points"].as_array().unwrap().len(), 4000);
+    assert!(page.contains("id=\"reconstruction\"") && page.contains("left.png, right.png"));
+    let drawn = fs::read_to_string(at.join("figures/cloud.svg")).unwrap();
+    assert!(drawn.matches("<circle").count() > 3000);
+
+    // Pictures of the wrong cameras: it says so, and draws nothing.
+    fs::rename(at.join(LEFT), at.join("left.png")).unwrap();
+    fs::rename(at.join(RIGHT), at.join(LEFT)).unwrap();
+    fs::rename(at.join("left.png"), at.join(RIGHT)).unwrap();
+    let (summary, page) = report();
+    let problem = summary["scene"]["problem"].as_str().unwrap();
+    assert!(problem.contains("exchanged"), "{problem}");
+    assert!(page.contains("could not be reconstructed") && summary["scene"]["points"] == 0);
 }
 
 #[test]

@@ -146,7 +146,7 @@ class Reconstructor:
         self, pixels: Any, sigma: float, images: list[Any], bgr: bool
     ) -> dict[str, Any]: ...
 
-def save_ply(
+def save_cloud(
     path: PathLike, points: Any, sigmas: Any, colours: Any, confidence: Any, unit: str
 ) -> None: ...
 def detect(

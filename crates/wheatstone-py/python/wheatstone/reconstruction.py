@@ -67,9 +67,9 @@ class PointCloud:
         return len(self.points)
 
     def save(self, path: PathLike) -> None:
-        """Writes the points as binary PLY, which CloudCompare, MeshLab and Open3D open: colours, standard deviations
-        and confidence are fields of each point."""
-        _w.save_ply(
+        """Writes the points with their colours, standard deviations and confidence, as the file's extension says: `.ply`
+        or `.pcd` (binary), `.e57` or `.laz` (in metres). CloudCompare opens all of them."""
+        _w.save_cloud(
             path,
             np.ascontiguousarray(self.points, np.float32),
             np.ascontiguousarray(self.sigmas, np.float32),

@@ -1,10 +1,12 @@
 //! What is written can be read.
 
-use wheatstone_core::dataset::volume::Trust;
-use wheatstone_reconstruction::{Cloud, DepthPng, binary_ply, depth_png, depth_tiff};
+use std::io::Cursor;
+use wheatstone_core::{Error, dataset::volume::Trust};
+use wheatstone_reconstruction::{
+    CLOUD_FORMATS, Cloud, CloudFormat, DepthPng, binary_ply, depth_png, depth_tiff,
+};
 
-#[test]
-fn a_cloud_is_a_binary_ply() {
+fn small_cloud() -> Cloud {
     let mut cloud = Cloud::default();
     for index in 0..3_u8 {
         let value = f32::from(index);
@@ -15,6 +17,12 @@ fn a_cloud_is_a_binary_ply() {
         cloud.trust.push(Trust::Inside);
         cloud.places.push(u32::from(index));
     }
+    cloud
+}
+
+#[test]
+fn a_cloud_is_a_binary_ply() {
+    let cloud = small_cloud();
     let mut bytes = Vec::new();
     binary_ply(&cloud, "mm\nproperty float evil", &mut bytes).unwrap();
     let end = b"end_header\n";
@@ -34,12 +42,117 @@ fn a_cloud_is_a_binary_ply() {
     assert_eq!(cloud.bounds(), Some([[0.0, 0.0, -2.0], [2.0, 4.0, 0.0]]));
 }
 
+/// What a format writes of a cloud in millimetres.
+fn encoded(name: &str, cloud: &Cloud) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    CloudFormat::named(name).unwrap().encode(cloud, "mm", &mut bytes).unwrap();
+    bytes
+}
+
+/// X, Y, Z, red, green, blue, standard deviations and confidence of the points, lengths times a factor.
+fn rows(cloud: &Cloud, factor: f64) -> Vec<[f64; 10]> {
+    let row = |index: usize| {
+        let length = |value: f32| f64::from(value) * factor;
+        let [x, y, z] = cloud.points[index].map(length);
+        let [red, green, blue] = cloud.colours[index].map(f64::from);
+        let [a, b, c] = cloud.sigmas[index].map(length);
+        [x, y, z, red, green, blue, a, b, c, f64::from(cloud.confidence[index])]
+    };
+    (0..cloud.len()).map(row).collect()
+}
+
+/// Whether numbers are the same to the seven digits of single precision, or to a billionth.
+fn assert_same(read: &[[f64; 10]], expected: &[[f64; 10]]) {
+    assert_eq!(read.len(), expected.len());
+    for (a, b) in read.as_flattened().iter().zip(expected.as_flattened()) {
+        assert!((a - b).abs() <= 1e-9 + 1e-7 * b.abs(), "{read:?} {expected:?}");
+    }
+}
+
+fn number(bytes: &[u8], at: usize) -> f64 {
+    f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()).into()
+}
+
+#[test]
+fn clouds_come_back_from_pcd() {
+    let cloud = small_cloud();
+    let bytes = encoded("pcd", &cloud);
+    let start = bytes.windows(12).position(|part| part == b"DATA binary\n").unwrap() + 12;
+    let header = String::from_utf8_lossy(&bytes[..start]);
+    assert!(header.contains("\nFIELDS x y z rgb sigma_x sigma_y sigma_z confidence\n"), "{header}");
+    let rows_read: Vec<[f64; 10]> = bytes[start..]
+        .chunks(32)
+        .map(|row| {
+            let [x, y, z, a, b, c, confidence] =
+                [0, 4, 8, 16, 20, 24, 28].map(|at| number(row, at));
+            let [blue, green, red] = [12, 13, 14].map(|at| f64::from(row[at]));
+            [x, y, z, red, green, blue, a, b, c, confidence]
+        })
+        .collect();
+    assert_same(&rows_read, &rows(&cloud, 1.0));
+}
+
+#[test]
+fn clouds_come_back_from_e57_in_metres() {
+    let cloud = small_cloud();
+    let bytes = encoded("e57", &cloud);
+    assert_eq!(bytes, encoded("e57", &cloud), "equal clouds give equal files");
+    let mut reader = e57::E57Reader::new(Cursor::new(&bytes)).unwrap();
+    let part = reader.pointclouds().remove(0);
+    let types: Vec<_> = part.prototype.iter().map(|record| record.data_type.clone()).collect();
+    let points = reader.pointcloud_raw(&part).unwrap();
+    let read: Vec<[f64; 10]> = points
+        .map(|point| {
+            let point = point.unwrap();
+            std::array::from_fn(|column| point[column].to_f64(&types[column]).unwrap())
+        })
+        .collect();
+    assert_same(&read, &rows(&cloud, 1e-3));
+}
+
+#[test]
+fn clouds_come_back_from_laz_in_metres() {
+    let cloud = small_cloud();
+    let mut reader = las::Reader::new(Cursor::new(encoded("laz", &cloud))).unwrap();
+    let described = &reader.header().vlrs().iter().find(|vlr| vlr.record_id == 4).unwrap().data;
+    assert_eq!(described.len(), 4 * 192);
+    assert!(described[192 + 4..].starts_with(b"sigma_y\0"));
+    let all = reader.read_all().unwrap();
+    let read: Vec<[f64; 10]> = all
+        .points()
+        .map(|point| {
+            let point = point.unwrap();
+            let colour = point.color.unwrap();
+            let [red, green, blue] =
+                [colour.red, colour.green, colour.blue].map(|value| f64::from(value) / 257.0);
+            let [a, b, c, confidence] = [0, 4, 8, 12].map(|at| number(&point.extra_bytes, at));
+            [point.x, point.y, point.z, red, green, blue, a, b, c, confidence]
+        })
+        .collect();
+    assert_same(&read, &rows(&cloud, 1e-3));
+}
+
+#[test]
+fn every_format_takes_an_empty_cloud_and_other_extensions_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in CLOUD_FORMATS {
+        let path = folder.path().join(format!("a.{}", format.name.to_uppercase()));
+        let by_name = CloudFormat::of_file(&path).unwrap();
+        by_name.save(&Cloud::default(), "m", &path).unwrap();
+        assert!(path.metadata().unwrap().len() > 50, "{format:?}");
+    }
+    for name in ["cloud.txt", "cloud"] {
+        let refused = CloudFormat::of_file(std::path::Path::new(name));
+        assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?}");
+    }
+}
+
 #[test]
 fn depths_come_back_from_their_pictures() {
     let depth = [f32::NAN, 0.5, 123.456, 800.0, 65.535, f32::NAN];
     let mut bytes = Vec::new();
-    depth_tiff((3, 2), &depth, "mm", std::io::Cursor::new(&mut bytes)).unwrap();
-    let mut decoder = tiff::decoder::Decoder::new(std::io::Cursor::new(&bytes)).unwrap();
+    depth_tiff((3, 2), &depth, "mm", Cursor::new(&mut bytes)).unwrap();
+    let mut decoder = tiff::decoder::Decoder::new(Cursor::new(&bytes)).unwrap();
     assert_eq!(decoder.dimensions().unwrap(), (3, 2));
     let described = decoder.get_tag_ascii_string(tiff::tags::Tag::ImageDescription).unwrap();
     assert!(described.contains("unit: mm"), "{described}");

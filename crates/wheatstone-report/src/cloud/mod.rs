@@ -48,7 +48,7 @@ impl SceneCloud {
         let cameras = self.frusta(&names);
         let shown = columns::shown(self);
         let summary = Summary::of(self, &shown, &cameras);
-        let figure = still::figure(self, &shown, (&summary, &cameras));
+        let figure = still::figure((self, self.points.len()), &shown, (&summary, &cameras));
         let place = |index: &usize| self.points[*index].map(f64::from);
         let cloud = (!shown.is_empty()).then(|| Cloud {
             frame: Frame::of(
@@ -75,6 +75,15 @@ impl SceneCloud {
             script: include_str!("cloud.js"),
         };
         shell.page()
+    }
+
+    /// The points as a drawing, where there are any; they are a sample of `total`.
+    pub(crate) fn drawing(&self, total: usize) -> Option<Figure> {
+        let names = self.names();
+        let cameras = self.frusta(&names);
+        let shown = columns::shown(self);
+        let summary = Summary::of(self, &shown, &cameras);
+        still::figure((self, total), &shown, (&summary, &cameras))
     }
 
     fn main(&self, summary: &Summary, figure: Option<&Figure>) -> Markup {

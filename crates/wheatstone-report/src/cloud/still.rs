@@ -1,7 +1,7 @@
 //! The points in figures, and as a drawing that does not move: for paper, and for browsers without
 //! scripts or WebGL.
 
-use super::value::SceneCloud;
+use super::value::{SceneCloud, scattered};
 use crate::{
     figures::{Figure, Panel},
     page::table::table,
@@ -153,28 +153,16 @@ fn eye(cameras: &[Frustum<'_>]) -> Vector3 {
     centres.iter().sum::<Vector3>() / centres.len().max(1) as f64
 }
 
-/// So many of them as are drawn. Every n-th would be columns or rows of the picture where n divides its
-/// width: within its n each is chosen by a multiple of the golden ratio.
-fn scattered(all: &[usize]) -> Vec<usize> {
-    let count = all.len().min(MOST_DOTS);
-    let step = all.len() as f64 / count.max(1) as f64;
-    let place = |index: usize| {
-        let part = (index as f64 * 0.618_033_988_749_895).fract();
-        ((index as f64 + part) * step) as usize
-    };
-    (0..count).map(|index| all[place(index).min(all.len() - 1)]).collect()
-}
-
-/// The drawing; `None` where there are no points.
+/// The drawing; `None` where there are no points. The cloud may be a sample of `total` points.
 pub(super) fn figure(
-    cloud: &SceneCloud,
+    (cloud, total): (&SceneCloud, usize),
     shown: &[usize],
     (summary, cameras): (&Summary, &[Frustum<'_>]),
 ) -> Option<Figure> {
     let place = |index: usize| cloud.points[index].map(f64::from);
     let near = shown.iter().copied().filter(|index| summary.is_inside(place(*index)));
     let near: Vec<usize> = near.collect();
-    let mut drawn = scattered(&near);
+    let mut drawn = scattered(&near, MOST_DOTS);
     let at = |index: usize| Vector3::from(place(index));
     let sketch = Sketch::of(cameras, drawn.iter().map(|index| at(*index)))?;
     // What is near hides what is behind it.
@@ -206,7 +194,7 @@ pub(super) fn figure(
         how: format!(
             "Dots are {} of the {} points, in the colour of {colour}. Pyramids are the cameras' fields of view. X, Y and Z are the axes of the world, each as long as the bar.",
             drawn.len(),
-            cloud.points.len()
+            total
         ),
         good: "The points lie on the surfaces that the pictures show.",
         panels: vec![Panel {

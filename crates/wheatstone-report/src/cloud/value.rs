@@ -1,9 +1,10 @@
 //! What a page of points is made of.
 
 use crate::plot::space::Frustum;
+use serde::{Deserialize, Serialize};
 
 /// A camera of a [`SceneCloud`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CloudCamera {
     /// Its name.
     pub name: String,
@@ -17,7 +18,7 @@ pub struct CloudCamera {
 /// Points that were reconstructed from pixels of several cameras. Lists other than `points` may be
 /// empty, or end early: nothing is known then of the points that are missing in them, nor where a
 /// number is not finite.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneCloud {
     /// What it shows, such as the name of a file.
     pub title: String,
@@ -39,6 +40,26 @@ pub struct SceneCloud {
 }
 
 impl SceneCloud {
+    /// An even sample of so many points at most, without their pixels.
+    #[must_use]
+    pub fn sample(&self, most: usize) -> Self {
+        fn of<T: Copy>(column: &[T], chosen: &[usize]) -> Vec<T> {
+            chosen.iter().map_while(|index| column.get(*index).copied()).collect()
+        }
+        let all: Vec<usize> = (0..self.points.len()).collect();
+        let chosen = scattered(&all, most);
+        Self {
+            points: of(&self.points, &chosen),
+            colours: of(&self.colours, &chosen),
+            sigmas: of(&self.sigmas, &chosen),
+            confidence: of(&self.confidence, &chosen),
+            pixels: Vec::new(),
+            title: self.title.clone(),
+            unit: self.unit.clone(),
+            cameras: self.cameras.clone(),
+        }
+    }
+
     /// One name a camera, also for those that only pixels tell of.
     pub(super) fn names(&self) -> Vec<String> {
         let name = |index: usize| match self.cameras.get(index) {
@@ -62,4 +83,16 @@ impl SceneCloud {
         };
         names.iter().enumerate().map(frustum).collect()
     }
+}
+
+/// So many of them, evenly. Every n-th would be columns or rows of the picture where n divides its
+/// width: within its n each is chosen by a multiple of the golden ratio.
+pub(super) fn scattered(all: &[usize], most: usize) -> Vec<usize> {
+    let count = all.len().min(most);
+    let step = all.len() as f64 / count.max(1) as f64;
+    let place = |index: usize| {
+        let part = (index as f64 * 0.618_033_988_749_895).fract();
+        ((index as f64 + part) * step) as usize
+    };
+    (0..count).map(|index| all[place(index).min(all.len() - 1)]).collect()
 }

@@ -10,6 +10,7 @@ mod error_map;
 mod learning;
 mod methods;
 mod misses;
+mod reconstruction;
 pub(super) mod scene;
 mod setup;
 mod views;
@@ -52,6 +53,7 @@ const ROWS: &[(&str, Draw)] = &[
     ("pictures", misses::figure),
     ("coverage", coverage::figure),
     ("coverage", volume::figure),
+    ("reconstruction", reconstruction::figure),
     ("methods", methods::figure),
     ("methods", learning::figure),
     ("methods", beyond::figure),

@@ -2,6 +2,7 @@
 
 mod parts;
 mod placed;
+mod reconstruction;
 mod scene;
 pub(crate) mod shell;
 pub(crate) mod table;

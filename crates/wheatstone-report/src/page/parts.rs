@@ -1,6 +1,6 @@
 //! The parts of the page, in the order in which they are read.
 
-use super::{shell, table::table};
+use super::{reconstruction, shell, table::table};
 use crate::{
     FindingFigures, OutlierFigures, PictureFigures, Report, Validation,
     figures::{self, Figure},
@@ -35,6 +35,7 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
         drawn("coverage", "Coverage", "Coverage"),
         drawn("setup", "Setup", "The setup of the paper"),
         drawn("methods", "Methods", "Methods and training"),
+        reconstruction::part(report),
         gallery(report),
         faults(report),
         (!report.points.is_empty() || !report.methods.is_empty()).then(limits),
@@ -43,7 +44,7 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
     parts.into_iter().flatten().collect()
 }
 
-fn section(name: &str, title: &str, inside: &Markup) -> Markup {
+pub(super) fn section(name: &str, title: &str, inside: &Markup) -> Markup {
     html! {
         section id=(name) aria-labelledby={ (name) "-title" } {
             h2 id={ (name) "-title" } { (title) }
@@ -123,7 +124,7 @@ fn explained(figure: &Figure) -> Markup {
 }
 
 /// A figure with its words.
-fn card(figure: &Figure) -> Markup {
+pub(super) fn card(figure: &Figure) -> Markup {
     let several = figure.panels.len() > 1;
     // Drawings of several widths keep them, so that their scales stay the same.
     let natural = several && figure.panels.iter().any(|panel| panel.size[0] < plot::WIDTH - 1.0);

@@ -13,7 +13,8 @@ use wheatstone::{
     evaluate::{evaluate, floor},
     geometry::Point3,
     imaging::{ColourImage, Limits, read_colour_image},
-    reconstruction::{Reconstruction, ReconstructionSettings, SceneReconstructor},
+    reconstruction::{CLOUD_FORMATS, Reconstruction, ReconstructionSettings, SceneReconstructor},
+    report::SceneFigures,
     storage::write_folder,
     synthetic::{Rig, Scene, Sensor, write_scene},
 };
@@ -50,7 +51,7 @@ pub(super) fn reconstruct(
     (rig, seed): (&Rig, u64),
     (folder, file): (&Path, &str),
     bar: &Bar,
-) -> Outcome<SceneSummary> {
+) -> Outcome<(SceneSummary, SceneFigures)> {
     let scene = Scene::before(rig, seed);
     write_scene(folder, (rig, &scene), (Sensor::default(), seed), bar)?;
     let sides = ["left", "right"].map(|side| folder.join(PICTURES).join(format!("{side}.png")));
@@ -66,7 +67,8 @@ pub(super) fn reconstruct(
     told["images"] = ["left", "right"].map(|side| format!("{PICTURES}/{side}.png")).into();
     let told = whole(Path::new(file), (&made, model), vec![told]);
     write_folder(&folder.join(RESULTS), |place| {
-        results::write(&found, (&made, model), ("demo: a rendered scene", &told), place)
+        let formats = [&CLOUD_FORMATS[0]];
+        results::write(&found, (&made, model), ("demo: a rendered scene", &told), (place, &formats))
     })?;
     let truth = |index: usize| {
         let [x, y] = found.cloud.pixels[0][index].map(f64::from);
@@ -78,12 +80,14 @@ pub(super) fn reconstruct(
         let points: Vec<usize> = (0..found.cloud.len()).filter(is_one).collect();
         accuracy(&found, &truth, (model, rig), &points)
     };
-    Ok(SceneSummary {
-        points: found.cloud.len(),
-        density: found.cloud.len() as f64 / found.depth.len() as f64,
+    let drawn = results::figures(&found, (&made, model), &sides);
+    let summary = SceneSummary {
+        points: drawn.points,
+        density: drawn.density,
         inside: judged(false),
         outside: judged(true),
-    })
+    };
+    Ok((summary, drawn))
 }
 
 /// Of some of the points; `None` where there are none.

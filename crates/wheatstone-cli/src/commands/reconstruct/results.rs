@@ -1,16 +1,17 @@
 //! What `wheatstone reconstruct` writes.
 
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration, Error, Pixel,
     formats::npy_float32,
     imaging::GrayImage,
     numeric::statistics::median,
     reconstruction::{
-        DepthPng, Mesh, Reconstruction, SceneReconstructor, depth_png, depth_tiff, write_ply,
+        CloudFormat, DepthPng, Mesh, Reconstruction, SceneReconstructor, depth_png, depth_tiff,
+        write_ply,
     },
-    report::{CloudCamera, SceneCloud},
+    report::{CloudCamera, SceneCloud, SceneFigures},
 };
 
 /// Medians of the points' standard deviations.
@@ -61,12 +62,12 @@ pub(super) fn pretty(value: &Value) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
-/// All files of a frame.
+/// All files of a frame, the cloud in each of some formats.
 pub(in crate::commands) fn write(
     found: &Reconstruction,
     (made, model): (&SceneReconstructor, &Calibration),
     (title, summary): (&str, &Value),
-    folder: &Path,
+    (folder, formats): (&Path, &[&CloudFormat]),
 ) -> Result<(), Error> {
     let map = &found.map;
     let size = (map.width, map.height);
@@ -80,7 +81,9 @@ pub(in crate::commands) fn write(
         })?;
         wheatstone::storage::write(&path, &bytes)
     };
-    write_ply(&found.cloud, None, &model.unit, &folder.join("cloud.ply"))?;
+    for format in formats {
+        format.save(&found.cloud, &model.unit, &folder.join(format!("cloud.{}", format.name)))?;
+    }
     put("depth.tiff", &|bytes| {
         depth_tiff(size, &found.depth, &model.unit, std::io::Cursor::new(bytes))
     })?;
@@ -111,6 +114,36 @@ pub(super) fn write_mesh(
 ) -> Result<(), Error> {
     let mesh = Mesh::of(&found.cloud, found.map.width, made.pair().centres()[0]);
     write_ply(&found.cloud, Some(&mesh), &model.unit, &folder.join("mesh.ply"))
+}
+
+/// Points of a scene that a report draws.
+const MOST_DRAWN: usize = 4000;
+
+/// What pictures are called in a report.
+pub(in crate::commands) fn names(pictures: &[PathBuf]) -> Vec<String> {
+    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    pictures.iter().map(name).collect()
+}
+
+/// What a report tells of a scene.
+pub(in crate::commands) fn figures(
+    found: &Reconstruction,
+    (made, model): (&SceneReconstructor, &Calibration),
+    pictures: &[PathBuf],
+) -> SceneFigures {
+    let pictures = names(pictures);
+    if let Some((_, fault)) = found.fault {
+        return SceneFigures { pictures, problem: Some(fault.to_string()), ..Default::default() };
+    }
+    SceneFigures {
+        sample: page(found, made, model, &pictures.join(", ")).sample(MOST_DRAWN),
+        pictures,
+        problem: None,
+        points: found.cloud.len(),
+        density: found.cloud.len() as f64 / found.depth.len() as f64,
+        inside: found.cloud.trusted(),
+        sigmas: (!found.cloud.is_empty()).then(|| sigmas(found)),
+    }
 }
 
 /// The cloud to look at.

@@ -1,11 +1,12 @@
 //! The Stanford PLY format, binary: what CloudCompare, MeshLab, Open3D and PCL open.
 
+use super::save;
 use crate::{cloud::Cloud, mesh::Mesh};
 use std::{
-    io::{self, BufWriter, Write},
+    io::{self, Write},
     path::Path,
 };
-use wheatstone_core::{Error, Result, storage::Output};
+use wheatstone_core::Result;
 
 /// Writes a cloud as binary little-endian PLY: x y z, red green blue, standard deviations and confidence. What stands
 /// beside x y z and the colours opens as scalar fields.
@@ -31,7 +32,7 @@ pub fn binary_ply_mesh(
     ply(cloud, Some(mesh), unit, out)
 }
 
-fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut impl Write) -> io::Result<()> {
+fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut dyn Write) -> io::Result<()> {
     let normals = "property float nx\nproperty float ny\nproperty float nz\n";
     let faces = mesh.map_or_else(String::new, |mesh| {
         let count = mesh.triangles.len();
@@ -77,12 +78,11 @@ fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut impl Write) -> 
 ///
 /// # Errors
 ///
-/// [`Error::Io`].
+/// [`Error::Io`](wheatstone_core::Error::Io).
 pub fn write_ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, path: &Path) -> Result<()> {
-    let failed = |source| Error::Io { action: "write", path: path.into(), source };
-    let mut output = Output::create(path)?;
-    let mut buffered = BufWriter::new(&mut output);
-    ply(cloud, mesh, unit, &mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
-    drop(buffered);
-    output.commit()
+    save(path, |out| ply(cloud, mesh, unit, out))
+}
+
+pub(super) fn write(cloud: &Cloud, unit: &str, out: &mut dyn Write) -> io::Result<()> {
+    ply(cloud, None, unit, out)
 }
