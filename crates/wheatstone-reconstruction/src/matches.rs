@@ -68,23 +68,27 @@ impl Matches {
     }
 }
 
-/// The place in the model's picture that a rectified picture shows between its pixels, bilinear, as far as its outermost
-/// pixels reach: half a pixel beyond their middles. `None` where the table shows nothing.
+/// The place in the model's picture that a rectified picture shows between its pixels, bilinear, as far as the outermost
+/// pixels that show something reach: half a pixel beyond their middles. `None` where the table shows nothing.
 pub(crate) fn source(table: &Table, x: f64, y: f64) -> Option<[f64; 2]> {
-    let ends = [table.width, table.height].map(|side| side as f64 - 0.5);
-    if !((-0.5..=ends[0]).contains(&x) && (-0.5..=ends[1]).contains(&y)) {
-        return None;
-    }
-    // Beyond the outermost pixels as between the last two.
-    let first = |at: f64, side: usize| (at.max(0.0) as usize).min(side.saturating_sub(2));
-    let next = |first: usize, side: usize| (first + 1).min(side - 1);
-    let (column, row) = (first(x, table.width), first(y, table.height));
-    let columns = [column, next(column, table.width)];
-    let rows = [row, next(row, table.height)];
+    // The first of the two pixels that a place lies between, and of the two beside them that it is nearer to.
+    let firsts = |at: f64, side: usize| {
+        let own = at.floor();
+        let beside = if at - own <= 0.5 { own - 1.0 } else { own + 1.0 };
+        let inside = move |first: &f64| *first >= 0.0 && *first + 1.0 < side as f64;
+        [own, beside].into_iter().filter(inside).map(|first| first as usize)
+    };
+    let rows = firsts(y, table.height);
+    let mut cells = rows.flat_map(|row| firsts(x, table.width).map(move |column| (column, row)));
+    cells.find_map(|cell| within(table, cell, (x, y)))
+}
+
+/// The same by the four pixels of one cell, or beyond them as between them.
+fn within(table: &Table, (column, row): (usize, usize), (x, y): (f64, f64)) -> Option<[f64; 2]> {
     let (along, down) = (x - column as f64, y - row as f64);
     let mut found = [0.0; 2];
-    for (row, share) in rows.into_iter().zip([1.0 - down, down]) {
-        for (column, part) in columns.into_iter().zip([1.0 - along, along]) {
+    for (row, share) in [(row, 1.0 - down), (row + 1, down)] {
+        for (column, part) in [(column, 1.0 - along), (column + 1, along)] {
             let at = row * table.width + column;
             let shows = [table.x[at], table.y[at]];
             if shows == [Table::NOWHERE; 2] {
@@ -133,6 +137,11 @@ mod tests {
         assert!(source(&table, -0.6, 0.0).is_none() && source(&table, 0.0, 3.6).is_none());
         assert!(source(&table, 4.0, 3.0).is_some());
         (table.x[7], table.y[7]) = (Table::NOWHERE, Table::NOWHERE);
-        assert!(source(&table, 1.5, 1.0).is_none() && source(&table, 3.0, 1.0).is_some());
+        assert!(source(&table, 1.6, 1.0).is_none() && source(&table, 2.0, 0.8).is_none());
+        // Beside the hole, and a rounding error beyond its neighbour's middle.
+        for (x, y) in [(3.0, 1.0), (1.4, 1.0), (3.0 - 1e-9, 1.0), (2.0, 2.0 - 1e-9)] {
+            let [found, _] = source(&table, x, y).unwrap();
+            assert!((found - (3.0 * x + y)).abs() < 1e-6, "{x} {y}: {found}");
+        }
     }
 }
