@@ -114,31 +114,46 @@ fn clouds_of_every_optics_are_where_the_scene_is() {
     }
 }
 
+/// What some of the cameras make of a scene.
+fn seen_by(
+    cameras: &[usize],
+    model: &Calibration,
+    (rig, scene): (&Rig, &Scene),
+    pictures: &[ColourImage],
+) -> Judged {
+    let mut settings = ReconstructionSettings::new(vec![SIZE; cameras.len()]);
+    settings.cameras = cameras.to_vec();
+    let made = SceneReconstructor::new(model, settings, &Silent).unwrap();
+    let seen: Vec<&ColourImage> = cameras.iter().map(|camera| &pictures[*camera]).collect();
+    let found = made.reconstruct(&seen, &Silent).unwrap();
+    assert!(found.fault.is_none(), "{:?}", found.fault);
+    assert!(found.cloud.pixels.len() == cameras.len());
+    judged((rig, scene), (0, 0), &found)
+}
+
 #[test]
 fn four_cameras_are_better_than_two() {
     let rig = Rig::named("paper", 4).unwrap();
-    let scene = Scene::before(&rig, 2);
     let model = fitted(&rig, "brown");
-    let pictures = pictures(&rig, &scene);
-    let with = |cameras: &[usize]| {
-        let mut settings = ReconstructionSettings::new(vec![SIZE; cameras.len()]);
-        settings.cameras = cameras.to_vec();
-        let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
-        let seen: Vec<&ColourImage> = cameras.iter().map(|camera| &pictures[*camera]).collect();
-        let found = made.reconstruct(&seen, &Silent).unwrap();
-        assert!(found.fault.is_none(), "{:?}", found.fault);
-        assert!(found.cloud.pixels.len() == cameras.len());
-        judged((&rig, &scene), (0, 0), &found)
-    };
-    let four = with(&[0, 1, 2, 3]);
-    for pair in [[0, 1], [0, 2]] {
-        let two = with(&pair);
-        assert!(four.points > two.points, "{pair:?}: {two:?}, {four:?}");
-        assert!(four.median < 0.75 * two.median, "{pair:?}: {two:?}, {four:?}");
-        assert!(four.far < 0.5 * two.far, "{pair:?}: {two:?}, {four:?}");
+    // Points that are far off are few, at edges of depth: those of one scene alone say little. The shares of
+    // four cameras, and of the two pairs.
+    let mut far = [0.0; 3];
+    for seed in [2, 3] {
+        let scene = Scene::before(&rig, seed);
+        let pictures = pictures(&rig, &scene);
+        let with = |cameras: &[usize]| seen_by(cameras, &model, (&rig, &scene), &pictures);
+        let four = with(&[0, 1, 2, 3]);
+        far[0] += four.far;
+        for (pair, far) in [[0, 1], [0, 2]].iter().zip(&mut far[1..]) {
+            let two = with(pair);
+            assert!(four.points > two.points, "{pair:?}: {two:?}, {four:?}");
+            assert!(four.median < 0.75 * two.median, "{pair:?}: {two:?}, {four:?}");
+            *far += two.far;
+        }
+        assert!(four.far < 0.001 && (0.63..0.75).contains(&four.covered[0]), "{four:?}");
+        assert!((0.91..0.98).contains(&four.covered[1]), "{four:?}");
     }
-    assert!(four.far < 0.001 && (0.63..0.75).contains(&four.covered[0]), "{four:?}");
-    assert!((0.91..0.98).contains(&four.covered[1]), "{four:?}");
+    assert!(far[0] < 0.5 * far[1].min(far[2]), "{far:?}");
 }
 
 #[test]
