@@ -156,11 +156,16 @@ impl Capture {
     }
 
     /// Pictures of a scene without a chart, one a camera: files in the folder `scene` beside the capture's file, named after the
-    /// cameras (`scene/left.png`). None where a camera has none.
+    /// cameras (`scene/left.png`). None where a camera has none. Links are not followed.
     #[must_use]
     pub fn scene(&self) -> Option<Vec<PathBuf>> {
-        let files = std::fs::read_dir(self.path.with_file_name("scene")).ok()?;
-        let mut files: Vec<PathBuf> = files.flatten().map(|entry| entry.path()).collect();
+        let folder = self.path.with_file_name("scene");
+        if !std::fs::symlink_metadata(&folder).ok()?.is_dir() {
+            return None;
+        }
+        let entries = std::fs::read_dir(&folder).ok()?.flatten();
+        let plain = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+        let mut files: Vec<PathBuf> = plain.map(|entry| entry.path()).collect();
         files.sort();
         let picture_of = |camera: &CameraPictures| {
             let named =

@@ -188,11 +188,16 @@ pub(super) fn figure(
     } else {
         "the picture"
     };
+    let pyramids = if cameras.iter().any(|camera| !camera.corners.is_empty()) {
+        " Pyramids are the cameras' fields of view."
+    } else {
+        ""
+    };
     Some(Figure {
         name: "cloud",
         title: "Points in space",
         how: format!(
-            "Dots are {} of the {} points, in the colour of {colour}. Pyramids are the cameras' fields of view. X, Y and Z are the axes of the world, each as long as the bar.",
+            "Dots are {} of the {} points, in the colour of {colour}.{pyramids} X, Y and Z are the axes of the world, each as long as the bar.",
             drawn.len(),
             total
         ),

@@ -2,6 +2,7 @@
 
 use crate::plot::space::Frustum;
 use serde::{Deserialize, Serialize};
+use wheatstone_numeric::random::Random;
 
 /// A camera of a [`SceneCloud`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,13 +87,11 @@ impl SceneCloud {
 }
 
 /// So many of them, evenly. Every n-th would be columns or rows of the picture where n divides its
-/// width: within its n each is chosen by a multiple of the golden ratio.
+/// width: within its n each is chosen at random, always the same.
 pub(super) fn scattered(all: &[usize], most: usize) -> Vec<usize> {
     let count = all.len().min(most);
     let step = all.len() as f64 / count.max(1) as f64;
-    let place = |index: usize| {
-        let part = (index as f64 * 0.618_033_988_749_895).fract();
-        ((index as f64 + part) * step) as usize
-    };
+    let mut random = Random::new(0);
+    let mut place = |index: usize| ((index as f64 + random.uniform(0.0, 1.0)) * step) as usize;
     (0..count).map(|index| all[place(index).min(all.len() - 1)]).collect()
 }

@@ -1,5 +1,6 @@
 //! One HTML file of a report: what stands in it is escaped, and its policy lets no request out.
 
+mod card;
 mod parts;
 mod placed;
 mod reconstruction;

@@ -1,10 +1,12 @@
 //! The parts of the page, in the order in which they are read.
 
-use super::{reconstruction, shell, table::table};
+use super::{
+    card::{card, explained},
+    reconstruction, shell,
+    table::table,
+};
 use crate::{
-    FindingFigures, OutlierFigures, PictureFigures, Report, Validation,
-    figures::{self, Figure},
-    plot,
+    FindingFigures, OutlierFigures, PictureFigures, Report, Validation, figures,
     text::{escape, figure, percent, round},
     verdict::{FAIR, HONEST, SOUND},
 };
@@ -35,7 +37,10 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
         drawn("coverage", "Coverage", "Coverage"),
         drawn("setup", "Setup", "The setup of the paper"),
         drawn("methods", "Methods", "Methods and training"),
-        reconstruction::part(report),
+        reconstruction::html(report).map(|inside| {
+            let html = section("reconstruction", "A scene reconstructed", &inside);
+            Part { name: "reconstruction", short: "Scene", html }
+        }),
         gallery(report),
         faults(report),
         (!report.points.is_empty() || !report.methods.is_empty()).then(limits),
@@ -44,7 +49,7 @@ pub(super) fn all(report: &Report) -> Vec<Part> {
     parts.into_iter().flatten().collect()
 }
 
-pub(super) fn section(name: &str, title: &str, inside: &Markup) -> Markup {
+fn section(name: &str, title: &str, inside: &Markup) -> Markup {
     html! {
         section id=(name) aria-labelledby={ (name) "-title" } {
             h2 id={ (name) "-title" } { (title) }
@@ -111,35 +116,6 @@ fn tiles(report: &Report) -> Markup {
     html! {
         @for (name, value, unit) in &tiles {
             div { dt { (name) } dd { (value) " " small { (escape(unit)) } } }
-        }
-    }
-}
-
-/// How a figure is read.
-fn explained(figure: &Figure) -> Markup {
-    html! {
-        p { strong { "How to read:" } " " (escape(&figure.how)) }
-        p { strong { "Good looks like:" } " " (escape(figure.good)) }
-    }
-}
-
-/// A figure with its words.
-pub(super) fn card(figure: &Figure) -> Markup {
-    let several = figure.panels.len() > 1;
-    // Drawings of several widths keep them, so that their scales stay the same.
-    let natural = several && figure.panels.iter().any(|panel| panel.size[0] < plot::WIDTH - 1.0);
-    html! {
-        figure.card.broad[several] id={ "figure-" (figure.name) } {
-            h3 { (escape(figure.title)) }
-            div.panels.natural[natural] {
-                @for panel in &figure.panels {
-                    div {
-                        @if !panel.heading.is_empty() { h4 { (escape(&panel.heading)) } }
-                        (panel.inline())
-                    }
-                }
-            }
-            figcaption { (explained(figure)) }
         }
     }
 }

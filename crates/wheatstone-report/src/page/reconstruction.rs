@@ -1,6 +1,6 @@
 //! A scene that was reconstructed with the model.
 
-use super::parts::{Part, card, section};
+use super::card::card;
 use crate::{
     Report, SceneFigures, figures,
     text::{escape, figure, percent},
@@ -8,15 +8,13 @@ use crate::{
 use maud::{Markup, html};
 
 /// None where there was no scene.
-pub(super) fn part(report: &Report) -> Option<Part> {
+pub(super) fn html(report: &Report) -> Option<Markup> {
     let scene = report.scene.as_ref()?;
     let figures = figures::of_part(report, "reconstruction");
-    let inside = html! {
+    Some(html! {
         (words(scene, &report.unit))
         div.figures { @for figure in &figures { (card(figure)) } }
-    };
-    let html = section("reconstruction", "A scene reconstructed", &inside);
-    Some(Part { name: "reconstruction", short: "Scene", html })
+    })
 }
 
 fn words(scene: &SceneFigures, unit: &str) -> Markup {
@@ -33,8 +31,8 @@ fn words(scene: &SceneFigures, unit: &str) -> Markup {
                     @let [x, y, z] = sigmas.map(figure);
                     " Median standard deviations of X, Y and Z: " (x) ", " (y) " and " (z) " " (escape(unit)) "."
                 }
+                " Beyond the calibrated volume the model extrapolates: errors there may exceed their standard deviations."
             }
-            p.note { "Beyond the calibrated volume the model extrapolates: errors there may exceed their standard deviations." }
         }
     }
 }
