@@ -126,8 +126,8 @@ impl Winners {
     }
 }
 
-/// Nothing but three times the largest number in the middle: `slots` of it from `slots + 1 - winner` on have these at the winner
-/// and beside it.
+/// Zeros, with three of the largest number among them: a part of `slots` numbers that begins at `slots + 1 - winner` has these
+/// at the winner and on both sides of it. Joined bit by bit to other numbers, it makes those three the largest.
 fn hiding<T: Copy + Default>(slots: usize, largest: T) -> Vec<T> {
     let mut hide = vec![T::default(); 2 * slots + 2];
     hide[slots..slots + 3].fill(largest);

@@ -90,6 +90,17 @@ fn a_crate_uses_only_those_above_it() {
 }
 
 #[test]
+fn every_crate_carries_the_licences() {
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        let text = fs::read_to_string(Path::new("../..").join(licence)).unwrap();
+        for name in CRATES {
+            let own = fs::read_to_string(Path::new("..").join(name).join(licence));
+            assert_eq!(own.ok().as_ref(), Some(&text), "{licence} of {name}");
+        }
+    }
+}
+
+#[test]
 fn the_map_names_every_crate_and_module() {
     let map = fs::read_to_string("../../ARCHITECTURE.md").unwrap();
     for name in CRATES {
