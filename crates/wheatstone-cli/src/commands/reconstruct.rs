@@ -1,5 +1,6 @@
 //! `wheatstone reconstruct`.
 
+pub(super) mod depths;
 mod log;
 pub(super) mod results;
 
@@ -14,6 +15,7 @@ use crate::{
     verbosity::{remark, say},
 };
 use clap::{Args, builder::PossibleValuesParser};
+use depths::{depths, searched};
 use log::Log;
 use results::{pretty, sigmas, summary, whole, write, write_mesh};
 use serde_json::{Value, json};
@@ -101,15 +103,6 @@ pub(crate) struct Reconstruct {
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
-}
-
-/// `300:1500`.
-fn depths(text: &str) -> Result<[f64; 2], String> {
-    let parts = text.split_once(':').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
-    match parts {
-        Some((Ok(near), Ok(far))) => Ok([near, far]),
-        _ => Err("write the nearest and the farthest depth as 300:1500".into()),
-    }
 }
 
 /// The names of formats of clouds.
@@ -371,16 +364,9 @@ fn tell_left_out(
             "note",
             "{left_out} of {rows} matches are left out: pixels far from their epipolar lines, or points outside of the \
              pictures and the depths of {}",
-            depths_searched(made, model)
+            searched(made, model)
         );
     }
-}
-
-/// `50 to 130 cm`.
-fn depths_searched(made: &SceneReconstructor, model: &Calibration) -> String {
-    let [near, far] = made.depths();
-    let far = if far.is_finite() { figure(far) } else { "infinity".into() };
-    format!("{} to {far} {}", figure(near), model.unit)
 }
 
 /// What to do about a fault.
@@ -394,7 +380,7 @@ fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) ->
         PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
         _ => format!(
             "nothing was written; depths of {} were searched: `--range NEAR:FAR` names others; `--force` goes on",
-            depths_searched(made, model)
+            searched(made, model)
         ),
     }
 }

@@ -2,7 +2,7 @@
 
 mod scene;
 
-use super::{locate::needs_two_cameras, methods_named};
+use super::{locate::needs_two_cameras, methods_named, reconstruct::depths::depths};
 use crate::{
     browser::Showing,
     failure::{Failure, Outcome, worded},
@@ -48,6 +48,10 @@ pub(crate) struct Report {
     /// The capture that a model was fitted to, for its pictures
     #[arg(long, value_name = "CAPTURE")]
     pictures: Option<PathBuf>,
+    /// Nearest and farthest depth of a scene in the capture's folder `scene`, in the model's unit [default:
+    /// those that the model was fitted to, with a margin]
+    #[arg(long, value_name = "NEAR:FAR", value_parser = depths)]
+    range: Option<[f64; 2]>,
     /// Methods to compare before the fit to a capture or a points file, separated by commas, or `none`
     #[arg(long, value_delimiter = ',', default_values_t = COMPARED.map(String::from))]
     methods: Vec<String>,
@@ -162,7 +166,7 @@ impl Report {
         };
         let mut report = report::Report::of(&material, bar)?;
         if let Some(pictures) = source.and_then(|source| source.capture.scene()) {
-            report.scene = Some(scene::figures(model, &pictures, bar)?);
+            report.scene = Some(scene::figures(model, (&pictures, self.range), bar)?);
         }
         Ok(report)
     }
@@ -172,6 +176,9 @@ impl Report {
         let mut words = vec!["wheatstone".into(), "report".into(), quoted(&self.input)];
         if let Some(pictures) = &self.pictures {
             words.extend(["--pictures".into(), quoted(pictures)]);
+        }
+        if let Some([near, far]) = self.range {
+            words.extend(["--range".into(), format!("{near}:{far}")]);
         }
         if self.methods != COMPARED {
             words.extend(["--methods".into(), self.methods.join(",")]);

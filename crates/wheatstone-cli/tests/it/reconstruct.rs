@@ -79,14 +79,14 @@ fn the_report_of_a_capture_shows_its_scene() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     prepared(at);
-    let report = || -> (serde_json::Value, String) {
+    let report = |more: &[&str]| -> (serde_json::Value, String) {
         let arguments = ["report", "model.json", "--pictures", "capture", "--no-validation"];
         let outputs = ["-o", "r.html", "--json", "r.json", "--figures", "figures"];
-        done(at, &[&arguments[..], &outputs].concat());
+        done(at, &[&arguments[..], &outputs, more].concat());
         let json = fs::read_to_string(at.join("r.json")).unwrap();
         (serde_json::from_str(&json).unwrap(), fs::read_to_string(at.join("r.html")).unwrap())
     };
-    let (summary, page) = report();
+    let (summary, page) = report(&[]);
     let scene = &summary["scene"];
     assert!(scene["points"].as_u64().unwrap() > 100_000 && scene["problem"].is_null());
     assert_eq!(scene["pictures"], serde_json::json!(["left.png", "right.png"]));
@@ -95,11 +95,20 @@ fn the_report_of_a_capture_shows_its_scene() {
     let drawn = fs::read_to_string(at.join("figures/cloud.svg")).unwrap();
     assert!(drawn.matches("<circle").count() > 3000);
 
+    // Where there is nothing it says where it looked.
+    let (summary, _) = report(&["--range", "400:800"]);
+    let problem = summary["scene"]["problem"].as_str().unwrap();
+    // In whole disparities.
+    assert!(
+        problem.contains("; depths of 3") && problem.contains(" cm were searched"),
+        "{problem}"
+    );
+
     // Pictures of the wrong cameras: it says so, and draws nothing.
     fs::rename(at.join(LEFT), at.join("left.png")).unwrap();
     fs::rename(at.join(RIGHT), at.join(LEFT)).unwrap();
     fs::rename(at.join("left.png"), at.join(RIGHT)).unwrap();
-    let (summary, page) = report();
+    let (summary, page) = report(&[]);
     let problem = summary["scene"]["problem"].as_str().unwrap();
     assert!(problem.contains("exchanged"), "{problem}");
     assert!(page.contains("could not be reconstructed") && summary["scene"]["points"] == 0);

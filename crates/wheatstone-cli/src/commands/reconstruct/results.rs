@@ -1,5 +1,6 @@
 //! What `wheatstone reconstruct` writes.
 
+use super::depths::searched;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use wheatstone::{
@@ -12,6 +13,7 @@ use wheatstone::{
         write_ply,
     },
     report::{CloudCamera, SceneCloud, SceneFigures},
+    stereo::PairFault,
 };
 
 /// Medians of the points' standard deviations.
@@ -133,7 +135,11 @@ pub(in crate::commands) fn figures(
 ) -> SceneFigures {
     let pictures = names(pictures);
     if let Some((_, fault)) = found.fault {
-        return SceneFigures { pictures, problem: Some(fault.to_string()), ..Default::default() };
+        let problem = match fault {
+            PairFault::Vertical(_) | PairFault::Exchanged => fault.to_string(),
+            _ => format!("{fault}; depths of {} were searched (--range)", searched(made, model)),
+        };
+        return SceneFigures { pictures, problem: Some(problem), ..Default::default() };
     }
     SceneFigures {
         sample: page(found, made, model, &pictures.join(", ")).sample(MOST_DRAWN),

@@ -12,10 +12,10 @@ use wheatstone::{
 /// Reconstructs what the pictures show. Where that cannot be done, the report says why.
 pub(super) fn figures(
     model: &Calibration,
-    pictures: &[PathBuf],
+    (pictures, depths): (&[PathBuf], Option<[f64; 2]>),
     bar: &Bar,
 ) -> Outcome<SceneFigures> {
-    match reconstruct(model, pictures, bar) {
+    match reconstruct(model, (pictures, depths), bar) {
         Ok(figures) => Ok(figures),
         Err(Error::Cancelled) => Err(Error::Cancelled.into()),
         Err(problem) => Ok(SceneFigures {
@@ -28,12 +28,13 @@ pub(super) fn figures(
 
 fn reconstruct(
     model: &Calibration,
-    pictures: &[PathBuf],
+    (pictures, depths): (&[PathBuf], Option<[f64; 2]>),
     bar: &Bar,
 ) -> Result<SceneFigures, Error> {
     let sizes: Vec<[u32; 2]> =
         pictures.iter().map(|path| read_size(path)).collect::<Result<_, Error>>()?;
-    let made = SceneReconstructor::new(model, ReconstructionSettings::new(sizes), bar)?;
+    let settings = ReconstructionSettings { depths, ..ReconstructionSettings::new(sizes) };
+    let made = SceneReconstructor::new(model, settings, bar)?;
     let read = |path: &PathBuf| read_colour_image(path, Limits::default());
     let images: Vec<ColourImage> = pictures.iter().map(read).collect::<Result<_, Error>>()?;
     let found = made.reconstruct(&images.iter().collect::<Vec<_>>(), bar)?;
