@@ -152,6 +152,13 @@ impl Report {
         (comparison, truth, source): (Option<&Comparison>, Option<&Truth>, Option<&Source>),
         bar: &Bar,
     ) -> Outcome<report::Report> {
+        let pictures = source.and_then(|source| source.capture.scene());
+        if self.range.is_some() && pictures.is_none() {
+            return Err(Failure::usage(
+                "`--range` is of a scene, and the capture has none",
+                "put a picture of each camera, named after it, into its folder `scene`",
+            ));
+        }
         let name = self.input.file_name().unwrap_or(self.input.as_os_str());
         let material = Material {
             wording: Wording(worded),
@@ -165,7 +172,7 @@ impl Report {
             held_out: !self.no_validation,
         };
         let mut report = report::Report::of(&material, bar)?;
-        if let Some(pictures) = source.and_then(|source| source.capture.scene()) {
+        if let Some(pictures) = pictures {
             report.scene = Some(scene::figures(model, (&pictures, self.range), bar)?);
         }
         Ok(report)

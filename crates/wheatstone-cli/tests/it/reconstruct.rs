@@ -112,6 +112,11 @@ fn the_report_of_a_capture_shows_its_scene() {
     let problem = summary["scene"]["problem"].as_str().unwrap();
     assert!(problem.contains("exchanged"), "{problem}");
     assert!(page.contains("could not be reconstructed") && summary["scene"]["points"] == 0);
+
+    fs::remove_file(at.join(LEFT)).unwrap();
+    let command =
+        ["report", "model.json", "--pictures", "capture", "--range", "50:150", "-o", "r.html"];
+    assert!(refused(at, &command).contains("the capture has none"));
 }
 
 #[test]
