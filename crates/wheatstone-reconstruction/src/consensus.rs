@@ -1,12 +1,16 @@
 //! Which of several pairs' depths at a pixel are right.
 
-use crate::{pair::RectifiedPair, points::PointEstimator, seen::Seen};
-use wheatstone_core::geometry::Point3;
+use crate::{
+    pair::RectifiedPair,
+    points::PointEstimator,
+    seen::{Found, Seen},
+};
+use wheatstone_core::geometry::{Point3, Pose};
 
 /// What the pairs agree on, as far as that is right with a probability of `least`. Of a single pair it is all.
 pub(crate) fn agreed(
     pairs: &[RectifiedPair<'_>],
-    estimator: &PointEstimator<'_>,
+    map: &PointEstimator<'_>,
     seen: Seen,
     least: f32,
 ) -> Seen {
@@ -14,7 +18,7 @@ pub(crate) fn agreed(
         return seen;
     }
     let candidates: Vec<Vec<Option<Candidate>>> =
-        (0..pairs.len()).map(|pair| depths(pairs, estimator, &seen, pair)).collect();
+        (0..pairs.len()).map(|pair| depths(pairs, map, &seen, pair)).collect();
     let mut agreed = Seen { pixel_sigma: seen.pixel_sigma, ..Seen::new(pairs.len()) };
     for (index, place) in seen.places.iter().enumerate() {
         let of_pixel: Vec<_> = candidates.iter().map(|pair| pair[index]).collect();
@@ -33,34 +37,59 @@ pub(crate) fn agreed(
 /// The depths that one pair sees, in the frame of the left virtual camera.
 fn depths(
     pairs: &[RectifiedPair<'_>],
-    estimator: &PointEstimator<'_>,
+    map: &PointEstimator<'_>,
     seen: &Seen,
     pair: usize,
 ) -> Vec<Option<Candidate>> {
-    let nearness = |deviations: f64| -> Vec<f64> {
-        let mut pixels = [<[Vec<f64>; 2]>::default(), <[Vec<f64>; 2]>::default()];
-        for (reference, found) in seen.reference.iter().zip(&seen.found[pair]) {
-            for axis in 0..2 {
-                let other = found.map_or(f64::NAN, |found| {
-                    found.at.pixel[axis] + deviations * found.at.deviation[axis]
-                });
-                pixels[0][axis].push(reference[axis]);
-                pixels[1][axis].push(other);
-            }
-        }
-        let [x, y, z] = estimator.places(&pairs[pair].cameras, &pixels);
-        let to_rectified = pairs[0].rectification.pair.rectified_from_world;
-        let places = x.into_iter().zip(y).zip(z).map(|((x, y), z)| Point3::new(x, y, z));
-        places.map(|place| to_rectified.transform(place).z.recip()).collect()
+    let frame = pairs[0].rectification.pair.rectified_from_world;
+    let found = &seen.found[pair];
+    let of_lattice = |found: &Option<Found>| by_lattice(&frame, found.as_ref()?);
+    let mut candidates: Vec<_> = found.iter().map(of_lattice).collect();
+    let rest: Vec<(usize, Found)> = found
+        .iter()
+        .enumerate()
+        .filter_map(|(index, found)| Some((index, found.filter(|found| found.point.is_none())?)))
+        .collect();
+    let matched: Vec<_> =
+        rest.iter().map(|(index, found)| (seen.reference[*index], *found)).collect();
+    let asked = by_map(&frame, map, &pairs[pair].cameras, &matched);
+    for ((index, _), asked) in rest.iter().zip(asked) {
+        candidates[*index] = Some(asked);
+    }
+    candidates.into_iter().map(|own| own.filter(|own| own.sigma.is_finite())).collect()
+}
+
+/// The depth that a pair's lattice says.
+fn by_lattice(frame: &Pose, found: &Found) -> Option<Candidate> {
+    let point = found.point?;
+    let nearness = frame.transform(point.place).z.recip();
+    let by = (frame.rotation * point.slope).z * nearness * nearness;
+    Some(Candidate::new(nearness, by * found.sigma, found.confidence))
+}
+
+/// The depths that the map says of two cameras' pixels, those of the reference first.
+fn by_map(
+    frame: &Pose,
+    map: &PointEstimator<'_>,
+    cameras: &[usize; 2],
+    matched: &[([f64; 2], Found)],
+) -> Vec<Candidate> {
+    let column = |of: &dyn Fn(&[f64; 2], &Found) -> f64| -> Vec<f64> {
+        matched.iter().map(|(reference, found)| of(reference, found)).collect()
     };
-    let (found, moved) = (nearness(0.0), nearness(1.0));
-    let each = found.into_iter().zip(moved).zip(&seen.found[pair]);
-    each.map(|((nearness, moved), found)| {
-        let sigma = (moved - nearness).abs();
-        let confidence = f64::from(found.as_ref()?.confidence);
-        sigma.is_finite().then_some(Candidate { nearness, sigma, confidence })
-    })
-    .collect()
+    let nearness = |deviations: f64| -> Vec<f64> {
+        let pixels = [
+            [0, 1].map(|axis| column(&|reference, _| reference[axis])),
+            [0, 1].map(|axis| {
+                column(&|_, Found { at, .. }| at.pixel[axis] + deviations * at.deviation[axis])
+            }),
+        ];
+        let [x, y, z] = map.places(cameras, &pixels);
+        let places = x.into_iter().zip(y).zip(z).map(|((x, y), z)| Point3::new(x, y, z));
+        places.map(|place| frame.transform(place).z.recip()).collect()
+    };
+    let both = nearness(0.0).into_iter().zip(nearness(1.0)).zip(matched);
+    both.map(|((at, moved), (_, found))| Candidate::new(at, moved - at, found.confidence)).collect()
 }
 
 /// What a pair of cameras says of a pixel.
@@ -71,6 +100,12 @@ struct Candidate {
     sigma: f64,
     /// The probability that it is right.
     confidence: f64,
+}
+
+impl Candidate {
+    fn new(nearness: f64, deviation: f64, confidence: f32) -> Self {
+        Self { nearness, sigma: deviation.abs(), confidence: f64::from(confidence) }
+    }
 }
 
 /// Depths agree that are within so many standard deviations of their difference.

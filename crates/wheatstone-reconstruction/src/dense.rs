@@ -2,6 +2,7 @@
 
 use crate::{
     pair::RectifiedPair,
+    point_lattice::PointLattice,
     seen::{Found, Seen},
     settings::ReconstructionSettings,
 };
@@ -12,49 +13,62 @@ use wheatstone_stereo::DisparityMap;
 /// Of several pairs, disparities that are at least so confident count: two that agree are more than each.
 const CANDIDATE: f32 = 0.5;
 
-/// What the pairs' maps match with these pixels of the left rectified picture, where that is confident enough.
+/// What the pairs' maps match with pixels in these rows of the left rectified picture, where that is confident enough.
 pub(crate) fn seen(
-    pairs: &[RectifiedPair<'_>],
+    (pairs, lattices): (&[RectifiedPair<'_>], &[Option<PointLattice>]),
     maps: &[Option<&DisparityMap>],
-    places: Range<usize>,
+    rows: Range<usize>,
     settings: &ReconstructionSettings,
 ) -> Seen {
     let width = pairs[0].rectification.pair.size[0] as usize;
     let wanted = settings.least_confidence;
     let least = if pairs.len() == 1 { wanted } else { CANDIDATE.min(wanted) };
-    let matched = |place: usize| {
-        let at = ((place % width) as f64, (place / width) as f64);
-        let reference = pairs[0].reference(at).filter(|pixel| settings.holds(*pixel))?;
-        let (mut all, mut missed) = (Vec::with_capacity(maps.len()), 0);
+    let of_pairs = |at: (f64, f64), reference: [f64; 2], found: &mut Vec<Option<Found>>| {
+        let mut missed = 0;
         for (index, (pair, map)) in pairs.iter().zip(maps).enumerate() {
             let at = if index == 0 { Some(at) } else { pair.place(reference) };
-            let own = at.zip(*map).and_then(|(at, map)| found(pair, at, map, least));
+            let read = at.zip(*map).and_then(|(at, map)| Some((at, read(map, at)?)));
+            let sure = read.filter(|(_, read)| read.confidence >= least);
+            let own = sure.and_then(|(at, read)| matched((pair, &lattices[index]), at, &read));
             let is_in_view = || at.zip(*map).is_some_and(|(at, _)| pair.shows(at));
             missed += usize::from(own.is_none() && is_in_view());
-            all.push(own);
+            found.push(own);
         }
-        let is_any = all.iter().any(Option::is_some);
-        is_any.then_some((place as u32, reference, missed, all))
+        missed
     };
-    let rows: Vec<_> = places.into_par_iter().filter_map(matched).collect();
+    let of_row = |first: usize| {
+        let mut seen = Seen::new(pairs.len());
+        let mut found = Vec::with_capacity(pairs.len());
+        for place in first..first + width {
+            let at = ((place % width) as f64, (place / width) as f64);
+            let wanted = pairs[0].reference(at).filter(|pixel| settings.holds(*pixel));
+            let Some(reference) = wanted else { continue };
+            found.clear();
+            let missed = of_pairs(at, reference, &mut found);
+            if found.iter().any(Option::is_some) {
+                seen.push((place as u32, reference), (&found, missed));
+            }
+        }
+        seen
+    };
+    let rows: Vec<usize> = rows.map(|row| row * width).collect();
+    let of_rows: Vec<Seen> = rows.into_par_iter().map(of_row).collect();
     let mut seen = Seen::new(pairs.len());
-    for (place, reference, missed, found) in rows {
-        seen.push((place, reference), (&found, missed));
-    }
+    of_rows.into_iter().for_each(|row| seen.append(row));
     seen
 }
 
 /// What one pair matches with a pixel of its reference camera's rectified picture.
-fn found(
-    pair: &RectifiedPair<'_>,
+fn matched(
+    (pair, lattice): (&RectifiedPair<'_>, &Option<PointLattice>),
     at: (f64, f64),
-    map: &DisparityMap,
-    least: f32,
+    read: &Read,
 ) -> Option<Found> {
-    let read = read(map, at).filter(|read| read.confidence >= least)?;
-    let sigma = read.sigma * pair.resampling(at, read.disparity);
-    let at = pair.matched(at, (read.disparity, sigma))?;
-    Some(Found { at, disparity: read.disparity, sigma, confidence: read.confidence })
+    let Read { disparity, confidence, .. } = *read;
+    let shown = pair.shown(at, disparity)?;
+    let sigma = read.sigma * shown.resampling();
+    let point = lattice.as_ref().and_then(|lattice| lattice.at(at, disparity));
+    Some(Found { at: shown.matched(sigma), disparity, sigma, confidence, point })
 }
 
 /// What a map has at a place.

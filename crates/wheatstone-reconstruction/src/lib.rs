@@ -13,7 +13,8 @@
 //!    from disparity maps, `sparse` from corners and edges ([`features`]), or from pixels that somebody else matched.
 //! 3. `consensus` keeps what the pairs agree on.
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
-//!    places the matched pixels, with the covariance of the match and of the calibration.
+//!    places the matched pixels, with the covariance of the match and of the calibration. Of a pair's disparities
+//!    `point_lattice` interpolates what the map says; `scene_points` chooses between the two.
 //!    With three and more cameras `rims` drops what lies at edges of depth.
 //! 5. `cloud` holds the results, `mesh` joins them to a surface; `cloud_files` and `depth_files` write them. `fusion` puts frames of
 //!    cameras and scenes that stand still together before.
@@ -21,14 +22,16 @@
 pub mod features;
 mod settings;
 mod matches;
-mod points;
 mod cloud;
 mod seen;
+mod points;
 mod pair;
+mod point_lattice;
 mod dense;
 mod sparse;
 mod consensus;
 mod rims;
+mod scene_points;
 mod scene;
 mod fusion;
 mod mesh;

@@ -58,6 +58,21 @@ impl Matches {
         }
     }
 
+    /// Those at these places in the list.
+    pub(crate) fn part(&self, indices: &[usize]) -> Self {
+        let of = |columns: &[[Vec<f64>; 2]]| -> Vec<[Vec<f64>; 2]> {
+            let taken = |column: &Vec<f64>| indices.iter().map(|index| column[*index]).collect();
+            columns.iter().map(|pair| pair.each_ref().map(taken)).collect()
+        };
+        Self {
+            cameras: self.cameras.clone(),
+            pixels: of(&self.pixels),
+            pixel_sigma: self.pixel_sigma,
+            deviations: of(&self.deviations),
+            directions: of(&self.directions),
+        }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.pixels[0][0].len()
     }
@@ -68,49 +83,92 @@ impl Matches {
     }
 }
 
-/// The place in the model's picture that a rectified picture shows between its pixels, bilinear, as far as the outermost
-/// pixels that show something reach: half a pixel beyond their middles. `None` where the table shows nothing.
-pub(crate) fn source(table: &Table, x: f64, y: f64) -> Option<[f64; 2]> {
-    // The first of the two pixels that a place lies between, and of the two beside them that it is nearer to.
-    let firsts = |at: f64, side: usize| {
-        let own = at.floor();
-        let beside = if at - own <= 0.5 { own - 1.0 } else { own + 1.0 };
-        let inside = move |first: &f64| *first >= 0.0 && *first + 1.0 < side as f64;
-        [own, beside].into_iter().filter(inside).map(|first| first as usize)
-    };
-    let rows = firsts(y, table.height);
-    let mut cells = rows.flat_map(|row| firsts(x, table.width).map(move |column| (column, row)));
-    cells.find_map(|cell| within(table, cell, (x, y)))
+/// The place in the model's picture that a rectified picture shows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source {
+    pub(crate) pixel: [f64; 2],
+    /// By how much it moves for a step of one pixel to the right and down in the rectified picture.
+    pub(crate) right: [f64; 2],
+    pub(crate) down: [f64; 2],
 }
 
-/// The same by the four pixels of one cell, or beyond them as between them.
-fn within(table: &Table, (column, row): (usize, usize), (x, y): (f64, f64)) -> Option<[f64; 2]> {
-    let (along, down) = (x - column as f64, y - row as f64);
-    let mut found = [0.0; 2];
-    for (row, share) in [(row, 1.0 - down), (row + 1, down)] {
-        for (column, part) in [(column, 1.0 - along), (column + 1, along)] {
-            let at = row * table.width + column;
-            let shows = [table.x[at], table.y[at]];
-            if shows == [Table::NOWHERE; 2] {
-                return None;
-            }
-            for (found, shows) in found.iter_mut().zip(shows) {
-                *found += share * part * f64::from(shows);
-            }
+impl Source {
+    /// Between the pixels of a table, bilinear, as far as the outermost pixels that show something reach: half a pixel
+    /// beyond their middles. `None` where the table shows nothing.
+    pub(crate) fn of(table: &Table, x: f64, y: f64) -> Option<Self> {
+        let cell = [x.floor() as i64, y.floor() as i64];
+        let own = Self::within(table, cell, (x, y));
+        own.or_else(|| {
+            // The cells beside it that the place is nearer to.
+            let beside = [x, y].map(|at| if at - at.floor() <= 0.5 { -1 } else { 1 });
+            let steps = [[beside[0], 0], [0, beside[1]], beside];
+            let cells = steps.map(|[right, down]| [cell[0] + right, cell[1] + down]);
+            cells.into_iter().find_map(|cell| Self::within(table, cell, (x, y)))
+        })
+    }
+
+    /// By the four pixels of one cell, or beyond them as between them.
+    fn within(table: &Table, [column, row]: [i64; 2], (x, y): (f64, f64)) -> Option<Self> {
+        let inside = |at: i64, side: usize| at >= 0 && at + 1 < side as i64;
+        if !inside(column, table.width) || !inside(row, table.height) {
+            return None;
+        }
+        let (along, lower) = (x - column as f64, y - row as f64);
+        let first = row as usize * table.width + column as usize;
+        let corners = [first, first + 1, first + table.width, first + table.width + 1];
+        let shows = corners.map(|at| [table.x[at], table.y[at]]);
+        if shows.contains(&[Table::NOWHERE; 2]) {
+            return None;
+        }
+        let of = |axis: usize| {
+            let [a, b, c, d] = shows.map(|place| f64::from(place[axis]));
+            let (right, down) =
+                ((b - a) + lower * (d - c - b + a), (c - a) + along * (d - c - b + a));
+            (a + along * right + lower * (c - a), right, down)
+        };
+        let [(x, x_right, x_down), (y, y_right, y_down)] = [of(0), of(1)];
+        Some(Self { pixel: [x, y], right: [x_right, y_right], down: [x_down, y_down] })
+    }
+
+    /// How many pixels of the rectified picture show one pixel of the model's picture.
+    pub(crate) fn stretch(&self) -> f64 {
+        let ([a, b], [c, d]) = (self.right, self.down);
+        1.0 / (a * d - b * c).abs()
+    }
+}
+
+/// What two cameras show at one rectified pixel of the reference camera and a disparity.
+pub(crate) struct Shown {
+    pub(crate) reference: Source,
+    pub(crate) other: Source,
+    /// By how many rows the epipolar curve leads down for a disparity that is a pixel larger.
+    pub(crate) bend: f64,
+}
+
+impl Shown {
+    /// The other camera's pixel, of a disparity of this standard deviation.
+    pub(crate) fn matched(&self, sigma: f64) -> MatchedPixel {
+        let Source { pixel, right, down } = self.other;
+        let [along, across] = self.reference.right;
+        let length = (along * along + across * across).sqrt();
+        MatchedPixel {
+            pixel,
+            deviation: [0, 1].map(|axis| sigma * (self.bend * down[axis] - right[axis])),
+            direction: [along / length, across / length],
         }
     }
-    Some(found)
+
+    /// By how much standard deviations of disparities grow, as rectified pictures are not as they were taken: their pixels
+    /// share noise with each other, the more the farther they are drawn apart.
+    pub(crate) fn resampling(&self) -> f64 {
+        let [left, right] = [self.reference, self.other].map(|own| own.stretch().max(1.0));
+        RESAMPLED * (0.5 * (left + right)).sqrt()
+    }
 }
 
-/// How many pixels of a rectified picture show one pixel of the model's picture, about a place; `None` where the table
-/// shows nothing.
-pub(crate) fn stretch(table: &Table, x: f64, y: f64) -> Option<f64> {
-    let at = |dx: f64, dy: f64| source(table, x + dx, y + dy);
-    let [ahead, behind] = [at(1.0, 0.0)?, at(-1.0, 0.0)?];
-    let [below, above] = [at(0.0, 1.0)?, at(0.0, -1.0)?];
-    let [x, y] = [0, 1].map(|axis| [ahead[axis] - behind[axis], below[axis] - above[axis]]);
-    Some(4.0 / (x[0] * y[1] - x[1] * y[0]).abs())
-}
+/// Cubic interpolation takes noise away between pixels, which the matcher takes for pictures with less of it: the factor
+/// by which its standard deviations are then too small, as measured on rendered scenes.
+const RESAMPLED: f64 = 1.15;
 
 #[cfg(test)]
 mod tests {
@@ -130,17 +188,18 @@ mod tests {
             filled: 1.0,
             shown: 1.0,
         };
-        let [x, y] = source(&table, 1.25, 2.5).unwrap();
+        let Source { pixel: [x, y], right, down } = Source::of(&table, 1.25, 2.5).unwrap();
+        assert!((right, down) == ([3.0, -1.0], [1.0, 2.0]));
         assert!((x - 6.25).abs() < 1e-6 && (y - 3.75).abs() < 1e-6, "{x} {y}");
-        let [x, y] = source(&table, -0.25, 3.5).unwrap();
+        let [x, y] = Source::of(&table, -0.25, 3.5).unwrap().pixel;
         assert!((x - 2.75).abs() < 1e-6 && (y - 7.25).abs() < 1e-6, "{x} {y}");
-        assert!(source(&table, -0.6, 0.0).is_none() && source(&table, 0.0, 3.6).is_none());
-        assert!(source(&table, 4.0, 3.0).is_some());
+        assert!(Source::of(&table, -0.6, 0.0).is_none() && Source::of(&table, 0.0, 3.6).is_none());
+        assert!(Source::of(&table, 4.0, 3.0).is_some());
         (table.x[7], table.y[7]) = (Table::NOWHERE, Table::NOWHERE);
-        assert!(source(&table, 1.6, 1.0).is_none() && source(&table, 2.0, 0.8).is_none());
+        assert!(Source::of(&table, 1.6, 1.0).is_none() && Source::of(&table, 2.0, 0.8).is_none());
         // Beside the hole, and a rounding error beyond its neighbour's middle.
         for (x, y) in [(3.0, 1.0), (1.4, 1.0), (3.0 - 1e-9, 1.0), (2.0, 2.0 - 1e-9)] {
-            let [found, _] = source(&table, x, y).unwrap();
+            let [found, _] = Source::of(&table, x, y).unwrap().pixel;
             assert!((found - (3.0 * x + y)).abs() < 1e-6, "{x} {y}: {found}");
         }
     }

@@ -2,15 +2,16 @@
 
 use crate::{
     features::EpipolarCurve,
-    matches::{MatchedPixel, source, stretch},
+    matches::{MatchedPixel, Shown, Source},
     seen::Found,
     settings::{ReconstructionSettings, whole},
 };
+use nalgebra::{Matrix4, Vector3};
 use std::ops::Range;
 use wheatstone_charts::{imaging::ColourImage, rectified_pictures::remapped};
 use wheatstone_core::{
     Calibration, Error, Result,
-    geometry::Pixel,
+    geometry::{Pixel, Pose},
     rectification::{PairSettings, Rectification, Table},
 };
 use wheatstone_numeric::progress::Progress;
@@ -121,21 +122,23 @@ impl<'a> RectifiedPair<'a> {
     /// The other camera's pixel of a disparity of this standard deviation; `None` where a table shows nothing.
     pub(crate) fn matched(
         &self,
-        (x, y): (f64, f64),
+        at: (f64, f64),
         (disparity, sigma): (f64, f64),
     ) -> Option<MatchedPixel> {
-        let other = |disparity: f64| {
+        let shown = self.shown(at, disparity)?;
+        Some(shown.matched(sigma))
+    }
+
+    /// What both cameras show at a rectified pixel and a disparity; `None` where a table shows nothing.
+    pub(crate) fn shown(&self, (x, y): (f64, f64), disparity: f64) -> Option<Shown> {
+        let lower = |disparity: f64| {
             let lower = |curves: &EpipolarCurves| curves.at(x as f32, y as f32, disparity as f32);
-            let lower = self.curves.as_ref().map_or(0.0, lower);
-            source(&self.tables[1], x - disparity, y + f64::from(lower))
+            self.curves.as_ref().map_or(0.0, |curves| f64::from(lower(curves)))
         };
-        let (ahead, behind) = (other(disparity + 0.5)?, other(disparity - 0.5)?);
-        let ends = [self.reference((x + 0.5, y))?, self.reference((x - 0.5, y))?];
-        let [right, down] = [0, 1].map(|axis| ends[0][axis] - ends[1][axis]);
-        Some(MatchedPixel {
-            pixel: other(disparity)?,
-            deviation: [0, 1].map(|axis| sigma * (ahead[axis] - behind[axis])),
-            direction: [right, down].map(|part| part / (right * right + down * down).sqrt()),
+        Some(Shown {
+            reference: Source::of(&self.tables[0], x, y)?,
+            other: Source::of(&self.tables[1], x - disparity, y + lower(disparity))?,
+            bend: lower(disparity + 0.5) - lower(disparity - 0.5),
         })
     }
 
@@ -171,7 +174,7 @@ impl<'a> RectifiedPair<'a> {
         let [dx, dy] = self.matched(at, (disparity, 1.0))?.deviation;
         let sigma = sigma / (dx * dx + dy * dy).sqrt();
         let at = self.matched(at, (disparity, sigma))?;
-        Some(Found { at, disparity, sigma, confidence })
+        Some(Found { at, disparity, sigma, confidence, point: None })
     }
 
     /// What the other camera has at a pixel that was matched by somebody else, if that is near its epipolar curve.
@@ -202,20 +205,12 @@ impl<'a> RectifiedPair<'a> {
     /// Whether both cameras show the place, in the middle of the depths.
     pub(crate) fn shows(&self, at: (f64, f64)) -> bool {
         let middle = 0.5 * f64::from(self.range.start + self.range.end);
-        self.matched(at, (middle, 1.0)).is_some()
-    }
-
-    /// By how much standard deviations of disparities grow, as rectified pictures are not as they were taken: their pixels
-    /// share noise with each other, the more the farther they are drawn apart.
-    pub(crate) fn resampling(&self, (x, y): (f64, f64), disparity: f64) -> f64 {
-        let sides = [stretch(&self.tables[0], x, y), stretch(&self.tables[1], x - disparity, y)];
-        let stretched = sides.map(|side| side.unwrap_or(1.0).max(1.0));
-        RESAMPLED * (0.5 * (stretched[0] + stretched[1])).sqrt()
+        self.shown(at, middle).is_some()
     }
 
     /// The reference camera's own pixel that a rectified pixel shows.
     pub(crate) fn reference(&self, (x, y): (f64, f64)) -> Option<[f64; 2]> {
-        source(&self.tables[0], x, y)
+        Some(Source::of(&self.tables[0], x, y)?.pixel)
     }
 
     /// Where the rectified picture of the reference camera shows a pixel of its own picture.
@@ -224,6 +219,53 @@ impl<'a> RectifiedPair<'a> {
         let at = self.rectification.rectified(side, Pixel::new(pixel[0], pixel[1]))?;
         let x = if self.is_mirrored { (self.tables[0].width - 1) as f64 - at.x } else { at.x };
         Some((x, at.y))
+    }
+
+    /// The least and the largest disparity that are searched, of points that are not infinitely far.
+    pub(crate) fn finite_disparities(&self) -> [f64; 2] {
+        /// Nearer points have so many pixels more than those at infinity.
+        const LEAST_PARALLAX: f64 = 0.5;
+        let infinite = infinite(&self.rectification);
+        let [start, last] = [self.range.start, self.range.end - 1].map(f64::from);
+        let least = start.max(infinite + LEAST_PARALLAX);
+        [least, last.max(least + 1.0)]
+    }
+
+    /// What the cameras have at a pixel of the rectified picture and a disparity, in their pictures or beyond them.
+    pub(crate) fn match_at(&self, at: Vector3<f64>) -> Option<([f64; 2], MatchedPixel)> {
+        let lower = |curves: &EpipolarCurves| curves.at(at.x as f32, at.y as f32, at.z as f32);
+        let lower = self.curves.as_ref().map_or(0.0, lower);
+        let source = |own: usize, x: f64, y: f64| {
+            let (side, x) = if self.is_mirrored {
+                (1 - own, (self.tables[0].width - 1) as f64 - x)
+            } else {
+                (own, x)
+            };
+            let at = self.rectification.source(side, Pixel::new(x, y))?;
+            Some([at.x, at.y])
+        };
+        let reference = source(0, at.x, at.y)?;
+        let pixel = source(1, at.x - at.z, at.y + f64::from(lower))?;
+        Some((reference, MatchedPixel { pixel, deviation: [0.0; 2], direction: [0.0; 2] }))
+    }
+
+    /// From x, y and disparity of the rectified picture to the world, as an ideal pair would have it.
+    pub(crate) fn world_from_pair(&self) -> Matrix4<f64> {
+        let pair = &self.rectification.pair;
+        let Pose { rotation, translation } = pair.rectified_from_world.inverse();
+        let mut world_from_rectified = rotation.to_homogeneous();
+        world_from_rectified.fixed_view_mut::<3, 1>(0, 3).copy_from(&translation);
+        world_from_rectified * pair.depth_matrix() * self.left_from_reference()
+    }
+
+    /// From x of the mirrored right picture to that of the left one.
+    fn left_from_reference(&self) -> Matrix4<f64> {
+        let mut left = Matrix4::identity();
+        if self.is_mirrored {
+            (left[(0, 0)], left[(0, 2)]) = (-1.0, 1.0);
+            left[(0, 3)] = (self.tables[0].width - 1) as f64;
+        }
+        left
     }
 
     /// Matches over the whole picture and all disparities, for maps that are made ready beforehand: pixels of the
@@ -253,10 +295,6 @@ const CURVE_STEP: f64 = 4.0;
 /// How far a curve of a good calibration is off, in pixels: as many rows as pairs may be off that are not at fault.
 const MOST_CURVE_ERROR: f64 = 0.5;
 
-/// Cubic interpolation takes noise away between pixels, which the matcher takes for pictures with less of it: the factor
-/// by which its standard deviations are then too small, as measured on rendered scenes.
-const RESAMPLED: f64 = 1.15;
-
 /// The table of a picture that is mirrored after it was rectified.
 fn mirrored(mut table: Table) -> Table {
     let rows = table.x.chunks_mut(table.width).chain(table.y.chunks_mut(table.width));
@@ -272,8 +310,7 @@ const LEAST_MARGIN: f64 = 4.0;
 /// The disparities of a range of depths, or of those that the model was fitted to.
 fn search_range(made: &Rectification, depths: Option<[f64; 2]>) -> Result<Range<i32>> {
     let pair = &made.pair;
-    // Where a point at infinity is.
-    let infinite = pair.principal[0][0] - pair.principal[1][0];
+    let infinite = infinite(made);
     if let Some([near, far]) = depths {
         return whole([far, near].map(|depth| infinite + pair.focal * pair.baseline / depth));
     }
@@ -287,6 +324,12 @@ fn search_range(made: &Rectification, depths: Option<[f64; 2]>) -> Result<Range<
     let [least, most] = shown.disparity;
     let margin = (MARGIN * (most - least)).max(LEAST_MARGIN);
     whole([(least - margin).max(infinite.min(least)), most + margin])
+}
+
+/// The disparity of points at infinity.
+fn infinite(made: &Rectification) -> f64 {
+    let [[left, _], [right, _]] = made.pair.principal;
+    left - right
 }
 
 /// From so many rows on a search along rows finds less.

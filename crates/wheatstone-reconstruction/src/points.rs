@@ -45,10 +45,6 @@ impl<'a> PointEstimator<'a> {
         Self { model, full: full.settled(&columns), points: points.settled(&columns) }
     }
 
-    pub(crate) fn model(&self) -> &'a Calibration {
-        self.model
-    }
-
     /// Where points are that these pixels of cameras show; NaN for pixels that mean no point.
     pub(crate) fn places(&self, cameras: &[usize], pixels: &[[Vec<f64>; 2]]) -> [Vec<f64>; 3] {
         let nothing = vec![f64::NAN; pixels[0][0].len()];
@@ -69,6 +65,20 @@ impl<'a> PointEstimator<'a> {
         let moved: Vec<_> = sides.map(|side| [moved(side, 0), moved(side, 1)]).collect();
         let each = (0..matches.len()).into_par_iter();
         each.map(|index| self.point(matches, index, (&located, &moved))).collect()
+    }
+
+    /// Whether pixels show what the calibration was shown.
+    pub(crate) fn trust(&self, matches: &Matches) -> Vec<Trust> {
+        /// So many points at a time.
+        const PART: usize = 4096;
+        let nothing = vec![f64::NAN; matches.len()];
+        let columns = columns(self.model, &matches.cameras, &matches.pixels, &nothing);
+        let parts: Vec<_> = (0..matches.len()).step_by(PART).collect();
+        let of_part = |first: &usize| {
+            let part = *first..matches.len().min(first + PART);
+            self.model.volume.trust_columns(&columns.part(part))
+        };
+        parts.par_iter().flat_map(of_part).collect()
     }
 
     fn point(

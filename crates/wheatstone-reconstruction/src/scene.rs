@@ -6,8 +6,8 @@ use crate::{
     dense,
     matches::Matches,
     pair::RectifiedPair,
-    points::PointEstimator,
     rims::drop_rims,
+    scene_points::{ScenePoints, cameras},
     seen::{Found, Seen},
     settings::{PICTURES, ReconstructionSettings, other_size},
     sparse::{self, Features},
@@ -32,9 +32,10 @@ const BAND: usize = 64;
 /// The left camera of the first two is the *reference*: its picture is matched with those of all others. Where several
 /// pairs have a disparity, those that agree are triangulated together.
 pub struct SceneReconstructor<'a> {
+    model: &'a Calibration,
     /// The reference camera with each other one.
     pairs: Vec<RectifiedPair<'a>>,
-    estimator: PointEstimator<'a>,
+    points: ScenePoints<'a>,
     settings: ReconstructionSettings,
 }
 
@@ -83,16 +84,12 @@ impl<'a> SceneReconstructor<'a> {
         for other in &settings.cameras[2..] {
             pairs.push(of([reference, *other], Some(reference))?);
         }
-        let cameras = std::iter::once(reference).chain(pairs.iter().map(|pair| pair.cameras[1]));
-        let mut shown = Matches::new(cameras.collect());
-        for (index, pair) in pairs.iter().enumerate() {
-            for (reference, other) in pair.lattice() {
-                let of_pair = |own: usize| (own == index).then_some(other);
-                shown.push(reference, (0..pairs.len()).map(of_pair));
-            }
-        }
-        let estimator = PointEstimator::new(model, &shown);
-        Ok(Self { pairs, estimator, settings })
+        let points = if settings.sparse {
+            ScenePoints::of_pixels(model, &pairs)
+        } else {
+            ScenePoints::of_pictures(model, &pairs)
+        };
+        Ok(Self { model, pairs, points, settings })
     }
 
     /// The virtual cameras of the first two: the left one's frame is that of depths, its picture that of disparities.
@@ -119,7 +116,7 @@ impl<'a> SceneReconstructor<'a> {
         let [width, height] = self.settings.sizes[self.order(camera)].map(f64::from);
         let (x, y) = ((width - 1.0) / 2.0, (height - 1.0) / 2.0);
         let look = |x: f64, y: f64| {
-            let ray = self.estimator.model().reconstructor.unproject(camera, Pixel::new(x, y))?;
+            let ray = self.model.reconstructor.unproject(camera, Pixel::new(x, y))?;
             Some(ray.direction.normalize())
         };
         let forward = look(x, y)?;
@@ -178,7 +175,7 @@ impl<'a> SceneReconstructor<'a> {
                 |pair: &RectifiedPair<'_>| sparse::search(pair, pictures_of(pair), &features);
             let searched = self.searched(progress, search)?;
             let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
-            let found = self.of_features(seen, reference, progress)?;
+            let found = self.of_features(&self.points, seen, reference, progress)?;
             let left_out = self.left_out(&searched.of_pairs);
             return Ok(Reconstruction { fault: searched.fault, left_out, ..found });
         }
@@ -208,7 +205,8 @@ impl<'a> SceneReconstructor<'a> {
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         let of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
-        let (mut cloud, mut depth) = self.located(self.dense(&of_pairs), reference, progress)?;
+        let (mut cloud, mut depth) =
+            self.located(&self.points, self.dense(&of_pairs), reference, progress)?;
         if self.pairs.len() > 1 {
             drop_rims(&mut cloud, &mut depth, (&self.pairs[0], &self.settings));
         }
@@ -302,27 +300,33 @@ impl<'a> SceneReconstructor<'a> {
         let places = sparse::places(&self.pairs[0], &pixels, &self.settings);
         let seen = sparse::at_pixels(&self.pairs, &pixels, &found, places);
         let seen = Seen { pixel_sigma: Some(sigma), ..seen };
-        self.of_features(seen, pictures[order], progress)
+        /// From so many rows on it pays to make the map ready for them.
+        const MANY: usize = 20_000;
+        let made_ready =
+            (rows.len() > MANY).then(|| ScenePoints::of_pixels(self.model, &self.pairs));
+        let points = made_ready.as_ref().unwrap_or(&self.points);
+        self.of_features(points, seen, pictures[order], progress)
     }
 
     /// The points of single pixels.
     fn of_features(
         &self,
+        points: &ScenePoints<'_>,
         seen: Seen,
         reference: &ColourImage,
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         let map = sparse::map(&self.pairs[0], &seen).ok_or_else(nothing)?;
-        let (cloud, depth) = self.located(std::iter::once(seen), reference, progress)?;
+        let (cloud, depth) = self.located(points, std::iter::once(seen), reference, progress)?;
         Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
     }
 
     /// What maps say, a band of rows at a time.
     fn dense(&self, maps: &[Option<&DisparityMap>]) -> impl Iterator<Item = Seen> {
-        let [width, height] = self.pair().size.map(|side| side as usize);
+        let height = self.pair().size[1] as usize;
         (0..height).step_by(BAND).map(move |first| {
-            let rows = first * width..height.min(first + BAND) * width;
-            dense::seen(&self.pairs, maps, rows, &self.settings)
+            let rows = first..height.min(first + BAND);
+            dense::seen((&self.pairs, &self.points.lattices), maps, rows, &self.settings)
         })
     }
 
@@ -334,6 +338,7 @@ impl<'a> SceneReconstructor<'a> {
     /// All points, and their depths.
     fn located(
         &self,
+        points: &ScenePoints<'_>,
         seen: impl Iterator<Item = Seen>,
         reference: &ColourImage,
         progress: &dyn Progress,
@@ -345,14 +350,14 @@ impl<'a> SceneReconstructor<'a> {
         let least = self.settings.least_confidence;
         for seen in seen {
             progress.check()?;
-            let seen = agreed(&self.pairs, &self.estimator, seen, least);
+            let seen = agreed(&self.pairs, &points.map, seen, least);
             let mut matches =
-                Matches { pixel_sigma: seen.pixel_sigma, ..Matches::new(self.cameras()) };
+                Matches { pixel_sigma: seen.pixel_sigma, ..Matches::new(cameras(&self.pairs)) };
             for (index, reference) in seen.reference.iter().enumerate() {
                 let others = seen.found.iter().map(|pair| pair[index]);
                 matches.push(*reference, others.map(|found| found.map(|found| found.at)));
             }
-            for (index, point) in self.estimator.locate(&matches).into_iter().enumerate() {
+            for (index, point) in points.locate(&seen, &matches).into_iter().enumerate() {
                 let Some(point) = point else { continue };
                 let sigmas = [0, 1, 2].map(|axis| point.covariance[(axis, axis)].sqrt());
                 let is_sure = |most: f64| sigmas.iter().all(|sigma| *sigma <= most);
@@ -374,12 +379,6 @@ impl<'a> SceneReconstructor<'a> {
             }
         }
         Ok((cloud, depth))
-    }
-
-    /// The reference camera, and the others.
-    fn cameras(&self) -> Vec<usize> {
-        let others = self.pairs.iter().map(|pair| pair.cameras[1]);
-        std::iter::once(self.pairs[0].cameras[0]).chain(others).collect()
     }
 }
 

@@ -1,6 +1,8 @@
 //! What pairs of cameras match with pixels of the reference camera.
 
 use crate::matches::MatchedPixel;
+use nalgebra::{Matrix3, Vector3};
+use wheatstone_core::geometry::Point3;
 
 /// What the pairs match with pixels of the reference camera.
 pub(crate) struct Seen {
@@ -25,6 +27,18 @@ pub(crate) struct Found {
     pub(crate) disparity: f64,
     pub(crate) sigma: f64,
     pub(crate) confidence: f32,
+    /// What it means together with the reference pixel, where the pair's lattice says it.
+    pub(crate) point: Option<PairPoint>,
+}
+
+/// Where a pixel and its disparity place a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairPoint {
+    pub(crate) place: Point3,
+    /// By how much it moves with disparity.
+    pub(crate) slope: Vector3<f64>,
+    /// Its covariance by the calibration alone.
+    pub(crate) calibration: Matrix3<f64>,
 }
 
 impl Seen {
@@ -47,5 +61,13 @@ impl Seen {
         self.reference.push(reference);
         self.confidence.push(sure);
         self.found.iter_mut().zip(found).for_each(|(pair, found)| pair.push(*found));
+    }
+    /// Adds what others are, after these.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        self.places.append(&mut other.places);
+        self.reference.append(&mut other.reference);
+        self.confidence.append(&mut other.confidence);
+        self.missed.append(&mut other.missed);
+        self.found.iter_mut().zip(&mut other.found).for_each(|(own, other)| own.append(other));
     }
 }

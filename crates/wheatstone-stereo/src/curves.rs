@@ -81,7 +81,20 @@ impl EpipolarCurves {
     /// as it is at their ends.
     #[must_use]
     pub fn at(&self, x: f32, y: f32, disparity: f32) -> f32 {
-        self.row(y).at(x, disparity)
+        let stride = self.columns * DEPTHS;
+        let (row, lower) = place(y / STEP as f32, self.nodes.len() / stride);
+        let (column, right) = place(x / STEP as f32, self.columns);
+        let (first, spacing) = self.depths();
+        let (depth, deeper) = place((disparity - first) / spacing, DEPTHS);
+        let between = |first: f32, second: f32, share: f32| first + share * (second - first);
+        let [above, below] = [row, row + 1].map(|row| {
+            let [before, after] = [column, column + 1].map(|column| {
+                let nodes = &self.nodes[row * stride + column * DEPTHS + depth..][..2];
+                between(nodes[0], nodes[1], deeper)
+            });
+            between(before, after, right)
+        });
+        between(above, below, lower)
     }
 
     /// The largest vertical difference up or down, in pixels.
