@@ -157,22 +157,34 @@ impl Capture {
 
     /// Pictures of a scene without a chart, one a camera: files in the folder `scene` beside the capture's file, named after the
     /// cameras (`scene/left.png`). None where a camera has none. Links are not followed.
-    #[must_use]
-    pub fn scene(&self) -> Option<Vec<PathBuf>> {
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] where a camera has two.
+    pub fn scene(&self) -> Result<Option<Vec<PathBuf>>> {
         let folder = self.path.with_file_name("scene");
-        if !std::fs::symlink_metadata(&folder).ok()?.is_dir() {
-            return None;
-        }
-        let entries = std::fs::read_dir(&folder).ok()?.flatten();
-        let plain = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+        let is_folder = std::fs::symlink_metadata(&folder).is_ok_and(|found| found.is_dir());
+        let Some(entries) = is_folder.then(|| std::fs::read_dir(&folder).ok()).flatten() else {
+            return Ok(None);
+        };
+        let plain =
+            entries.flatten().filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
         let mut files: Vec<PathBuf> = plain.map(|entry| entry.path()).collect();
         files.sort();
-        let picture_of = |camera: &CameraPictures| {
+        let mut pictures = Vec::new();
+        for camera in &self.cameras {
             let named =
                 |file: &&PathBuf| file.file_stem().is_some_and(|stem| *stem == *camera.name);
-            files.iter().find(|file| named(file) && read_size(file).is_ok()).cloned()
-        };
-        self.cameras.iter().map(picture_of).collect()
+            let mut own = files.iter().filter(|file| named(file) && read_size(file).is_ok());
+            let (first, second) = (own.next(), own.next());
+            if let (Some(first), Some(second)) = (first, second) {
+                let problem =
+                    format!("two pictures of camera `{}`: {} too", camera.name, second.display());
+                return Err(refuse(first, problem, "leave one of them in the folder"));
+            }
+            pictures.push(first.cloned());
+        }
+        Ok(pictures.into_iter().collect())
     }
 
     fn resolve(path: PathBuf, file: CaptureFile, reach: Reach) -> Result<Self> {

@@ -33,6 +33,7 @@ mod consensus;
 mod rims;
 mod scene_points;
 mod scene;
+mod scene_cameras;
 mod fusion;
 mod mesh;
 mod cloud_files;
@@ -41,7 +42,7 @@ mod depth_files;
 mod mcap_log;
 
 pub use cloud::Cloud;
-pub use cloud_files::{CLOUD_FORMATS, CloudFormat, binary_ply, binary_ply_mesh, write_ply};
+pub use cloud_files::{CLOUD_FORMATS, CloudFormat, write_ply};
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
 pub use fusion::FrameFusion;
 #[cfg(feature = "mcap")]

@@ -231,6 +231,16 @@ impl<'a> RectifiedPair<'a> {
         [least, last.max(least + 1.0)]
     }
 
+    /// Where the virtual camera of one of the pair's cameras looks at a pixel of that camera's own picture, in the world.
+    pub(crate) fn direction(&self, camera: usize, pixel: Pixel) -> Option<Vector3<f64>> {
+        let pair = &self.rectification.pair;
+        let side = pair.cameras.iter().position(|own| *own == camera)?;
+        let at = self.rectification.rectified(side, pixel)?;
+        let [cx, cy] = pair.principal[side];
+        let direction = Vector3::new(at.x - cx, at.y - cy, pair.focal);
+        Some(pair.rectified_from_world.inverse().rotation * direction.normalize())
+    }
+
     /// What the cameras have at a pixel of the rectified picture and a disparity, in their pictures or beyond them.
     pub(crate) fn match_at(&self, at: Vector3<f64>) -> Option<([f64; 2], MatchedPixel)> {
         let lower = |curves: &EpipolarCurves| curves.at(at.x as f32, at.y as f32, at.z as f32);

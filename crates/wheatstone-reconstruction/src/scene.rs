@@ -12,15 +12,9 @@ use crate::{
     settings::{PICTURES, ReconstructionSettings, other_size},
     sparse::{self, Features},
 };
-use nalgebra::Matrix3;
 use rayon::prelude::*;
-use std::ops::Range;
 use wheatstone_charts::imaging::ColourImage;
-use wheatstone_core::{
-    Calibration, Error, Result,
-    geometry::{Pixel, Point3, Pose},
-    rectification::VirtualPair,
-};
+use wheatstone_core::{Calibration, Error, Result, geometry::Pixel};
 use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{DisparityMap, PairFault};
 
@@ -32,11 +26,11 @@ const BAND: usize = 64;
 /// The left camera of the first two is the *reference*: its picture is matched with those of all others. Where several
 /// pairs have a disparity, those that agree are triangulated together.
 pub struct SceneReconstructor<'a> {
-    model: &'a Calibration,
+    pub(crate) model: &'a Calibration,
     /// The reference camera with each other one.
-    pairs: Vec<RectifiedPair<'a>>,
+    pub(crate) pairs: Vec<RectifiedPair<'a>>,
     points: ScenePoints<'a>,
-    settings: ReconstructionSettings,
+    pub(crate) settings: ReconstructionSettings,
 }
 
 /// What pictures show.
@@ -92,63 +86,10 @@ impl<'a> SceneReconstructor<'a> {
         Ok(Self { model, pairs, points, settings })
     }
 
-    /// The virtual cameras of the first two: the left one's frame is that of depths, its picture that of disparities.
-    #[must_use]
-    pub fn pair(&self) -> &VirtualPair {
-        &self.pairs[0].rectification.pair
-    }
-
-    /// Where the virtual camera of one of the settings' cameras stands in the world.
-    #[must_use]
-    pub fn centre(&self, camera: usize) -> Option<Point3> {
-        let of = |pair: &RectifiedPair<'_>| {
-            let side = pair.rectification.pair.cameras.iter().position(|own| *own == camera)?;
-            Some(pair.rectification.pair.centres()[side])
-        };
-        self.pairs.iter().find_map(of)
-    }
-
-    /// How one of the settings' cameras stands in the world: its own frame to the world's, x to the right, y down and z
-    /// forward in the middle of its picture. Of a camera before a mirror the picture's y is down. `None` where the middle
-    /// looks nowhere.
-    #[must_use]
-    pub fn view(&self, camera: usize) -> Option<Pose> {
-        let [width, height] = self.settings.sizes[self.order(camera)].map(f64::from);
-        let (x, y) = ((width - 1.0) / 2.0, (height - 1.0) / 2.0);
-        let look = |x: f64, y: f64| {
-            let ray = self.model.reconstructor.unproject(camera, Pixel::new(x, y))?;
-            Some(ray.direction.normalize())
-        };
-        let forward = look(x, y)?;
-        let lower = look(x, y + height / 8.0)? - forward;
-        let down = (lower - forward * forward.dot(&lower)).try_normalize(0.0)?;
-        let rotation = Matrix3::from_columns(&[down.cross(&forward), down, forward]);
-        Some(Pose { rotation, translation: self.centre(camera)?.coords })
-    }
-
     /// What was wanted.
     #[must_use]
     pub fn settings(&self) -> &ReconstructionSettings {
         &self.settings
-    }
-
-    /// The disparities of the first two cameras that are searched, in pixels.
-    #[must_use]
-    pub fn disparities(&self) -> Range<i32> {
-        self.pairs[0].range.clone()
-    }
-
-    /// The nearest and the farthest depth that are searched, in the model's unit; infinite where far points are.
-    #[must_use]
-    pub fn depths(&self) -> [f64; 2] {
-        let pair = self.pair();
-        let infinite = pair.principal[0][0] - pair.principal[1][0];
-        let depth = |disparity: i32| {
-            let parallax = f64::from(disparity) - infinite;
-            if parallax > 0.0 { pair.focal * pair.baseline / parallax } else { f64::INFINITY }
-        };
-        let Range { start, end } = self.disparities();
-        [depth(end - 1), depth(start)]
     }
 
     /// The points that pictures show, in the order of the settings' cameras.
@@ -331,7 +272,7 @@ impl<'a> SceneReconstructor<'a> {
     }
 
     /// Which of the settings' cameras one is.
-    fn order(&self, camera: usize) -> usize {
+    pub(crate) fn order(&self, camera: usize) -> usize {
         self.settings.cameras.iter().position(|own| *own == camera).unwrap_or(0)
     }
 

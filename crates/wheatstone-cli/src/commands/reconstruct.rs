@@ -14,7 +14,10 @@ use crate::{
     table::figure,
     verbosity::{remark, say},
 };
-use clap::{Args, builder::PossibleValuesParser};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser},
+};
 use depths::{depths, searched};
 use log::Log;
 use results::{pretty, sigmas, summary, whole, write, write_mesh};
@@ -90,8 +93,8 @@ pub(crate) struct Reconstruct {
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Formats of the cloud; e57 and laz are in metres
-    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "ply", value_parser = cloud_formats())]
+    /// Formats of the cloud
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = CLOUD_FORMATS[0].name, value_parser = cloud_formats())]
     cloud: Vec<String>,
     /// Log pictures, poses, depths and clouds as well, in an MCAP file that Foxglove and Rerun open; one
     /// second a frame
@@ -107,7 +110,8 @@ pub(crate) struct Reconstruct {
 
 /// The names of formats of clouds.
 fn cloud_formats() -> PossibleValuesParser {
-    PossibleValuesParser::new(CLOUD_FORMATS.iter().map(|format| format.name))
+    let value = |format: &CloudFormat| PossibleValue::new(format.name).help(format.about);
+    PossibleValuesParser::new(CLOUD_FORMATS.iter().map(value))
 }
 
 /// A number above 0.

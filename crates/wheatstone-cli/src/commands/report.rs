@@ -152,7 +152,7 @@ impl Report {
         (comparison, truth, source): (Option<&Comparison>, Option<&Truth>, Option<&Source>),
         bar: &Bar,
     ) -> Outcome<report::Report> {
-        let pictures = source.and_then(|source| source.capture.scene());
+        let pictures = source.map(|source| source.capture.scene()).transpose()?.flatten();
         if self.range.is_some() && pictures.is_none() {
             return Err(Failure::usage(
                 "`--range` is of a scene, and the capture has none",

@@ -113,9 +113,14 @@ fn the_report_of_a_capture_shows_its_scene() {
     assert!(problem.contains("exchanged"), "{problem}");
     assert!(page.contains("could not be reconstructed") && summary["scene"]["points"] == 0);
 
-    fs::remove_file(at.join(LEFT)).unwrap();
     let command =
         ["report", "model.json", "--pictures", "capture", "--range", "50:150", "-o", "r.html"];
+    let second = at.join("capture/scene/left.jpg");
+    fs::copy(at.join(LEFT), &second).unwrap();
+    let told = refused(at, &command);
+    assert!(told.contains("two pictures of camera `left`") && told.contains("left.png"), "{told}");
+    fs::remove_file(second).unwrap();
+    fs::remove_file(at.join(LEFT)).unwrap();
     assert!(refused(at, &command).contains("the capture has none"));
 }
 

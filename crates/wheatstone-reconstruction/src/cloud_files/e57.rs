@@ -7,6 +7,7 @@ use crate::cloud::Cloud;
 use ::e57::{E57Writer, Extension, Record, RecordDataType, RecordName, RecordValue};
 use hmac_sha256::Hash;
 use std::io::{self, Cursor, Write};
+use uuid::Uuid;
 use wheatstone_core::unit::factor;
 
 /// The name of the extension, and what stands for it in the file.
@@ -19,7 +20,7 @@ pub(super) fn write(cloud: &Cloud, unit: &str, out: &mut dyn Write) -> io::Resul
 }
 
 fn encoded(cloud: &Cloud, metres: f64) -> ::e57::Result<Vec<u8>> {
-    let [file_id, cloud_id] = ["file", "cloud"].map(|of| identifier(cloud, of));
+    let [file_id, cloud_id] = identifiers(cloud);
     let mut bytes = Cursor::new(Vec::new());
     let mut file = E57Writer::new(&mut bytes, &file_id)?;
     file.register_extension(Extension::new(EXTENSION, EXTENSION_URL))?;
@@ -50,20 +51,16 @@ fn encoded(cloud: &Cloud, metres: f64) -> ::e57::Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// An identifier that follows from what the cloud holds, so that equal clouds give equal files: a UUID of version 8
-/// (RFC 9562).
-fn identifier(cloud: &Cloud, of: &str) -> String {
+/// Identifiers of the file and of the cloud in it that follow from what the cloud holds, so that equal clouds give equal
+/// files: UUIDs of version 8 (RFC 9562).
+fn identifiers(cloud: &Cloud) -> [String; 2] {
     let mut hash = Hash::new();
-    hash.update(of);
     for value in cloud.points.iter().chain(&cloud.sigmas).flatten() {
         hash.update(value.to_le_bytes());
     }
-    let mut id = [0; 16];
-    id.copy_from_slice(&hash.finalize()[..16]);
-    id[6] = id[6] & 0x0f | 0x80;
-    id[8] = id[8] & 0x3f | 0x80;
-    let digits: String = id.iter().map(|byte| format!("{byte:02x}")).collect();
-    let [a, b, c, d, e] =
-        [&digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..]];
-    format!("{{{a}-{b}-{c}-{d}-{e}}}")
+    let digest = hash.finalize();
+    [0, 16].map(|first| {
+        let half = std::array::from_fn(|place| digest[first + place]);
+        Uuid::new_v8(half).braced().to_string()
+    })
 }

@@ -13,7 +13,7 @@ use std::{
 };
 use wheatstone_core::{Error, Result, storage::Output};
 
-pub use ply::{binary_ply, binary_ply_mesh, write_ply};
+pub use ply::write_ply;
 
 /// A format for clouds. All hold X, Y, Z, the colour, the standard deviations of X, Y and Z, and the confidence of every
 /// point.
@@ -25,7 +25,7 @@ pub struct CloudFormat {
     write: fn(&Cloud, &str, &mut dyn Write) -> io::Result<()>,
 }
 
-/// The formats.
+/// The formats, the usual one first.
 pub const CLOUD_FORMATS: &[CloudFormat] = &[
     CloudFormat { name: "ply", about: "Stanford PLY, binary", write: ply::write },
     CloudFormat { name: "pcd", about: "of the Point Cloud Library, binary", write: pcd::write },

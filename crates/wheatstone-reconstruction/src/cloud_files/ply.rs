@@ -8,30 +8,8 @@ use std::{
 };
 use wheatstone_core::Result;
 
-/// Writes a cloud as binary little-endian PLY: x y z, red green blue, standard deviations and confidence. What stands
-/// beside x y z and the colours opens as scalar fields.
-///
-/// # Errors
-///
-/// Those of the writer.
-pub fn binary_ply(cloud: &Cloud, unit: &str, out: &mut impl Write) -> io::Result<()> {
-    ply(cloud, None, unit, out)
-}
-
-/// As [`binary_ply`], with normals `nx` `ny` `nz` of the points, and triangles as faces.
-///
-/// # Errors
-///
-/// Those of the writer.
-pub fn binary_ply_mesh(
-    cloud: &Cloud,
-    mesh: &Mesh,
-    unit: &str,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    ply(cloud, Some(mesh), unit, out)
-}
-
+/// Binary little-endian PLY: x y z, red green blue, standard deviations and confidence. What stands beside x y z and the
+/// colours opens as scalar fields. With a mesh, normals `nx` `ny` `nz` of the points, and triangles as faces.
 fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut dyn Write) -> io::Result<()> {
     let normals = "property float nx\nproperty float ny\nproperty float nz\n";
     let faces = mesh.map_or_else(String::new, |mesh| {
@@ -74,7 +52,7 @@ fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut dyn Write) -> i
     Ok(())
 }
 
-/// Writes a cloud as a file, as [`binary_ply`] or [`binary_ply_mesh`] has it; the file is whole, or not there.
+/// Writes a cloud as binary PLY, with a mesh as normals of its points and triangles; the file is whole, or not there.
 ///
 /// # Errors
 ///

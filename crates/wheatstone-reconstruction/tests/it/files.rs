@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use wheatstone_core::{Error, dataset::volume::Trust};
 use wheatstone_reconstruction::{
-    CLOUD_FORMATS, Cloud, CloudFormat, DepthPng, binary_ply, depth_png, depth_tiff,
+    CLOUD_FORMATS, Cloud, CloudFormat, DepthPng, depth_png, depth_tiff,
 };
 
 fn small_cloud() -> Cloud {
@@ -24,7 +24,8 @@ fn small_cloud() -> Cloud {
 fn a_cloud_is_a_binary_ply() {
     let cloud = small_cloud();
     let mut bytes = Vec::new();
-    binary_ply(&cloud, "mm\nproperty float evil", &mut bytes).unwrap();
+    let unit = "mm\nproperty float evil";
+    CloudFormat::named("ply").unwrap().encode(&cloud, unit, &mut bytes).unwrap();
     let end = b"end_header\n";
     let header = bytes.windows(end.len()).position(|part| part == end).unwrap() + end.len();
     let text = String::from_utf8(bytes[..header].to_vec()).unwrap();

@@ -114,6 +114,27 @@ fn clouds_of_every_optics_are_where_the_scene_is() {
     }
 }
 
+#[test]
+fn cameras_look_where_they_do_and_those_of_a_network_too() {
+    let rig = Rig::named("paper", 2).unwrap();
+    for method in ["brown", "network"] {
+        let model = fitted(&rig, method);
+        let made =
+            SceneReconstructor::new(&model, ReconstructionSettings::new(SIZES), &Silent).unwrap();
+        for (camera, truth) in rig.cameras.iter().enumerate() {
+            for (x, y) in [(0.0, 0.0), (639.0, 0.0), (320.0, 240.0), (0.0, 479.0)] {
+                let found = made.direction(camera, Pixel::new(x, y)).unwrap();
+                let ray = truth.ray(Pixel::new(x, y)).unwrap();
+                let off = found.cross(&ray.direction.normalize()).norm();
+                assert!(off < 0.01 && found.dot(&ray.direction) > 0.0, "{method}: {off}");
+            }
+            let view = made.view(camera).unwrap();
+            let off = (view.translation - truth.centre().coords).norm();
+            assert!(off < 1.0, "{method}: {off}");
+        }
+    }
+}
+
 /// What some of the cameras make of a scene.
 fn seen_by(
     cameras: &[usize],

@@ -1,7 +1,7 @@
 //! The points in figures, and as a drawing that does not move: for paper, and for browsers without
 //! scripts or WebGL.
 
-use super::value::{SceneCloud, scattered};
+use super::value::{MOST_DOTS, SceneCloud, scattered};
 use crate::{
     figures::{Figure, Panel},
     page::table::table,
@@ -16,9 +16,6 @@ use crate::{
 use maud::{Markup, html};
 use wheatstone_core::geometry::Vector3;
 use wheatstone_numeric::statistics::{median, percentile};
-
-/// Dots of the drawing: with more, the page would be larger and the drawing no clearer.
-const MOST_DOTS: usize = 4000;
 
 /// What the points that are shown come to.
 pub(super) struct Summary {

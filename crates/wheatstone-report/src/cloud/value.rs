@@ -40,15 +40,18 @@ pub struct SceneCloud {
     pub cameras: Vec<CloudCamera>,
 }
 
+/// Dots of a drawing: with more, the page would be larger and the drawing no clearer.
+pub(super) const MOST_DOTS: usize = 4000;
+
 impl SceneCloud {
-    /// An even sample of so many points at most, without their pixels.
+    /// What a report draws: an even sample of the points, without their pixels.
     #[must_use]
-    pub fn sample(&self, most: usize) -> Self {
+    pub fn drawn(&self) -> Self {
         fn of<T: Copy>(column: &[T], chosen: &[usize]) -> Vec<T> {
             chosen.iter().map_while(|index| column.get(*index).copied()).collect()
         }
         let all: Vec<usize> = (0..self.points.len()).collect();
-        let chosen = scattered(&all, most);
+        let chosen = scattered(&all, MOST_DOTS);
         Self {
             points: of(&self.points, &chosen),
             colours: of(&self.colours, &chosen),

@@ -118,9 +118,6 @@ pub(super) fn write_mesh(
     write_ply(&found.cloud, Some(&mesh), &model.unit, &folder.join("mesh.ply"))
 }
 
-/// Points of a scene that a report draws.
-const MOST_DRAWN: usize = 4000;
-
 /// What pictures are called in a report.
 pub(in crate::commands) fn names(pictures: &[PathBuf]) -> Vec<String> {
     let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -142,7 +139,7 @@ pub(in crate::commands) fn figures(
         return SceneFigures { pictures, problem: Some(problem), ..Default::default() };
     }
     SceneFigures {
-        sample: page(found, made, model, &pictures.join(", ")).sample(MOST_DRAWN),
+        sample: page(found, made, model, &pictures.join(", ")).drawn(),
         pictures,
         problem: None,
         points: found.cloud.len(),
@@ -165,17 +162,12 @@ fn page(
         let camera = *camera;
         let [right, bottom] = [*width, *height].map(|side| f64::from(side) - 0.5);
         let corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]];
-        let rays = corners.map(|[x, y]| model.reconstructor.unproject(camera, Pixel::new(x, y)));
+        let looks = corners.map(|[x, y]| made.direction(camera, Pixel::new(x, y)));
+        let corners = looks.into_iter().collect::<Option<Vec<_>>>().unwrap_or_default();
         CloudCamera {
             name: format!("camera {}", camera + 1),
             centre: made.centre(camera).map(|centre| [centre.x, centre.y, centre.z]),
-            corners: rays
-                .into_iter()
-                .collect::<Option<Vec<_>>>()
-                .unwrap_or_default()
-                .iter()
-                .map(|ray| ray.direction.normalize().into())
-                .collect(),
+            corners: corners.into_iter().map(Into::into).collect(),
         }
     };
     SceneCloud {
