@@ -2,8 +2,8 @@
 
 use crate::{
     pair::RectifiedPair,
-    point_lattice::PointLattice,
-    seen::{Found, Seen},
+    point_lattice::{LatticeRow, PointLattice},
+    seen::{Found, PairPoint, Seen},
     settings::ReconstructionSettings,
 };
 use rayon::prelude::*;
@@ -23,35 +23,39 @@ pub(crate) fn seen(
     let width = pairs[0].rectification.pair.size[0] as usize;
     let wanted = settings.least_confidence;
     let least = if pairs.len() == 1 { wanted } else { CANDIDATE.min(wanted) };
-    let of_pairs = |at: (f64, f64), reference: [f64; 2], found: &mut Vec<Option<Found>>| {
+    type Row<'a> = Option<LatticeRow<'a>>;
+    let of_pairs = |at: (f64, f64), reference: [f64; 2], (row, found): (&Row<'_>, &mut Vec<_>)| {
         let mut missed = 0;
         for (index, (pair, map)) in pairs.iter().zip(maps).enumerate() {
             let at = if index == 0 { Some(at) } else { pair.place(reference) };
             let read = at.zip(*map).and_then(|(at, map)| Some((at, read(map, at)?)));
             let sure = read.filter(|(_, read)| read.confidence >= least);
-            let own = sure.and_then(|(at, read)| matched((pair, &lattices[index]), at, &read));
+            let point = |at: (f64, f64), disparity: f64| match &lattices[index] {
+                _ if index == 0 => row.as_ref()?.at(at.0, disparity),
+                lattice => lattice.as_ref()?.at(at, disparity),
+            };
+            let own = sure.and_then(|(at, read)| matched(pair, at, &read, point));
             let is_in_view = || at.zip(*map).is_some_and(|(at, _)| pair.shows(at));
             missed += usize::from(own.is_none() && is_in_view());
             found.push(own);
         }
         missed
     };
-    let of_row = |first: usize| {
-        let mut seen = Seen::new(pairs.len());
-        let mut found = Vec::with_capacity(pairs.len());
-        for place in first..first + width {
-            let at = ((place % width) as f64, (place / width) as f64);
+    let of_row = |y: usize| {
+        let (mut seen, mut found) = (Seen::new(pairs.len()), Vec::with_capacity(pairs.len()));
+        let row = lattices[0].as_ref().map(|lattice| lattice.row(y as f64));
+        for x in 0..width {
+            let at = (x as f64, y as f64);
             let wanted = pairs[0].reference(at).filter(|pixel| settings.holds(*pixel));
             let Some(reference) = wanted else { continue };
             found.clear();
-            let missed = of_pairs(at, reference, &mut found);
+            let missed = of_pairs(at, reference, (&row, &mut found));
             if found.iter().any(Option::is_some) {
-                seen.push((place as u32, reference), (&found, missed));
+                seen.push(((y * width + x) as u32, reference), (&found, missed));
             }
         }
         seen
     };
-    let rows: Vec<usize> = rows.map(|row| row * width).collect();
     let of_rows: Vec<Seen> = rows.into_par_iter().map(of_row).collect();
     let mut seen = Seen::new(pairs.len());
     of_rows.into_iter().for_each(|row| seen.append(row));
@@ -60,14 +64,15 @@ pub(crate) fn seen(
 
 /// What one pair matches with a pixel of its reference camera's rectified picture.
 fn matched(
-    (pair, lattice): (&RectifiedPair<'_>, &Option<PointLattice>),
+    pair: &RectifiedPair<'_>,
     at: (f64, f64),
     read: &Read,
+    point: impl FnOnce((f64, f64), f64) -> Option<PairPoint>,
 ) -> Option<Found> {
     let Read { disparity, confidence, .. } = *read;
     let shown = pair.shown(at, disparity)?;
     let sigma = read.sigma * shown.resampling();
-    let point = lattice.as_ref().and_then(|lattice| lattice.at(at, disparity));
+    let point = point(at, disparity);
     Some(Found { at: shown.matched(sigma), disparity, sigma, confidence, point })
 }
 

@@ -11,6 +11,7 @@ use crate::{
     seen::PairPoint,
 };
 use nalgebra::{Matrix3, Matrix4, Vector3};
+use std::ops::Range;
 use wheatstone_core::geometry::Point3;
 
 /// Of each node: deviations of x, y and disparity from its own, in pixels, and the lower triangle of their covariance.
@@ -69,51 +70,73 @@ impl PointLattice {
     /// What a match with the pixel at x and y of the pair's reference picture means; `None` where the map places nodes
     /// about it nowhere.
     pub(crate) fn at(&self, (x, y): (f64, f64), disparity: f64) -> Option<PairPoint> {
-        let at = Vector3::new(x, y, disparity);
-        let taps = [0, 1, 2].map(|axis| self.axes[axis].taps(at[axis]));
-        let line = self.line(&taps);
-        let (mut values, mut slope) = ([0.0; VALUES], Vector3::z());
-        for (tap, of_node) in line.iter().enumerate() {
-            for (value, of_node) in values.iter_mut().zip(of_node) {
-                *value += taps[2].weights[tap] * of_node;
-            }
-            for (slope, of_node) in slope.iter_mut().zip(of_node) {
-                *slope += taps[2].slopes[tap] * of_node;
+        let first = self.axes[0].taps(x).first;
+        self.columns_of_row(y, first..first + TAPS).at(x, disparity)
+    }
+
+    /// The lattice of one row of pixels: quicker for many of them.
+    pub(crate) fn row(&self, y: f64) -> LatticeRow<'_> {
+        self.columns_of_row(y, 0..self.axes[0].nodes)
+    }
+
+    fn columns_of_row(&self, y: f64, columns: Range<usize>) -> LatticeRow<'_> {
+        let [all_columns, _, depths] = self.axes.map(|axis| axis.nodes);
+        let down = self.axes[1].taps(y);
+        let mut nodes = vec![[0.0; VALUES]; columns.len() * depths];
+        for (row, weight) in down.weights.iter().enumerate() {
+            let start = (down.first + row) * all_columns + columns.start;
+            for (sums, node) in nodes.iter_mut().zip(&self.nodes[start * depths..]) {
+                for (sum, value) in sums.iter_mut().zip(node) {
+                    *sum += weight * value;
+                }
             }
         }
+        LatticeRow { lattice: self, y, first_column: columns.start, nodes }
+    }
+}
+
+/// A lattice between its rows of nodes.
+pub(crate) struct LatticeRow<'a> {
+    lattice: &'a PointLattice,
+    y: f64,
+    first_column: usize,
+    /// [column][disparity]
+    nodes: Vec<[f64; VALUES]>,
+}
+
+impl LatticeRow<'_> {
+    /// As [`PointLattice::at`].
+    pub(crate) fn at(&self, x: f64, disparity: f64) -> Option<PairPoint> {
+        let [across, _, depths] = self.lattice.axes;
+        let (along, deep) = (across.taps(x), depths.taps(disparity));
+        let (mut values, mut slope) = ([0.0; VALUES], Vector3::z());
+        for (column, part) in along.weights.iter().enumerate() {
+            let column = along.first - self.first_column + column;
+            let nodes = &self.nodes[column * depths.nodes + deep.first..][..TAPS];
+            for ((node, weight), by) in nodes.iter().zip(deep.weights).zip(deep.slopes) {
+                for (value, of_node) in values.iter_mut().zip(node) {
+                    *value += part * weight * of_node;
+                }
+                for (slope, of_node) in slope.iter_mut().zip(node) {
+                    *slope += part * by * of_node;
+                }
+            }
+        }
+        let world_from_pair = &self.lattice.world_from_pair;
         let [dx, dy, dd, lower @ ..] = values;
-        let found = Point3::from(at + Vector3::new(dx, dy, dd));
+        let found = Point3::new(x + dx, self.y + dy, disparity + dd);
         let mut covariance = Matrix3::zeros();
         for (value, (row, column)) in lower.into_iter().zip(LOWER) {
             (covariance[(row, column)], covariance[(column, row)]) = (value, value);
         }
-        let place = self.world_from_pair.apply(found)?;
-        let slopes = self.world_from_pair.slopes(found);
+        let place = world_from_pair.apply(found)?;
+        let slopes = world_from_pair.slopes(found);
         let mut calibration = slopes * covariance * slopes.transpose();
         // Cubics may swing below zero.
         for axis in 0..3 {
             calibration[(axis, axis)] = calibration[(axis, axis)].max(0.0);
         }
         Some(PairPoint { place, slope: slopes * slope, calibration })
-    }
-
-    /// The values of four nodes along disparity, interpolated along x and y.
-    fn line(&self, [along, down, deep]: &[Taps; 3]) -> [[f64; VALUES]; TAPS] {
-        let [columns, _, depths] = self.axes.map(|axis| axis.nodes);
-        let mut line = [[0.0; VALUES]; TAPS];
-        for (row, share) in down.weights.iter().enumerate() {
-            for (column, part) in along.weights.iter().enumerate() {
-                let place = (down.first + row) * columns + along.first + column;
-                let nodes = &self.nodes[place * depths + deep.first..][..TAPS];
-                let weight = share * part;
-                for (sums, node) in line.iter_mut().zip(nodes) {
-                    for (sum, value) in sums.iter_mut().zip(node) {
-                        *sum += weight * value;
-                    }
-                }
-            }
-        }
-        line
     }
 }
 
