@@ -14,10 +14,7 @@ use crate::{
     table::figure,
     verbosity::{remark, say},
 };
-use clap::{
-    Args,
-    builder::{PossibleValue, PossibleValuesParser},
-};
+use clap::{Args, builder::PossibleValuesParser};
 use depths::{depths, searched};
 use log::Log;
 use results::{pretty, sigmas, summary, whole, write, write_mesh};
@@ -93,8 +90,14 @@ pub(crate) struct Reconstruct {
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Formats of the cloud
-    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = CLOUD_FORMATS[0].name, value_parser = cloud_formats())]
+    #[arg(
+        long,
+        help = about_cloud_formats(),
+        value_name = "FORMAT",
+        value_delimiter = ',',
+        default_value = CLOUD_FORMATS[0].name,
+        value_parser = cloud_formats(),
+    )]
     cloud: Vec<String>,
     /// Log pictures, poses, depths and clouds as well, in an MCAP file that Foxglove and Rerun open; one
     /// second a frame
@@ -108,10 +111,16 @@ pub(crate) struct Reconstruct {
     json: bool,
 }
 
+/// What formats of clouds there are.
+fn about_cloud_formats() -> String {
+    let about = |format: &CloudFormat| format!("{} ({})", format.name, format.about);
+    let all: Vec<_> = CLOUD_FORMATS.iter().map(about).collect();
+    format!("Formats of the cloud: {}", all.join(", "))
+}
+
 /// The names of formats of clouds.
 fn cloud_formats() -> PossibleValuesParser {
-    let value = |format: &CloudFormat| PossibleValue::new(format.name).help(format.about);
-    PossibleValuesParser::new(CLOUD_FORMATS.iter().map(value))
+    PossibleValuesParser::new(CLOUD_FORMATS.iter().map(|format| format.name))
 }
 
 /// A number above 0.
