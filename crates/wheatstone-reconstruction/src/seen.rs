@@ -62,6 +62,7 @@ impl Seen {
         self.confidence.push(sure);
         self.found.iter_mut().zip(found).for_each(|(pair, found)| pair.push(*found));
     }
+
     /// Adds what others are, after these.
     pub(crate) fn append(&mut self, mut other: Self) {
         self.places.append(&mut other.places);
