@@ -18,7 +18,7 @@ use wheatstone_core::geometry::Point3;
 const VALUES: usize = 9;
 
 /// Pieces of the lattice along the longer side of the picture, and along disparity: as measured on VGA scenes through
-/// eight optics, where these leave error bars within three percent, and half of them up to seven.
+/// four optics, where these leave error bars within three percent (99 of 100), and 20 instead of 28 up to seven.
 const PIECES: f64 = 28.0;
 const DISPARITY_PIECES: f64 = 7.0;
 
