@@ -223,8 +223,9 @@ impl<'a> RectifiedPair<'a> {
 
     /// The least and the largest disparity that are searched, of points that are not infinitely far.
     pub(crate) fn finite_disparities(&self) -> [f64; 2] {
-        /// Nearer points have so many pixels more than those at infinity.
-        const LEAST_PARALLAX: f64 = 0.5;
+        /// Nearer points have so many pixels more than those at infinity. Of farther ones the map's derivatives are worth
+        /// little, which are differences over an eighth of a pixel.
+        const LEAST_PARALLAX: f64 = 4.0;
         let infinite = infinite(&self.rectification);
         let [start, last] = [self.range.start, self.range.end - 1].map(f64::from);
         let least = start.max(infinite + LEAST_PARALLAX);

@@ -13,14 +13,25 @@ use crate::{
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use std::ops::Range;
 use wheatstone_core::geometry::Point3;
+use wheatstone_numeric::random::Random;
 
 /// Of each node: deviations of x, y and disparity from its own, in pixels, and the lower triangle of their covariance.
 const VALUES: usize = 9;
 
 /// Pieces of the lattice along the longer side of the picture, and along disparity: as measured on VGA scenes through
-/// four optics, where these leave error bars within three percent (99 of 100), and 20 instead of 28 up to seven.
-const PIECES: f64 = 28.0;
+/// four optics, where these leave error bars within three percent (99 of 100), and 20 pieces up to seven.
+const PIECES: f64 = 30.0;
 const DISPARITY_PIECES: f64 = 7.0;
+
+/// How many times as many pieces are tried, one after the other: large pictures and wavy optics need more.
+const FINER: [f64; 2] = [1.0, 2.0];
+
+/// Places at which a lattice is held beside the map, and how many of them may be off by more than [`TOLERANCE`].
+const PROBES: usize = 400;
+const MOST_OFF: usize = PROBES / 20;
+
+/// By how much deviations and their standard deviations may be off, in pixels: a fifth of what the best matches are.
+const TOLERANCE: f64 = 0.01;
 
 /// Nodes that one axis takes part with in a value.
 const TAPS: usize = 4;
@@ -39,33 +50,38 @@ pub(crate) struct PointLattice {
 }
 
 impl PointLattice {
-    /// Of a pair of cameras; the estimator is asked about nodes alone.
+    /// Of a pair of cameras, as fine as it has to be to agree with the map between its nodes; `None` where no lattice does.
     pub(crate) fn new(pair: &RectifiedPair<'_>, estimator: &PointEstimator<'_>) -> Option<Self> {
         let [width, height] = pair.rectification.pair.size.map(|side| f64::from(side - 1));
-        let step = width.max(height) / PIECES;
         let [far, near] = pair.finite_disparities();
-        let axes = [
-            Axis::new([0.0, width], step),
-            Axis::new([0.0, height], step),
-            Axis::new([far, near], (near - far) / DISPARITY_PIECES),
-        ];
-        let world_from_pair = ProjectiveMap(pair.world_from_pair());
-        let pair_from_world = ProjectiveMap(world_from_pair.0.try_inverse()?);
-        let places = places(&axes);
-        let mut matches = Matches::new(pair.cameras.to_vec());
-        let mut asked = Vec::new();
-        for (index, at) in places.iter().enumerate() {
-            if let Some((reference, other)) = pair.match_at(*at) {
-                matches.push(reference, std::iter::once(Some(other)));
-                asked.push(index);
-            }
-        }
-        let mut nodes = vec![[f64::NAN; VALUES]; places.len()];
-        for (index, point) in asked.into_iter().zip(estimator.locate(&matches)) {
-            let found = point.and_then(|point| node(&pair_from_world, places[index], &point));
-            nodes[index] = found.unwrap_or([f64::NAN; VALUES]);
-        }
-        Some(Self { axes, nodes, world_from_pair })
+        let ends = [[0.0, width], [0.0, height], [far, near]];
+        let mut random = Random::new(0);
+        let probe = |_| Vector3::from(ends.map(|[first, last]| random.uniform(first, last)));
+        let probes: Vec<_> = (0..PROBES).map(probe).collect();
+        let world_from_pair = pair.world_from_pair();
+        let map = NodeMap { pair, estimator, pair_from_world: world_from_pair.try_inverse()? };
+        let truth = map.nodes(&probes);
+        FINER.into_iter().find_map(|finer| {
+            let step = width.max(height) / (PIECES * finer);
+            let depth_step = (near - far) / (DISPARITY_PIECES * finer);
+            let [across, down, deep] = ends;
+            let axes =
+                [Axis::new(across, step), Axis::new(down, step), Axis::new(deep, depth_step)];
+            let nodes = map.nodes(&places(&axes));
+            let lattice = Self { axes, nodes, world_from_pair: ProjectiveMap(world_from_pair) };
+            lattice.agrees(&probes, &truth).then_some(lattice)
+        })
+    }
+
+    /// Whether it says what the map says of most places; those that either places nowhere do not count.
+    fn agrees(&self, probes: &[Vector3<f64>], truth: &[[f64; VALUES]]) -> bool {
+        let is_off = |(at, truth): &(&Vector3<f64>, &[f64; VALUES])| {
+            let columns = self.axes[0].taps(at.x).first;
+            let row = self.columns_of_row(at.y, columns..columns + TAPS);
+            let [found, truth] = [row.values(at.x, at.z).0, **truth].map(|of| in_pixels(&of));
+            found.iter().zip(truth).any(|(found, truth)| (found - truth).abs() > TOLERANCE)
+        };
+        probes.iter().zip(truth).filter(is_off).count() <= MOST_OFF
     }
 
     /// What a match with the pixel at x and y of the pair's reference picture means; `None` where the map places nodes
@@ -108,21 +124,7 @@ pub(crate) struct LatticeRow<'a> {
 impl LatticeRow<'_> {
     /// As [`PointLattice::at`].
     pub(crate) fn at(&self, x: f64, disparity: f64) -> Option<PairPoint> {
-        let [across, _, depths] = self.lattice.axes;
-        let (along, deep) = (across.taps(x), depths.taps(disparity));
-        let (mut values, mut slope) = ([0.0; VALUES], Vector3::z());
-        for (column, part) in along.weights.iter().enumerate() {
-            let column = along.first - self.first_column + column;
-            let nodes = &self.nodes[column * depths.nodes + deep.first..][..TAPS];
-            for ((node, weight), by) in nodes.iter().zip(deep.weights).zip(deep.slopes) {
-                for (value, of_node) in values.iter_mut().zip(node) {
-                    *value += part * weight * of_node;
-                }
-                for (slope, of_node) in slope.iter_mut().zip(node) {
-                    *slope += part * by * of_node;
-                }
-            }
-        }
+        let (values, slope) = self.values(x, disparity);
         let world_from_pair = &self.lattice.world_from_pair;
         let [dx, dy, dd, lower @ ..] = values;
         let found = Point3::new(x + dx, self.y + dy, disparity + dd);
@@ -139,6 +141,32 @@ impl LatticeRow<'_> {
         }
         Some(PairPoint { place, slope: slopes * slope, calibration })
     }
+
+    /// What a node there would have, and by how much the point moves in the pair's space with disparity.
+    fn values(&self, x: f64, disparity: f64) -> ([f64; VALUES], Vector3<f64>) {
+        let [across, _, depths] = self.lattice.axes;
+        let (along, deep) = (across.taps(x), depths.taps(disparity));
+        let (mut values, mut slope) = ([0.0; VALUES], Vector3::z());
+        for (column, part) in along.weights.iter().enumerate() {
+            let column = along.first - self.first_column + column;
+            let nodes = &self.nodes[column * depths.nodes + deep.first..][..TAPS];
+            for ((node, weight), by) in nodes.iter().zip(deep.weights).zip(deep.slopes) {
+                for (value, of_node) in values.iter_mut().zip(node) {
+                    *value += part * weight * of_node;
+                }
+                for (slope, of_node) in slope.iter_mut().zip(node) {
+                    *slope += part * by * of_node;
+                }
+            }
+        }
+        (values, slope)
+    }
+}
+
+/// The deviations of a node, and their standard deviations.
+fn in_pixels([x, y, disparity, xx, _, yy, _, _, dd]: &[f64; VALUES]) -> [f64; 6] {
+    let [sigma_x, sigma_y, sigma] = [xx, yy, dd].map(|variance| variance.max(0.0).sqrt());
+    [*x, *y, *disparity, sigma_x, sigma_y, sigma]
 }
 
 /// x, y and disparity of all nodes, in their order.
@@ -151,18 +179,46 @@ fn places(axes: &[Axis; 3]) -> Vec<Vector3<f64>> {
     (0..columns * rows * depths).map(place).collect()
 }
 
-/// What the node at a place has of a point.
-fn node(pair_from_world: &ProjectiveMap, at: Vector3<f64>, point: &Point) -> Option<[f64; VALUES]> {
-    let off = pair_from_world.apply(point.place)?.coords - at;
-    let slopes = pair_from_world.slopes(point.place);
-    let covariance = slopes * point.covariance * slopes.transpose();
-    let mut values = [0.0; VALUES];
-    let (deviations, lower) = values.split_at_mut(3);
-    deviations.copy_from_slice(off.as_slice());
-    for (value, place) in lower.iter_mut().zip(LOWER) {
-        *value = covariance[place];
+/// What nodes have.
+struct NodeMap<'m, 'a> {
+    pair: &'m RectifiedPair<'a>,
+    estimator: &'m PointEstimator<'a>,
+    pair_from_world: Matrix4<f64>,
+}
+
+impl NodeMap<'_, '_> {
+    /// At places in the pair's space; NaN where the map has no point.
+    fn nodes(&self, places: &[Vector3<f64>]) -> Vec<[f64; VALUES]> {
+        let mut matches = Matches::new(self.pair.cameras.to_vec());
+        let mut asked = Vec::new();
+        for (index, at) in places.iter().enumerate() {
+            if let Some((reference, other)) = self.pair.match_at(*at) {
+                matches.push(reference, std::iter::once(Some(other)));
+                asked.push(index);
+            }
+        }
+        let mut nodes = vec![[f64::NAN; VALUES]; places.len()];
+        for (index, point) in asked.into_iter().zip(self.estimator.locate(&matches)) {
+            let found = point.and_then(|point| self.node(places[index], &point));
+            nodes[index] = found.unwrap_or([f64::NAN; VALUES]);
+        }
+        nodes
     }
-    Some(values)
+
+    /// Of a point, at a place.
+    fn node(&self, at: Vector3<f64>, point: &Point) -> Option<[f64; VALUES]> {
+        let pair_from_world = ProjectiveMap(self.pair_from_world);
+        let off = pair_from_world.apply(point.place)?.coords - at;
+        let slopes = pair_from_world.slopes(point.place);
+        let covariance = slopes * point.covariance * slopes.transpose();
+        let mut values = [0.0; VALUES];
+        let (deviations, lower) = values.split_at_mut(3);
+        deviations.copy_from_slice(off.as_slice());
+        for (value, place) in lower.iter_mut().zip(LOWER) {
+            *value = covariance[place];
+        }
+        Some(values)
+    }
 }
 
 /// Nodes along one axis.
@@ -235,7 +291,7 @@ mod tests {
     use crate::ReconstructionSettings;
     use wheatstone_charts::chart::line_grid::LineGrid;
     use wheatstone_core::{Calibration, method::AnyMethod, preparation::Prepared};
-    use wheatstone_numeric::{progress::Silent, random::Random, statistics::percentile};
+    use wheatstone_numeric::{progress::Silent, statistics::percentile};
     use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences};
 
     const SIZES: [[u32; 2]; 2] = [[640, 480]; 2];
@@ -271,17 +327,20 @@ mod tests {
 
     #[test]
     fn a_lattice_is_the_map_between_its_nodes_and_mirrored_too() {
-        for (rig, method, reference) in [
-            ("paper", "brown", None),
-            ("paper", "brown", Some(1)),
-            ("fisheye", "kannala-brandt", None),
-            ("water", "neural-camera", None),
-            ("water", "neural-camera", Some(1)),
-            ("bump", "neural-camera", None),
-            ("paper", "network", None),
+        // Far beyond the charts, too: to 4 pixels of parallax.
+        let far = Some([45.0, 1000.0]);
+        for (rig, method, reference, depths) in [
+            ("paper", "brown", None, None),
+            ("paper", "brown", Some(1), far),
+            ("fisheye", "kannala-brandt", None, None),
+            ("water", "neural-camera", None, far),
+            ("water", "neural-camera", Some(1), None),
+            ("bump", "neural-camera", None, None),
+            ("paper", "network", None, None),
+            ("paper", "network", None, far),
         ] {
             let model = fitted(rig, method);
-            let settings = ReconstructionSettings::new(SIZES);
+            let settings = ReconstructionSettings { depths, ..ReconstructionSettings::new(SIZES) };
             let pair = RectifiedPair::new(&model, [0, 1], reference, &settings, &Silent).unwrap();
             let estimator = PointEstimator::new(&model, &Matches::new(pair.cameras.to_vec()));
             let lattice = PointLattice::new(&pair, &estimator).unwrap();

@@ -22,9 +22,10 @@ impl<'a> ScenePoints<'a> {
     pub(crate) fn of_pictures(model: &'a Calibration, pairs: &[RectifiedPair<'a>]) -> Self {
         let asked_once = PointEstimator::new(model, &Matches::new(cameras(pairs)));
         let lattice = |pair: &RectifiedPair<'_>| PointLattice::new(pair, &asked_once);
-        let lattices = pairs.iter().map(lattice).collect();
+        let lattices: Vec<_> = pairs.iter().map(lattice).collect();
         // What several pairs match is asked of the map itself.
-        let map = if pairs.len() > 1 { made_ready(model, pairs) } else { asked_once };
+        let is_asked = pairs.len() > 1 || lattices.iter().any(Option::is_none);
+        let map = if is_asked { made_ready(model, pairs) } else { asked_once };
         Self { map, lattices }
     }
 
