@@ -12,10 +12,10 @@ use crate::geometry::Pixel;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// The box reaches this far beyond the points (1 is just round them), so that its flat borders flatten neither what the
-/// points show nor what is not known beside them. Riutort-Mayol et al. 2023 (doi:10.1007/s11222-022-10167-2) advise 1.2
-/// at least for this kernel; pictures reach farther than charts do.
-const MARGIN: f64 = 1.5;
+/// The box reaches this far beyond the points (1 is just round them), so that its flat borders do not
+/// flatten what the points show: the least that Riutort-Mayol et al. 2023
+/// (doi:10.1007/s11222-022-10167-2) advise for this kernel.
+const MARGIN: f64 = 1.2;
 
 /// Highest degree of the polynomials beside the nearness. Each degree brings at most a factor of the
 /// widest angle, so with half a radian the fifth would be a sixteenth of the first.

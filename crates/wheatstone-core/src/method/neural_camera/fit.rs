@@ -25,9 +25,9 @@ use wheatstone_numeric::{
 /// Sixteen equations for the eleven numbers that nothing is known of, so that the noise shows.
 pub(super) const POINTS_NEEDED: usize = 8;
 
-/// Waves of a camera at most: about fifteen half waves a side, which resolve lengths down to a fifth
-/// of half the points' extent; the strongest bumps of the synthetic rigs ask for a third.
-const MOST_WAVES: usize = 180;
+/// Waves of a camera at most: about twelve half waves a side, which resolve lengths down to a fifth
+/// of half the picture; the strongest bumps of the synthetic rigs ask for a third.
+const MOST_WAVES: usize = 120;
 
 /// Times that settings and linearisation take turns: two to follow each other, one to spare.
 const ROUNDS: usize = 3;
