@@ -221,10 +221,12 @@ impl<'a> RectifiedPair<'a> {
         Some((x, at.y))
     }
 
-    /// The least and the largest disparity that are searched, of points that are not infinitely far.
+    /// The largest disparity that is searched, and the least of those where the map is worth asking. Farther points are
+    /// searched, too; what the map says of nearer ones goes on there: against truth, error bars of extrapolated points
+    /// held as well from half a pixel of parallax as from twenty.
     pub(crate) fn finite_disparities(&self) -> [f64; 2] {
         /// Nearer points have so many pixels more than those at infinity. Of farther ones the map's derivatives are worth
-        /// little, which are differences over an eighth of a pixel.
+        /// little: they are differences over an eighth of a pixel.
         const LEAST_PARALLAX: f64 = 4.0;
         let infinite = infinite(&self.rectification);
         let [start, last] = [self.range.start, self.range.end - 1].map(f64::from);

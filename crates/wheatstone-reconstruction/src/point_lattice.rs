@@ -59,7 +59,8 @@ impl PointLattice {
         let probe = |_| Vector3::from(ends.map(|[first, last]| random.uniform(first, last)));
         let probes: Vec<_> = (0..PROBES).map(probe).collect();
         let world_from_pair = pair.world_from_pair();
-        let map = NodeMap { pair, estimator, pair_from_world: world_from_pair.try_inverse()? };
+        let pair_from_world = ProjectiveMap(world_from_pair.try_inverse()?);
+        let map = NodeMap { pair, estimator, pair_from_world };
         let truth = map.nodes(&probes);
         FINER.into_iter().find_map(|finer| {
             let step = width.max(height) / (PIECES * finer);
@@ -76,9 +77,8 @@ impl PointLattice {
     /// Whether it says what the map says of most places; those that either places nowhere do not count.
     fn agrees(&self, probes: &[Vector3<f64>], truth: &[[f64; VALUES]]) -> bool {
         let is_off = |(at, truth): &(&Vector3<f64>, &[f64; VALUES])| {
-            let columns = self.axes[0].taps(at.x).first;
-            let row = self.columns_of_row(at.y, columns..columns + TAPS);
-            let [found, truth] = [row.values(at.x, at.z).0, **truth].map(|of| in_pixels(&of));
+            let (found, _) = self.about((at.x, at.y)).values(at.x, at.z);
+            let [found, truth] = [found, **truth].map(|of| in_pixels(&of));
             found.iter().zip(truth).any(|(found, truth)| (found - truth).abs() > TOLERANCE)
         };
         probes.iter().zip(truth).filter(is_off).count() <= MOST_OFF
@@ -87,8 +87,13 @@ impl PointLattice {
     /// What a match with the pixel at x and y of the pair's reference picture means; `None` where the map places nodes
     /// about it nowhere.
     pub(crate) fn at(&self, (x, y): (f64, f64), disparity: f64) -> Option<PairPoint> {
+        self.about((x, y)).at(x, disparity)
+    }
+
+    /// The nodes that take part with the values at a pixel.
+    fn about(&self, (x, y): (f64, f64)) -> LatticeRow<'_> {
         let first = self.axes[0].taps(x).first;
-        self.columns_of_row(y, first..first + TAPS).at(x, disparity)
+        self.columns_of_row(y, first..first + TAPS)
     }
 
     /// The lattice of one row of pixels: quicker for many of them.
@@ -183,7 +188,7 @@ fn places(axes: &[Axis; 3]) -> Vec<Vector3<f64>> {
 struct NodeMap<'m, 'a> {
     pair: &'m RectifiedPair<'a>,
     estimator: &'m PointEstimator<'a>,
-    pair_from_world: Matrix4<f64>,
+    pair_from_world: ProjectiveMap,
 }
 
 impl NodeMap<'_, '_> {
@@ -207,9 +212,8 @@ impl NodeMap<'_, '_> {
 
     /// Of a point, at a place.
     fn node(&self, at: Vector3<f64>, point: &Point) -> Option<[f64; VALUES]> {
-        let pair_from_world = ProjectiveMap(self.pair_from_world);
-        let off = pair_from_world.apply(point.place)?.coords - at;
-        let slopes = pair_from_world.slopes(point.place);
+        let off = self.pair_from_world.apply(point.place)?.coords - at;
+        let slopes = self.pair_from_world.slopes(point.place);
         let covariance = slopes * point.covariance * slopes.transpose();
         let mut values = [0.0; VALUES];
         let (deviations, lower) = values.split_at_mut(3);

@@ -1,19 +1,20 @@
 //! Cameras that learn what their lenses do, in worlds of many optics.
 
 use crate::worlds::{chart, charts};
+use std::ops::Range;
 use wheatstone_core::{
     Error,
     camera::PosedCamera,
     dataset::{Correspondence, Dataset},
     evaluate::{evaluate, floor},
-    geometry::{Point3, Vector3},
+    geometry::{Pixel, Point3, Vector3},
     method::{
         AnyReconstructor, Method, Reconstructor,
         neural_camera::{NeuralCamera, NeuralCameraReconstructor},
     },
 };
 use wheatstone_numeric::{progress::Silent, random::Random};
-use wheatstone_synthetic::{Noise, Rig, Stage, random_correspondences};
+use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences};
 
 fn fitted(data: &Dataset) -> NeuralCameraReconstructor {
     match (NeuralCamera::default()).fit(data, 0, &Silent).unwrap().reconstructor {
@@ -68,6 +69,68 @@ fn every_optics_reaches_the_floor_in_range_and_beyond() {
         }
         for noise in fitted.pixel_noise() {
             assert!((noise - 0.1).abs() < 0.01, "{name}: {noise} px");
+        }
+    }
+}
+
+/// The shares of a camera's predictions within one and two standard deviations where its charts have not been: beyond the
+/// box about their pixels.
+fn covered_beyond(name: &str, seeds: Range<u64>) -> [f64; 2] {
+    let rig = Rig::named(name, 2).unwrap();
+    let (mut within, mut all) = ([0.0; 2], 0.0);
+    for seed in seeds {
+        let views = Stage::default().views().unwrap();
+        let noise = (Noise::Normal(0.1), seed);
+        let data = chart_correspondences(&rig, &chart(&rig), &views, noise, None);
+        let fitted = fitted(&data);
+        for (camera, truth) in rig.cameras.iter().enumerate() {
+            let noise = fitted.pixel_noise()[camera].powi(2);
+            let seen: Vec<Pixel> =
+                data.seen_by_camera(camera).into_iter().map(|(_, pixel)| pixel).collect();
+            let ends = |of: fn(&Pixel) -> f64| {
+                let places = || seen.iter().map(of);
+                places().fold(f64::INFINITY, f64::min)..places().fold(f64::NEG_INFINITY, f64::max)
+            };
+            let (across, down) = (ends(|pixel| pixel.x), ends(|pixel| pixel.y));
+            for index in 0..300 {
+                let pixel = Pixel::new(
+                    f64::from(index % 20) * 32.0 + 16.0,
+                    f64::from(index / 20) * 32.0 + 16.0,
+                );
+                if across.contains(&pixel.x) && down.contains(&pixel.y) {
+                    continue;
+                }
+                for distance in [60.0, 90.0, 120.0] {
+                    let Some(ray) = truth.ray(pixel) else { continue };
+                    let Some((found, covariance)) = fitted.predict(camera, ray.at(distance)) else {
+                        continue;
+                    };
+                    for axis in 0..2 {
+                        let sigma = (covariance[(axis, axis)] - noise).sqrt();
+                        let off = (found[axis] - pixel[axis]).abs() / sigma;
+                        all += 1.0;
+                        within[0] += f64::from(u8::from(off < 1.0));
+                        within[1] += f64::from(u8::from(off < 2.0));
+                    }
+                }
+            }
+        }
+    }
+    within.map(|count| count / all)
+}
+
+#[test]
+fn error_bars_hold_where_no_chart_was() {
+    // A port bends rays there more than what is seen of it lets expect.
+    for (name, least, most) in [
+        ("water", [0.5, 0.75], [0.8, 1.0]),
+        ("bump", [0.65, 0.94], [0.85, 1.0]),
+        ("mirror", [0.65, 0.94], [0.88, 1.0]),
+        ("paper", [0.65, 0.94], [0.88, 1.0]),
+    ] {
+        let held = covered_beyond(name, 0..4);
+        for (held, (least, most)) in held.into_iter().zip(least.into_iter().zip(most)) {
+            assert!((least..=most).contains(&held), "{name}: {held}");
         }
     }
 }

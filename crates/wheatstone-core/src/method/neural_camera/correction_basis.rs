@@ -11,6 +11,7 @@
 use crate::geometry::Pixel;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// The box reaches this far beyond the points (1 is just round them), so that its flat borders do not
 /// flatten what the points show: the least that Riutort-Mayol et al. 2023
@@ -20,6 +21,13 @@ const MARGIN: f64 = 1.2;
 /// Highest degree of the polynomials beside the nearness. Each degree brings at most a factor of the
 /// widest angle, so with half a radian the fifth would be a sixteenth of the first.
 const PARALLAX_DEGREE: usize = 4;
+
+/// And of those of error bars: behind a port the fifth and the sixth are seen at the border of the picture,
+/// but too badly told by the points to be fitted.
+const MOST_DEGREE: usize = 6;
+
+/// Error bars let polynomials go on as far as this, where a fit keeps to [`MARGIN`].
+const UNCERTAIN_MARGIN: f64 = 2.0;
 
 /// Which functions of picture and nearness there are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,10 +69,14 @@ impl Field {
         waves.truncate(most);
         field.waves = waves;
         // A displacement that is the same everywhere is the lens in another place.
-        for degree in 1..=PARALLAX_DEGREE {
-            field.parallax.extend((0..=degree).map(|y| [degree - y, y]));
-        }
+        field.parallax.extend(polynomials(1..=PARALLAX_DEGREE));
         field
+    }
+
+    /// With polynomials of higher degrees after all others.
+    pub(super) fn with_more_polynomials(mut self) -> Self {
+        self.parallax.extend(polynomials(PARALLAX_DEGREE + 1..=MOST_DEGREE));
+        self
     }
 
     /// No functions.
@@ -113,6 +125,20 @@ impl Field {
         functions.values
     }
 
+    /// How uncertain weights displace a place: beyond the box polynomials go on a little.
+    pub(super) fn uncertain_values(&self, pixel: Pixel, nearness: f64) -> Vec<f64> {
+        let mut functions =
+            Functions { polynomial_margin: UNCERTAIN_MARGIN, ..Functions::new(self) };
+        functions.at(pixel, nearness).iter().map(|value| value[0]).collect()
+    }
+
+    /// How far a pixel is from those of the points' extent, in units of [`Field::unit`].
+    pub(super) fn beyond(&self, pixel: Pixel) -> f64 {
+        let place = self.place(pixel, self.centre[2]);
+        let along = |axis: usize| (place[axis].abs() - 1.0).max(0.0) * self.half[axis];
+        libm::hypot(along(0), along(1)) / self.unit()
+    }
+
     /// A place in units of the box about the points.
     fn place(&self, pixel: Pixel, nearness: f64) -> [f64; 3] {
         let place = |value: f64, axis: usize| (value - self.centre[axis]) / self.half[axis];
@@ -145,8 +171,13 @@ impl Field {
         self.centre.iter().all(|value| value.is_finite())
             && self.half.iter().all(|value| value.is_finite() && *value > 0.0)
             && self.waves.iter().flatten().all(|count| *count <= MOST_HALF_WAVES)
-            && self.parallax.iter().all(|[x, y]| x + y <= PARALLAX_DEGREE)
+            && self.parallax.iter().all(|[x, y]| x + y <= MOST_DEGREE)
     }
+}
+
+/// Degrees in x and y of the polynomials of these degrees together.
+fn polynomials(degrees: RangeInclusive<usize>) -> impl Iterator<Item = [usize; 2]> {
+    degrees.flat_map(|degree| (0..=degree).map(move |y| [degree - y, y]))
 }
 
 /// The functions of a field ready for many places, with memory that is kept.
@@ -155,6 +186,8 @@ pub(super) struct Functions<'a> {
     /// Along x and y, as many as the shortest wave has halves.
     cosines: [Vec<(f64, f64)>; 2],
     values: Vec<Sloped>,
+    /// Where polynomials end.
+    polynomial_margin: f64,
 }
 
 impl<'a> Functions<'a> {
@@ -162,7 +195,8 @@ impl<'a> Functions<'a> {
         let most =
             |axis: usize| field.waves.iter().map(|wave: &[usize; 2]| wave[axis]).max().unwrap_or(0);
         let cosines = [0, 1].map(|axis| vec![(0.0, 0.0); most(axis) + 1]);
-        Self { field, cosines, values: Vec::with_capacity(field.len()) }
+        let values = Vec::with_capacity(field.len());
+        Self { field, cosines, values, polynomial_margin: MARGIN }
     }
 
     /// Every function at a place.
@@ -170,7 +204,7 @@ impl<'a> Functions<'a> {
         let [x, y, near] = self.field.place(pixel, nearness);
         cosines(x / MARGIN, &mut self.cosines[0]);
         cosines(y / MARGIN, &mut self.cosines[1]);
-        let powers = [legendre(x), legendre(y)];
+        let powers = [x, y].map(|place| legendre(place, self.polynomial_margin));
         let Field { waves, parallax, half, .. } = self.field;
         let (by_x, by_y) = (1.0 / half[0], 1.0 / half[1]);
         self.values.clear();
@@ -204,13 +238,13 @@ fn cosines(x: f64, all: &mut [(f64, f64)]) {
 }
 
 /// Legendre polynomials to the highest degree, scaled to mean square 1 on -1..1, with slopes; flat
-/// beyond the box.
-fn legendre(x: f64) -> [(f64, f64); PARALLAX_DEGREE + 1] {
-    let inside = x.abs() < MARGIN;
-    let x = x.clamp(-MARGIN, MARGIN);
-    let mut plain = [(1.0, 0.0); PARALLAX_DEGREE + 1];
+/// beyond the margin.
+fn legendre(x: f64, margin: f64) -> [(f64, f64); MOST_DEGREE + 1] {
+    let inside = x.abs() < margin;
+    let x = x.clamp(-margin, margin);
+    let mut plain = [(1.0, 0.0); MOST_DEGREE + 1];
     plain[1] = (x, 1.0);
-    for n in 2..=PARALLAX_DEGREE {
+    for n in 2..=MOST_DEGREE {
         let count = n as f64;
         let ((before, slope_before), (last, _)) = (plain[n - 2], plain[n - 1]);
         plain[n].0 = ((2.0 * count - 1.0) * x * last - (count - 1.0) * before) / count;

@@ -8,10 +8,12 @@
 
 mod ascent;
 
+pub(super) use ascent::Search;
+
 use super::{
     correction_basis::Field,
     lens::{FIRST_EXPECTED, PARAMETERS},
-    settings::{NOISE, SETTINGS, Settings, Variance},
+    settings::{Hyperprior, NOISE, SETTINGS, Settings, Variance},
 };
 use nalgebra::{DMatrix, DVector, Dyn};
 use wheatstone_numeric::{
@@ -86,6 +88,7 @@ pub(super) struct Posterior {
 pub(super) struct Trial<'a> {
     sums: &'a Sums,
     settings: Settings,
+    hyperprior: Hyperprior,
     evidence: f64,
     variances: Vec<Variance>,
     active: Vec<usize>,
@@ -150,7 +153,11 @@ impl Sums {
     }
 
     /// How good `settings` are; `None` where the points do not determine the camera.
-    fn trial(&self, field: &Field, settings: Settings) -> Option<Trial<'_>> {
+    fn trial(
+        &self,
+        field: &Field,
+        (settings, hyperprior): (Settings, Hyperprior),
+    ) -> Option<Trial<'_>> {
         let precision = 1.0 / settings.value(NOISE).powi(2);
         let variances = settings.field_variances(field);
         let active = self.active(&variances, precision);
@@ -181,6 +188,7 @@ impl Sums {
         let mut trial = Trial {
             sums: self,
             settings,
+            hyperprior,
             evidence: 0.0,
             variances,
             active,
@@ -196,12 +204,12 @@ impl Sums {
 
     /// The posterior under `settings`; `None` where the points do not determine the camera.
     pub(super) fn posterior(&self, field: &Field, settings: Settings) -> Option<Posterior> {
-        self.trial(field, settings).map(Trial::posterior)
+        self.trial(field, (settings, Hyperprior::OF_FIT)).map(Trial::posterior)
     }
 
     /// Where a fit under `settings` goes; `None` where the points do not determine the camera.
     pub(super) fn mode(&self, field: &Field, settings: Settings) -> Option<Mode> {
-        let trial = self.trial(field, settings)?;
+        let trial = self.trial(field, (settings, Hyperprior::OF_FIT))?;
         let (_, white) = trial.solved();
         Some(trial.at(&white))
     }
@@ -212,8 +220,8 @@ impl Trial<'_> {
         let Self { sums, settings, .. } = self;
         let of_lens = self.lens_factors.l_dirty().diagonal();
         let rows = 2.0 * sums.points as f64;
-        let mut evidence =
-            -rows * settings.logs[NOISE] - 0.5 * self.least + settings.log_hyperprior();
+        let hyperprior = self.hyperprior.log_density(settings);
+        let mut evidence = -rows * settings.logs[NOISE] - 0.5 * self.least + hyperprior;
         evidence -= self.freedom.factors.log_determinant();
         evidence -= of_lens.iter().map(|value| libm::log(*value)).sum::<f64>();
         for index in FIRST_EXPECTED..sums.numbers.len() {
@@ -310,7 +318,7 @@ impl Trial<'_> {
         gradient[NOISE] -= rows - (self.least - prior_squares) - effective;
         information[NOISE] += 2.0 * (rows - effective);
         for (index, slope) in gradient.iter_mut().enumerate() {
-            *slope -= settings.value(index) / Settings::SCALES[index];
+            *slope += self.hyperprior.slope(settings, index);
         }
         Slopes { gradient, information, effective }
     }

@@ -4,11 +4,11 @@
 use super::{
     chart_poses::UncertainPoses,
     correction_basis::{Field, Functions, chained},
-    evidence::{Mode, Posterior, SIDE, Sums},
+    evidence::{Mode, Posterior, SIDE, Search, Sums},
     jacobian::{ByNumbers, Sloped},
     lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
     pose_jacobian::Motions,
-    settings::{LENGTH, NOISE, OF_FIELD, PARALLAX, SETTINGS, Settings, WAVES},
+    settings::{LENGTH, NOISE, OF_FIELD, PARALLAX, Settings, WAVES},
 };
 
 use crate::{
@@ -108,12 +108,12 @@ fn with_correction<'a>(
     let mut best: Option<Posterior> = None;
     for start in starts {
         progress.check()?;
-        let Some(found) = sums.climb(&state.field, *start, [true; SETTINGS]) else { continue };
+        let Some(found) = sums.climb(&state.field, *start, Search::ALL) else { continue };
         if best.as_ref().is_none_or(|other| found.evidence > other.evidence) {
             best = Some(found);
         }
     }
-    let posterior = state.alternate(sums, best, [true; SETTINGS], progress)?;
+    let posterior = state.alternate(sums, best, Search::ALL, progress)?;
     Ok((state, posterior.ok_or_else(undetermined)?))
 }
 
@@ -130,11 +130,12 @@ fn bare<'a>(
     let field = Field::none();
     let mut state = State { pairs, lens, field, weights: Vec::new(), charts };
     let free = std::array::from_fn(|setting| !OF_FIELD.contains(&setting));
+    let search = Search { free, ..Search::ALL };
     let Some(sums) = state.sums() else { return Ok(None) };
     let noise = (sums.squares / (2 * pairs.len()) as f64).sqrt();
     let settings = Settings::start(noise);
-    let first = sums.climb(&state.field, settings, free);
-    let posterior = state.alternate(sums, first, free, progress)?;
+    let first = sums.climb(&state.field, settings, search);
+    let posterior = state.alternate(sums, first, search, progress)?;
     Ok(posterior.map(|posterior| (state, posterior)))
 }
 
@@ -183,7 +184,7 @@ impl State<'_> {
         &mut self,
         mut sums: Sums,
         first: Option<Posterior>,
-        free: [bool; SETTINGS],
+        search: Search,
         progress: &dyn Progress,
     ) -> Result<Option<Posterior>> {
         let Some(mut posterior) = first else { return Ok(None) };
@@ -196,7 +197,7 @@ impl State<'_> {
             }
             let settings = posterior.settings;
             let next = if round < ROUNDS {
-                there.climb(&self.field, settings, free)
+                there.climb(&self.field, settings, search)
             } else {
                 there.posterior(&self.field, settings)
             };

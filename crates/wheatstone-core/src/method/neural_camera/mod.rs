@@ -18,6 +18,7 @@ mod lens;
 mod pose_jacobian;
 mod pose_uncertainty;
 mod settings;
+mod uncertainty;
 mod jacobian;
 mod epipolar_check;
 pub(crate) mod chart_poses;
@@ -102,9 +103,10 @@ fn fit_one(
     enough("neural-camera", Some(camera), POINTS_NEEDED, pairs.len())?;
     let start = linear_camera(camera, &pairs)?;
     let (state, posterior) = fit::fit_state(&pairs, &start, None, progress)?;
-    let fitted = NeuralCameraModel::new(state.lens.clone(), &state.field, &posterior);
-    let following =
-        charts.and_then(|charts| Following::of(state, &posterior, charts.loosened(camera, train)));
+    let (state, uncertainty) = state.uncertainty(&posterior).ok_or_else(fit::undetermined)?;
+    let fitted = NeuralCameraModel::new(&state, &posterior, &uncertainty);
+    let following = charts
+        .and_then(|charts| Following::of(state, &uncertainty, charts.loosened(camera, train)));
     Ok((fitted.ok_or_else(fit::undetermined)?, following))
 }
 
@@ -248,7 +250,7 @@ impl Reconstructor for NeuralCameraReconstructor {
     fn fit_errors(&self) -> Option<FitErrors<'_>> {
         let roots: Vec<_> = self.cameras.iter().map(NeuralCameraModel::errors).collect();
         // Each camera's own errors stand one after the other, then the motions of charts, which all cameras follow.
-        let own = |[weights, lens]: &[DMatrix<f64>; 2]| 2 * weights.ncols() + lens.ncols();
+        let own = |[weights, lens]: &[DMatrix<f64>; 2]| 2 * weights.ncols() + lens.ncols() + 2;
         let own: Vec<usize> = roots.iter().map(own).collect();
         let all: usize = own.iter().sum();
         let count = all + self.cameras.first().map_or(0, NeuralCameraModel::modes);

@@ -3,7 +3,7 @@
 use super::{
     correction_basis::{Field, chained},
     evidence::Posterior,
-    fit::{displaced, refit_state, undetermined},
+    fit::{State, displaced, refit_state, undetermined},
     jacobian::{ByNumbers, Sloped},
     lens::{Lens, PARAMETERS},
     settings::{NOISE, Settings},
@@ -76,6 +76,14 @@ impl Optics {
         )
     }
 
+    /// Without functions that are there for error bars only.
+    pub(super) fn without_idle_functions(self) -> Self {
+        let is_idle = |weight: &[f64; 2]| weight.iter().all(|part| *part == 0.0);
+        let field = self.field.pruned(|index| !is_idle(&self.weights[index]));
+        let weights = self.weights.into_iter().filter(|weight| !is_idle(weight)).collect();
+        Self { field, weights, ..self }
+    }
+
     pub(super) fn is_consistent(&self) -> bool {
         self.lens.is_consistent()
             && self.field.is_consistent()
@@ -119,6 +127,9 @@ struct PixelSlopes {
     lens: ByNumbers,
     /// And with the weights following them, an axis.
     free: [SVector<f64, PARAMETERS>; 2],
+    /// Standard deviation, in pixels along either axis, of what waves do beyond the points, where the mean
+    /// of waves stays as it is.
+    beyond: f64,
 }
 
 /// How far a camera's pixels of one point may be off.
@@ -138,6 +149,9 @@ pub(super) struct NeuralCameraModel {
     settings: Settings,
     /// Effective number of parameters.
     effective: f64,
+    /// Of the uncertainty, none in models that take those of the fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    error_bar_settings: Option<Settings>,
     /// Of the weights along x (as along y) with the lens held fixed, its lower triangle row by row.
     weight_covariance: Covariance,
     /// By how much the weights along x and y fall when the lens's numbers rise, weight by weight.
@@ -150,22 +164,29 @@ pub(super) struct NeuralCameraModel {
 }
 
 impl NeuralCameraModel {
-    /// The camera at the posterior's mode, without functions that have no freedom.
-    pub(super) fn new(lens: Lens, field: &Field, posterior: &Posterior) -> Option<Self> {
-        let active = &posterior.active;
+    /// The camera at the mode of `fitted`, as uncertain as the other posterior says, without functions that
+    /// have no freedom. `state` has the functions of both.
+    pub(super) fn new(
+        state: &State<'_>,
+        fitted: &Posterior,
+        uncertainty: &Posterior,
+    ) -> Option<Self> {
+        let active = &uncertainty.active;
+        let weight = |index: &usize| fitted.mode.weights.get(*index).copied().unwrap_or_default();
         let optics = Optics {
-            lens,
-            field: field.pruned(|index| active.binary_search(&index).is_ok()),
-            weights: active.iter().map(|index| posterior.mode.weights[*index]).collect(),
+            lens: state.lens.clone(),
+            field: state.field.pruned(|index| active.binary_search(&index).is_ok()),
+            weights: active.iter().map(weight).collect(),
         };
         let camera = Self {
             optics,
-            settings: posterior.settings,
-            effective: posterior.effective,
-            weight_covariance: Covariance::of(&posterior.covariance()),
+            settings: fitted.settings,
+            effective: fitted.effective,
+            error_bar_settings: Some(uncertainty.settings),
+            weight_covariance: Covariance::of(&uncertainty.covariance()),
             follow: [0, 1]
-                .map(|axis: usize| posterior.follow[axis].transpose().as_slice().to_vec()),
-            lens_covariance: posterior.lens_covariance.as_slice().to_vec(),
+                .map(|axis: usize| uncertainty.follow[axis].transpose().as_slice().to_vec()),
+            lens_covariance: uncertainty.lens_covariance.as_slice().to_vec(),
             modes: Vec::new(),
         };
         camera.is_consistent().then_some(camera)
@@ -174,7 +195,8 @@ impl NeuralCameraModel {
     /// Fitted anew, from here, to points that are nearly those it was fitted to.
     pub(super) fn refit(&self, pairs: &[(Point3, Pixel)], progress: &dyn Progress) -> Result<Self> {
         let (state, posterior) = refit_state(pairs, (&self.optics.lens, self.settings), progress)?;
-        Self::new(state.lens, &state.field, &posterior).ok_or_else(undetermined)
+        let (state, uncertainty) = state.uncertainty(&posterior).ok_or_else(undetermined)?;
+        Self::new(&state, &posterior, &uncertainty).ok_or_else(undetermined)
     }
 
     /// Standard deviation of one pixel coordinate that the fit could not explain.
@@ -240,7 +262,7 @@ impl NeuralCameraModel {
         let (seen, slopes) = Sloped::new(lens).project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
         let lens = displaced(&slopes, &field.sum(&values, weights));
-        let plain: Vec<f64> = values.iter().map(|value| value[0]).collect();
+        let plain = field.uncertain_values(seen.pixel, seen.nearness);
         let free = std::array::from_fn(|axis| {
             let mut free = lens.row(axis).transpose();
             for (value, follow) in plain.iter().zip(self.follow[axis].as_chunks::<PARAMETERS>().0) {
@@ -250,13 +272,15 @@ impl NeuralCameraModel {
             }
             free
         });
-        Some(PixelSlopes { plain, lens, free })
+        let change = |settings: &Settings| settings.change_of_waves(field.beyond(seen.pixel));
+        let beyond = self.error_bar_settings.as_ref().map_or(0.0, change).sqrt();
+        Some(PixelSlopes { plain, lens, free, beyond })
     }
 
     /// How far a pixel of this point may be from its prediction.
     pub(super) fn pixel_uncertainty(&self, world: Point3) -> Option<PixelCovariance> {
-        let PixelSlopes { plain, lens: slopes, free } = self.slopes(world)?;
-        let own = self.weight_covariance.of_one(&plain);
+        let PixelSlopes { plain, lens: slopes, free, beyond } = self.slopes(world)?;
+        let own = self.weight_covariance.of_one(&plain) + beyond.powi(2);
         let lens = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_column_slice(&self.lens_covariance);
         let along = |a: usize, b: usize| free[a].dot(&(lens * free[b]));
         let level = self.noise().powi(2) + own;
@@ -280,7 +304,7 @@ impl NeuralCameraModel {
         [weights, lens]: &[DMatrix<f64>; 2],
         world: Point3,
     ) -> Option<[Vec<Vector2<f64>>; 2]> {
-        let PixelSlopes { plain, lens: slopes, free } = self.slopes(world)?;
+        let PixelSlopes { plain, lens: slopes, free, beyond } = self.slopes(world)?;
         let of = |column: DVectorView<f64>, by: &[f64]| -> f64 {
             column.iter().zip(by).map(|(value, slope)| value * slope).sum()
         };
@@ -290,7 +314,8 @@ impl NeuralCameraModel {
         let by_lens = lens.column_iter().map(|error| {
             Vector2::new(of(error, free[0].as_slice()), of(error, free[1].as_slice()))
         });
-        let own = along_x.chain(along_y).chain(by_lens).collect();
+        let by_distance = [Vector2::new(beyond, 0.0), Vector2::new(0.0, beyond)];
+        let own = along_x.chain(along_y).chain(by_lens).chain(by_distance).collect();
         Some([own, self.modes.iter().map(|mode| mode.displaces(&plain, &slopes)).collect()])
     }
 
@@ -307,6 +332,7 @@ impl NeuralCameraModel {
                 .chain(self.follow.iter().flatten())
                 .all(|value| value.is_finite())
             && self.effective.is_finite()
+            && self.error_bar_settings.iter().flat_map(|set| set.logs).all(f64::is_finite)
             && self.modes.iter().all(|mode| mode.is_consistent(functions))
     }
 }

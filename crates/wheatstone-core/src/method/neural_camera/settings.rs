@@ -53,7 +53,7 @@ impl Settings {
     /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
     /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
     /// by hundredths; corrections are of the order of a pixel to ten.
-    pub(super) const SCALES: [f64; SETTINGS] =
+    const SCALES: [f64; SETTINGS] =
         [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY];
 
     /// Where a search begins, for points that the bare camera misses by `noise` pixels.
@@ -66,16 +66,14 @@ impl Settings {
         libm::exp(self.logs[index])
     }
 
-    pub(super) fn bounded(mut self, field: &Field) -> Self {
+    pub(super) fn bounded(mut self, field: &Field, hyperprior: Hyperprior) -> Self {
         // Waves shorter than these are missing, so that a shorter length would ring.
         let shortest = field.waves.last().map_or(0.0, |wave| RESOLVED / field.frequency(*wave));
         self.logs[LENGTH] = self.logs[LENGTH].max(libm::log(shortest.max(f64::MIN_POSITIVE)));
         for (log, [low, high]) in self.logs.iter_mut().zip(Self::BOUNDS) {
             *log = log.clamp(libm::log(low), libm::log(high));
         }
-        // What a port does to a ray at an angle is a series in the angle's powers: each degree more
-        // brings at most a factor of the widest angle.
-        self.logs[DECAY] = self.logs[DECAY].min(libm::log(field.view));
+        self.logs[DECAY] = self.logs[DECAY].min(libm::log(hyperprior.most_decay * field.view));
         self
     }
 
@@ -122,8 +120,50 @@ impl Settings {
         lens.sum::<f64>() + field.sum::<f64>()
     }
 
-    pub(super) fn log_hyperprior(&self) -> f64 {
-        (0..SETTINGS).map(|index| -self.value(index) / Self::SCALES[index]).sum()
+    /// Variance of how far waves change, in squared pixels, over a distance in units of the field: that of
+    /// the kernel whose part they are.
+    pub(super) fn change_of_waves(&self, distance: f64) -> f64 {
+        let alike = libm::exp(-0.5 * (distance / self.value(LENGTH)).powi(2));
+        2.0 * self.value(WAVES).powi(2) * (1.0 - alike)
+    }
+}
+
+/// What is held of the settings before a point is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hyperprior {
+    /// The density of the logarithm of the waves' amplitude has this power of the amplitude, besides the exponential that
+    /// ends it. With 0, as for the other amplitudes, it is greatest at no amplitude at all.
+    power_of_waves: f64,
+    /// What a port does to a ray at an angle is a series in the angle's powers: the most that each degree
+    /// more brings, as a share of the widest angle.
+    most_decay: f64,
+}
+
+impl Hyperprior {
+    /// Prefers no correction where points do not ask for one.
+    pub(super) const OF_FIT: Self = Self { power_of_waves: 0.0, most_decay: 1.0 };
+
+    /// Waves that points do not tell are not taken for none: half way from an amplitude of which every size is as likely,
+    /// whose logarithm's density has the power 1, to one of which every order of magnitude is (0). A ray is bent more
+    /// inside water than a camera's field of view shows.
+    pub(super) const OF_ERROR_BARS: Self = Self { power_of_waves: 0.5, most_decay: 2.0 };
+
+    fn power(self, index: usize) -> f64 {
+        if index == WAVES { self.power_of_waves } else { 0.0 }
+    }
+
+    /// Logarithm of the density, less a constant.
+    pub(super) fn log_density(self, settings: &Settings) -> f64 {
+        let of = |index: usize| {
+            self.power(index) * settings.logs[index]
+                - settings.value(index) / Settings::SCALES[index]
+        };
+        (0..SETTINGS).map(of).sum()
+    }
+
+    /// Its derivative by a setting's logarithm.
+    pub(super) fn slope(self, settings: &Settings, index: usize) -> f64 {
+        self.power(index) - settings.value(index) / Settings::SCALES[index]
     }
 }
 

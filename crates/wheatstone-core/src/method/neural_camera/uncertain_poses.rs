@@ -9,10 +9,10 @@
 use super::{
     super::checks::enough,
     chart_poses::{UncertainPose, UncertainPoses},
-    evidence::Posterior,
+    evidence::{Posterior, Search},
     fit::{POINTS_NEEDED, State, fit_state, undetermined},
     lens::PARAMETERS,
-    settings::{SETTINGS, Settings},
+    settings::Settings,
 };
 use crate::{
     Result,
@@ -90,7 +90,7 @@ impl<'a> CameraNormalEquations<'a> {
         self.hold(false);
         let sums = self.state.sums()?;
         let posterior = if learn {
-            sums.climb(&self.state.field, self.settings, [true; SETTINGS])?
+            sums.climb(&self.state.field, self.settings, Search::ALL)?
         } else {
             sums.posterior(&self.state.field, self.settings)?
         };

@@ -3,20 +3,37 @@
 use super::{Posterior, Sums};
 use crate::method::neural_camera::{
     correction_basis::Field,
-    settings::{SETTINGS, Settings},
+    settings::{Hyperprior, SETTINGS, Settings},
 };
 use nalgebra::{DMatrix, DVector};
 
+/// What is searched.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Search {
+    /// Settings that change.
+    pub(in super::super) free: [bool; SETTINGS],
+    pub(in super::super) hyperprior: Hyperprior,
+}
+
+impl Search {
+    /// All settings of a fit.
+    pub(in super::super) const ALL: Self =
+        Self { free: [true; SETTINGS], hyperprior: Hyperprior::OF_FIT };
+}
+
 impl Sums {
     /// The settings of greatest evidence, from `start`, by the method of Broyden, Fletcher, Goldfarb
-    /// & Shanno on those that `free` names.
+    /// & Shanno on those that are free.
     pub(in super::super) fn climb(
         &self,
         field: &Field,
         start: Settings,
-        free: [bool; SETTINGS],
+        Search { free, hyperprior }: Search,
     ) -> Option<Posterior> {
-        let mut best = self.posterior(field, start.bounded(field))?;
+        let trial = |settings: Settings| {
+            self.trial(field, (settings.bounded(field, hyperprior), hyperprior))
+        };
+        let mut best = trial(start)?.posterior();
         let mut inverse = DMatrix::<f64>::identity(SETTINGS, SETTINGS);
         let slope = |posterior: &Posterior| {
             let value = |index: usize| if free[index] { posterior.gradient[index] } else { 0.0 };
@@ -42,7 +59,7 @@ impl Sums {
                 let share = 0.5_f64.powi(halvings);
                 let mut settings = best.settings;
                 (0..SETTINGS).for_each(|index| settings.logs[index] += share * direction[index]);
-                let tried = self.trial(field, settings.bounded(field))?;
+                let tried = trial(settings)?;
                 (tried.evidence > best.evidence).then(|| tried.posterior())
             });
             let Some(reached) = reached else { break };
