@@ -185,8 +185,8 @@ const space = (() => {
         label.hidden = !pyramids.visible || !spot;
         if (label.hidden) return;
         const x = spot[0] + 8, wide = label.textContent.length * 8 + 16;
-        // Above the lower border, where its place is.
-        const lowest = stage.clientHeight - 26, isLow = spot[1] < stage.clientHeight && spot[1] > lowest - 26;
+        // Above the lower border and the scale, where its place is.
+        const lowest = stage.clientHeight - 56, isLow = spot[1] < stage.clientHeight && spot[1] > lowest - 26;
         let y = isLow ? Math.min(spot[1] + 6, lowest) : spot[1] + 6;
         // Names that would hide each other stand one below the other, at the lower border one above the other.
         while (taken.some((other) => Math.abs(other.y - y) < 22 && x < other.x + other.wide && other.x < x + wide)) y += isLow ? -23 : 23;
