@@ -46,7 +46,7 @@ impl EpipolarCheck {
             // The trace of the hat matrix is the effective number of parameters.
             let mean = camera.noise().powi(2) * (1.0 + camera.effective() / equations);
             let variance = mean * by_charts;
-            CheckCamera { optics: camera.optics.without_idle_functions(), variance }
+            CheckCamera { optics: camera.optics, variance }
         };
         let cameras = fitted.into_iter().enumerate().map(onlooker).collect();
         Ok((Self { cameras }, motions))

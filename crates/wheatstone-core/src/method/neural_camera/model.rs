@@ -1,12 +1,13 @@
 //! A fitted camera: where a point falls, and how sure that is.
 
 use super::{
-    correction_basis::{Field, chained},
+    correction_basis::{Field, chained, plain_values},
     evidence::Posterior,
     fit::{State, displaced, refit_state, undetermined},
     jacobian::{ByNumbers, Sloped},
     lens::{Lens, PARAMETERS},
     settings::{NOISE, Settings},
+    uncertainty::UncertainFunctions,
 };
 use crate::{
     Result,
@@ -76,14 +77,6 @@ impl Optics {
         )
     }
 
-    /// Without functions that are there for error bars only.
-    pub(super) fn without_idle_functions(self) -> Self {
-        let is_idle = |weight: &[f64; 2]| weight.iter().all(|part| *part == 0.0);
-        let field = self.field.pruned(|index| !is_idle(&self.weights[index]));
-        let weights = self.weights.into_iter().filter(|weight| !is_idle(weight)).collect();
-        Self { field, weights, ..self }
-    }
-
     pub(super) fn is_consistent(&self) -> bool {
         self.lens.is_consistent()
             && self.field.is_consistent()
@@ -149,12 +142,12 @@ pub(super) struct NeuralCameraModel {
     settings: Settings,
     /// Effective number of parameters.
     effective: f64,
-    /// Of the uncertainty, none in models that take those of the fit.
+    /// Those whose weights are uncertain: in models without them, those of the optics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    error_bar_settings: Option<Settings>,
-    /// Of the weights along x (as along y) with the lens held fixed, its lower triangle row by row.
+    uncertain_functions: Option<UncertainFunctions>,
+    /// Of the uncertain functions' weights along x (as along y) with the lens held fixed, its lower triangle row by row.
     weight_covariance: Covariance,
-    /// By how much the weights along x and y fall when the lens's numbers rise, weight by weight.
+    /// By how much those weights along x and y fall when the lens's numbers rise, weight by weight.
     follow: [Vec<f64>; 2],
     /// Of the lens's numbers, row by row.
     lens_covariance: Vec<f64>,
@@ -164,25 +157,21 @@ pub(super) struct NeuralCameraModel {
 }
 
 impl NeuralCameraModel {
-    /// The camera at the mode of `fitted`, as uncertain as the other posterior says, without functions that
-    /// have no freedom. `state` has the functions of both.
+    /// The camera at the mode of `fitted`, as uncertain as the other posterior says, each without functions
+    /// that have no freedom. `state` has the functions of both.
     pub(super) fn new(
         state: &State<'_>,
         fitted: &Posterior,
         uncertainty: &Posterior,
     ) -> Option<Self> {
-        let active = &uncertainty.active;
-        let weight = |index: &usize| fitted.mode.weights.get(*index).copied().unwrap_or_default();
-        let optics = Optics {
-            lens: state.lens.clone(),
-            field: state.field.pruned(|index| active.binary_search(&index).is_ok()),
-            weights: active.iter().map(weight).collect(),
-        };
+        let weights = fitted.active.iter().map(|index| fitted.mode.weights[*index]).collect();
+        let optics =
+            Optics { lens: state.lens.clone(), field: state.field.pruned(&fitted.active), weights };
         let camera = Self {
             optics,
             settings: fitted.settings,
             effective: fitted.effective,
-            error_bar_settings: Some(uncertainty.settings),
+            uncertain_functions: Some(UncertainFunctions::of(&state.field, uncertainty)),
             weight_covariance: Covariance::of(&uncertainty.covariance()),
             follow: [0, 1]
                 .map(|axis: usize| uncertainty.follow[axis].transpose().as_slice().to_vec()),
@@ -262,7 +251,10 @@ impl NeuralCameraModel {
         let (seen, slopes) = Sloped::new(lens).project(world)?;
         let values = field.values(seen.pixel, seen.nearness);
         let lens = displaced(&slopes, &field.sum(&values, weights));
-        let plain = field.uncertain_values(seen.pixel, seen.nearness);
+        let (plain, beyond) = match &self.uncertain_functions {
+            Some(functions) => functions.at(seen.pixel, seen.nearness),
+            None => (plain_values(&values), 0.0),
+        };
         let free = std::array::from_fn(|axis| {
             let mut free = lens.row(axis).transpose();
             for (value, follow) in plain.iter().zip(self.follow[axis].as_chunks::<PARAMETERS>().0) {
@@ -272,8 +264,6 @@ impl NeuralCameraModel {
             }
             free
         });
-        let change = |settings: &Settings| settings.change_of_waves(field.beyond(seen.pixel));
-        let beyond = self.error_bar_settings.as_ref().map_or(0.0, change).sqrt();
         Some(PixelSlopes { plain, lens, free, beyond })
     }
 
@@ -290,10 +280,15 @@ impl NeuralCameraModel {
         Some(PixelCovariance { covariance, displaced })
     }
 
+    /// Number of uncertain functions.
+    fn uncertain(&self) -> usize {
+        self.uncertain_functions.as_ref().map_or(self.optics.weights.len(), UncertainFunctions::len)
+    }
+
     /// Square roots of the covariances of the weights along one axis and of the lens's numbers: a column an error.
     pub(super) fn errors(&self) -> [DMatrix<f64>; 2] {
         let lens = DMatrix::from_column_slice(PARAMETERS, PARAMETERS, &self.lens_covariance);
-        let weights = self.weight_covariance.matrix(self.optics.weights.len());
+        let weights = self.weight_covariance.matrix(self.uncertain());
         [square_root(&weights), square_root(&lens)]
     }
 
@@ -320,8 +315,9 @@ impl NeuralCameraModel {
     }
 
     pub(super) fn is_consistent(&self) -> bool {
-        let functions = self.optics.weights.len();
+        let functions = self.uncertain();
         self.optics.is_consistent()
+            && self.uncertain_functions.iter().all(UncertainFunctions::is_consistent)
             && self.weight_covariance.is_sound(functions)
             && self.follow.iter().all(|follow| follow.len() == functions * PARAMETERS)
             && self.lens_covariance.len() == PARAMETERS * PARAMETERS
@@ -332,7 +328,6 @@ impl NeuralCameraModel {
                 .chain(self.follow.iter().flatten())
                 .all(|value| value.is_finite())
             && self.effective.is_finite()
-            && self.error_bar_settings.iter().flat_map(|set| set.logs).all(f64::is_finite)
             && self.modes.iter().all(|mode| mode.is_consistent(functions))
     }
 }
