@@ -1,6 +1,7 @@
 //! Cameras that learn what their lenses do, in worlds of many optics.
 
-use crate::worlds::{chart, charts};
+use crate::worlds::{chart, charts, world};
+use serde_json::{Value, json};
 use std::ops::Range;
 use wheatstone_core::{
     Error,
@@ -236,6 +237,49 @@ fn same_input_same_bits_and_a_file_brings_all_back() {
     }
     let none: NeuralCameraReconstructor = serde_json::from_str("{\"cameras\":[]}").unwrap();
     assert!(!none.is_consistent());
+}
+
+/// A camera without functions, as programs wrote it that knew fewer settings.
+#[test]
+fn files_of_earlier_programs_are_read() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let new = fitted(&charts(&rig, Stage::default(), Noise::Normal(0.1), 100));
+    let mut text = serde_json::to_value(&new).unwrap();
+    for camera in text["cameras"].as_array_mut().unwrap() {
+        camera.as_object_mut().unwrap().remove("uncertain_functions").unwrap();
+        camera["settings"]["logs"].as_array_mut().unwrap().truncate(9);
+        camera["weight_covariance"] = json!([]);
+        camera["follow"] = json!([[], []]);
+        camera["optics"]["weights"] = json!([]);
+        let field = camera["optics"]["field"].as_object_mut().unwrap();
+        field.remove("distortion");
+        (field["waves"], field["parallax"]) = (json!([]), json!([]));
+    }
+    let mut with_settings = text.clone();
+    with_settings["cameras"][0]["error_bar_settings"] = json!({ "logs": vec![0.0; 9] });
+    for text in [text, with_settings] {
+        let old: NeuralCameraReconstructor = serde_json::from_value(text).unwrap();
+        assert!(old.is_consistent());
+        let world = Point3::new(3.0, -2.0, 90.0);
+        let [(old, bars), (new, wanted)] = [old, new.clone()].map(|c| c.predict(1, world).unwrap());
+        // The rig has lenses without anything to correct.
+        assert!((old - new).norm() < 0.1, "{old} for {new}");
+        assert!(bars[(0, 0)] > 0.8 * wanted[(0, 0)], "{bars} for {wanted}");
+    }
+    let mut short = serde_json::to_value(&new).unwrap();
+    short["cameras"][0]["settings"]["logs"].as_array_mut().unwrap().truncate(8);
+    assert!(serde_json::from_value::<NeuralCameraReconstructor>(short).is_err());
+}
+
+/// The wall of a round tank bends rays along one axis, which radial terms do not have.
+#[test]
+fn cameras_before_a_round_tank_have_distortion_and_plain_ones_do_not() {
+    for (name, is_curved) in [("tube", true), ("paper", false), ("fisheye", false)] {
+        let file = serde_json::to_value(fitted(&world(name, 2).2)).unwrap();
+        let mut cameras = file["cameras"].as_array().unwrap().iter();
+        let is_distorted = |camera: &Value| !camera["optics"]["field"]["distortion"].is_null();
+        assert_eq!(cameras.any(is_distorted), is_curved, "{name}");
+    }
 }
 
 #[test]

@@ -1,12 +1,13 @@
-//! The functions from which the correction of a camera is built: smooth waves over the picture, for
-//! what the lens does to a direction, and low polynomials times the nearness, for rays that do not
-//! meet in one point.
+//! The functions from which the correction of a camera is built: smooth waves over the picture and low
+//! polynomials, for what the lens does to a direction, and low polynomials times the nearness, for rays that
+//! do not meet in one point.
 //!
 //! The waves are the cosines of a box about the points, the eigenfunctions of the Laplacian with flat
 //! borders: with variances from the spectral density of a kernel their sum is a Gaussian process
 //! (Solin & Sarkka 2020, doi:10.1007/s11222-019-09886-w). A straight ray that misses the centre by an
-//! offset o is seen, at distance d, displaced by o / d: linear in the nearness 1 / d, so the second
-//! kind needs nothing steeper.
+//! offset o is seen, at distance d, displaced by o / d: linear in the nearness 1 / d, so the last
+//! kind needs nothing steeper. What a curved window does to a direction is a series in the angle's powers,
+//! which goes on beyond the points where waves can only end.
 
 use crate::geometry::Pixel;
 use nalgebra::Vector3;
@@ -18,6 +19,11 @@ use std::ops::RangeInclusive;
 /// (doi:10.1007/s11222-022-10167-2) advise for this kernel.
 const MARGIN: f64 = 1.2;
 
+/// Degrees of the polynomials of the picture. Those below are the lens in another place and of another focal
+/// length; the third is the first that bends a centred lens, here along each axis by itself. With degrees to the
+/// fifth points beyond the charts err by more, and searches for settings take half as long again.
+const DISTORTION_DEGREES: RangeInclusive<usize> = 2..=3;
+
 /// Highest degree of the polynomials beside the nearness. Each degree brings at most a factor of the
 /// widest angle, so with half a radian the fifth would be a sixteenth of the first.
 const PARALLAX_DEGREE: usize = 4;
@@ -26,9 +32,10 @@ const PARALLAX_DEGREE: usize = 4;
 /// but too badly told by the points to be fitted.
 const MOST_DEGREE: usize = 6;
 
-/// Error bars let polynomials go on as far as this, where a fit keeps to [`MARGIN`]. Measured on the synthetic
+/// Distortion goes on as far as this, and so do all polynomials for error bars, where those of a fit beside the
+/// nearness keep to [`MARGIN`]: displaced charts would bend them beyond the points. Measured on the synthetic
 /// rigs: to 1.5 the error bars behind a port are too small.
-const UNCERTAIN_MARGIN: f64 = 2.0;
+const FAR_MARGIN: f64 = 2.0;
 
 /// Which functions of picture and nearness there are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,7 +49,10 @@ pub(super) struct Field {
     pub(super) view: f64,
     /// Half waves along x and y, a wave each.
     pub(super) waves: Vec<[usize; 2]>,
-    /// Degrees in x and y, a polynomial each; after the waves.
+    /// Degrees in x and y, a polynomial of the picture each; after the waves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) distortion: Vec<[usize; 2]>,
+    /// Degrees in x and y, a polynomial beside the nearness each; after those.
     pub(super) parallax: Vec<[usize; 2]>,
 }
 
@@ -67,15 +77,21 @@ impl Field {
             let half = 0.5 * (high[axis] - low[axis]);
             if half > 0.0 { half } else { 1.0 }
         });
-        let mut field = Self { centre, half, view, waves: Vec::new(), parallax: Vec::new() };
+        let mut field = Self {
+            centre,
+            half,
+            view,
+            waves: Vec::new(),
+            distortion: polynomials(DISTORTION_DEGREES).collect(),
+            // A displacement that is the same everywhere is the lens in another place.
+            parallax: polynomials(1..=PARALLAX_DEGREE).collect(),
+        };
         // A wave is not among the longest where those that are as long both ways are too many.
         let mut waves: Vec<[usize; 2]> =
             (0..most).flat_map(|x| (0..most / (x + 1)).map(move |y| [x, y])).collect();
         waves.sort_by(|a, b| field.frequency(*a).total_cmp(&field.frequency(*b)).then(a.cmp(b)));
         waves.truncate(most);
         field.waves = waves;
-        // A displacement that is the same everywhere is the lens in another place.
-        field.parallax.extend(polynomials(1..=PARALLAX_DEGREE));
         field
     }
 
@@ -92,7 +108,7 @@ impl Field {
 
     /// Number of functions.
     pub(super) fn len(&self) -> usize {
-        self.waves.len() + self.parallax.len()
+        self.waves.len() + self.distortion.len() + self.parallax.len()
     }
 
     /// Angular frequency of a wave, in radians a unit of [`Field::unit`].
@@ -133,8 +149,7 @@ impl Field {
 
     /// Every function at a place, for error bars: beyond the box polynomials go on a little.
     pub(super) fn uncertain_values(&self, pixel: Pixel, nearness: f64) -> Vec<f64> {
-        let mut functions =
-            Functions { polynomial_margin: UNCERTAIN_MARGIN, ..Functions::new(self) };
+        let mut functions = Functions { polynomial_margin: FAR_MARGIN, ..Functions::new(self) };
         plain_values(functions.at(pixel, nearness))
     }
 
@@ -165,18 +180,23 @@ impl Field {
 
     /// The field with these functions only, in ascending order.
     pub(super) fn pruned(&self, kept: &[usize]) -> Self {
-        let split = self.waves.len();
         let part = |list: &[[usize; 2]], first: usize| {
             kept.iter().filter_map(|index| list.get(index.checked_sub(first)?).copied()).collect()
         };
-        Self { waves: part(&self.waves, 0), parallax: part(&self.parallax, split), ..self.clone() }
+        let (after_waves, last) = (self.waves.len(), self.len() - self.parallax.len());
+        Self {
+            waves: part(&self.waves, 0),
+            distortion: part(&self.distortion, after_waves),
+            parallax: part(&self.parallax, last),
+            ..self.clone()
+        }
     }
 
     pub(super) fn is_consistent(&self) -> bool {
         self.centre.iter().all(|value| value.is_finite())
             && self.half.iter().all(|value| value.is_finite() && *value > 0.0)
             && self.waves.iter().flatten().all(|count| *count <= MOST_HALF_WAVES)
-            && self.parallax.iter().all(|[x, y]| x + y <= MOST_DEGREE)
+            && self.distortion.iter().chain(&self.parallax).all(|[x, y]| x + y <= MOST_DEGREE)
     }
 }
 
@@ -209,14 +229,19 @@ impl<'a> Functions<'a> {
         let [x, y, near] = self.field.place(pixel, nearness);
         cosines(x / MARGIN, &mut self.cosines[0]);
         cosines(y / MARGIN, &mut self.cosines[1]);
-        let powers = [x, y].map(|place| legendre(place, self.polynomial_margin));
-        let Field { waves, parallax, half, .. } = self.field;
+        let Field { waves, distortion, parallax, half, .. } = self.field;
         let (by_x, by_y) = (1.0 / half[0], 1.0 / half[1]);
         self.values.clear();
         self.values.extend(waves.iter().map(|[i, j]| {
             let ((a, slope_a), (b, slope_b)) = (self.cosines[0][*i], self.cosines[1][*j]);
             [a * b, slope_a * b * by_x / MARGIN, a * slope_b * by_y / MARGIN, 0.0]
         }));
+        let powers = [x, y].map(|place| legendre(place, FAR_MARGIN));
+        self.values.extend(distortion.iter().map(|[i, j]| {
+            let ((a, slope_a), (b, slope_b)) = (powers[0][*i], powers[1][*j]);
+            [a * b, slope_a * b * by_x, a * slope_b * by_y, 0.0]
+        }));
+        let powers = [x, y].map(|place| legendre(place, self.polynomial_margin));
         self.values.extend(parallax.iter().map(|[i, j]| {
             let ((a, slope_a), (b, slope_b)) = (powers[0][*i], powers[1][*j]);
             [near * a * b, near * slope_a * b * by_x, near * a * slope_b * by_y, a * b / half[2]]

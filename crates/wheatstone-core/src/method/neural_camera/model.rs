@@ -16,7 +16,7 @@ use crate::{
     method::{PlacedCamera, lens_numbers::LensNumbers},
 };
 use nalgebra::{DMatrix, DVectorView, Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::IgnoredAny};
 use wheatstone_numeric::{
     covariance::{Covariance, square_root},
     progress::Progress,
@@ -145,6 +145,9 @@ pub(super) struct NeuralCameraModel {
     /// Those whose weights are uncertain: in models without them, those of the optics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     uncertain_functions: Option<UncertainFunctions>,
+    /// Some models hold this instead.
+    #[serde(default, skip_serializing)]
+    error_bar_settings: IgnoredAny,
     /// Of the uncertain functions' weights along x (as along y) with the lens held fixed, its lower triangle row by row.
     weight_covariance: Covariance,
     /// By how much those weights along x and y fall when the lens's numbers rise, weight by weight.
@@ -172,6 +175,7 @@ impl NeuralCameraModel {
             settings: fitted.settings,
             effective: fitted.effective,
             uncertain_functions: Some(UncertainFunctions::of(&state.field, uncertainty)),
+            error_bar_settings: IgnoredAny,
             weight_covariance: Covariance::of(&uncertainty.covariance()),
             follow: [0, 1]
                 .map(|axis: usize| uncertainty.follow[axis].transpose().as_slice().to_vec()),

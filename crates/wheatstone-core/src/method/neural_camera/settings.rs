@@ -4,7 +4,7 @@ use super::{
     correction_basis::Field,
     lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL, PARAMETERS},
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use std::ops::Range;
 
 /// A function's prior variance in squared pixels, and the derivatives of its logarithm by the
@@ -16,12 +16,26 @@ pub(super) type Variance = (f64, [(usize, f64); 2]);
 #[serde(deny_unknown_fields)]
 pub(super) struct Settings {
     /// Natural logarithms of, in this order: the pixel noise (px); the standard deviations of a
-    /// pixel's shape, of the principal point (focal lengths), of the radial and the tangential terms; the waves' (px) and their length (units
-    /// of the field); the parallax' (px) and the share of it that each degree keeps.
+    /// pixel's shape, of the principal point (focal lengths), of the radial and the tangential terms; the waves' (px)
+    /// and their length (units of the field); the parallax' (px) and the share of it that each degree keeps; the
+    /// distortion's (px), of which each degree keeps as much as half the field of view has radians.
+    #[serde(deserialize_with = "with_or_without_distortion")]
     pub(super) logs: [f64; SETTINGS],
 }
 
-pub(super) const SETTINGS: usize = 9;
+/// Settings of cameras before there were polynomials of the picture end with those of the parallax.
+fn with_or_without_distortion<'de, D: Deserializer<'de>>(
+    from: D,
+) -> Result<[f64; SETTINGS], D::Error> {
+    let mut logs = Vec::deserialize(from)?;
+    if logs.len() == DISTORTION {
+        logs.push(libm::log(NO_DISTORTION));
+    }
+    let count = logs.len();
+    logs.try_into().map_err(|_| D::Error::invalid_length(count, &"the settings of a camera"))
+}
+
+pub(super) const SETTINGS: usize = 10;
 pub(super) const NOISE: usize = 0;
 const SHAPE: usize = 1;
 const PRINCIPAL: usize = 2;
@@ -31,13 +45,18 @@ pub(super) const WAVES: usize = 5;
 pub(super) const LENGTH: usize = 6;
 pub(super) const PARALLAX: usize = 7;
 const DECAY: usize = 8;
+pub(super) const DISTORTION: usize = 9;
+
+/// Amplitude of the distortion, in pixels, of a camera that has none.
+const NO_DISTORTION: f64 = 1e-6;
 
 /// The settings that only the field has.
 pub(super) const OF_FIELD: Range<usize> = WAVES..SETTINGS;
 
 impl Settings {
     /// Lowest and highest values of the settings (not their logarithms). Noise: a thousandth of a
-    /// pixel is better than any detector. Lengths: beyond twice the picture a wave is a constant.
+    /// pixel is better than any detector. Lengths: beyond twice the picture a wave is a constant. Distortion of the
+    /// lowest amplitude has no freedom, and stays there.
     const BOUNDS: [[f64; 2]; SETTINGS] = [
         [1e-3, 100.0],
         [1e-4, 1.0],
@@ -48,17 +67,19 @@ impl Settings {
         [0.05, 4.0],
         [1e-4, 100.0],
         [0.03, 1.0],
+        [NO_DISTORTION, 100.0],
     ];
 
     /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
     /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
-    /// by hundredths; corrections are of the order of a pixel to ten.
+    /// by hundredths; corrections are of the order of a pixel to ten, and what distortion is left beside them is of
+    /// about a pixel.
     const SCALES: [f64; SETTINGS] =
-        [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY];
+        [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY, 1.0];
 
     /// Where a search begins, for points that the bare camera misses by `noise` pixels.
     pub(super) fn start(noise: f64) -> Self {
-        let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4];
+        let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4, NO_DISTORTION];
         Self { logs: values.map(libm::log) }
     }
 
@@ -87,12 +108,17 @@ impl Settings {
             let variance = self.value(WAVES).powi(2) * density / area;
             (variance, [(WAVES, 2.0), (LENGTH, 2.0 - turns)])
         });
+        let distortion = field.distortion.iter().map(|[x, y]| {
+            let degree = (x + y) as f64 - 2.0;
+            let log = 2.0 * self.logs[DISTORTION] + 2.0 * degree * libm::log(field.view);
+            (libm::exp(log), [(DISTORTION, 2.0), (DISTORTION, 0.0)])
+        });
         let parallax = field.parallax.iter().map(|[x, y]| {
             let degree = 2.0 * (x + y) as f64 - 2.0;
             let log = 2.0 * self.logs[PARALLAX] + degree * self.logs[DECAY];
             (libm::exp(log), [(PARALLAX, 2.0), (DECAY, degree)])
         });
-        waves.chain(parallax).collect()
+        waves.chain(distortion).chain(parallax).collect()
     }
 
     /// Precision of a number that is expected near 0, and the setting that gives it. What follows
