@@ -42,7 +42,8 @@ pub(crate) fn seen(
         missed
     };
     let of_row = |y: usize| {
-        let (mut seen, mut found) = (Seen::new(pairs.len()), Vec::with_capacity(pairs.len()));
+        let mut seen = Seen::with_room(pairs.len(), width);
+        let mut found = Vec::with_capacity(pairs.len());
         let row = lattices[0].as_ref().map(|lattice| lattice.row(y as f64));
         for x in 0..width {
             let at = (x as f64, y as f64);
@@ -57,7 +58,8 @@ pub(crate) fn seen(
         seen
     };
     let of_rows: Vec<Seen> = rows.into_par_iter().map(of_row).collect();
-    let mut seen = Seen::new(pairs.len());
+    let pixels = of_rows.iter().map(|row| row.places.len()).sum();
+    let mut seen = Seen::with_room(pairs.len(), pixels);
     of_rows.into_iter().for_each(|row| seen.append(row));
     seen
 }

@@ -58,21 +58,6 @@ impl Matches {
         }
     }
 
-    /// Those at these places in the list.
-    pub(crate) fn part(&self, indices: &[usize]) -> Self {
-        let of = |columns: &[[Vec<f64>; 2]]| -> Vec<[Vec<f64>; 2]> {
-            let taken = |column: &Vec<f64>| indices.iter().map(|index| column[*index]).collect();
-            columns.iter().map(|pair| pair.each_ref().map(taken)).collect()
-        };
-        Self {
-            cameras: self.cameras.clone(),
-            pixels: of(&self.pixels),
-            pixel_sigma: self.pixel_sigma,
-            deviations: of(&self.deviations),
-            directions: of(&self.directions),
-        }
-    }
-
     pub(crate) fn len(&self) -> usize {
         self.pixels[0][0].len()
     }

@@ -67,15 +67,16 @@ impl<'a> PointEstimator<'a> {
         each.map(|index| self.point(matches, index, (&located, &moved))).collect()
     }
 
-    /// Whether pixels show what the calibration was shown.
-    pub(crate) fn trust(&self, matches: &Matches) -> Vec<Trust> {
+    /// Whether these pixels of cameras show what the calibration was shown.
+    pub(crate) fn trust(&self, cameras: &[usize], pixels: &[[Vec<f64>; 2]]) -> Vec<Trust> {
         /// So many points at a time.
         const PART: usize = 4096;
-        let nothing = vec![f64::NAN; matches.len()];
-        let columns = columns(self.model, &matches.cameras, &matches.pixels, &nothing);
-        let parts: Vec<_> = (0..matches.len()).step_by(PART).collect();
+        let count = pixels[0][0].len();
+        let nothing = vec![f64::NAN; count];
+        let columns = columns(self.model, cameras, pixels, &nothing);
+        let parts: Vec<_> = (0..count).step_by(PART).collect();
         let of_part = |first: &usize| {
-            let part = *first..matches.len().min(first + PART);
+            let part = *first..count.min(first + PART);
             self.model.volume.trust_columns(&columns.part(part))
         };
         parts.par_iter().flat_map(of_part).collect()

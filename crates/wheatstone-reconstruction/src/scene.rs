@@ -4,7 +4,6 @@ use crate::{
     cloud::Cloud,
     consensus::agreed,
     dense,
-    matches::Matches,
     pair::RectifiedPair,
     rims::drop_rims,
     scene_points::{ScenePoints, cameras},
@@ -19,7 +18,7 @@ use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{DisparityMap, PairFault};
 
 /// Rows of a picture that are worked out together: what is between disparities and points stays in little memory.
-const BAND: usize = 64;
+const BAND: usize = 32;
 
 /// Two or more cameras of a model, made ready to reconstruct what they see.
 ///
@@ -289,16 +288,11 @@ impl<'a> SceneReconstructor<'a> {
         let mut cloud =
             Cloud { pixels: vec![Vec::new(); self.settings.cameras.len()], ..Cloud::default() };
         let least = self.settings.least_confidence;
+        let cameras = cameras(&self.pairs);
         for seen in seen {
             progress.check()?;
             let seen = agreed(&self.pairs, &points.map, seen, least);
-            let mut matches =
-                Matches { pixel_sigma: seen.pixel_sigma, ..Matches::new(cameras(&self.pairs)) };
-            for (index, reference) in seen.reference.iter().enumerate() {
-                let others = seen.found.iter().map(|pair| pair[index]);
-                matches.push(*reference, others.map(|found| found.map(|found| found.at)));
-            }
-            for (index, point) in points.locate(&seen, &matches).into_iter().enumerate() {
+            for (index, point) in points.locate(&cameras, &seen).into_iter().enumerate() {
                 let Some(point) = point else { continue };
                 let sigmas = [0, 1, 2].map(|axis| point.covariance[(axis, axis)].sqrt());
                 let is_sure = |most: f64| sigmas.iter().all(|sigma| *sigma <= most);
@@ -311,8 +305,8 @@ impl<'a> SceneReconstructor<'a> {
                 cloud.sigmas.push(sigmas.map(|sigma| sigma as f32));
                 cloud.confidence.push(seen.confidence[index]);
                 cloud.colours.push(reference.nearest(seen.reference[index]));
-                for (side, camera) in matches.cameras.iter().enumerate() {
-                    let pixel = matches.pixel(side, index).map(|value| value as f32);
+                for (side, camera) in cameras.iter().enumerate() {
+                    let pixel = seen.pixel(side, index).map(|value| value as f32);
                     cloud.pixels[self.order(*camera)].push(pixel);
                 }
                 cloud.trust.push(point.trust);

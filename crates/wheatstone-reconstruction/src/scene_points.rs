@@ -34,21 +34,28 @@ impl<'a> ScenePoints<'a> {
         Self { map: made_ready(model, pairs), lattices: pairs.iter().map(|_| None).collect() }
     }
 
-    /// Locates what pairs see, and `matches` say the same; `None` for what means no point.
-    pub(crate) fn locate(&self, seen: &Seen, matches: &Matches) -> Vec<Option<Point>> {
-        let trust = self.map.trust(matches);
+    /// Locates what pairs see of these cameras' pixels; `None` for what means no point.
+    pub(crate) fn locate(&self, cameras: &[usize], seen: &Seen) -> Vec<Option<Point>> {
+        let trust = self.map.trust(cameras, &seen.pixels());
         let of_lattice = |index: usize| {
-            let mut found = seen.found.iter().filter_map(|pair| pair[index]);
+            let mut found = seen.found.iter().filter_map(|pair| pair[index].as_ref());
             let (only, other) = (found.next()?, found.next());
-            let PairPoint { place, slope, calibration } = only.point.filter(|_| other.is_none())?;
+            let point = only.point.as_ref().filter(|_| other.is_none())?;
+            let PairPoint { place, slope, calibration } = *point;
             let covariance = calibration + slope * slope.transpose() * (only.sigma * only.sigma);
             let is_known = covariance.iter().chain(place.iter()).all(|value| value.is_finite());
             is_known.then_some(Point { place, covariance, trust: trust[index] })
         };
-        let each = (0..matches.len()).into_par_iter();
+        let each = (0..seen.places.len()).into_par_iter();
         let mut points: Vec<Option<Point>> = each.map(of_lattice).collect();
         let rest: Vec<usize> = (0..points.len()).filter(|index| points[*index].is_none()).collect();
-        for (index, point) in rest.iter().zip(self.map.locate(&matches.part(&rest))) {
+        let matches = Matches::new(cameras.to_vec());
+        let mut matches = Matches { pixel_sigma: seen.pixel_sigma, ..matches };
+        for index in &rest {
+            let others = seen.found.iter().map(|pair| Some(pair[*index].as_ref()?.at));
+            matches.push(seen.reference[*index], others);
+        }
+        for (index, point) in rest.iter().zip(self.map.locate(&matches)) {
             points[*index] = point;
         }
         points

@@ -43,10 +43,19 @@ pub(crate) struct PairPoint {
 
 impl Seen {
     pub(crate) fn new(pairs: usize) -> Self {
-        let found = vec![Vec::new(); pairs];
-        let (places, reference) = (Vec::new(), Vec::new());
-        let (confidence, missed) = (Vec::new(), Vec::new());
-        Self { places, reference, confidence, missed, pixel_sigma: None, found }
+        Self::with_room(pairs, 0)
+    }
+
+    /// With room for so many pixels.
+    pub(crate) fn with_room(pairs: usize, pixels: usize) -> Self {
+        Self {
+            places: Vec::with_capacity(pixels),
+            reference: Vec::with_capacity(pixels),
+            confidence: Vec::with_capacity(pixels),
+            missed: Vec::with_capacity(pixels),
+            pixel_sigma: None,
+            found: (0..pairs).map(|_| Vec::with_capacity(pixels)).collect(),
+        }
     }
 
     /// Adds a pixel, and what each pair has; its confidence is that of the surest pair.
@@ -61,6 +70,20 @@ impl Seen {
         self.reference.push(reference);
         self.confidence.push(sure);
         self.found.iter_mut().zip(found).for_each(|(pair, found)| pair.push(*found));
+    }
+
+    /// Where a camera has a pixel, the reference camera first; NaN where it has none.
+    pub(crate) fn pixel(&self, side: usize, index: usize) -> [f64; 2] {
+        let Some(pair) = side.checked_sub(1) else { return self.reference[index] };
+        self.found[pair][index].as_ref().map_or([f64::NAN; 2], |found| found.at.pixel)
+    }
+
+    /// x and y of all pixels of each camera.
+    pub(crate) fn pixels(&self) -> Vec<[Vec<f64>; 2]> {
+        let column = |side: usize, axis: usize| {
+            (0..self.places.len()).map(|index| self.pixel(side, index)[axis]).collect()
+        };
+        (0..=self.found.len()).map(|side| [column(side, 0), column(side, 1)]).collect()
     }
 
     /// Adds what others are, after these.

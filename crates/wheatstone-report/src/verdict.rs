@@ -147,9 +147,10 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
     }
     if let Some(held) = share_at_70(report) {
         let too_small = if held < HONEST { ": they are too small" } else { "" };
+        // Cut, not rounded: what is below the limit looks so.
+        let held = (1000.0 * held).floor() / 10.0;
         reasons.push(format!(
-            "The 70 % error ellipsoids contain {} of the true points{too_small}.",
-            percent(held)
+            "The 70 % error ellipsoids contain {held:.1} % of the true points{too_small}."
         ));
     }
     if accuracy.located < accuracy.n {
