@@ -1,9 +1,6 @@
 //! Every point located by a fit that has not seen it.
 
-use super::{
-    cameras::expected,
-    sections::{LocatedFigures, PointFigures, ViewFigures},
-};
+use super::sections::{LocatedFigures, PointFigures, ViewFigures};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -103,7 +100,7 @@ impl<'a> Scene<'a> {
     ) -> Vec<Option<[f64; 2]>> {
         let miss = |camera: usize| {
             let (seen, world) = (row.pixels[camera]?, row.world?);
-            let by = match expected(map, camera, world) {
+            let by = match map.project(camera, world) {
                 Some(pixel) => pixel - seen,
                 None => {
                     let matrix = self.matrices[camera].as_ref()?;

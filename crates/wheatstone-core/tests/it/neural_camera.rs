@@ -255,8 +255,17 @@ fn files_of_earlier_programs_are_read() {
         field.remove("distortion");
         (field["waves"], field["parallax"]) = (json!([]), json!([]));
     }
+    // Waves of one pixel and of length 1, of which nothing is known beyond the charts.
     let mut with_settings = text.clone();
-    with_settings["cameras"][0]["error_bar_settings"] = json!({ "logs": vec![0.0; 9] });
+    for camera in with_settings["cameras"].as_array_mut().unwrap() {
+        camera["error_bar_settings"] = json!({ "logs": vec![0.0; 9] });
+    }
+    let far = Point3::new(80.0, 0.0, 90.0);
+    let [without, with] = [&text, &with_settings].map(|text| {
+        let old: NeuralCameraReconstructor = serde_json::from_value(text.clone()).unwrap();
+        old.predict(1, far).unwrap().1
+    });
+    assert!(with[(0, 0)] > without[(0, 0)] + 1.0, "{with} for {without}");
     for text in [text, with_settings] {
         let old: NeuralCameraReconstructor = serde_json::from_value(text).unwrap();
         assert!(old.is_consistent());

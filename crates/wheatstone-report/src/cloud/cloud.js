@@ -35,7 +35,7 @@
   const depth = Float32Array.from({ length: count }, (_, i) => basis[2].reduce((sum, v, k) => sum + v * (position(i, k) - origin[k]), 0));
 
   const view = space.open(data.cloud, world, count, {
-    side: [0.35, 0.22, 0.91], pointsFirst: true, antialias: false, hint: "drag to turn, wheel to zoom, click on a point",
+    side: [0.35, 0.22, 0.91], farther: 4 / 3, antialias: false, hint: "drag to turn, wheel to zoom, click on a point",
   });
   const { place, stage, ask } = view;
 

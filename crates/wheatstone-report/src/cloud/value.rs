@@ -1,7 +1,8 @@
 //! What a page of points is made of.
 
-use crate::plot::space::Frustum;
+use crate::plot::space::{Frustum, corners};
 use serde::{Deserialize, Serialize};
+use wheatstone_core::geometry::{Pixel, Point3, Vector3};
 use wheatstone_numeric::random::Random;
 
 /// A camera of a [`SceneCloud`].
@@ -12,8 +13,24 @@ pub struct CloudCamera {
     /// Its centre in the world, in the unit of the points, where it is known.
     pub centre: Option<[f64; 3]>,
     /// Unit vectors, in the world, in which the corners of its picture look: top left, top right,
-    /// bottom right, bottom left. Empty where they are not known.
+    /// bottom right, bottom left. Their mean is where the camera looks, so each has to be less than a right angle from
+    /// it. Empty where they are not known.
     pub corners: Vec<[f64; 3]>,
+}
+
+impl CloudCamera {
+    /// A camera whose pixels look where `look` says. `area` is left, top, right and bottom of its picture, in pixels. Corners that look
+    /// more than 65 degrees from the middle are drawn there.
+    #[must_use]
+    pub fn looking(
+        name: String,
+        centre: Option<Point3>,
+        area: [f64; 4],
+        look: impl Fn(Pixel) -> Option<Vector3>,
+    ) -> Self {
+        let corners = corners(area, look).into_iter().flatten().map(Into::into).collect();
+        Self { name, centre: centre.map(Into::into), corners }
+    }
 }
 
 /// Points that were reconstructed from pixels of several cameras. Lists other than `points` may be

@@ -18,7 +18,7 @@
   const cameras = data.cameras;
   const MOST_MOVING = 6000;
   const view = space.open(scene3, world, count, {
-    side: [0.78, 0.5, 0.62], antialias: count < 2000, hint: "drag to turn, wheel to zoom, N for the largest error",
+    side: [0.78, 0.5, 0.62], farther: 3.5, antialias: count < 2000, hint: "drag to turn, wheel to zoom, N for the largest error",
   });
   const { place, size, turn, scene, canvas, ask } = view;
   const [right, up, forward] = scene3.basis;

@@ -38,7 +38,8 @@ const space = (() => {
   };
 
   // Opens the view of `count` places, `world` from the frame's centre, three numbers each. Of `how`, `side` is the
-  // direction from which the eye looks at first, `antialias` whether edges are smoothed, `hint` what to do once the view is active.
+  // direction from which the eye looks at first, `farther` how many times as far away it may stand to have the cameras on the
+  // stage too, `antialias` whether edges are smoothed, `hint` what to do once the view is active.
   const open = (frame, world, count, how) => {
     const cameras = data.cameras;
     const [right, up, forward] = frame.basis;
@@ -72,13 +73,14 @@ const space = (() => {
 
     // Cameras as pyramids.
     const inCentre = (p) => turn(p[0] - frame.centre[0], p[1] - frame.centre[1], p[2] - frame.centre[2]);
-    const frusta = [], stands = [];
+    const frusta = [], stands = [], outlines = [];
     for (const camera of cameras) {
       if (!camera.centre) { stands.push(null); continue; }
       const from = inCentre(camera.centre);
       stands.push(new THREE.Vector3(...from));
       const reach = 0.16;
       const ends = camera.corners.map((c) => turn(c[0] * size * reach, c[1] * size * reach, c[2] * size * reach).map((v, k) => v + from[k]));
+      outlines.push(...[from, ...ends].map((p) => new THREE.Vector3(...p)));
       ends.forEach((end, k) => { frusta.push(...from, ...end, ...end, ...ends[(k + 1) % ends.length]); });
       // A mark on the upper edge, so that upside-down cameras show.
       if (ends.length === 4) {
@@ -148,28 +150,35 @@ const space = (() => {
     // Where the eye goes: as near as all of it fits. Places far beyond the extent do not count.
     const from = new THREE.Vector3(...how.side).normalize();
     const across = new THREE.Vector3(0, 1, 0).cross(from).normalize(), above = from.clone().cross(across);
-    const visible = stands.filter(Boolean);
     const some = [];
     for (let i = 0; i < count; i += Math.ceil(count / 5000)) {
       const p = new THREE.Vector3(...place.subarray(3 * i, 3 * i + 3));
       if (p.length() < 1.001) some.push(p);
     }
     some.push(...tips);
-    const distant = visible.some((stand) => stand.length() > 6);
-    const look = (whole) => {
-      const all = whole ? some.concat(visible) : some;
-      const ends = [across, above, from].map((axis) => all.map((p) => p.dot(axis)).reduce(([l, h], v) => [Math.min(l, v), Math.max(h, v)], [Infinity, -Infinity]));
-      orbit.target.set(0, 0, 0);
-      if (all.length) [across, above, from].forEach((axis, k) => orbit.target.addScaledVector(axis, (ends[k][0] + ends[k][1]) / 2));
+    // Where the eye stands, and what it looks at, to have all these places on the stage.
+    const framing = (places) => {
+      const target = new THREE.Vector3();
+      for (const axis of places.length ? [across, above, from] : []) {
+        const along = places.map((p) => p.dot(axis));
+        target.addScaledVector(axis, (Math.min(...along) + Math.max(...along)) / 2);
+      }
       const slope = Math.tan((eye.fov * Math.PI) / 360) * 0.86;
       let distance = 0.2;
-      for (const p of all) {
-        const v = p.clone().sub(orbit.target);
+      for (const p of places) {
+        const v = p.clone().sub(target);
         distance = Math.max(distance, v.dot(from) + Math.max(Math.abs(v.dot(across)) / eye.aspect, Math.abs(v.dot(above))) / slope);
       }
-      eye.position.copy(orbit.target).addScaledVector(from, distance);
+      return { target, distance };
+    };
+    const look = (whole) => {
+      const { target, distance } = framing(whole ? some.concat(outlines) : some);
+      orbit.target.copy(target);
+      eye.position.copy(target).addScaledVector(from, distance);
       orbit.update(); ask();
     };
+    // At first the cameras are looked at too, unless the places would then become too small.
+    const lookAtFirst = () => look(framing(some.concat(outlines)).distance < how.farther * framing(some).distance);
 
     let frames = 0, sized = false, before = () => {}, after = () => {};
     const at = new THREE.Vector3();
@@ -225,7 +234,7 @@ const space = (() => {
       renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
       renderer.setSize(w, h, false);
       eye.aspect = w / h; eye.updateProjectionMatrix();
-      if (!sized) { sized = true; look(!distant && !how.pointsFirst); }
+      if (!sized) { sized = true; lookAtFirst(); }
       draw();
     };
     new ResizeObserver(fit).observe(stage);

@@ -6,7 +6,7 @@ use crate::text::escape;
 use maud::{Markup, html};
 use serde::Serialize;
 use std::fmt::Write;
-use wheatstone_core::geometry::Vector3;
+use wheatstone_core::geometry::{Pixel, Vector3};
 
 /// A camera as its field of view.
 #[derive(Clone, Copy, Serialize)]
@@ -16,6 +16,30 @@ pub(crate) struct Frustum<'a> {
     pub(crate) centre: Option<[f64; 3]>,
     /// Unit vectors to the corners of its picture: top left, top right, bottom right, bottom left.
     pub(crate) corners: &'a [[f64; 3]],
+}
+
+/// The cosine and the sine of the angle from the middle of a picture beyond which fields of view are not drawn, 65
+/// degrees: at right angles a pyramid is flat, and beyond it looks back.
+const WIDEST: [f64; 2] = [0.422_618, 0.906_308];
+
+/// Unit vectors in which the corners of a picture look, clockwise from the top left one, each at most as far from the middle as fields of
+/// view are drawn. `area` is its left, top, right and bottom; `None` where a pixel looks nowhere.
+pub(crate) fn corners(
+    [left, top, right, bottom]: [f64; 4],
+    look: impl Fn(Pixel) -> Option<Vector3>,
+) -> Option<[Vector3; 4]> {
+    let unit = |x: f64, y: f64| look(Pixel::new(x, y))?.try_normalize(0.0);
+    let middle = unit((left + right) / 2.0, (top + bottom) / 2.0)?;
+    let corner = |x: f64, y: f64| {
+        let direction = unit(x, y)?;
+        let along = direction.dot(&middle);
+        if along >= WIDEST[0] {
+            return Some(direction);
+        }
+        let across = (direction - middle * along).try_normalize(0.0)?;
+        Some(middle * WIDEST[0] + across * WIDEST[1])
+    };
+    Some([corner(left, top)?, corner(right, top)?, corner(right, bottom)?, corner(left, bottom)?])
 }
 
 /// To the right, up and forward, as the cameras together see the world; unit vectors.

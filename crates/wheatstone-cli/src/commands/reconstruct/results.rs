@@ -161,14 +161,9 @@ fn page(
     let camera = |(camera, [width, height]): (&usize, &[u32; 2])| {
         let camera = *camera;
         let [right, bottom] = [*width, *height].map(|side| f64::from(side) - 0.5);
-        let corners = [[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]];
-        let looks = corners.map(|[x, y]| made.direction(camera, Pixel::new(x, y)));
-        let corners = looks.into_iter().collect::<Option<Vec<_>>>().unwrap_or_default();
-        CloudCamera {
-            name: format!("camera {}", camera + 1),
-            centre: made.centre(camera).map(|centre| [centre.x, centre.y, centre.z]),
-            corners: corners.into_iter().map(Into::into).collect(),
-        }
+        let (name, area) = (format!("camera {}", camera + 1), [-0.5, -0.5, right, bottom]);
+        let look = |pixel: Pixel| made.direction(camera, pixel);
+        CloudCamera::looking(name, made.centre(camera), area, look)
     };
     SceneCloud {
         title: title.into(),

@@ -32,6 +32,10 @@ const MOST_WAVES: usize = 120;
 /// Times that settings and linearisation take turns: two to follow each other, one to spare.
 const ROUNDS: usize = 3;
 
+/// Lengths of the waves, in units of the field, from which searches begin: the evidence may have two hills, of short
+/// waves and of long ones.
+const FIRST_LENGTHS: [f64; 2] = [0.25, 0.8];
+
 /// A gain in log evidence that is strong (Kass & Raftery 1995, doi:10.1080/01621459.1995.10476572) for distortion.
 /// Before a round tank nearly all cameras gain 2 to 24, others rarely more than 3: distortion that is let in for
 /// less makes points beyond the charts err by more.
@@ -74,7 +78,11 @@ pub(super) fn fit_state<'a>(
     let (state, Posterior { settings, .. }) = best.ok_or_else(undetermined)?;
     // Charts that stand elsewhere look like distortion.
     let is_certain = state.charts.is_none();
-    let choose = |sums: &Sums, field: &Field| best_settings(sums, field, (settings, is_certain));
+    let choose = |sums: &Sums, field: &Field| {
+        let plain = without_distortion(sums, field, settings, progress)?;
+        progress.check()?;
+        Ok(plain.map(|plain| if is_certain { with_distortion(sums, field, plain) } else { plain }))
+    };
     with_correction(state, choose, progress)
 }
 
@@ -86,37 +94,45 @@ pub(super) fn refit_state<'a>(
 ) -> Result<(State<'a>, Posterior)> {
     let (lens, field) = (lens.clone(), Field::none());
     let state = State { pairs, lens, field, weights: Vec::new(), charts: None };
-    let choose = |sums: &Sums, field: &Field| sums.climb(field, settings, Search::ALL);
+    let choose = |sums: &Sums, field: &Field| Ok(sums.climb(field, settings, Search::ALL));
     with_correction(state, choose, progress)
 }
 
-/// The settings of greatest evidence, from those of a camera without correction.
-fn best_settings(
+/// The settings of greatest evidence without distortion, from those of a camera without correction.
+fn without_distortion(
     sums: &Sums,
     field: &Field,
-    (bare, with_distortion): (Settings, bool),
-) -> Option<Posterior> {
-    // The evidence may have two hills: short waves and long ones.
-    let climbs = [0.25, 0.8].map(|length| {
+    bare: Settings,
+    progress: &dyn Progress,
+) -> Result<Option<Posterior>> {
+    let mut best: Option<Posterior> = None;
+    for length in FIRST_LENGTHS {
+        progress.check()?;
         let mut start = bare;
         start.logs[WAVES] = bare.logs[NOISE];
         start.logs[PARALLAX] = bare.logs[NOISE];
         start.logs[LENGTH] = libm::log(length);
-        sums.climb(field, start, Search::ALL)
-    });
-    let greater = |a: &Posterior, b: &Posterior| a.evidence.total_cmp(&b.evidence);
-    let plain = climbs.into_iter().flatten().max_by(greater)?;
+        let is_greater =
+            |found: &Posterior| best.as_ref().is_none_or(|other| found.evidence > other.evidence);
+        if let Some(found) = sums.climb(field, start, Search::ALL).filter(is_greater) {
+            best = Some(found);
+        }
+    }
+    Ok(best)
+}
+
+/// Those with distortion where the points ask for it, `plain` elsewhere.
+fn with_distortion(sums: &Sums, field: &Field, plain: Posterior) -> Posterior {
     let mut start = plain.settings;
     start.logs[DISTORTION] = start.logs[NOISE];
     let is_asked_for = |with: &Posterior| with.evidence - plain.evidence > CONVINCING;
-    let distorted = with_distortion.then(|| sums.climb(field, start, Search::ALL)).flatten();
-    Some(distorted.filter(is_asked_for).unwrap_or(plain))
+    sums.climb(field, start, Search::ALL).filter(is_asked_for).unwrap_or(plain)
 }
 
 /// Fits lens and correction together, with settings that are chosen by the sums about the bare lens.
 fn with_correction<'a>(
     mut state: State<'a>,
-    choose: impl Fn(&Sums, &Field) -> Option<Posterior>,
+    choose: impl Fn(&Sums, &Field) -> Result<Option<Posterior>>,
     progress: &dyn Progress,
 ) -> Result<(State<'a>, Posterior)> {
     state.lens = state.lens.seen_from_its_centre();
@@ -130,7 +146,7 @@ fn with_correction<'a>(
     state.weights = vec![[0.0; 2]; state.field.len()];
     let sums = state.sums().ok_or_else(undetermined)?;
     progress.check()?;
-    let first = choose(&sums, &state.field);
+    let first = choose(&sums, &state.field)?;
     let posterior = state.alternate(sums, first, Search::ALL, progress)?;
     Ok((state, posterior.ok_or_else(undetermined)?))
 }

@@ -16,7 +16,7 @@ use crate::{
     method::{PlacedCamera, lens_numbers::LensNumbers},
 };
 use nalgebra::{DMatrix, DVectorView, Matrix2, Matrix2x3, Matrix3x4, SMatrix, SVector, Vector2};
-use serde::{Deserialize, Serialize, de::IgnoredAny};
+use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{
     covariance::{Covariance, square_root},
     progress::Progress,
@@ -136,18 +136,15 @@ pub(super) struct PixelCovariance {
 
 /// Lens and correction, with the covariance of their numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "Stored")]
 pub(super) struct NeuralCameraModel {
     pub(super) optics: Optics,
     settings: Settings,
     /// Effective number of parameters.
     effective: f64,
     /// Those whose weights are uncertain: in models without them, those of the optics.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     uncertain_functions: Option<UncertainFunctions>,
-    /// Some models hold this instead.
-    #[serde(default, skip_serializing)]
-    error_bar_settings: IgnoredAny,
     /// Of the uncertain functions' weights along x (as along y) with the lens held fixed, its lower triangle row by row.
     weight_covariance: Covariance,
     /// By how much those weights along x and y fall when the lens's numbers rise, weight by weight.
@@ -155,8 +152,43 @@ pub(super) struct NeuralCameraModel {
     /// Of the lens's numbers, row by row.
     lens_covariance: Vec<f64>,
     /// What it does with the motions of charts whose places were found; none where they were known.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     modes: Vec<Mode>,
+}
+
+/// A camera as files have it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    optics: Optics,
+    settings: Settings,
+    effective: f64,
+    uncertain_functions: Option<UncertainFunctions>,
+    /// Where files were written when error bars had settings of their own, but the functions of the optics.
+    error_bar_settings: Option<Settings>,
+    weight_covariance: Covariance,
+    follow: [Vec<f64>; 2],
+    lens_covariance: Vec<f64>,
+    #[serde(default)]
+    modes: Vec<Mode>,
+}
+
+impl From<Stored> for NeuralCameraModel {
+    fn from(stored: Stored) -> Self {
+        let of_optics = |settings| UncertainFunctions::new(stored.optics.field.clone(), &settings);
+        let uncertain_functions =
+            stored.uncertain_functions.or_else(|| stored.error_bar_settings.map(of_optics));
+        Self {
+            uncertain_functions,
+            optics: stored.optics,
+            settings: stored.settings,
+            effective: stored.effective,
+            weight_covariance: stored.weight_covariance,
+            follow: stored.follow,
+            lens_covariance: stored.lens_covariance,
+            modes: stored.modes,
+        }
+    }
 }
 
 impl NeuralCameraModel {
@@ -175,7 +207,6 @@ impl NeuralCameraModel {
             settings: fitted.settings,
             effective: fitted.effective,
             uncertain_functions: Some(UncertainFunctions::of(&state.field, uncertainty)),
-            error_bar_settings: IgnoredAny,
             weight_covariance: Covariance::of(&uncertainty.covariance()),
             follow: [0, 1]
                 .map(|axis: usize| uncertainty.follow[axis].transpose().as_slice().to_vec()),

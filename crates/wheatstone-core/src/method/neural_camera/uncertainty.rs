@@ -9,7 +9,7 @@ use super::{
     correction_basis::Field,
     evidence::{Posterior, Search},
     fit::State,
-    settings::{Hyperprior, LENGTH, NOISE, SETTINGS, WAVES},
+    settings::{Hyperprior, LENGTH, NOISE, SETTINGS, Settings, WAVES},
 };
 use crate::geometry::Pixel;
 use serde::{Deserialize, Serialize};
@@ -30,10 +30,14 @@ pub(super) struct UncertainFunctions {
 }
 
 impl UncertainFunctions {
+    pub(super) fn new(field: Field, settings: &Settings) -> Self {
+        let [amplitude, length] = [WAVES, LENGTH].map(|setting| settings.value(setting));
+        Self { field, amplitude, length }
+    }
+
     /// Those of `field` that have freedom.
     pub(super) fn of(field: &Field, Posterior { settings, active, .. }: &Posterior) -> Self {
-        let [amplitude, length] = [WAVES, LENGTH].map(|setting| settings.value(setting));
-        Self { field: field.pruned(active), amplitude, length }
+        Self::new(field.pruned(active), settings)
     }
 
     /// How many there are.
