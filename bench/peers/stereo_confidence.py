@@ -3,31 +3,61 @@
     cargo build --release -p wheatstone-stereo --example match_pair
     python3 bench/peers/stereo_confidence.py target/release/examples/match_pair
 
-The confidence is a logistic regression, learnt from Middlebury's pairs and from renders (stereo_renders.py), every
+The confidence is a network with one hidden layer, learnt from Middlebury's pairs and from renders (stereo_renders.py), every
 pair with the same weight. It is judged on pairs that were left out. Standard deviations are learnt from renders, whose truth
 is exact. Needs numpy, scipy, pillow and scikit-learn.
 """
-import pathlib, re, sys
+import pathlib, re, sys, warnings
 import numpy as np
 from scipy.optimize import minimize
-from sklearn.linear_model import LogisticRegression
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.neural_network import MLPClassifier
 
 import stereo_data
 
 RENDERS = range(30)
 PIXELS = 4000  # of a pair
-FOLDS = 4
+FOLDS = 5
+HIDDEN = 16
+ROUNDS = 15
 COEFFICIENTS = pathlib.Path(__file__).resolve().parents[2] / "crates/wheatstone-stereo/src/coefficients.rs"
 
 
-def terms(maps):
-    """As `confidence.rs`: quantities, then products of each with itself and with those behind it."""
+def quantities(maps):
+    """As `confidence.rs`."""
     saturating = lambda value, half: value / (value + half)
-    one = np.stack([saturating(maps["gap"], 16.0), saturating(maps["gap"], 64.0), np.clip(maps["lead"] / 16.0, -1.0, 1.0),
-                    maps["left_right"] / 1.5, maps["scatter"] / 2.0, 1.0 - maps["known"], np.maximum(maps["correlation"], 0.0),
-                    saturating(maps["texture"], 4.0)], -1)
-    n = one.shape[-1]
-    return np.concatenate([one, *(one[..., k, None] * one[..., k:] for k in range(n))], -1)
+    return np.stack([saturating(maps["gap"], 16.0), np.clip(maps["lead"] / 16.0, -1.0, 1.0), maps["left_right"] / 1.5, maps["scatter"] / 2.0,
+                     1.0 - maps["known"], np.maximum(maps["correlation"], 0.0), saturating(maps["texture"], 4.0),
+                     np.minimum(maps["surface"] / 10.0, 1.0), np.clip(maps["border"] / 20.0, -1.0, 1.0), 1.0 - maps["wide_known"],
+                     maps["wide_correlation"]], -1)
+
+
+class Network:
+    """Learns from quantities of mean 0 and deviation 1."""
+
+    def __init__(self, x, right, weight):
+        self.mean, self.deviation = x.mean(0), x.std(0)
+        self.net = MLPClassifier((HIDDEN,), max_iter=ROUNDS, n_iter_no_change=ROUNDS, learning_rate_init=3e-3, batch_size=400, alpha=1e-2, random_state=0)
+        # Samples as often as their weight says.
+        chosen = np.random.default_rng(1).choice(len(right), len(right), p=weight / weight.sum())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # it always takes all its rounds
+            self.net.fit(((x - self.mean) / self.deviation)[chosen], right[chosen])
+
+    def chance(self, x):
+        return self.net.predict_proba((x - self.mean) / self.deviation)[:, 1]
+
+    def source(self):
+        """The numbers of `coefficients.rs`, for quantities as they are."""
+        (first, last), (constants, constant) = self.net.coefs_, self.net.intercepts_
+        weights = first / self.deviation[:, None]
+        constants = constants - self.mean @ weights
+        number = lambda value: f"{value:.4g}" if "." in f"{value:.4g}" or "e" in f"{value:.4g}" else f"{value:.4g}.0"
+        lines = [f"    constant: {number(constant[0])},", "    hidden: ["]
+        for k in range(HIDDEN):
+            lines += ["        Unit {", f"            constant: {number(constants[k])},", "            weights: [" + ", ".join(map(number, weights[:, k])) + "],",
+                      f"            out: {number(last[k, 0])},", "        },"]
+        return "\n".join([*lines, "    ],"])
 
 
 def samples(program, pair, exact):
@@ -35,7 +65,7 @@ def samples(program, pair, exact):
     use = np.flatnonzero(~np.isnan(maps["disparity"]) & ~np.isnan(pair.truth))
     use = np.random.default_rng(0).permutation(use)[:PIXELS]
     maps, truth = {name: values.ravel()[use] for name, values in maps.items()}, pair.truth.ravel()[use]
-    return {"name": pair.name, "exact": exact, "terms": terms(maps), "error": maps["disparity"] - truth,
+    return {"name": pair.name, "exact": exact, "quantities": quantities(maps), "error": maps["disparity"] - truth,
             "sigma": maps["sigma"], "scatter": maps["scatter"], "confidence": maps["confidence"]}
 
 
@@ -60,19 +90,21 @@ def exchanged(pair):
 
 
 def fit(sets):
-    x = np.concatenate([s["terms"] for s in sets])
+    x = np.concatenate([s["quantities"] for s in sets])
     y = np.concatenate([np.abs(s["error"]) < 1.0 for s in sets])
     weight = np.concatenate([np.full(len(s["error"]), PIXELS / max(len(s["error"]), PIXELS / 4)) for s in sets])
-    return LogisticRegression(C=1e2 / PIXELS, max_iter=300).fit(x, y, sample_weight=weight)
+    return Network(x, y, weight)
 
 
 def judge(sets):
-    """Calibration on pairs that were left out."""
+    """Calibration on pairs that were left out, each with what was made of it."""
+    scenes = list(dict.fromkeys(s["name"].split("-")[0] for s in sets))
+    folds = [scenes.index(s["name"].split("-")[0]) % FOLDS for s in sets]
     chance = [None] * len(sets)
     for fold in range(FOLDS):
-        model = fit([s for k, s in enumerate(sets) if k % FOLDS != fold])
-        for k in range(fold, len(sets), FOLDS):
-            chance[k] = model.predict_proba(sets[k]["terms"])[:, 1] if len(sets[k]["terms"]) else np.zeros(0)
+        model = fit([s for s, own in zip(sets, folds) if own != fold])
+        for k in (k for k, own in enumerate(folds) if own == fold):
+            chance[k] = model.chance(sets[k]["quantities"]) if len(sets[k]["quantities"]) else np.zeros(0)
     every, right = np.concatenate(chance), np.concatenate([np.abs(s["error"]) < 1.0 for s in sets])
     for low, high in ((0.0, 0.2), (0.2, 0.4), (0.4, 0.6), (0.6, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 0.99), (0.99, 1.01)):
         here = (every >= low) & (every < high)
@@ -93,8 +125,8 @@ def fit_sigma(sets, model):
     both on our renders and on those of the data set, which have other textures."""
     factor, per_scatter = old_refined()
     groups = {"renders": [], "data set": []}
-    for s in (s for s in sets if s["exact"] and len(s["terms"])):
-        sure = model.predict_proba(s["terms"])[:, 1] > 0.9
+    for s in (s for s in sets if s["exact"] and len(s["quantities"])):
+        sure = model.chance(s["quantities"]) > 0.9
         told = s["sigma"] / (factor * (1.0 + per_scatter * s["scatter"]))
         groups["renders" if s["name"].startswith("render") else "data set"].append(np.stack([told, s["scatter"], np.abs(s["error"])])[:, sure])
     groups = {name: np.concatenate(parts, 1) for name, parts in groups.items()}
@@ -129,7 +161,7 @@ def fit_unrefined(model, program):
             maps, _ = stereo_data.ours(program, pair, "--coarse", "--evidence")
             known = ~np.isnan(maps["disparity"])
             sure = np.zeros(known.shape, bool)
-            sure[known] = model.predict_proba(terms({name: values[known] for name, values in maps.items()}))[:, 1] > 0.9
+            sure[known] = model.chance(quantities({name: values[known] for name, values in maps.items()})) > 0.9
             scatter.append(maps["scatter"][sure])
             error.append(np.abs(maps["disparity"] - pair.truth)[sure])
         groups[k] = np.concatenate(scatter), np.concatenate(error)
@@ -146,13 +178,12 @@ def fit_unrefined(model, program):
 def main():
     program = sys.argv[1]
     pairs = [(pair, pair.name.startswith("syn")) for pair in stereo_data.real()]
-    others = [(exchanged(pair), False) for pair, _ in pairs[::3]] + [(made(seed), False) for made in (blank, stripes) for seed in range(4)]
+    others = [(exchanged(pair), False) for pair, _ in pairs[::2]] + [(made(seed), False) for made in (blank, stripes) for seed in range(8)]
     renders = [(pair, True) for pair in stereo_data.rendered(RENDERS)]
     sets = [samples(program, pair, exact) for pair, exact in pairs + others + renders]
     judge(sets)
     model = fit(sets)
-    weights = [round(float(w), 3) for w in model.coef_[0]]
-    print("CONFIDENCE constant", round(float(model.intercept_[0]), 3), "quantities", weights[:8], "products", weights[8:])
+    print("CONFIDENCE", model.source(), sep="\n")
     print("REFINED", [round(float(v), 4) for v in fit_sigma(sets, model)])
     print("UNREFINED", [round(float(v), 4) for v in fit_unrefined(model, program)])
 

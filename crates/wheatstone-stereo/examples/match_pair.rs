@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a small program for the shell")]
 
 use std::{fs, path::Path, time::Instant};
-use wheatstone_stereo::{Matcher, Picture};
+use wheatstone_stereo::{Evidence, Matcher, Picture};
 
 /// CPU seconds of all threads so far, where the system tells; the time of day elsewhere.
 fn seconds(start: Instant) -> f64 {
@@ -66,12 +66,8 @@ fn main() {
     println!("{least:.6}");
     if has("--evidence") {
         let evidence = matcher.evidence(&left, &right).unwrap();
-        write(folder, "gap", size, &evidence.gap);
-        write(folder, "lead", size, &evidence.lead);
-        write(folder, "left_right", size, &evidence.left_right);
-        write(folder, "scatter", size, &evidence.scatter);
-        write(folder, "known", size, &evidence.known);
-        write(folder, "correlation", size, &evidence.correlation);
-        write(folder, "texture", size, &evidence.texture);
+        for (name, map) in Evidence::NAMES.iter().zip(&evidence.maps) {
+            write(folder, name, size, map);
+        }
     }
 }

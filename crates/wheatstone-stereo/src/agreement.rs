@@ -43,9 +43,11 @@ impl<'a> Agreement<'a> {
         Self { disparity, warped, sums }
     }
 
-    pub(crate) fn compute(&mut self, y: usize, out: AgreementRow<'_>) {
+    /// Of row `y`, into `out`, which is handed back.
+    pub(crate) fn compute<'o>(&mut self, y: usize, mut out: AgreementRow<'o>) -> AgreementRow<'o> {
         let pixels = Pixels { disparity: self.disparity, warped: self.warped };
-        on_widest(Row { pixels, y, sums: &mut self.sums, out });
+        on_widest(Row { pixels, y, sums: &mut self.sums, out: &mut out });
+        out
     }
 }
 
@@ -90,14 +92,14 @@ impl Quantities<7> for Pixels<'_> {
 }
 
 /// The work of one row.
-struct Row<'a> {
+struct Row<'a, 'b> {
     pixels: Pixels<'a>,
     y: usize,
     sums: &'a mut Sums<7>,
-    out: AgreementRow<'a>,
+    out: &'a mut AgreementRow<'b>,
 }
 
-impl WithSimd for Row<'_> {
+impl WithSimd for Row<'_, '_> {
     type Output = ();
 
     #[inline(always)]

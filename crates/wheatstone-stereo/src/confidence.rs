@@ -1,25 +1,24 @@
-//! The probability that a disparity is less than one pixel off: a logistic regression on the evidence, its squares and its
-//! products.
+//! The probability that a disparity is less than one pixel off: a small network on the evidence, with one hidden layer.
 
 use crate::{
     coefficients::{CONFIDENCE, QUANTITIES},
     evidence::Evidence,
-    registers::{FLOATS, Floats, each, floats},
+    registers::{FLOATS, Floats, each},
 };
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
-/// Of the pixels of one row, whose evidence is filled up to whole registers; zero where there is no disparity.
+/// Of as many pixels as there is room for; zero where there is no disparity.
 pub(crate) fn write(evidence: &Evidence, out: &mut [f32]) {
-    on_widest(Row { evidence, out });
+    on_widest(Pixels { evidence, out });
 }
 
-/// The work of one row.
-struct Row<'a> {
+/// The work on some pixels.
+struct Pixels<'a> {
     evidence: &'a Evidence,
     out: &'a mut [f32],
 }
 
-impl WithSimd for Row<'_> {
+impl WithSimd for Pixels<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -27,7 +26,7 @@ impl WithSimd for Row<'_> {
         for (piece, out) in self.out.chunks_mut(FLOATS).enumerate() {
             let at = piece * FLOATS;
             let chances = each(odds(&quantities(self.evidence, at)), logistic);
-            let gaps = &self.evidence.gap[at..];
+            let gaps = &self.evidence.maps[0][at..];
             for ((out, chance), gap) in out.iter_mut().zip(chances).zip(gaps) {
                 *out = if gap.is_nan() { 0.0 } else { chance };
             }
@@ -35,38 +34,49 @@ impl WithSimd for Row<'_> {
     }
 }
 
-/// What is weighted, of eight pixels: each within -1 and 1, and saturating where more says no more.
+/// What is weighted, of eight pixels, or of as many as there are: each within -1 and 1, and saturating where more says no more.
 #[inline(always)]
 fn quantities(evidence: &Evidence, at: usize) -> [Floats; QUANTITIES] {
-    let Evidence { gap, lead, left_right, scatter, known, correlation, texture } = evidence;
-    let piece = |values: &[f32]| floats(values, at);
+    let piece = |values: &[f32]| -> Floats {
+        let mut piece = [0.0; FLOATS];
+        let some = &values[at..values.len().min(at + FLOATS)];
+        piece[..some.len()].copy_from_slice(some);
+        piece
+    };
     let saturating =
         |values: &[f32], half: f32| each(piece(values), |value| value / (value + half));
+    let positive = |values: &[f32]| each(piece(values), |value| value.max(0.0));
+    let unknown = |values: &[f32]| each(piece(values), |known| 1.0 - known);
+    let [gap, lead, left_right, scatter, known, correlation, texture, ..] = &evidence.maps;
+    let [.., surface, border, wide_known, wide_correlation] = &evidence.maps;
     [
         saturating(gap, 16.0),
-        saturating(gap, 64.0),
         each(piece(lead), |lead| (lead / 16.0).clamp(-1.0, 1.0)),
         each(piece(left_right), |residual| residual / 1.5),
         each(piece(scatter), |scatter| scatter / 2.0),
-        each(piece(known), |known| 1.0 - known),
-        each(piece(correlation), |correlation| correlation.max(0.0)),
+        unknown(known),
+        positive(correlation),
         saturating(texture, 4.0),
+        each(piece(surface), |log| (log / 10.0).min(1.0)),
+        each(piece(border), |border| (border / 20.0).clamp(-1.0, 1.0)),
+        unknown(wide_known),
+        positive(wide_correlation),
     ]
 }
 
-/// The constant, then every quantity, then the products of each with itself and with those behind it.
+/// A weighted sum of the hidden units, each a weighted sum of all quantities, or zero where that is negative.
 #[inline(always)]
 fn odds(quantities: &[Floats; QUANTITIES]) -> Floats {
     let mut odds = [CONFIDENCE.constant; FLOATS];
-    let mut products = CONFIDENCE.products.iter();
-    for (k, (one, weight)) in quantities.iter().zip(CONFIDENCE.quantities).enumerate() {
-        for lane in 0..FLOATS {
-            odds[lane] += weight * one[lane];
-        }
-        for (other, weight) in quantities[k..].iter().zip(products.by_ref()) {
+    for unit in &CONFIDENCE.hidden {
+        let mut sum = [unit.constant; FLOATS];
+        for (quantity, weight) in quantities.iter().zip(unit.weights) {
             for lane in 0..FLOATS {
-                odds[lane] += weight * one[lane] * other[lane];
+                sum[lane] += weight * quantity[lane];
             }
+        }
+        for lane in 0..FLOATS {
+            odds[lane] += unit.out * sum[lane].max(0.0);
         }
     }
     odds

@@ -3,8 +3,10 @@
 use crate::{
     agreement::{Agreement, AgreementRow},
     bands::Candidates,
+    coefficients::QUANTITIES,
     field::{Field, MARGIN},
     left_right,
+    neighbourhood::{Neighbourhood, window},
     registers::{FLOATS, Floats, each, floats, lanes, plus, times},
     search_range::SearchRange,
     warp::Warped,
@@ -17,76 +19,80 @@ const RADIUS: usize = 2;
 /// Differences from neighbours beyond this, in pixels, say no more; a neighbour without disparity differs by as much.
 const MOST_SCATTER: f32 = 2.0;
 
-/// What the confidence of every pixel of the left picture is computed from, row by row. NaN where there is no disparity.
+/// Rows that one thread takes at a time. Those beside them that wide windows reach are compared twice.
+pub(crate) const BAND: usize = 64;
+
+/// What the confidence of every pixel of the left picture is computed from.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Evidence {
-    /// By how much the second best disparity costs more, in units of the aggregated cost.
-    pub gap: Vec<f32>,
-    /// By how much the best other disparity's cost is worse before aggregation, mean over 5 x 5 pixels of the surface.
-    /// Where it is not positive, neighbours alone speak for the disparity.
-    pub lead: Vec<f32>,
-    /// How far from the pixel the right picture's match of its match lies, in pixels.
-    pub left_right: Vec<f32>,
-    /// The mean difference from the disparities of 5 x 5 pixels, each cut at 2, in pixels.
-    pub scatter: Vec<f32>,
-    /// The share of 9 x 9 pixels that have a disparity.
-    pub known: Vec<f32>,
-    /// The correlation of both pictures over 9 x 9 pixels, -1 to 1.
-    pub correlation: Vec<f32>,
-    /// The root mean square of the gradient along the row over 9 x 9 pixels, in grey levels per pixel.
-    pub texture: Vec<f32>,
+    /// A number a pixel, row by row, in the order of [`Evidence::NAMES`]. NaN where there is no disparity.
+    pub maps: [Vec<f32>; QUANTITIES],
 }
 
 impl Evidence {
+    /// What the maps are:
+    ///
+    /// - `gap`: by how much the second best disparity costs more, in units of the aggregated cost.
+    /// - `lead`: by how much the best other disparity's cost is worse before aggregation, mean over 5 x 5 pixels of the
+    ///   surface. Where it is not positive, neighbours alone speak for the disparity.
+    /// - `left_right`: how far from the pixel the right picture's match of its match lies, in pixels.
+    /// - `scatter`: the mean difference from the disparities of 5 x 5 pixels, each cut at 2, in pixels.
+    /// - `known`: the share of 9 x 9 pixels that have a disparity.
+    /// - `correlation`: of both pictures over 9 x 9 pixels, -1 to 1.
+    /// - `texture`: the root mean square of the gradient along the row over 9 x 9 pixels, in grey levels per pixel.
+    /// - `surface`: the natural logarithm of the number of pixels of its surface.
+    /// - `border`: how far from the left border of the right picture the match lies, in pixels.
+    /// - `wide_known`: the share of 21 x 21 pixels that have a disparity.
+    /// - `wide_correlation`: the mean correlation of those, negative ones counted as zero.
+    pub const NAMES: [&str; QUANTITIES] = [
+        "gap",
+        "lead",
+        "left_right",
+        "scatter",
+        "known",
+        "correlation",
+        "texture",
+        "surface",
+        "border",
+        "wide_known",
+        "wide_correlation",
+    ];
+
     fn new(pixels: usize) -> Self {
-        let map = || vec![f32::NAN; pixels];
-        Self {
-            gap: map(),
-            lead: map(),
-            left_right: map(),
-            scatter: map(),
-            known: map(),
-            correlation: map(),
-            texture: map(),
-        }
+        Self { maps: std::array::from_fn(|_| vec![f32::NAN; pixels]) }
+    }
+
+    /// The map `scatter`.
+    pub(crate) fn scatter(&self) -> &[f32] {
+        let [_, _, _, scatter, ..] = &self.maps;
+        scatter
     }
 
     /// Of all pixels.
     pub(crate) fn of(found: &Found<'_>) -> Self {
-        let width = found.disparity.width;
-        let mut all = Self::new(width * found.disparity.height);
-        let Self { gap, lead, left_right, scatter, known, correlation, texture } = &mut all;
-        let [a, b, c, d, e, f, g] = [gap, lead, left_right, scatter, known, correlation, texture]
-            .map(|map| map.par_chunks_mut(width));
-        let rows = a.zip(b).zip(c).zip(d).zip(e).zip(f).zip(g);
-        found.for_each_row(rows, |row, ((((((a, b), c), d), e), f), g)| {
-            a.copy_from_slice(&row.gap[..width]);
-            b.copy_from_slice(&row.lead[..width]);
-            c.copy_from_slice(&row.left_right[..width]);
-            d.copy_from_slice(&row.scatter[..width]);
-            e.copy_from_slice(&row.known[..width]);
-            f.copy_from_slice(&row.correlation[..width]);
-            g.copy_from_slice(&row.texture[..width]);
+        let Field { width, height, .. } = *found.disparity;
+        let mut bands = vec![Self::new(0); height.div_ceil(BAND)];
+        found.for_each_band(bands.par_iter_mut(), |evidence, band| band.clone_from(evidence));
+        let mut maps: [Vec<f32>; QUANTITIES] = std::array::from_fn(|map| {
+            let all = bands.iter().flat_map(|band: &Self| &band.maps[map]).copied();
+            all.take(width * height).collect()
         });
-        all.forget_where_none();
-        all
-    }
-
-    /// Rows have NaN in the gap alone.
-    fn forget_where_none(&mut self) {
-        let Self { gap, lead, left_right, scatter, known, correlation, texture } = self;
-        for map in [lead, left_right, scatter, known, correlation, texture] {
+        let [gap, others @ ..] = &mut maps;
+        for map in others {
             for (value, gap) in map.iter_mut().zip(&*gap) {
                 *value = if gap.is_nan() { f32::NAN } else { *value };
             }
         }
+        Self { maps }
     }
 }
 
 /// What evidence is taken from.
 pub(crate) struct Found<'a> {
     pub(crate) disparity: &'a Field,
+    /// Logarithms of the pixels of surfaces.
+    pub(crate) surface: &'a Field,
     pub(crate) warped: &'a Warped,
     pub(crate) candidates: &'a Candidates,
     /// Of all candidates: see [`Clarity`](crate::winner::Clarity).
@@ -95,49 +101,92 @@ pub(crate) struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Hands the evidence of each row, filled up to whole registers, to `work`, with that row's item of `outs`. Returns residuals as
-    /// [`agreement`](crate::agreement) has them.
-    pub(crate) fn for_each_row<T: Send>(
+    /// Hands the evidence of each band of rows to `work`, with that band's item of `outs`; behind the last row it means
+    /// nothing, and where there is no disparity, the gap alone is NaN. Returns residuals as [`agreement`](crate::agreement) has them.
+    pub(crate) fn for_each_band<T: Send>(
         &self,
         outs: impl IndexedParallelIterator<Item = T>,
         work: impl Fn(&Evidence, T) + Sync,
     ) -> Field {
-        let (width, height) = (self.disparity.width, self.disparity.height);
-        let mut residuals = Field::new(width, height, 0.0);
-        residuals.par_pixels_mut().zip(outs).enumerate().for_each_init(
-            || {
-                (
-                    Agreement::new(self.disparity, self.warped),
-                    Evidence::new(width.next_multiple_of(FLOATS)),
-                )
-            },
-            |(agreement, evidence), (y, (residual, out))| {
-                self.row(y, agreement, residual, evidence);
-                work(evidence, out);
+        let mut residuals = Field::new(self.disparity.width, self.disparity.height, 0.0);
+        residuals.par_bands_mut(BAND).zip(outs).enumerate().for_each_init(
+            || Band::new(self),
+            |band, (number, (mut residuals, out))| {
+                let first = number * BAND;
+                band.compare(first, &mut residuals);
+                (0..residuals.len()).for_each(|row| band.row(first + row, row));
+                work(&band.evidence, out);
             },
         );
         residuals
     }
+}
 
-    fn row(
-        &self,
-        y: usize,
-        agreement: &mut Agreement<'_>,
-        residual: &mut [f32],
-        evidence: &mut Evidence,
-    ) {
-        let Evidence { gap, lead, left_right, scatter, known, correlation, texture } = evidence;
-        let (disparity, lead_of) = (self.disparity, self.lead);
-        on_widest(NeighbourRow { disparity, lead_of, y, scatter, lead });
-        agreement.compute(y, AgreementRow { residual, correlation, texture, known });
-        let disparity = self.disparity.pixels(y);
-        let row = self.candidates.row(y, disparity.len());
-        for x in 0..disparity.len() {
-            gap[x] = f32::from(row.clarity[x].gap);
-            left_right[x] = left_right::residual(x, row.disparity[x], row.right, self.range);
+/// Rows below each other, and memory for what is found of them.
+struct Band<'a> {
+    found: &'a Found<'a>,
+    agreement: Agreement<'a>,
+    neighbourhood: Neighbourhood,
+    evidence: Evidence,
+    /// Of one row beside them.
+    beside: [Vec<f32>; 4],
+}
+
+impl<'a> Band<'a> {
+    fn new(found: &'a Found<'a>) -> Self {
+        let width = found.disparity.width;
+        Self {
+            found,
+            agreement: Agreement::new(found.disparity, found.warped),
+            neighbourhood: Neighbourhood::new(width),
+            evidence: Evidence::new(BAND * width),
+            beside: [(); 4].map(|()| vec![0.0; width]),
         }
-        for (gap, disparity) in gap.iter_mut().zip(disparity) {
-            *gap = if disparity.is_nan() { f32::NAN } else { *gap };
+    }
+
+    /// Compares both pictures in the rows from `first` on and in those beside them.
+    fn compare(&mut self, first: usize, residuals: &mut [&mut [f32]]) {
+        let Field { width, height, .. } = *self.found.disparity;
+        let top = window(first, height).start;
+        self.neighbourhood.restart(top);
+        for y in top..window(first + residuals.len() - 1, height).end {
+            let [residual, correlation, texture, known] = &mut self.beside;
+            let [_, _, _, _, shares, correlations, textures, ..] = &mut self.evidence.maps;
+            let own = y.checked_sub(first).filter(|row| *row < residuals.len());
+            let out = match own {
+                Some(row) => {
+                    let all = row * width..(row + 1) * width;
+                    AgreementRow {
+                        residual: residuals[row],
+                        correlation: &mut correlations[all.clone()],
+                        texture: &mut textures[all.clone()],
+                        known: &mut shares[all],
+                    }
+                }
+                None => AgreementRow { residual, correlation, texture, known },
+            };
+            let AgreementRow { correlation, .. } = self.agreement.compute(y, out);
+            self.neighbourhood.push(self.found.disparity.pixels(y), correlation);
+        }
+    }
+
+    /// What is left of row `y`, which is number `row` of these.
+    fn row(&mut self, y: usize, row: usize) {
+        let Found { disparity, surface, candidates, lead: lead_of, range, .. } = *self.found;
+        let Field { width, height, .. } = *disparity;
+        let all = row * width..(row + 1) * width;
+        let maps = self.evidence.maps.each_mut().map(|map| &mut map[all.clone()]);
+        let [gap, lead, left_right, scatter, .., surfaces, border, wide_known, wide_correlation] =
+            maps;
+        on_widest(NeighbourRow { disparity, lead_of, y, scatter, lead });
+        self.neighbourhood.means(y, height, wide_known, wide_correlation);
+        surfaces.copy_from_slice(surface.pixels(y));
+        let (disparity, searched) = (disparity.pixels(y), candidates.row(y, width));
+        for x in 0..width {
+            let is_known = !disparity[x].is_nan();
+            gap[x] = if is_known { f32::from(searched.clarity[x].gap) } else { f32::NAN };
+            left_right[x] = left_right::residual(x, searched.disparity[x], searched.right, range);
+            border[x] = x as f32 - disparity[x];
         }
     }
 }

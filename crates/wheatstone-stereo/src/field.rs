@@ -39,6 +39,19 @@ impl Field {
         self.values.par_chunks_mut(self.stride).map(move |row| &mut row[MARGIN..MARGIN + width])
     }
 
+    /// The pixels of so many rows at a time, each in its place, to be written in parallel.
+    pub(crate) fn par_bands_mut(
+        &mut self,
+        rows: usize,
+    ) -> impl IndexedParallelIterator<Item = Vec<&mut [f32]>> {
+        let width = self.width;
+        let bands = self.values.par_chunks_mut(self.stride * rows);
+        let stride = self.stride;
+        bands.map(move |band| {
+            band.chunks_mut(stride).map(|row| &mut row[MARGIN..MARGIN + width]).collect()
+        })
+    }
+
     /// All pixels without margins.
     pub(crate) fn to_pixels(&self) -> Vec<f32> {
         let mut pixels = Vec::with_capacity(self.width * self.height);

@@ -30,8 +30,8 @@
 //! 2. `aggregation` adds costs along four paths, in `bands` of rows, and `winner` takes the best candidate: this is
 //!    semi-global matching (Hirschmüller 2008, doi:10.1109/TPAMI.2007.1166).
 //! 3. `left_right`, `median` and `speckles` take away what the right picture, the neighbours or the size of the surface contradict.
-//! 4. `warp` moves the right picture onto the left one, `agreement` compares them, and `confidence` makes one probability of all
-//!    `evidence`.
+//! 4. `warp` moves the right picture onto the left one, `agreement` compares them, `neighbourhood` looks farther around, and
+//!    `confidence` makes one probability of all `evidence`.
 //! 5. `least_squares` refines, `error_bars` says how exact the result is, and `filling` fills gaps.
 //!
 //! Several frames of one scene are put together by [`DisparityFusion`]. [`vertical_offset`] tells beforehand whether a pair is rectified. Where no rectification is possible, as behind flat ports,
@@ -59,8 +59,9 @@ mod speckles;
 mod warp;
 mod window;
 mod agreement;
-mod evidence;
+mod neighbourhood;
 mod coefficients;
+mod evidence;
 mod confidence;
 mod slopes;
 mod least_squares;

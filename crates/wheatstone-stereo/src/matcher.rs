@@ -11,7 +11,7 @@ use crate::{
     curves::EpipolarCurves,
     error::MatchError,
     error_bars,
-    evidence::{Evidence, Found},
+    evidence::{BAND, Evidence, Found},
     field::Field,
     filling,
     least_squares::Round,
@@ -113,22 +113,11 @@ impl Matcher {
     }
 
     fn map(&self, pair: &Pair<'_>) -> Result<DisparityMap, MatchError> {
-        let Checked { candidates, mut disparity, mut warped, range } = self.check(pair)?;
+        let checked = self.check(pair)?;
         let (width, height) = (pair.left.width(), pair.left.height());
         let (mut confidence, mut scatter) = (vec![0.0; width * height], vec![0.0; width * height]);
-        let rows = confidence.par_chunks_mut(width).zip(scatter.par_chunks_mut(width));
-        let found = Found {
-            disparity: &disparity,
-            warped: &warped,
-            candidates: &candidates,
-            lead: &candidates.lead(width),
-            range,
-        };
-        let residual = found.for_each_row(rows, |evidence, (confidence, scatter)| {
-            confidence::write(evidence, confidence);
-            scatter.copy_from_slice(&evidence.scatter[..width]);
-        });
-        drop(candidates);
+        let residual = checked.evaluate(&mut confidence, &mut scatter);
+        let Checked { mut disparity, mut warped, range, .. } = checked;
         let sigma = if self.refines {
             let (gradient, residual) = (&warped.gradient, &residual);
             let round = Round { disparity: &disparity, gradient, residual, radius: FIRST_RADIUS };
@@ -161,11 +150,8 @@ impl Matcher {
         left: &Picture<'_>,
         right: &Picture<'_>,
     ) -> Result<Evidence, MatchError> {
-        let Checked { candidates, disparity, warped, range } =
-            self.check(&Pair { left, right, curves: None })?;
-        let (candidates, warped) = (&candidates, &warped);
-        let lead = &candidates.lead(left.width());
-        Ok(Evidence::of(&Found { disparity: &disparity, warped, candidates, lead, range }))
+        let checked = self.check(&Pair { left, right, curves: None })?;
+        Ok(Evidence::of(&checked.found(&checked.candidates.lead(left.width()))))
     }
 
     /// Searches, and takes away what does not pass.
@@ -184,9 +170,9 @@ impl Matcher {
         }
         let mut disparity = median::of_five(&passed);
         drop(passed);
-        speckles::remove(&mut disparity, self.least_surface);
+        let surface = speckles::remove(&mut disparity, self.least_surface);
         let warped = Warped::new(&disparity, pair);
-        Ok(Checked { candidates, disparity, warped, range })
+        Ok(Checked { candidates, disparity, surface, warped, range })
     }
 }
 
@@ -194,6 +180,27 @@ impl Matcher {
 struct Checked {
     candidates: Candidates,
     disparity: Field,
+    /// Logarithms of surfaces' pixels.
+    surface: Field,
     warped: Warped,
     range: SearchRange,
+}
+
+impl Checked {
+    fn found<'a>(&'a self, lead: &'a Field) -> Found<'a> {
+        let Self { candidates, disparity, surface, warped, range } = self;
+        Found { disparity, surface, warped, candidates, lead, range: *range }
+    }
+
+    /// Writes the confidence of every pixel and how much its neighbours scatter, and returns the residuals.
+    fn evaluate(&self, confidence: &mut [f32], scatter: &mut [f32]) -> Field {
+        let width = self.disparity.width;
+        let lead = &self.candidates.lead(width);
+        let bands =
+            confidence.par_chunks_mut(BAND * width).zip(scatter.par_chunks_mut(BAND * width));
+        self.found(lead).for_each_band(bands, |evidence, (confidence, scatter)| {
+            confidence::write(evidence, confidence);
+            scatter.copy_from_slice(&evidence.scatter()[..scatter.len()]);
+        })
+    }
 }

@@ -19,8 +19,9 @@ struct Run {
     pixels: usize,
 }
 
-/// Takes away surfaces of fewer pixels than `least`.
-pub(crate) fn remove(disparity: &mut Field, least: usize) {
+/// Takes away surfaces of fewer pixels than `least`. Of the others every pixel gets the natural logarithm of the number of pixels of its
+/// surface.
+pub(crate) fn remove(disparity: &mut Field, least: usize) -> Field {
     let mut runs: Vec<Run> = Vec::new();
     let mut rows = vec![0];
     for y in 0..disparity.height {
@@ -41,13 +42,18 @@ pub(crate) fn remove(disparity: &mut Field, least: usize) {
     for number in 0..runs.len() {
         runs[number].pixels = runs[runs[number].parent].pixels;
     }
-    disparity.par_pixels_mut().enumerate().for_each(|(y, pixels)| {
+    let mut surface = Field::new(disparity.width, disparity.height, 0.0);
+    let both = disparity.par_pixels_mut().zip(surface.par_pixels_mut());
+    both.enumerate().for_each(|(y, (pixels, surface))| {
         for run in &runs[rows[y]..rows[y + 1]] {
             if run.pixels < least {
                 pixels[run.start..run.end].fill(f32::NAN);
+            } else {
+                surface[run.start..run.end].fill(libm::logf(run.pixels as f32));
             }
         }
     });
+    surface
 }
 
 fn add_runs(row: &[f32], runs: &mut Vec<Run>) {
@@ -110,7 +116,8 @@ mod tests {
                 *out = if byte == b'.' { f32::NAN } else { f32::from(byte - b'0') };
             }
         }
-        remove(&mut disparity, 16);
+        let surface = remove(&mut disparity, 16);
+        assert_eq!(surface.pixels(0)[4..6], [libm::logf(16.0), 0.0]);
         assert_eq!(disparity.to_pixels().iter().filter(|v| v.is_finite()).count(), 16);
         remove(&mut disparity, 17);
         assert!(disparity.to_pixels().iter().all(|v| v.is_nan()));
