@@ -23,7 +23,7 @@ RIGS = ["water", "glass", "fisheye", "bump", "scheimpflug", "tube", "mirror", "p
 WITH_NETWORK = ["paper", "scheimpflug"]
 EDGE = 0.02  # Of the distance: neighbours that differ by more stand on both sides of an edge.
 GROSS = 5.0  # Percent of the distance.
-CONFIDENT = np.float32(0.9)  # What `reconstruct` keeps by default.
+CONFIDENT = np.float32(0.95)  # What `reconstruct` keeps by default.
 DIVERGED = 5.0  # Pixels rms.
 MARGIN = 0.15  # Of the disparities of the charts, at either end: as `reconstruct` has it.
 # Bars: which ratio, on which rigs, the most that it may be.

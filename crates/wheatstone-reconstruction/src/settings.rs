@@ -15,7 +15,7 @@ pub struct ReconstructionSettings {
     /// The nearest and the farthest depth to search, along the virtual cameras' axis, in the model's unit. Default: the
     /// depths that the model was fitted to, with a margin.
     pub depths: Option<[f64; 2]>,
-    /// Points whose probability of a disparity error below a pixel is less are left out. Default: 0.9.
+    /// Points whose probability of a disparity error below a pixel is less are left out. Default: 0.95.
     pub least_confidence: f32,
     /// Points with a larger standard deviation along any axis are left out, in the model's unit.
     pub most_sigma: Option<f64>,
@@ -34,7 +34,7 @@ impl ReconstructionSettings {
             cameras: (0..sizes.len()).collect(),
             sizes,
             depths: None,
-            least_confidence: 0.9,
+            least_confidence: 0.95,
             most_sigma: None,
             region: None,
             sparse: false,
