@@ -26,7 +26,8 @@ impl WithSimd for Pixels<'_> {
         for (piece, out) in self.out.chunks_mut(FLOATS).enumerate() {
             let at = piece * FLOATS;
             let chances = each(odds(&quantities(self.evidence, at)), logistic);
-            let gaps = &self.evidence.maps[0][at..];
+            let [gaps, ..] = &self.evidence.maps;
+            let gaps = &gaps[at..];
             for ((out, chance), gap) in out.iter_mut().zip(chances).zip(gaps) {
                 *out = if gap.is_nan() { 0.0 } else { chance };
             }

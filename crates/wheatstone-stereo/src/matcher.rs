@@ -117,7 +117,8 @@ impl Matcher {
         let (width, height) = (pair.left.width(), pair.left.height());
         let (mut confidence, mut scatter) = (vec![0.0; width * height], vec![0.0; width * height]);
         let residual = checked.evaluate(&mut confidence, &mut scatter);
-        let Checked { mut disparity, mut warped, range, .. } = checked;
+        let Checked { candidates, surface, mut disparity, mut warped, range } = checked;
+        drop((candidates, surface));
         let sigma = if self.refines {
             let (gradient, residual) = (&warped.gradient, &residual);
             let round = Round { disparity: &disparity, gradient, residual, radius: FIRST_RADIUS };
