@@ -44,7 +44,7 @@ impl PyReconstructor {
         cameras: Vec<usize>,
         sizes: Vec<[u32; 2]>,
         depths: Option<[f64; 2]>,
-        confidence: f32,
+        confidence: Option<f32>,
         max_sigma: Option<f64>,
         region: Option<[u32; 4]>,
         sparse: bool,
@@ -52,7 +52,7 @@ impl PyReconstructor {
         let mut settings = ReconstructionSettings::new(sizes);
         settings.cameras = cameras;
         settings.depths = depths;
-        settings.least_confidence = confidence;
+        settings.least_confidence = confidence.unwrap_or(settings.least_confidence);
         settings.most_sigma = max_sigma;
         settings.region = region;
         settings.sparse = sparse;

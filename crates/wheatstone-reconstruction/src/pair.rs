@@ -66,9 +66,10 @@ impl<'a> RectifiedPair<'a> {
     /// Disparities of the reference camera's picture, and what makes them worthless. Pictures are those of `cameras`.
     pub(crate) fn disparities(
         &self,
+        matcher: &Matcher,
         pictures: [&ColourImage; 2],
     ) -> Result<(DisparityMap, Option<PairFault>)> {
-        let matcher = Matcher::new(self.range.clone());
+        let matcher = matcher.clone().range(self.range.clone());
         let rectified = self.rectified(pictures);
         let map = self.search(&matcher, &rectified).map_err(refused)?;
         let [first, second] = pictures;

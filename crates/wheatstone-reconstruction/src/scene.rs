@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Calibration, Error, Result, geometry::Pixel};
 use wheatstone_numeric::progress::Progress;
-use wheatstone_stereo::{DisparityMap, PairFault};
+use wheatstone_stereo::{DisparityMap, Matcher, PairFault};
 
 /// Rows of a picture that are worked out together: what is between disparities and points stays in little memory.
 const BAND: usize = 32;
@@ -29,6 +29,8 @@ pub struct SceneReconstructor<'a> {
     /// The reference camera with each other one.
     pub(crate) pairs: Vec<RectifiedPair<'a>>,
     points: ScenePoints<'a>,
+    /// Its memory serves all pairs.
+    matcher: Matcher,
     pub(crate) settings: ReconstructionSettings,
 }
 
@@ -82,7 +84,8 @@ impl<'a> SceneReconstructor<'a> {
         } else {
             ScenePoints::of_pictures(model, &pairs)
         };
-        Ok(Self { model, pairs, points, settings })
+        let matcher = Matcher::new(pairs[0].range.clone());
+        Ok(Self { model, pairs, points, matcher, settings })
     }
 
     /// What was wanted.
@@ -134,7 +137,7 @@ impl<'a> SceneReconstructor<'a> {
         self.settings.check_pictures(pictures)?;
         let pictures_of =
             |pair: &RectifiedPair<'_>| pair.cameras.map(|own| pictures[self.order(own)]);
-        self.searched(progress, |pair| pair.disparities(pictures_of(pair)))
+        self.searched(progress, |pair| pair.disparities(&self.matcher, pictures_of(pair)))
     }
 
     /// The points of disparities of each pair.

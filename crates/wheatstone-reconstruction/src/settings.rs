@@ -15,7 +15,7 @@ pub struct ReconstructionSettings {
     /// The nearest and the farthest depth to search, along the virtual cameras' axis, in the model's unit. Default: the
     /// depths that the model was fitted to, with a margin.
     pub depths: Option<[f64; 2]>,
-    /// Points whose probability of a disparity error below a pixel is less are left out. Default: 0.95.
+    /// Points whose probability of a disparity error below a pixel is less are left out. Default: [`Self::LEAST_CONFIDENCE`].
     pub least_confidence: f32,
     /// Points with a larger standard deviation along any axis are left out, in the model's unit.
     pub most_sigma: Option<f64>,
@@ -26,6 +26,9 @@ pub struct ReconstructionSettings {
 }
 
 impl ReconstructionSettings {
+    /// What [`Self::least_confidence`] is where nothing else is asked for.
+    pub const LEAST_CONFIDENCE: f32 = 0.95;
+
     /// The first cameras of a model, with pictures of these sizes.
     #[must_use]
     pub fn new(sizes: impl Into<Vec<[u32; 2]>>) -> Self {
@@ -34,7 +37,7 @@ impl ReconstructionSettings {
             cameras: (0..sizes.len()).collect(),
             sizes,
             depths: None,
-            least_confidence: 0.95,
+            least_confidence: Self::LEAST_CONFIDENCE,
             most_sigma: None,
             region: None,
             sparse: false,

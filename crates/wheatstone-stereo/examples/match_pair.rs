@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a small program for the shell")]
 
 use std::{fs, path::Path, time::Instant};
-use wheatstone_stereo::{Evidence, Matcher, Picture};
+use wheatstone_stereo::{Matcher, Picture};
 
 /// CPU seconds of all threads so far, where the system tells; the time of day elsewhere.
 fn seconds(start: Instant) -> f64 {
@@ -66,7 +66,7 @@ fn main() {
     println!("{least:.6}");
     if has("--evidence") {
         let evidence = matcher.evidence(&left, &right).unwrap();
-        for (name, map) in Evidence::NAMES.iter().zip(&evidence.maps) {
+        for (name, map) in evidence.named() {
             write(folder, name, size, map);
         }
     }

@@ -54,7 +54,7 @@ impl<'a> Agreement<'a> {
 /// The residuals of all rows.
 pub(crate) fn residuals(disparity: &Field, warped: &Warped) -> Field {
     let width = disparity.width;
-    let mut residual = Field::new(width, disparity.height, 0.0);
+    let mut residual = disparity.like(0.0);
     residual.par_pixels_mut().enumerate().for_each_init(
         || (Agreement::new(disparity, warped), [(); 3].map(|()| vec![0.0; width])),
         |(agreement, [correlation, texture, known]), (y, residual)| {

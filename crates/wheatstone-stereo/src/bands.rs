@@ -6,6 +6,7 @@
 
 use crate::{
     aggregation::{Order, PathRow, Paths, Penalties},
+    buffers::{Buffer, Pool, Pools},
     cost::{CodedPair, CostRows},
     field::Field,
     picture::Picture,
@@ -30,7 +31,7 @@ const WORK_BYTES: usize = 1 << 30;
 
 /// What the search finds, row by row: see [`WinnerRow`].
 pub(crate) struct Candidates {
-    pub(crate) disparity: Vec<f32>,
+    pub(crate) disparity: Buffer<f32>,
     pub(crate) clarity: Vec<Clarity>,
     pub(crate) right: Vec<u16>,
 }
@@ -45,7 +46,8 @@ pub(crate) struct CandidateRow<'a> {
 impl Candidates {
     /// The lead of every pixel, in a field.
     pub(crate) fn lead(&self, width: usize) -> Field {
-        let mut lead = Field::new(width, self.clarity.len() / width, 0.0);
+        let size = (width, self.clarity.len() / width);
+        let mut lead = Field::new(self.disparity.pool(), size, 0.0);
         let rows = lead.par_pixels_mut().zip(self.clarity.par_chunks(width));
         rows.for_each(|(lead, clarity)| {
             for (lead, clarity) in lead.iter_mut().zip(clarity) {
@@ -74,10 +76,15 @@ struct Band<'a> {
 }
 
 /// Searches all pixels.
-pub(crate) fn search(pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalties) -> Candidates {
+pub(crate) fn search(
+    pair: CodedPair<'_>,
+    left: &Picture<'_>,
+    penalties: &Penalties,
+    pools: &Pools,
+) -> Candidates {
     let (width, height) = (pair.width, pair.height);
     let mut found = Candidates {
-        disparity: vec![f32::NAN; width * height],
+        disparity: pools.floats.filled(width * height, f32::NAN),
         clarity: vec![Clarity::default(); width * height],
         right: vec![NO_MATCH; width * height],
     };
@@ -99,7 +106,7 @@ pub(crate) fn search(pair: CodedPair<'_>, left: &Picture<'_>, penalties: &Penalt
     // A lock that is held only to take the next band cannot be left in between.
     let next = || bands.lock().unwrap_or_else(PoisonError::into_inner).next();
     (0..workers).into_par_iter().for_each(|_| {
-        let mut memory = Memory::new(pair, rows);
+        let mut memory = Memory::new(pair, rows, &pools.bytes);
         while let Some(mut band) = next() {
             band.search(left, penalties, &mut memory);
         }
@@ -120,18 +127,17 @@ struct Memory<'a> {
     pair: CodedPair<'a>,
     rows: CostRows<'a>,
     /// Costs of a band, [row][x][index].
-    costs: Vec<u8>,
+    costs: Buffer<u8>,
     /// Means of the paths that lead forward.
-    forward: Vec<u8>,
+    forward: Buffer<u8>,
     /// The same of one row: costs outside of the band, or means of the paths that lead backward.
     outside: Vec<u8>,
 }
 
 impl<'a> Memory<'a> {
-    fn new(pair: CodedPair<'a>, rows: usize) -> Self {
+    fn new(pair: CodedPair<'a>, rows: usize, pool: &Pool<u8>) -> Self {
         let length = pair.width * pair.range.slots;
-        let band = || vec![0; rows.min(pair.height) * length];
-        let (costs, forward) = (band(), band());
+        let [costs, forward] = [(); 2].map(|()| pool.any(rows.min(pair.height) * length));
         Self { pair, rows: CostRows::new(pair), costs, forward, outside: vec![0; length] }
     }
 }

@@ -26,8 +26,7 @@ impl WithSimd for Pixels<'_> {
         for (piece, out) in self.out.chunks_mut(FLOATS).enumerate() {
             let at = piece * FLOATS;
             let chances = each(odds(&quantities(self.evidence, at)), logistic);
-            let [gaps, ..] = &self.evidence.maps;
-            let gaps = &gaps[at..];
+            let gaps = &self.evidence.gap[at..];
             for ((out, chance), gap) in out.iter_mut().zip(chances).zip(gaps) {
                 *out = if gap.is_nan() { 0.0 } else { chance };
             }
@@ -48,8 +47,8 @@ fn quantities(evidence: &Evidence, at: usize) -> [Floats; QUANTITIES] {
         |values: &[f32], half: f32| each(piece(values), |value| value / (value + half));
     let positive = |values: &[f32]| each(piece(values), |value| value.max(0.0));
     let unknown = |values: &[f32]| each(piece(values), |known| 1.0 - known);
-    let [gap, lead, left_right, scatter, known, correlation, texture, ..] = &evidence.maps;
-    let [.., surface, border, wide_known, wide_correlation] = &evidence.maps;
+    let Evidence { gap, lead, left_right, scatter, known, correlation, texture, .. } = evidence;
+    let Evidence { surface, border, wide_known, wide_correlation, .. } = evidence;
     [
         saturating(gap, 16.0),
         each(piece(lead), |lead| (lead / 16.0).clamp(-1.0, 1.0)),

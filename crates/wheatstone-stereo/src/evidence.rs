@@ -3,12 +3,11 @@
 use crate::{
     agreement::{Agreement, AgreementRow},
     bands::Candidates,
+    buffers::{Buffer, Pool},
     coefficients::QUANTITIES,
     field::{Field, MARGIN},
-    left_right,
     neighbourhood::{Neighbourhood, window},
     registers::{FLOATS, Floats, each, floats, lanes, plus, times},
-    search_range::SearchRange,
     warp::Warped,
 };
 use rayon::prelude::*;
@@ -22,82 +21,117 @@ const MOST_SCATTER: f32 = 2.0;
 /// Rows that one thread takes at a time. Those beside them that wide windows reach are compared twice.
 pub(crate) const BAND: usize = 64;
 
-/// What the confidence of every pixel of the left picture is computed from.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
+/// What the confidence of every pixel of the left picture is computed from: a number a pixel each, row by row.
+///
+/// - `gap`: by how much the second best disparity costs more, in units of the aggregated cost.
+/// - `lead`: by how much the best other disparity's cost is worse before aggregation, mean over 5 x 5 pixels of the
+///   surface. Where it is not positive, neighbours alone speak for the disparity.
+/// - `left_right`: how far from the pixel the right picture's match of its match lies, in pixels.
+/// - `scatter`: the mean difference from the disparities of 5 x 5 pixels, each cut at 2, in pixels.
+/// - `known`: the share of 9 x 9 pixels that have a disparity.
+/// - `correlation`: of both pictures over 9 x 9 pixels, -1 to 1.
+/// - `texture`: the root mean square of the gradient along the row over 9 x 9 pixels, in grey levels per pixel.
+/// - `surface`: the natural logarithm of the number of pixels of its surface.
+/// - `border`: how far from the left border of the right picture the match lies, in pixels.
+/// - `wide_known`: the share of 21 x 21 pixels that have a disparity.
+/// - `wide_correlation`: the mean correlation of those, negative ones counted as zero.
 pub struct Evidence {
-    /// A number a pixel, row by row, in the order of [`Evidence::NAMES`]. NaN where there is no disparity.
-    pub maps: [Vec<f32>; QUANTITIES],
+    pub(crate) gap: Buffer<f32>,
+    pub(crate) lead: Buffer<f32>,
+    pub(crate) left_right: Buffer<f32>,
+    pub(crate) scatter: Buffer<f32>,
+    pub(crate) known: Buffer<f32>,
+    pub(crate) correlation: Buffer<f32>,
+    pub(crate) texture: Buffer<f32>,
+    pub(crate) surface: Buffer<f32>,
+    pub(crate) border: Buffer<f32>,
+    pub(crate) wide_known: Buffer<f32>,
+    pub(crate) wide_correlation: Buffer<f32>,
 }
 
 impl Evidence {
-    /// What the maps are:
-    ///
-    /// - `gap`: by how much the second best disparity costs more, in units of the aggregated cost.
-    /// - `lead`: by how much the best other disparity's cost is worse before aggregation, mean over 5 x 5 pixels of the
-    ///   surface. Where it is not positive, neighbours alone speak for the disparity.
-    /// - `left_right`: how far from the pixel the right picture's match of its match lies, in pixels.
-    /// - `scatter`: the mean difference from the disparities of 5 x 5 pixels, each cut at 2, in pixels.
-    /// - `known`: the share of 9 x 9 pixels that have a disparity.
-    /// - `correlation`: of both pictures over 9 x 9 pixels, -1 to 1.
-    /// - `texture`: the root mean square of the gradient along the row over 9 x 9 pixels, in grey levels per pixel.
-    /// - `surface`: the natural logarithm of the number of pixels of its surface.
-    /// - `border`: how far from the left border of the right picture the match lies, in pixels.
-    /// - `wide_known`: the share of 21 x 21 pixels that have a disparity.
-    /// - `wide_correlation`: the mean correlation of those, negative ones counted as zero.
-    pub const NAMES: [&str; QUANTITIES] = [
-        "gap",
-        "lead",
-        "left_right",
-        "scatter",
-        "known",
-        "correlation",
-        "texture",
-        "surface",
-        "border",
-        "wide_known",
-        "wide_correlation",
-    ];
-
-    fn new(pixels: usize) -> Self {
-        Self { maps: std::array::from_fn(|_| vec![f32::NAN; pixels]) }
+    fn new(pool: &Pool<f32>, pixels: usize) -> Self {
+        let map = || pool.filled(pixels, f32::NAN);
+        Self {
+            gap: map(),
+            lead: map(),
+            left_right: map(),
+            scatter: map(),
+            known: map(),
+            correlation: map(),
+            texture: map(),
+            surface: map(),
+            border: map(),
+            wide_known: map(),
+            wide_correlation: map(),
+        }
     }
 
-    /// The map `scatter`.
-    pub(crate) fn scatter(&self) -> &[f32] {
-        let [_, _, _, scatter, ..] = &self.maps;
-        scatter
+    /// All maps, each with its name. NaN where there is no disparity.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, &[f32]); QUANTITIES] {
+        [
+            ("gap", &self.gap),
+            ("lead", &self.lead),
+            ("left_right", &self.left_right),
+            ("scatter", &self.scatter),
+            ("known", &self.known),
+            ("correlation", &self.correlation),
+            ("texture", &self.texture),
+            ("surface", &self.surface),
+            ("border", &self.border),
+            ("wide_known", &self.wide_known),
+            ("wide_correlation", &self.wide_correlation),
+        ]
+    }
+
+    fn maps_mut(&mut self) -> [&mut [f32]; QUANTITIES] {
+        [
+            &mut self.gap,
+            &mut self.lead,
+            &mut self.left_right,
+            &mut self.scatter,
+            &mut self.known,
+            &mut self.correlation,
+            &mut self.texture,
+            &mut self.surface,
+            &mut self.border,
+            &mut self.wide_known,
+            &mut self.wide_correlation,
+        ]
     }
 
     /// Of all pixels.
     pub(crate) fn of(found: &Found<'_>) -> Self {
         let Field { width, height, .. } = *found.disparity;
-        let mut bands = vec![Self::new(0); height.div_ceil(BAND)];
-        found.for_each_band(bands.par_iter_mut(), |evidence, band| band.clone_from(evidence));
-        let mut maps: [Vec<f32>; QUANTITIES] = std::array::from_fn(|map| {
-            let all = bands.iter().flat_map(|band: &Self| &band.maps[map]).copied();
-            all.take(width * height).collect()
-        });
-        let [gap, others @ ..] = &mut maps;
-        for map in others {
-            for (value, gap) in map.iter_mut().zip(&*gap) {
-                *value = if gap.is_nan() { f32::NAN } else { *value };
-            }
+        let mut all = Self::new(found.disparity.pool(), width * height);
+        let mut rows: Vec<_> = (0..height.div_ceil(BAND)).map(|_| Vec::new()).collect();
+        for map in all.maps_mut() {
+            let bands = map.chunks_mut(BAND * width);
+            rows.iter_mut().zip(bands).for_each(|(rows, band)| rows.push(band));
         }
-        Self { maps }
+        found.for_each_band(rows.into_par_iter(), |evidence, rows| {
+            for (out, (_, map)) in rows.into_iter().zip(evidence.named()) {
+                for ((out, value), gap) in out.iter_mut().zip(map).zip(&*evidence.gap) {
+                    *out = if gap.is_nan() { f32::NAN } else { *value };
+                }
+            }
+        });
+        all
     }
 }
 
 /// What evidence is taken from.
 pub(crate) struct Found<'a> {
     pub(crate) disparity: &'a Field,
+    /// See [`left_right`](crate::left_right).
+    pub(crate) left_right: &'a Field,
     /// Logarithms of the pixels of surfaces.
     pub(crate) surface: &'a Field,
     pub(crate) warped: &'a Warped,
     pub(crate) candidates: &'a Candidates,
     /// Of all candidates: see [`Clarity`](crate::winner::Clarity).
     pub(crate) lead: &'a Field,
-    pub(crate) range: SearchRange,
 }
 
 impl Found<'_> {
@@ -108,7 +142,7 @@ impl Found<'_> {
         outs: impl IndexedParallelIterator<Item = T>,
         work: impl Fn(&Evidence, T) + Sync,
     ) -> Field {
-        let mut residuals = Field::new(self.disparity.width, self.disparity.height, 0.0);
+        let mut residuals = self.disparity.like(0.0);
         residuals.par_bands_mut(BAND).zip(outs).enumerate().for_each_init(
             || Band::new(self),
             |band, (number, (mut residuals, out))| {
@@ -139,7 +173,7 @@ impl<'a> Band<'a> {
             found,
             agreement: Agreement::new(found.disparity, found.warped),
             neighbourhood: Neighbourhood::new(width),
-            evidence: Evidence::new(BAND * width),
+            evidence: Evidence::new(found.disparity.pool(), BAND * width),
             beside: [(); 4].map(|()| vec![0.0; width]),
         }
     }
@@ -151,7 +185,8 @@ impl<'a> Band<'a> {
         self.neighbourhood.restart(top);
         for y in top..window(first + residuals.len() - 1, height).end {
             let [residual, correlation, texture, known] = &mut self.beside;
-            let [_, _, _, _, shares, correlations, textures, ..] = &mut self.evidence.maps;
+            let Evidence { known: shares, correlation: correlations, texture: textures, .. } =
+                &mut self.evidence;
             let own = y.checked_sub(first).filter(|row| *row < residuals.len());
             let out = match own {
                 Some(row) => {
@@ -172,22 +207,23 @@ impl<'a> Band<'a> {
 
     /// What is left of row `y`, which is number `row` of these.
     fn row(&mut self, y: usize, row: usize) {
-        let Found { disparity, surface, candidates, lead: lead_of, range, .. } = *self.found;
+        let Found { disparity, lead: lead_of, candidates, .. } = *self.found;
         let Field { width, height, .. } = *disparity;
         let all = row * width..(row + 1) * width;
-        let maps = self.evidence.maps.each_mut().map(|map| &mut map[all.clone()]);
-        let [gap, lead, left_right, scatter, .., surfaces, border, wide_known, wide_correlation] =
-            maps;
+        let Evidence { gap, lead, left_right, scatter, surface, border, .. } = &mut self.evidence;
+        let (scatter, lead) = (&mut scatter[all.clone()], &mut lead[all.clone()]);
         on_widest(NeighbourRow { disparity, lead_of, y, scatter, lead });
-        self.neighbourhood.means(y, height, wide_known, wide_correlation);
-        surfaces.copy_from_slice(surface.pixels(y));
-        let (disparity, searched) = (disparity.pixels(y), candidates.row(y, width));
+        surface[all.clone()].copy_from_slice(self.found.surface.pixels(y));
+        left_right[all.clone()].copy_from_slice(self.found.left_right.pixels(y));
+        let (gap, border) = (&mut gap[all.clone()], &mut border[all.clone()]);
+        let (disparity, clarity) = (disparity.pixels(y), candidates.row(y, width).clarity);
         for x in 0..width {
-            let is_known = !disparity[x].is_nan();
-            gap[x] = if is_known { f32::from(searched.clarity[x].gap) } else { f32::NAN };
-            left_right[x] = left_right::residual(x, searched.disparity[x], searched.right, range);
+            gap[x] = if disparity[x].is_nan() { f32::NAN } else { f32::from(clarity[x].gap) };
             border[x] = x as f32 - disparity[x];
         }
+        let Evidence { wide_known, wide_correlation, .. } = &mut self.evidence;
+        let (known, correlation) = (&mut wide_known[all.clone()], &mut wide_correlation[all]);
+        self.neighbourhood.means(y, height, known, correlation);
     }
 }
 

@@ -1,6 +1,9 @@
 //! Numbers of every pixel, with room beside each row for windows that reach out of the picture.
 
-use crate::registers::FLOATS;
+use crate::{
+    buffers::{Buffer, Pool},
+    registers::FLOATS,
+};
 use rayon::prelude::*;
 
 /// Columns beside the picture: at least a window's radius, and whole registers.
@@ -11,14 +14,24 @@ pub(crate) struct Field {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) stride: usize,
-    values: Vec<f32>,
+    values: Buffer<f32>,
 }
 
 impl Field {
     /// The same number everywhere, beside the picture too.
-    pub(crate) fn new(width: usize, height: usize, value: f32) -> Self {
+    pub(crate) fn new(pool: &Pool<f32>, (width, height): (usize, usize), value: f32) -> Self {
         let stride = width.next_multiple_of(FLOATS) + 2 * MARGIN;
-        Self { width, height, stride, values: vec![value; stride * height] }
+        Self { width, height, stride, values: pool.filled(stride * height, value) }
+    }
+
+    /// Of the same size.
+    pub(crate) fn like(&self, value: f32) -> Self {
+        Self::new(self.pool(), (self.width, self.height), value)
+    }
+
+    /// Where its memory comes from.
+    pub(crate) fn pool(&self) -> &Pool<f32> {
+        self.values.pool()
     }
 
     /// A row with its margins.

@@ -36,7 +36,7 @@ impl Round<'_> {
     /// Better disparities, and their standard deviations as residuals tell them, in pixels. NaN stays.
     pub(crate) fn refine(&self) -> (Field, Vec<f32>) {
         let (width, height) = (self.disparity.width, self.disparity.height);
-        let mut refined = Field::new(width, height, f32::NAN);
+        let mut refined = self.disparity.like(f32::NAN);
         let mut sigma = vec![f32::NAN; width * height];
         let weights = window_weights();
         refined.par_pixels_mut().zip(sigma.par_chunks_mut(width)).enumerate().for_each_init(

@@ -12,19 +12,22 @@ use rayon::prelude::*;
 /// Matches that come back farther away than this, in pixels, are taken away.
 const MOST_RESIDUAL: f32 = 1.5;
 
-/// Disparities that pass the check; NaN elsewhere.
-pub(crate) fn check(candidates: &Candidates, width: usize, range: SearchRange) -> Field {
-    let height = candidates.clarity.len() / width;
-    let mut disparity = Field::new(width, height, f32::NAN);
-    disparity.par_pixels_mut().enumerate().for_each(|(y, disparity)| {
+/// Disparities that pass the check, NaN elsewhere; and by how much the match of every pixel's match lies beside it, in pixels.
+pub(crate) fn check(candidates: &Candidates, width: usize, range: SearchRange) -> [Field; 2] {
+    let size = (width, candidates.clarity.len() / width);
+    let mut disparity = Field::new(candidates.disparity.pool(), size, f32::NAN);
+    let mut residuals = disparity.like(f32::INFINITY);
+    let rows = disparity.par_pixels_mut().zip(residuals.par_pixels_mut());
+    rows.enumerate().for_each(|(y, (disparity, residuals))| {
         let row = candidates.row(y, width);
-        for (x, (out, &found)) in disparity.iter_mut().zip(row.disparity).enumerate() {
-            if residual(x, found, row.right, range) <= MOST_RESIDUAL {
-                *out = found;
+        for (x, &found) in row.disparity.iter().enumerate() {
+            residuals[x] = residual(x, found, row.right, range);
+            if residuals[x] <= MOST_RESIDUAL {
+                disparity[x] = found;
             }
         }
     });
-    disparity
+    [disparity, residuals]
 }
 
 /// Takes away disparities whose curves lead above or below the right picture.
@@ -45,7 +48,7 @@ pub(crate) fn forget_outside(disparity: &mut Field, curves: &EpipolarCurves) {
 }
 
 /// By how much the match of a pixel's match lies beside it, in pixels.
-pub(crate) fn residual(x: usize, disparity: f32, right: &[u16], range: SearchRange) -> f32 {
+fn residual(x: usize, disparity: f32, right: &[u16], range: SearchRange) -> f32 {
     if disparity.is_nan() {
         return f32::INFINITY;
     }

@@ -41,6 +41,7 @@ mod limits;
 mod error;
 mod picture;
 mod registers;
+mod buffers;
 mod field;
 mod search_range;
 mod cubic;

@@ -10,7 +10,7 @@ use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 /// Every disparity becomes the median of five; a neighbour without one counts as the pixel itself.
 pub(crate) fn of_five(disparity: &Field) -> Field {
     let last = disparity.height - 1;
-    let mut out = Field::new(disparity.width, disparity.height, f32::NAN);
+    let mut out = disparity.like(f32::NAN);
     out.par_pixels_mut().enumerate().for_each(|(y, out)| {
         let rows = [y.saturating_sub(1), y, (y + 1).min(last)].map(|y| disparity.row(y));
         on_widest(Row { rows, out });

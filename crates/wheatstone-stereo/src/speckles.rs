@@ -42,7 +42,7 @@ pub(crate) fn remove(disparity: &mut Field, least: usize) -> Field {
     for number in 0..runs.len() {
         runs[number].pixels = runs[runs[number].parent].pixels;
     }
-    let mut surface = Field::new(disparity.width, disparity.height, 0.0);
+    let mut surface = disparity.like(0.0);
     let both = disparity.par_pixels_mut().zip(surface.par_pixels_mut());
     both.enumerate().for_each(|(y, (pixels, surface))| {
         for run in &runs[rows[y]..rows[y + 1]] {
@@ -105,10 +105,11 @@ fn root(runs: &mut [Run], mut number: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::buffers::Pool;
 
     #[test]
     fn takes_away_what_is_small_alone() {
-        let mut disparity = Field::new(7, 5, f32::NAN);
+        let mut disparity = Field::new(&Pool::default(), (7, 5), f32::NAN);
         // A ring of sixteen pixels around one other pixel, and two pixels that touch it in a corner only.
         let picture = ["11111..", "1...1..", "1.9.1..", "1...1..", "11111.."];
         for (y, out) in disparity.par_pixels_mut().collect::<Vec<_>>().into_iter().enumerate() {

@@ -27,12 +27,11 @@ pub(crate) struct Warped {
 
 impl Warped {
     pub(crate) fn new(disparity: &Field, pair: &Pair<'_>) -> Self {
-        let left = pair.left;
-        let field = || Field::new(left.width(), left.height(), 0.0);
-        let mut warped = Self { left: field(), gradient: field(), right: field() };
+        let [left, gradient, right] = [(); 3].map(|()| disparity.like(0.0));
+        let mut warped = Self { left, gradient, right };
         let rows = warped.left.par_pixels_mut().zip(warped.gradient.par_pixels_mut());
         rows.enumerate().for_each(|(y, (out, gradient))| {
-            let row = left.row(y);
+            let row = pair.left.row(y);
             for ((out, gradient), x) in out.iter_mut().zip(gradient).zip(0..) {
                 let (before, after) = (x.max(1) - 1, (x + 1).min(row.len() - 1));
                 *out = f32::from(row[x]) - MIDDLE_GREY;

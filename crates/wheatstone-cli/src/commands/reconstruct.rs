@@ -62,7 +62,7 @@ pub(crate) struct Reconstruct {
     #[arg(long, value_name = "NEAR:FAR", value_parser = depths)]
     range: Option<[f64; 2]>,
     /// Leave out points whose disparity is less than a pixel off with a smaller probability
-    #[arg(long, value_name = "P", default_value_t = 0.95)]
+    #[arg(long, value_name = "P", default_value_t = ReconstructionSettings::LEAST_CONFIDENCE)]
     confidence: f32,
     /// Leave out points with a larger standard deviation of X, Y or Z, in the model's unit
     #[arg(long, value_name = "LENGTH")]

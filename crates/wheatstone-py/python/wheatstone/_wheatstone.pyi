@@ -131,7 +131,7 @@ class Reconstructor:
         cameras: list[int],
         sizes: list[list[int]],
         depths: tuple[float, float] | None,
-        confidence: float,
+        confidence: float | None,
         max_sigma: float | None,
         region: tuple[int, int, int, int] | None,
         sparse: bool,

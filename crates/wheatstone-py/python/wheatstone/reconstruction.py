@@ -94,8 +94,8 @@ class Reconstructor:
     range : (float, float), optional
         Nearest and farthest depth to search, in the model's unit; by default those that it was fitted to, with a
         margin.
-    confidence : float
-        Points that are right with a smaller probability are left out.
+    confidence : float, optional
+        Points that are right with a smaller probability are left out; by default 0.95.
     max_sigma : float, optional
         Points with a larger standard deviation of X, Y or Z are left out.
     region : (left, top, width, height), optional
@@ -126,7 +126,7 @@ class Reconstructor:
         *,
         cameras: Sequence[int] | None = None,
         range: tuple[float, float] | None = None,
-        confidence: float = 0.95,
+        confidence: float | None = None,
         max_sigma: float | None = None,
         region: tuple[int, int, int, int] | None = None,
         sparse: bool = False,
@@ -253,7 +253,7 @@ def reconstruct(
     *,
     cameras: Sequence[int] | None = None,
     range: tuple[float, float] | None = None,
-    confidence: float = 0.95,
+    confidence: float | None = None,
     max_sigma: float | None = None,
     region: tuple[int, int, int, int] | None = None,
     sparse: bool = False,
