@@ -7,8 +7,8 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-/// Bytes that a pool keeps at most. Two threads take a third of it for pictures of two megapixels and 128 disparities.
-const MOST_KEPT: usize = 256 << 20;
+/// Bytes that a pool keeps at most: what two threads take for pictures of 1280 x 720 pixels and 128 disparities.
+const MOST_KEPT: usize = 128 << 20;
 
 /// The memory of a matcher and of its clones.
 #[derive(Clone, Debug, Default)]

@@ -35,7 +35,7 @@ const FIRST_RADIUS: usize = 3;
 
 /// How to match pairs of pictures.
 ///
-/// A matcher keeps memory for the next pair, half a gigabyte at most, which spares small pictures a tenth of the time. Its clones
+/// A matcher keeps memory for the next pair, a quarter of a gigabyte at most, which spares small pictures a tenth of the time. Its clones
 /// share it, in other threads too.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
