@@ -5,7 +5,7 @@
 //! so a block of them is served at a time, as long as curves are nearly the same for all of it.
 
 use crate::{
-    census::Codes, curves::CurveRow, pair::Pair, quarter_rows::QuarterRows,
+    buffers::Pool, census::Codes, curves::CurveRow, pair::Pair, quarter_rows::QuarterRows,
     search_range::SearchRange,
 };
 use std::ops::Range;
@@ -25,10 +25,10 @@ pub(crate) enum RightCodes<'a> {
 }
 
 impl<'a> RightCodes<'a> {
-    pub(crate) fn new(pair: &Pair<'a>) -> Self {
+    pub(crate) fn new(pair: &Pair<'a>, pool: &Pool<u8>) -> Self {
         match pair.curves {
-            None => Self::Rows(Codes::new(pair.right)),
-            Some(curves) => Self::Curves(QuarterRows::new(pair.right, curves)),
+            None => Self::Rows(Codes::new(pair.right, pool)),
+            Some(curves) => Self::Curves(QuarterRows::new(pair.right, curves, pool)),
         }
     }
 }
@@ -182,7 +182,8 @@ mod tests {
         see: impl Fn(usize, usize, [u8; 4]),
     ) {
         let picture = Picture::new(WIDTH, HEIGHT, pixels).unwrap();
-        let codes = RightCodes::new(&Pair { left: &picture, right: &picture, curves });
+        let codes =
+            RightCodes::new(&Pair { left: &picture, right: &picture, curves }, &Pool::default());
         let mut row = CandidateRow::new(&codes, WIDTH, range);
         row.turn_to(Y);
         let mut next = 0;
@@ -205,7 +206,7 @@ mod tests {
             let searched = SearchRange::parse(&range, WIDTH).unwrap();
             let there =
                 |x: usize, k: usize| (x as i64 - i64::from(range.start) - k as i64) as usize;
-            let rows = Codes::new(&picture);
+            let rows = Codes::new(&picture, &Pool::default());
             for_each_candidate(None, &pixels, searched, |x, k, code| {
                 assert_eq!(code, rows.row(Y, WIDTH).map(|plane| plane[there(x, k)]));
             });
@@ -214,7 +215,7 @@ mod tests {
                 let v = |x: f32, d: f32| per_disparity * d + per_x * (x - 20.0);
                 let (size, range) = ((WIDTH, HEIGHT), range.clone());
                 let curves = EpipolarCurves::new(size, range, |x, _, d| Some(v(x, d))).unwrap();
-                let quarters = QuarterRows::new(&picture, &curves);
+                let quarters = QuarterRows::new(&picture, &curves, &Pool::default());
                 for_each_candidate(Some(&curves), &pixels, searched, |x, k, code| {
                     let y = Y as f32 + v(x as f32, (searched.first + k as i32) as f32);
                     // Half of what a block and a stretch may change by, each.

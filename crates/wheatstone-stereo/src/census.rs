@@ -5,7 +5,10 @@
 //! centre is smoothed, which makes it less noisy than what it is compared with. Census says little where one
 //! gradient fills the window: a fourth byte is the gradient along the row.
 
-use crate::picture::Picture;
+use crate::{
+    buffers::{Buffer, Pool},
+    picture::Picture,
+};
 use rayon::prelude::*;
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
@@ -19,15 +22,15 @@ const MOST_GRADIENT: i16 = 127;
 /// Four bytes of every pixel, each in a plane of its own, row by row.
 pub(crate) struct Codes {
     /// The census: one bit a neighbour, set where the neighbour is brighter.
-    census: [Vec<u8>; 3],
+    census: [Buffer<u8>; 3],
     /// The gradient along the row.
-    gradient: Vec<u8>,
+    gradient: Buffer<u8>,
 }
 
 impl Codes {
-    pub(crate) fn new(picture: &Picture<'_>) -> Self {
+    pub(crate) fn new(picture: &Picture<'_>, pool: &Pool<u8>) -> Self {
         let (width, height) = (picture.width(), picture.height());
-        let plane = || vec![0; width * height];
+        let plane = || pool.filled(width * height, 0);
         let mut codes = Self { census: [plane(), plane(), plane()], gradient: plane() };
         let bordered = Bordered::new(picture);
         let [first, second, third] = &mut codes.census;

@@ -127,7 +127,8 @@ impl Matcher {
     fn map(&self, pair: &Pair<'_>) -> Result<DisparityMap, MatchError> {
         let checked = self.check(pair)?;
         let (width, height) = (pair.left.width(), pair.left.height());
-        let (mut confidence, mut scatter) = (vec![0.0; width * height], vec![0.0; width * height]);
+        let mut confidence = vec![0.0; width * height];
+        let mut scatter = self.pools.floats.any(width * height);
         let residual = checked.evaluate(&mut confidence, &mut scatter);
         let Checked { candidates, left_right, surface, mut disparity, mut warped, range } = checked;
         drop((candidates, left_right, surface));
@@ -173,7 +174,8 @@ impl Matcher {
         let range = pair.check(&self.range)?;
         let (width, height) = (pair.left.width(), pair.left.height());
         let candidates = {
-            let (left, right) = (&Codes::new(pair.left), &RightCodes::new(pair));
+            let pool = &self.pools.bytes;
+            let (left, right) = (&Codes::new(pair.left, pool), &RightCodes::new(pair, pool));
             let coded = CodedPair { left, right, width, height, range };
             bands::search(coded, pair.left, &self.penalties, &self.pools)
         };

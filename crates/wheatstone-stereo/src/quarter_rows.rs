@@ -2,7 +2,7 @@
 //!
 //! Finer steps find no more matches, and whole rows up to 2 % fewer.
 
-use crate::{census::Codes, cubic::cubic, curves::EpipolarCurves, picture::Picture};
+use crate::{buffers::Pool, census::Codes, cubic::cubic, curves::EpipolarCurves, picture::Picture};
 use rayon::prelude::*;
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
@@ -19,12 +19,12 @@ pub(crate) struct QuarterRows<'a> {
 }
 
 impl<'a> QuarterRows<'a> {
-    pub(crate) fn new(picture: &Picture<'_>, curves: &'a EpipolarCurves) -> Self {
+    pub(crate) fn new(picture: &Picture<'_>, curves: &'a EpipolarCurves, pool: &Pool<u8>) -> Self {
         let (width, height) = (picture.width(), picture.height());
         let mut codes = vec![[0; 4]; QUARTERS * width * height];
         for (quarter, codes) in codes.chunks_exact_mut(width * height).enumerate() {
             let moved = moved_up(picture, quarter as f32 / QUARTERS as f32);
-            let planes = Codes::new(&picture.with(&moved));
+            let planes = Codes::new(&picture.with(&moved), pool);
             codes.par_chunks_mut(width).enumerate().for_each(|(y, codes)| {
                 let row = planes.row(y, width);
                 for (x, code) in codes.iter_mut().enumerate() {
@@ -85,7 +85,7 @@ mod tests {
         let pixels = vec![0; width * height];
         let picture = Picture::new(width, height, &pixels).unwrap();
         let curves = EpipolarCurves::new((width, height), 0..4, |_, _, _| None).unwrap();
-        let quarters = QuarterRows::new(&picture, &curves);
+        let quarters = QuarterRows::new(&picture, &curves, &Pool::default());
         let row = |quarter: usize, y: usize| (quarter * height + y) * width;
         for (y, expected) in
             [(3.0, row(0, 3)), (3.3, row(1, 3)), (3.9, row(0, 4)), (18.6, row(2, 18))]
