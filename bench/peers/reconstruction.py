@@ -25,6 +25,7 @@ EDGE = 0.02  # Of the distance: neighbours that differ by more stand on both sid
 GROSS = 5.0  # Percent of the distance.
 CONFIDENT = np.float32(0.95)  # What `reconstruct` keeps by default.
 DIVERGED = 5.0  # Pixels rms.
+CHARTS = "--columns 13 --rows 10 --count 900"  # They fill the pictures.
 MARGIN = 0.15  # Of the disparities of the charts, at either end: as `reconstruct` has it.
 # Bars: which ratio, on which rigs, the most that it may be.
 BARS = [("HH located", RIGS, 0.65), ("Brown Q", ["water"], 0.3), ("Brown Q", ["fisheye", "bump", "tube"], 0.1), ("network", WITH_NETWORK, 1.5)]
@@ -215,7 +216,7 @@ def main():
     parser.add_argument("rigs", nargs="*", default=RIGS)
     parser.add_argument("--seeds", default="1,2")
     parser.add_argument("--folder", help="keeps what is made, and takes scenes and models from there")
-    parser.add_argument("--charts", default="", help="more options of synth for the charts")
+    parser.add_argument("--charts", default=CHARTS, help="options of synth for the charts")
     given = parser.parse_args()
     program = str(pathlib.Path(given.program).resolve())
     with tempfile.TemporaryDirectory() as passing:
@@ -225,7 +226,7 @@ def main():
             folder.mkdir(parents=True, exist_ok=True)
             charts, models = folder / "charts.csv", {}
             if not charts.exists():
-                run(program, "synth", "--rig", rig, "--points", "--noise", "0.1", "--count", "900", *given.charts.split(), "-o", charts)
+                run(program, "synth", "--rig", rig, "--points", "--noise", "0.1", *given.charts.split(), "-o", charts)
             for method in ["neural-camera"] + ["network"] * (rig in WITH_NETWORK):
                 models[method] = folder / f"{method}.json"
                 if not models[method].exists():

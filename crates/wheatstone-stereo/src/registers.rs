@@ -26,7 +26,12 @@ pub(crate) fn lanes<T: Copy, const N: usize>(
     b: [T; N],
     f: impl Fn(T, T) -> T,
 ) -> [T; N] {
-    std::array::from_fn(|lane| f(a[lane], b[lane]))
+    // A loop: longer closures of `array::from_fn` are calls, of one lane each.
+    let mut out = a;
+    for lane in 0..N {
+        out[lane] = f(a[lane], b[lane]);
+    }
+    out
 }
 
 /// A function of every lane.
