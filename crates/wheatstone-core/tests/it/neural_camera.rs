@@ -3,6 +3,7 @@
 use crate::worlds::{chart, charts, world};
 use serde_json::{Value, json};
 use std::ops::Range;
+use wheatstone_charts::chart::line_grid::LineGrid;
 use wheatstone_core::{
     Error,
     camera::PosedCamera,
@@ -278,6 +279,66 @@ fn files_of_earlier_programs_are_read() {
     let mut short = serde_json::to_value(&new).unwrap();
     short["cameras"][0]["settings"]["logs"].as_array_mut().unwrap().truncate(8);
     assert!(serde_json::from_value::<NeuralCameraReconstructor>(short).is_err());
+}
+
+/// A camera as it was written before pupils moved: without the pupil's number, and without its row and column.
+fn before_pupils(camera: &mut Value) {
+    const NUMBERS: usize = 17;
+    let lens = camera["optics"]["lens"].as_object_mut().unwrap();
+    for name in ["pupil", "middle_nearness"] {
+        lens.remove(name).unwrap();
+    }
+    camera["settings"]["logs"].as_array_mut().unwrap().truncate(10);
+    let without_last = |values: &Value, rows: usize| -> Value {
+        let rows = values.as_array().unwrap().chunks(NUMBERS).take(rows);
+        rows.flat_map(|row| row[..NUMBERS - 1].to_vec()).collect()
+    };
+    camera["lens_covariance"] = without_last(&camera["lens_covariance"], NUMBERS - 1);
+    for axis in 0..2 {
+        camera["follow"][axis] = without_last(&camera["follow"][axis], usize::MAX);
+    }
+}
+
+#[test]
+fn files_of_cameras_whose_pupils_did_not_move_mean_the_same() {
+    let rig = Rig::named("glass", 2).unwrap();
+    let new = fitted(&charts(&rig, Stage::default(), Noise::Normal(0.1), 200));
+    let mut text = serde_json::to_value(&new).unwrap();
+    text["cameras"].as_array_mut().unwrap().iter_mut().for_each(before_pupils);
+    let old: NeuralCameraReconstructor = serde_json::from_value(text).unwrap();
+    assert!(old.is_consistent());
+    for world in [Point3::new(3.0, -2.0, 60.0), Point3::new(-20.0, 9.0, 130.0)] {
+        let [(old, bars), (new, wanted)] = [&old, &new].map(|c| c.predict(1, world).unwrap());
+        assert!((old - new).norm() < 1e-6, "{old} for {new}");
+        assert!((bars - wanted).norm() < 1e-6 * wanted.norm(), "{bars} for {wanted}");
+    }
+}
+
+/// A convex mirror shows things from farther behind it the farther from its middle they are seen.
+#[test]
+fn pupils_move_before_a_mirror_and_stay_in_plain_lenses() {
+    for (name, moves) in [("mirror", true), ("paper", false), ("fisheye", false)] {
+        let rig = Rig::named(name, 2).unwrap();
+        let (columns, rows) = (13, 10);
+        let chart = LineGrid { columns, rows, pitch: rig.chart_pitch(), ..LineGrid::default() };
+        let views = Stage::default().views().unwrap();
+        let noise = (Noise::Normal(0.1), 1);
+        let fitted = fitted(&chart_correspondences(&rig, &chart.into(), &views, noise, Some(900)));
+        let file = serde_json::to_value(&fitted).unwrap();
+        for (index, camera) in rig.cameras.iter().enumerate() {
+            let pupil = file["cameras"][index]["optics"]["lens"]["pupil"].as_f64().unwrap();
+            assert_eq!(pupil.abs() > 1e-4, moves, "{name}: {pupil}");
+            // At the border of the picture charts were near only.
+            let at = |x: f64, y: f64| {
+                let pixel = Pixel::new(x, y);
+                let found = fitted.predict(index, camera.ray(pixel).unwrap().at(150.0)).unwrap().0;
+                (found - pixel).norm_squared()
+            };
+            let squares = [at(40.0, 40.0), at(600.0, 40.0), at(40.0, 440.0), at(600.0, 440.0)];
+            let rms = (squares.iter().sum::<f64>() / 4.0).sqrt();
+            assert!(rms < 0.25, "{name}: {rms} px");
+        }
+    }
 }
 
 /// The wall of a round tank bends rays along one axis, which radial terms do not have.

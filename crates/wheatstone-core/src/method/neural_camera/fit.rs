@@ -5,10 +5,12 @@ use super::{
     chart_poses::UncertainPoses,
     correction_basis::{Field, Functions, chained},
     evidence::{Mode, Posterior, SIDE, Search, Sums},
+    greatest_evidence,
     jacobian::{ByNumbers, Sloped},
-    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Layout, Lens, PARAMETERS},
+    layout::Layout,
+    lens::{self, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Lens, PARAMETERS},
     pose_jacobian::Motions,
-    settings::{DISTORTION, LENGTH, NOISE, OF_FIELD, PARALLAX, Settings, WAVES},
+    settings::{NOISE, OF_FIELD, Settings},
 };
 
 use crate::{
@@ -31,15 +33,6 @@ const MOST_WAVES: usize = 120;
 
 /// Times that settings and linearisation take turns: two to follow each other, one to spare.
 const ROUNDS: usize = 3;
-
-/// Lengths of the waves, in units of the field, from which searches begin: the evidence may have two hills, of short
-/// waves and of long ones.
-const FIRST_LENGTHS: [f64; 2] = [0.25, 0.8];
-
-/// A gain in log evidence that is strong (Kass & Raftery 1995, doi:10.1080/01621459.1995.10476572) for distortion.
-/// Before a round tank nearly all cameras gain 2 to 24, others rarely more than 3: distortion that is let in for
-/// less makes points beyond the charts err by more.
-const CONVINCING: f64 = 3.0;
 
 /// A camera on its way to be fitted.
 pub(super) struct State<'a> {
@@ -79,9 +72,7 @@ pub(super) fn fit_state<'a>(
     // Charts that stand elsewhere look like distortion.
     let is_certain = state.charts.is_none();
     let choose = |sums: &Sums, field: &Field| {
-        let plain = without_distortion(sums, field, settings, progress)?;
-        progress.check()?;
-        Ok(plain.map(|plain| if is_certain { with_distortion(sums, field, plain) } else { plain }))
+        greatest_evidence::chosen(sums, field, (settings, is_certain), progress)
     };
     with_correction(state, choose, progress)
 }
@@ -96,37 +87,6 @@ pub(super) fn refit_state<'a>(
     let state = State { pairs, lens, field, weights: Vec::new(), charts: None };
     let choose = |sums: &Sums, field: &Field| Ok(sums.climb(field, settings, Search::ALL));
     with_correction(state, choose, progress)
-}
-
-/// The settings of greatest evidence without distortion, from those of a camera without correction.
-fn without_distortion(
-    sums: &Sums,
-    field: &Field,
-    bare: Settings,
-    progress: &dyn Progress,
-) -> Result<Option<Posterior>> {
-    let mut best: Option<Posterior> = None;
-    for length in FIRST_LENGTHS {
-        progress.check()?;
-        let mut start = bare;
-        start.logs[WAVES] = bare.logs[NOISE];
-        start.logs[PARALLAX] = bare.logs[NOISE];
-        start.logs[LENGTH] = libm::log(length);
-        let is_greater =
-            |found: &Posterior| best.as_ref().is_none_or(|other| found.evidence > other.evidence);
-        if let Some(found) = sums.climb(field, start, Search::ALL).filter(is_greater) {
-            best = Some(found);
-        }
-    }
-    Ok(best)
-}
-
-/// Those with distortion where the points ask for it, `plain` elsewhere.
-fn with_distortion(sums: &Sums, field: &Field, plain: Posterior) -> Posterior {
-    let mut start = plain.settings;
-    start.logs[DISTORTION] = start.logs[NOISE];
-    let is_asked_for = |with: &Posterior| with.evidence - plain.evidence > CONVINCING;
-    sums.climb(field, start, Search::ALL).filter(is_asked_for).unwrap_or(plain)
 }
 
 /// Fits lens and correction together, with settings that are chosen by the sums about the bare lens.
@@ -181,8 +141,10 @@ fn least_squares(
 ) -> Result<Option<Lens>> {
     // Standard deviations of the lens's terms, in units of one pixel's error each: they only keep
     // the search from wandering where points are few.
-    let loose = |index: usize| {
-        if (FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL).contains(&index) { 1.0 } else { 0.1 }
+    let loose = |index: usize| match index {
+        FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL => 1.0,
+        lens::PUPIL => 1e-6,
+        _ => 0.1,
     };
     let patience = Patience { steps: 60, least_gain: 1e-4 };
     let found = minimise(&[0.0; PARAMETERS], patience, progress, |step, normal| {

@@ -45,8 +45,9 @@ impl<'a> Sloped<'a> {
     pub(super) fn project(&self, world: Point3) -> Option<(ProjectedPoint, ByNumbers)> {
         let lens = self.lens;
         let point = lens.camera_from_world.transform(world);
-        let (place, by_place) = lens.lay_out(point)?;
-        let (bent, by_bend) = lens.bent(place);
+        let (place, by_place) = lens.layout.place(point)?;
+        let nearness = lens.nearness(world);
+        let (bent, by_bend) = lens.bent(place, nearness.0);
         let plane = lens.plane_matrix();
         let by_point = plane * by_bend * by_place;
         let mut slopes = ByNumbers::zeros();
@@ -63,16 +64,16 @@ impl<'a> Sloped<'a> {
         slopes.set_column(8, &Vector2::new(bent.y * self.units[8], 0.0));
         slopes.set_column(9, &Vector2::new(self.units[9], 0.0));
         slopes.set_column(10, &Vector2::new(0.0, self.units[10]));
-        for (index, by) in lens.second_derivatives(place).into_iter().enumerate() {
+        for (index, by) in lens.second_derivatives(place, nearness.0).into_iter().enumerate() {
             slopes.set_column(FIRST_RADIAL + index, &(plane * by));
         }
-        Some((lens.seen(world, (bent, by_point))?, slopes))
+        Some((lens.seen((place, nearness), (bent, by_point))?, slopes))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{super::lens::Layout, *};
+    use super::{super::layout::Layout, *};
     use crate::geometry::{Pixel, Pose};
 
     fn lens(layout: Layout) -> Lens {
@@ -85,6 +86,8 @@ mod tests {
             ),
             plane: [700.0, 690.0, 1.5, 320.0, 240.0],
             distortion: [-0.1, 0.03, -0.01, 2e-3, -1e-3],
+            pupil: 0.02,
+            middle_nearness: 0.012,
             middle: Pixel::new(320.0, 240.0),
             viewpoint: Point3::new(-4.0, 3.0, -70.0),
             reach: 0.6,

@@ -3,8 +3,11 @@
 //! The plane is that of the direct linear transformation (eleven numbers, Abdel-Aziz & Karara 1971,
 //! reprint doi:10.14358/PERS.81.2.103). On it, or on the plane of angles for a fisheye (Kannala &
 //! Brandt 2006, doi:10.1109/TPAMI.2006.153), stand Brown's radial and tangential terms
-//! (Brown 1971, Photogrammetric Engineering 37:855-866).
+//! (Brown 1971, Photogrammetric Engineering 37:855-866). The entrance pupil may move along the axis with the square of the
+//! angle (Gennery 2006, doi:10.1007/s11263-006-5168-1), as that of fisheyes, ports and mirrors does: the first radial term then
+//! changes with the nearness.
 
+use super::layout::Layout;
 use crate::{
     camera::pinhole::Pinhole,
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray, Vector3},
@@ -13,24 +16,15 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that a fit may change: rotation and translation, the five of the plane, the lens.
-pub(super) const PARAMETERS: usize = 16;
+pub(super) const PARAMETERS: usize = 17;
 
 /// The first of the numbers that are expected near 0: shape of a pixel (two), principal point (two),
-/// radial terms (three), tangential terms (two). Of pose and focal length nothing is known.
+/// radial terms (three), tangential terms (two), the pupil's movement. Of pose and focal length nothing is known.
 pub(super) const FIRST_EXPECTED: usize = 7;
 pub(super) const FIRST_OF_PRINCIPAL: usize = 9;
 pub(super) const FIRST_RADIAL: usize = 11;
 pub(super) const FIRST_TANGENTIAL: usize = 14;
-
-/// How directions are laid out on a plane before the lens bends them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Layout {
-    /// By the tangent of the angle from the axis, as a pinhole does.
-    Perspective,
-    /// By the angle itself, as most fisheye lenses nearly do.
-    Equidistant,
-}
+pub(super) const PUPIL: usize = 16;
 
 /// World to pixel without correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +40,12 @@ pub(super) struct Lens {
     /// Three radial and two tangential terms, as relative displacements at `reach`.
     #[serde(alias = "bend")]
     pub(super) distortion: [f64; 5],
+    /// By how much the pupil's movement raises the first radial term where the nearness is twice that of the middle.
+    #[serde(default)]
+    pub(super) pupil: f64,
+    /// The middle of the nearness among the fitted points.
+    #[serde(default = "any_nearness")]
+    pub(super) middle_nearness: f64,
     /// The middle of the pixels seen, near which the principal point is expected.
     pub(super) middle: Pixel,
     /// The camera's centre as first found: nearness counts from here, so that it stays what it is
@@ -53,6 +53,11 @@ pub(super) struct Lens {
     pub(super) viewpoint: Point3,
     /// Largest distance from the axis on the layout's plane among the fitted points.
     pub(super) reach: f64,
+}
+
+/// Of lenses whose pupil stays where it is.
+fn any_nearness() -> f64 {
+    1.0
 }
 
 impl Lens {
@@ -84,6 +89,8 @@ impl Lens {
             camera_from_world: Pose { rotation, translation },
             plane,
             distortion: [0.0; 5],
+            pupil: 0.0,
+            middle_nearness: any_nearness(),
             middle: Pixel::new(upper[(0, 2)], upper[(1, 2)]),
             viewpoint: centre,
             reach: 1.0,
@@ -93,16 +100,17 @@ impl Lens {
     /// The same camera laid out otherwise, its reach and middle those of `pairs`.
     pub(super) fn laid_out(mut self, layout: Layout, pairs: &[(Point3, Pixel)]) -> Self {
         self.layout = layout;
-        self.distortion = [0.0; 5];
+        (self.distortion, self.pupil) = ([0.0; 5], 0.0);
         let pose = self.camera_from_world;
-        let distance = |world| Some(self.lay_out(pose.transform(world))?.0.norm());
+        let distance = |world| Some(layout.place(pose.transform(world))?.0.norm());
         let reach = pairs.iter().filter_map(|(world, _)| distance(*world)).fold(0.0, f64::max);
-        let middle = [0, 1].map(|axis| {
-            let low = pairs.iter().map(|(_, pixel)| pixel[axis]).fold(f64::INFINITY, f64::min);
-            let high = pairs.iter().map(|(_, pixel)| pixel[axis]).fold(f64::NEG_INFINITY, f64::max);
+        let middle = |values: &dyn Fn(&(Point3, Pixel)) -> f64| {
+            let low = pairs.iter().map(values).fold(f64::INFINITY, f64::min);
+            let high = pairs.iter().map(values).fold(f64::NEG_INFINITY, f64::max);
             0.5 * (low + high)
-        });
-        self.middle = Pixel::from(middle);
+        };
+        self.middle = Pixel::from([0, 1].map(|axis| middle(&|(_, pixel)| pixel[axis])));
+        self.middle_nearness = middle(&|(world, _)| self.nearness(*world).0);
         self.reach = if reach > 0.0 { reach } else { 1.0 };
         self
     }
@@ -112,38 +120,22 @@ impl Lens {
         Self { viewpoint: Point3::from(self.camera_from_world.inverse().translation), ..self }
     }
 
-    /// A point in the camera's frame on the layout's plane, with derivatives.
-    pub(super) fn lay_out(&self, point: Point3) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
-        let (x, y, z) = (point.x, point.y, point.z);
-        if self.layout == Layout::Perspective {
-            let (u, v) = (x / z, y / z);
-            let slopes = Matrix2x3::new(1.0, 0.0, -u, 0.0, 1.0, -v) / z;
-            return (z > 0.0).then_some((Vector2::new(u, v), slopes));
-        }
-        let radius2 = x * x + y * y;
-        let distance2 = radius2 + z * z;
-        let radius = radius2.sqrt();
-        // On the axis the angle over the radius is 1 / z, and flat.
-        if radius2 <= 1e-16 * distance2 {
-            let slopes = Matrix2x3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0) / z;
-            return (z > 0.0).then_some((Vector2::new(x / z, y / z), slopes));
-        }
-        let scale = libm::atan2(radius, z) / radius;
-        let along = (z / distance2 - scale) / radius2;
-        let slopes = Matrix2x3::new(
-            scale + along * x * x,
-            along * x * y,
-            -x / distance2,
-            along * x * y,
-            scale + along * y * y,
-            -y / distance2,
-        );
-        Some((Vector2::new(x * scale, y * scale), slopes))
+    /// One over the distance from the viewpoint, in inverse world units, with derivatives.
+    pub(super) fn nearness(&self, world: Point3) -> (f64, Vector3) {
+        let away = world - self.viewpoint;
+        let nearness = 1.0 / away.norm();
+        (nearness, away * -nearness.powi(3))
     }
 
-    /// What the lens makes of a place on the layout's plane, with derivatives.
-    pub(super) fn bent(&self, place: Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
+    /// By how much larger than in the middle a nearness is, as a share of that.
+    fn nearer(&self, nearness: f64) -> f64 {
+        nearness / self.middle_nearness - 1.0
+    }
+
+    /// What the lens makes of a place on the layout's plane and a nearness, with derivatives by the place.
+    pub(super) fn bent(&self, place: Vector2<f64>, nearness: f64) -> (Vector2<f64>, Matrix2<f64>) {
         let [k1, k2, k3, p1, p2] = self.distortion;
+        let k1 = k1 + self.pupil * self.nearer(nearness);
         let unit = place / self.reach;
         let (x, y) = (unit.x, unit.y);
         let s = x * x + y * y;
@@ -163,8 +155,12 @@ impl Lens {
         ((unit * factor + sideways) * self.reach, slopes)
     }
 
-    /// How a bent place changes with each of `distortion`.
-    pub(super) fn second_derivatives(&self, place: Vector2<f64>) -> [Vector2<f64>; 5] {
+    /// How a bent place changes with each of `distortion`, and with `pupil`.
+    pub(super) fn second_derivatives(
+        &self,
+        place: Vector2<f64>,
+        nearness: f64,
+    ) -> [Vector2<f64>; 6] {
         let unit = place / self.reach;
         let (x, y) = (unit.x, unit.y);
         let s = x * x + y * y;
@@ -176,6 +172,7 @@ impl Lens {
             along * (s * s),
             sideways(2.0 * x * y, s + 2.0 * y * y),
             sideways(s + 2.0 * x * x, 2.0 * x * y),
+            along * self.nearer(nearness),
         ]
     }
 
@@ -187,24 +184,24 @@ impl Lens {
     /// Where a world point falls, with derivatives by its coordinates; and its nearness,
     /// with derivatives.
     pub(super) fn project(&self, world: Point3) -> Option<ProjectedPoint> {
-        let point = self.camera_from_world.transform(world);
-        let (place, by_point) = self.lay_out(point)?;
-        let (bent, by_place) = self.bent(place);
-        self.seen(world, (bent, self.plane_matrix() * by_place * by_point))
+        let (place, by_point) = self.layout.place(self.camera_from_world.transform(world))?;
+        let nearness = self.nearness(world);
+        let (bent, by_place) = self.bent(place, nearness.0);
+        self.seen((place, nearness), (bent, self.plane_matrix() * by_place * by_point))
     }
 
-    /// A world point whose place on the bent plane is known, with the pixel's derivatives by the point's
-    /// place in the camera's frame.
+    /// A point of which it is known where it lies on the layout's plane, how near it is, and where it lies on the bent plane,
+    /// with the pixel's derivatives by the point's place in the camera's frame.
     pub(super) fn seen(
         &self,
-        world: Point3,
+        (place, (nearness, nearness_slopes)): (Vector2<f64>, (f64, Vector3)),
         (bent, by_point): (Vector2<f64>, Matrix2x3<f64>),
     ) -> Option<ProjectedPoint> {
         let pixel = self.plane_matrix() * bent + Vector2::new(self.plane[3], self.plane[4]);
-        let away = world - self.viewpoint;
-        let nearness = 1.0 / away.norm();
-        let nearness_slopes = away * -nearness.powi(3);
-        let slopes = by_point * self.camera_from_world.rotation;
+        let along =
+            place * ((place / self.reach).norm_squared() * self.pupil / self.middle_nearness);
+        let slopes = by_point * self.camera_from_world.rotation
+            + self.plane_matrix() * along * nearness_slopes.transpose();
         let finite = pixel.iter().all(|value| value.is_finite()) && nearness.is_finite();
         finite.then_some(ProjectedPoint {
             pixel: Pixel::from(pixel),
@@ -214,14 +211,14 @@ impl Lens {
         })
     }
 
-    /// Where a pixel looks, by Newton's method on the layout's plane; `None` where no direction
-    /// leads to it.
-    pub(super) fn ray(&self, pixel: Pixel) -> Option<Ray> {
+    /// Where a pixel looks that shows something as near as this, by Newton's method on the layout's plane; `None` where no
+    /// direction leads to it.
+    pub(super) fn ray(&self, pixel: Pixel, nearness: f64) -> Option<Ray> {
         let target = self.plane_matrix().try_inverse()?
             * (pixel.coords - Vector2::new(self.plane[3], self.plane[4]));
         let mut place = target;
         for _ in 0..20 {
-            let (reached, slopes) = self.bent(place);
+            let (reached, slopes) = self.bent(place, nearness);
             let step = slopes.try_inverse()? * (target - reached);
             // Half the reach a step keeps Newton on the branch that starts at the axis.
             let limit = 0.5 * self.reach;
@@ -230,15 +227,7 @@ impl Lens {
                 break;
             }
         }
-        let direction = match self.layout {
-            Layout::Perspective => Vector3::new(place.x, place.y, 1.0),
-            Layout::Equidistant => {
-                let angle = place.norm().max(f64::MIN_POSITIVE);
-                let sine = libm::sin(angle) / angle;
-                Vector3::new(place.x * sine, place.y * sine, libm::cos(angle))
-            }
-        };
-        let direction = direction.try_normalize(0.0).filter(|d| d.iter().all(|v| v.is_finite()))?;
+        let direction = self.layout.direction(place)?;
         let own = Ray { origin: Point3::origin(), direction };
         Some(own.transformed(&self.camera_from_world.inverse()))
     }
@@ -263,7 +252,8 @@ impl Lens {
             [fx * focal * stretch, fy * focal / stretch, skew + by(8), cx + by(9), cy + by(10)];
         let mut distortion = self.distortion;
         distortion.iter_mut().enumerate().for_each(|(index, value)| *value += by(11 + index));
-        Self { camera_from_world, plane, distortion, ..self.clone() }
+        let pupil = self.pupil + by(PUPIL);
+        Self { camera_from_world, plane, distortion, pupil, ..self.clone() }
     }
 
     /// Radians, the distance of the world's origin, shares and focal lengths: steps of like effect.
@@ -287,7 +277,8 @@ impl Lens {
             (cx - self.middle.x) / focal,
             (cy - self.middle.y) / focal,
         ]);
-        numbers[FIRST_RADIAL..].copy_from_slice(&self.distortion);
+        numbers[FIRST_RADIAL..PUPIL].copy_from_slice(&self.distortion);
+        numbers[PUPIL] = self.pupil;
         numbers
     }
 
@@ -348,6 +339,9 @@ impl Lens {
         let gap = pose.rotation * pose.rotation.transpose() - Matrix3::identity();
         gap.norm() < 1e-6
             && self.reach > 0.0
+            && self.pupil.is_finite()
+            && self.middle_nearness.is_finite()
+            && self.middle_nearness > 0.0
             && self.viewpoint.iter().chain(self.middle.iter()).all(|v| v.is_finite())
             && self.plane[0] != 0.0
             && self.plane[1] != 0.0
@@ -384,8 +378,10 @@ mod tests {
         for layout in [Layout::Perspective, Layout::Equidistant] {
             let mut lens = plain.clone().laid_out(layout, &pairs);
             lens.distortion = [0.05, -0.01, 0.003, 0.001, -0.002];
+            lens.pupil = 0.01;
             for (world, _) in &pairs {
-                let ray = lens.ray(lens.project(*world).unwrap().pixel).unwrap();
+                let seen = lens.project(*world).unwrap();
+                let ray = lens.ray(seen.pixel, seen.nearness).unwrap();
                 let away = world - ray.origin;
                 assert!(
                     away.cross(&ray.direction).norm() < 1e-9 * away.norm(),

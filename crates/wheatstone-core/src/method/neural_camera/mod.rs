@@ -13,7 +13,9 @@
 mod model;
 mod evidence;
 mod correction_basis;
+mod greatest_evidence;
 mod fit;
+mod layout;
 mod lens;
 mod pose_jacobian;
 mod pose_uncertainty;

@@ -52,7 +52,7 @@ impl Optics {
             None => (pixel, self.field.nearness()),
         };
         let [x, y] = self.field.sum(&self.field.values(place, nearness), &self.weights);
-        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]))
+        self.lens.ray(Pixel::new(pixel.x - x[0], pixel.y - y[0]), nearness)
     }
 
     /// Made ready for many points, a squared pixel of error counting `weight`; `None` for a lens that does
@@ -188,10 +188,27 @@ impl From<Stored> for NeuralCameraModel {
             lens_covariance: stored.lens_covariance,
             modes: stored.modes,
         }
+        .with_a_pupil()
     }
 }
 
 impl NeuralCameraModel {
+    /// A camera of files from when no lens had a pupil that moves: it stays, with certainty.
+    fn with_a_pupil(mut self) -> Self {
+        const BEFORE: usize = PARAMETERS - 1;
+        if self.lens_covariance.len() == BEFORE * BEFORE {
+            let own = DMatrix::from_column_slice(BEFORE, BEFORE, &self.lens_covariance);
+            let all = own.resize(PARAMETERS, PARAMETERS, 0.0);
+            self.lens_covariance = all.as_slice().to_vec();
+            for follow in &mut self.follow {
+                let rows = follow.as_chunks::<BEFORE>().0.iter();
+                *follow = rows.flat_map(|row| row.iter().copied().chain([0.0])).collect();
+            }
+            self.modes.iter_mut().for_each(|mode| mode.lens.resize(PARAMETERS, 0.0));
+        }
+        self
+    }
+
     /// The camera at the mode of `fitted`, as uncertain as the other posterior says, each without functions
     /// that have no freedom. `state` has the functions of both.
     pub(super) fn new(

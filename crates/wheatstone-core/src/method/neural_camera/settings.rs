@@ -2,7 +2,7 @@
 
 use super::{
     correction_basis::Field,
-    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL, PARAMETERS},
+    lens::{self, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL},
 };
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use std::ops::Range;
@@ -18,24 +18,26 @@ pub(super) struct Settings {
     /// Natural logarithms of, in this order: the pixel noise (px); the standard deviations of a
     /// pixel's shape, of the principal point (focal lengths), of the radial and the tangential terms; the waves' (px)
     /// and their length (units of the field); the parallax' (px) and the share of it that each degree keeps; the
-    /// distortion's (px), of which each degree keeps as much as half the field of view has radians.
-    #[serde(deserialize_with = "with_or_without_distortion")]
+    /// distortion's (px), of which each degree keeps as much as half the field of view has radians; the pupil's.
+    #[serde(deserialize_with = "those_that_there_were")]
     pub(super) logs: [f64; SETTINGS],
 }
 
-/// Settings of cameras before there were polynomials of the picture end with those of the parallax.
-fn with_or_without_distortion<'de, D: Deserializer<'de>>(
-    from: D,
-) -> Result<[f64; SETTINGS], D::Error> {
+/// Settings of cameras before there were polynomials of the picture end with those of the parallax, and those of cameras before
+/// pupils moved with the distortion's.
+fn those_that_there_were<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; SETTINGS], D::Error> {
     let mut logs = Vec::deserialize(from)?;
     if logs.len() == DISTORTION {
         logs.push(libm::log(NO_DISTORTION));
+    }
+    if logs.len() == PUPIL {
+        logs.push(libm::log(NO_PUPIL));
     }
     let count = logs.len();
     logs.try_into().map_err(|_| D::Error::invalid_length(count, &"the settings of a camera"))
 }
 
-pub(super) const SETTINGS: usize = 10;
+pub(super) const SETTINGS: usize = 11;
 pub(super) const NOISE: usize = 0;
 const SHAPE: usize = 1;
 const PRINCIPAL: usize = 2;
@@ -46,12 +48,15 @@ pub(super) const LENGTH: usize = 6;
 pub(super) const PARALLAX: usize = 7;
 const DECAY: usize = 8;
 pub(super) const DISTORTION: usize = 9;
+pub(super) const PUPIL: usize = 10;
 
 /// Amplitude of the distortion, in pixels, of a camera that has none.
 const NO_DISTORTION: f64 = 1e-6;
+/// Standard deviation of the movement of a pupil that stays.
+const NO_PUPIL: f64 = 1e-6;
 
 /// The settings that only the field has.
-pub(super) const OF_FIELD: Range<usize> = WAVES..SETTINGS;
+pub(super) const OF_FIELD: Range<usize> = WAVES..PUPIL;
 
 impl Settings {
     /// Lowest and highest values of the settings (not their logarithms). Noise: a thousandth of a
@@ -68,18 +73,19 @@ impl Settings {
         [1e-4, 100.0],
         [0.03, 1.0],
         [NO_DISTORTION, 100.0],
+        [NO_PUPIL, 0.3],
     ];
 
     /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
     /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
     /// by hundredths; corrections are of the order of a pixel to ten, and what distortion is left beside them is of
-    /// about a pixel.
+    /// about a pixel; pupils move by hundredths of the distance.
     const SCALES: [f64; SETTINGS] =
-        [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY, 1.0];
+        [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY, 1.0, 0.02];
 
     /// Where a search begins, for points that the bare camera misses by `noise` pixels.
     pub(super) fn start(noise: f64) -> Self {
-        let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4, NO_DISTORTION];
+        let values = [noise, 0.02, 0.2, 0.1, 0.01, noise, 0.4, noise, 0.4, NO_DISTORTION, NO_PUPIL];
         Self { logs: values.map(libm::log) }
     }
 
@@ -128,7 +134,8 @@ impl Settings {
             0..FIRST_OF_PRINCIPAL => SHAPE,
             FIRST_OF_PRINCIPAL..FIRST_RADIAL => PRINCIPAL,
             FIRST_RADIAL..FIRST_TANGENTIAL => RADIAL,
-            FIRST_TANGENTIAL..PARAMETERS => TANGENTIAL,
+            FIRST_TANGENTIAL..lens::PUPIL => TANGENTIAL,
+            lens::PUPIL => PUPIL,
             _ => return (1.0, None),
         };
         (1.0 / self.value(setting).powi(2), Some(setting))
