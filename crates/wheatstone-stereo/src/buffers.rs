@@ -82,6 +82,7 @@ impl<T> Pool<T> {
 }
 
 /// A vector that goes back to its pool.
+#[derive(Debug)]
 pub(crate) struct Buffer<T: Copy + Default> {
     values: Vec<T>,
     pool: Pool<T>,

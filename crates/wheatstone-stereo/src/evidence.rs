@@ -35,6 +35,7 @@ pub(crate) const BAND: usize = 64;
 /// - `border`: how far from the left border of the right picture the match lies, in pixels.
 /// - `wide_known`: the share of 21 x 21 pixels that have a disparity.
 /// - `wide_correlation`: the mean correlation of those, negative ones counted as zero.
+#[derive(Debug)]
 pub struct Evidence {
     pub(crate) gap: Buffer<f32>,
     pub(crate) lead: Buffer<f32>,

@@ -193,19 +193,23 @@ impl From<Stored> for NeuralCameraModel {
 }
 
 impl NeuralCameraModel {
-    /// A camera of files from when no lens had a pupil that moves: it stays, with certainty.
+    /// A camera of files from when no lens had a pupil that moves: it stays, with certainty. What does not have the lengths of
+    /// such files stays as it is, for [`Self::is_consistent`] to refuse.
     fn with_a_pupil(mut self) -> Self {
         const BEFORE: usize = PARAMETERS - 1;
-        if self.lens_covariance.len() == BEFORE * BEFORE {
-            let own = DMatrix::from_column_slice(BEFORE, BEFORE, &self.lens_covariance);
-            let all = own.resize(PARAMETERS, PARAMETERS, 0.0);
-            self.lens_covariance = all.as_slice().to_vec();
-            for follow in &mut self.follow {
-                let rows = follow.as_chunks::<BEFORE>().0.iter();
-                *follow = rows.flat_map(|row| row.iter().copied().chain([0.0])).collect();
-            }
-            self.modes.iter_mut().for_each(|mode| mode.lens.resize(PARAMETERS, 0.0));
+        if self.lens_covariance.len() != BEFORE * BEFORE {
+            return self;
         }
+        let own = DMatrix::from_column_slice(BEFORE, BEFORE, &self.lens_covariance);
+        self.lens_covariance = own.resize(PARAMETERS, PARAMETERS, 0.0).as_slice().to_vec();
+        for follow in &mut self.follow {
+            if let (rows, []) = follow.as_chunks::<BEFORE>() {
+                let all = rows.iter().flat_map(|row| row.iter().copied().chain([0.0]));
+                *follow = all.collect();
+            }
+        }
+        let modes = self.modes.iter_mut().filter(|mode| mode.lens.len() == BEFORE);
+        modes.for_each(|mode| mode.lens.push(0.0));
         self
     }
 
