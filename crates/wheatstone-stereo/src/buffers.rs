@@ -33,26 +33,15 @@ pub(crate) struct Pool<T>(Arc<Mutex<Vec<Vec<T>>>>);
 impl<T: Copy + Default> Pool<T> {
     /// A buffer that holds one value everywhere.
     pub(crate) fn filled(&self, length: usize, value: T) -> Buffer<T> {
-        let values = match self.take(length) {
-            Some(mut values) => {
-                values.clear();
-                values.resize(length, value);
-                values
-            }
-            None => vec![value; length],
-        };
-        Buffer { values, pool: self.clone() }
+        let mut buffer = self.any(length);
+        buffer.fill(value);
+        buffer
     }
 
     /// A buffer that holds anything, to be written before it is read.
     pub(crate) fn any(&self, length: usize) -> Buffer<T> {
-        let values = match self.take(length) {
-            Some(mut values) => {
-                values.resize(length, T::default());
-                values
-            }
-            None => vec![T::default(); length],
-        };
+        let mut values = self.take(length).unwrap_or_else(|| vec![T::default(); length]);
+        values.resize(length, T::default());
         Buffer { values, pool: self.clone() }
     }
 

@@ -8,7 +8,7 @@ use super::{
     greatest_evidence,
     jacobian::{ByNumbers, Sloped},
     layout::Layout,
-    lens::{self, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Lens, PARAMETERS},
+    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_TANGENTIAL, Lens, OF_PUPIL, PARAMETERS},
     pose_jacobian::Motions,
     settings::{NOISE, OF_FIELD, Settings},
 };
@@ -143,7 +143,7 @@ fn least_squares(
     // the search from wandering where points are few.
     let loose = |index: usize| match index {
         FIRST_OF_PRINCIPAL..FIRST_TANGENTIAL => 1.0,
-        lens::PUPIL => 1e-6,
+        OF_PUPIL => 1e-6,
         _ => 0.1,
     };
     let patience = Patience { steps: 60, least_gain: 1e-4 };

@@ -31,7 +31,8 @@ pub(super) fn chosen(
 ) -> Result<Option<Posterior>> {
     let plain = plain(sums, field, bare, progress)?;
     progress.check()?;
-    Ok(plain.map(|plain| if is_certain { with_more(sums, field, plain) } else { plain }))
+    Ok(plain
+        .map(|plain| if is_certain { with_distortion_or_pupil(sums, field, plain) } else { plain }))
 }
 
 /// Those without distortion and with a pupil that stays, from those of a camera without correction.
@@ -58,13 +59,14 @@ fn plain(
 }
 
 /// Those with distortion where the points ask for it; else with a pupil that moves, where they ask for that; else `plain`.
-fn with_more(sums: &Sums, field: &Field, plain: Posterior) -> Posterior {
+fn with_distortion_or_pupil(sums: &Sums, field: &Field, plain: Posterior) -> Posterior {
     let noise = plain.settings.logs[NOISE];
     // Behind ports parallax has what the pupil does already. With both, views beyond the depths of the others err by more.
-    let has_parallax = plain.settings.logs[PARALLAX] > noise;
-    let distortion = Some((DISTORTION, noise));
-    let pupil = (!has_parallax).then_some((PUPIL, libm::log(FIRST_PUPIL)));
-    for (setting, value) in distortion.into_iter().chain(pupil) {
+    let mut tried = vec![(DISTORTION, noise)];
+    if plain.settings.logs[PARALLAX] <= noise {
+        tried.push((PUPIL, libm::log(FIRST_PUPIL)));
+    }
+    for (setting, value) in tried {
         let mut start = plain.settings;
         start.logs[setting] = value;
         let is_asked_for = |with: &Posterior| with.evidence - plain.evidence > CONVINCING;

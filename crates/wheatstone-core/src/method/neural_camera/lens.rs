@@ -24,7 +24,7 @@ pub(super) const FIRST_EXPECTED: usize = 7;
 pub(super) const FIRST_OF_PRINCIPAL: usize = 9;
 pub(super) const FIRST_RADIAL: usize = 11;
 pub(super) const FIRST_TANGENTIAL: usize = 14;
-pub(super) const PUPIL: usize = 16;
+pub(super) const OF_PUPIL: usize = 16;
 
 /// World to pixel without correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -252,7 +252,7 @@ impl Lens {
             [fx * focal * stretch, fy * focal / stretch, skew + by(8), cx + by(9), cy + by(10)];
         let mut distortion = self.distortion;
         distortion.iter_mut().enumerate().for_each(|(index, value)| *value += by(11 + index));
-        let pupil = self.pupil + by(PUPIL);
+        let pupil = self.pupil + by(OF_PUPIL);
         Self { camera_from_world, plane, distortion, pupil, ..self.clone() }
     }
 
@@ -277,8 +277,8 @@ impl Lens {
             (cx - self.middle.x) / focal,
             (cy - self.middle.y) / focal,
         ]);
-        numbers[FIRST_RADIAL..PUPIL].copy_from_slice(&self.distortion);
-        numbers[PUPIL] = self.pupil;
+        numbers[FIRST_RADIAL..OF_PUPIL].copy_from_slice(&self.distortion);
+        numbers[OF_PUPIL] = self.pupil;
         numbers
     }
 

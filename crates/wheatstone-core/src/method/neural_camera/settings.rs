@@ -2,7 +2,7 @@
 
 use super::{
     correction_basis::Field,
-    lens::{self, FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL},
+    lens::{FIRST_EXPECTED, FIRST_OF_PRINCIPAL, FIRST_RADIAL, FIRST_TANGENTIAL, OF_PUPIL},
 };
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use std::ops::Range;
@@ -19,13 +19,13 @@ pub(super) struct Settings {
     /// pixel's shape, of the principal point (focal lengths), of the radial and the tangential terms; the waves' (px)
     /// and their length (units of the field); the parallax' (px) and the share of it that each degree keeps; the
     /// distortion's (px), of which each degree keeps as much as half the field of view has radians; the pupil's.
-    #[serde(deserialize_with = "those_that_there_were")]
+    #[serde(deserialize_with = "of_any_program")]
     pub(super) logs: [f64; SETTINGS],
 }
 
 /// Settings of cameras before there were polynomials of the picture end with those of the parallax, and those of cameras before
 /// pupils moved with the distortion's.
-fn those_that_there_were<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; SETTINGS], D::Error> {
+fn of_any_program<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; SETTINGS], D::Error> {
     let mut logs = Vec::deserialize(from)?;
     if logs.len() == DISTORTION {
         logs.push(libm::log(NO_DISTORTION));
@@ -79,7 +79,7 @@ impl Settings {
     /// Scales of exponential hyperpriors on the amplitudes, which prefer none where points are too
     /// few to tell (Simpson et al. 2017, doi:10.1214/16-STS576): lenses bend by tenths, tangentially
     /// by hundredths; corrections are of the order of a pixel to ten, and what distortion is left beside them is of
-    /// about a pixel; pupils move by hundredths of the distance.
+    /// about a pixel; pupils that move change the first radial term by thousandths to hundredths.
     const SCALES: [f64; SETTINGS] =
         [f64::INFINITY, 0.02, 0.2, 0.3, 0.01, 3.0, f64::INFINITY, 3.0, f64::INFINITY, 1.0, 0.02];
 
@@ -134,8 +134,8 @@ impl Settings {
             0..FIRST_OF_PRINCIPAL => SHAPE,
             FIRST_OF_PRINCIPAL..FIRST_RADIAL => PRINCIPAL,
             FIRST_RADIAL..FIRST_TANGENTIAL => RADIAL,
-            FIRST_TANGENTIAL..lens::PUPIL => TANGENTIAL,
-            lens::PUPIL => PUPIL,
+            FIRST_TANGENTIAL..OF_PUPIL => TANGENTIAL,
+            OF_PUPIL => PUPIL,
             _ => return (1.0, None),
         };
         (1.0 / self.value(setting).powi(2), Some(setting))
