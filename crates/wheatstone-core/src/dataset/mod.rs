@@ -34,6 +34,12 @@ impl Correspondence {
     pub fn seen_by(&self) -> usize {
         self.pixels.iter().flatten().count()
     }
+
+    /// Whether the pose of its chart was estimated from these pixels.
+    #[must_use]
+    pub fn has_estimated_pose(&self) -> bool {
+        self.world.is_some() && self.board.is_some()
+    }
 }
 
 /// Correspondences of one set of cameras.
@@ -95,6 +101,12 @@ impl Dataset {
     /// The points whose place in the world is known.
     pub fn known(&self) -> impl Iterator<Item = (Point3, &Correspondence)> + Clone {
         self.correspondences.iter().filter_map(|c| Some((c.world?, c)))
+    }
+
+    /// Whether the pose of some chart was estimated from these pixels.
+    #[must_use]
+    pub fn has_estimated_poses(&self) -> bool {
+        self.correspondences.iter().any(Correspondence::has_estimated_pose)
     }
 
     /// World points with their pixels in one camera.

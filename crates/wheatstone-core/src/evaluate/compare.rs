@@ -148,7 +148,7 @@ pub fn compare(
         MethodScore { fit_seconds: *seconds, ratio_to_floor, ..row }
     };
     let rows: Vec<MethodScore> = methods.iter().zip(&outcomes).zip(&wholes).map(row).collect();
-    let chosen = choose(&rows);
+    let chosen = choose(&rows, data);
     let named = |name: &str| methods.iter().position(|method| method.name() == name);
     let budget = match chosen.as_deref().and_then(named) {
         Some(chosen) => {
@@ -202,10 +202,11 @@ fn held_out(folds: &[Fold], outcomes: &[Outcome]) -> Vec<HeldOut> {
     folds.iter().zip(outcomes).flat_map(of_fold).collect()
 }
 
-/// By `auto`'s own rule, among the others: the simplest whose error is nearly the least.
-fn choose(rows: &[MethodScore]) -> Option<String> {
+/// By `auto`'s own rule, among the others: the simplest whose error is nearly the least, of those with honest error bars.
+fn choose(rows: &[MethodScore], data: &Dataset) -> Option<String> {
     let rank = |row: &&MethodScore| auto::BY_SIMPLICITY.iter().position(|name| *name == row.method);
-    let mut single: Vec<&MethodScore> = rows.iter().filter(|row| rank(row).is_some()).collect();
+    let is_judged = |row: &&MethodScore| rank(row).is_some() && auto::may_choose(&row.method, data);
+    let mut single: Vec<&MethodScore> = rows.iter().filter(is_judged).collect();
     single.sort_by_key(rank);
     let scores: Vec<Score> = single
         .into_iter()

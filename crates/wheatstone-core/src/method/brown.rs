@@ -120,6 +120,10 @@ impl Method for Brown {
         self.ladder().fit::<BrownConrady>(train, progress)
     }
 
+    fn includes_pose_uncertainty(&self) -> bool {
+        true
+    }
+
     fn summary(&self) -> &'static str {
         "cameras with radial and tangential distortion, least reprojection error, then triangulation (1971)"
     }

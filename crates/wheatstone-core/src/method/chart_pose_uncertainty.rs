@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     camera::{AdjustableCamera, posed_lens::MOST_UNKNOWNS},
-    dataset::{Correspondence, Dataset},
+    dataset::Dataset,
     geometry::{Point3, Vector3},
 };
 use nalgebra::{DMatrix, Matrix3, Matrix6, MatrixXx6, Vector2, Vector6};
@@ -33,11 +33,6 @@ pub(super) fn unknowns(train: &Dataset) -> usize {
     MOTION * charts(train).iter().flatten().count()
 }
 
-/// Whether the place of this point's chart was found from the pixels.
-pub(super) fn is_found(row: &Correspondence) -> bool {
-    row.world.is_some() && row.board.is_some()
-}
-
 /// Middles of the charts whose places were found, by view.
 pub(super) fn middles(train: &Dataset) -> Vec<Option<Point3>> {
     charts(train).into_iter().map(|chart| Some(chart?.middle)).collect()
@@ -46,7 +41,7 @@ pub(super) fn middles(train: &Dataset) -> Vec<Option<Point3>> {
 /// By view.
 fn charts(train: &Dataset) -> Vec<Option<Chart>> {
     let mut points: Vec<Vec<Point3>> = vec![Vec::new(); train.views.len().max(1)];
-    for row in train.correspondences.iter().filter(|row| is_found(row)) {
+    for row in train.correspondences.iter().filter(|row| row.has_estimated_pose()) {
         if let Some(points) = points.get_mut(row.view) {
             points.extend(row.world);
         }
@@ -90,7 +85,8 @@ fn cells<L: AdjustableCamera>(
     let mut places: Vec<Option<usize>> = vec![None; views * cameras.len()];
     for row in &train.correspondences {
         let Some(world) = row.world else { continue };
-        let chart = charts.get(row.view).and_then(Option::as_ref).filter(|_| is_found(row));
+        let chart =
+            charts.get(row.view).and_then(Option::as_ref).filter(|_| row.has_estimated_pose());
         let motion = chart.map(|chart| chart.motion(world));
         for (index, (camera, open)) in cameras.iter().zip(open).enumerate() {
             let Some(Some(pixel)) = row.pixels.get(index) else { continue };
@@ -148,7 +144,7 @@ pub(super) fn covariance<L: AdjustableCamera>(
         .collect();
     let count: usize = open.iter().map(CameraUncertainty::numbers).sum();
     let carried = carried(&cells, (&first, count, charts.len()))?;
-    let frame_is_known = train.known().any(|(_, row)| !is_found(row));
+    let frame_is_known = train.known().any(|(_, row)| !row.has_estimated_pose());
     let held = if frame_is_known { 0 } else { MOTION };
     let mut normal = DMatrix::zeros(count + held, count + held);
     let mut errors = DMatrix::zeros(count, count);

@@ -84,6 +84,10 @@ impl Method for KannalaBrandt {
         self.ladder().fit::<Model>(train, progress)
     }
 
+    fn includes_pose_uncertainty(&self) -> bool {
+        true
+    }
+
     fn summary(&self) -> &'static str {
         "fisheye cameras, least reprojection error, then triangulation (2006)"
     }

@@ -98,6 +98,12 @@ pub trait Method: Sync + Send {
         self.fit(train, seed, progress)
     }
 
+    /// Whether error bars include the uncertainty of chart poses that were estimated from the same pixels. Where they do
+    /// not, [`Auto`] does not choose it for such data.
+    fn includes_pose_uncertainty(&self) -> bool {
+        false
+    }
+
     /// In one line, what it is.
     fn summary(&self) -> &'static str;
 

@@ -283,6 +283,10 @@ impl Method for Network {
         self.fit_for(train, (seed, progress), asked, &mut |_, _| ())
     }
 
+    fn includes_pose_uncertainty(&self) -> bool {
+        true
+    }
+
     fn summary(&self) -> &'static str {
         "a small network from pixels to a point; no camera model; the preset `paper` is that of 2001"
     }

@@ -102,6 +102,10 @@ impl Method for Tsai {
         assemble(found?, None, train)
     }
 
+    fn includes_pose_uncertainty(&self) -> bool {
+        true
+    }
+
     fn summary(&self) -> &'static str {
         "cameras by radial alignment with one term of distortion, then triangulation (1987)"
     }

@@ -76,6 +76,8 @@ pub struct Preparation {
     pub bundle_settings: BundleSettings,
     /// The lenses that are known, one a camera; none where they are to be found.
     pub lenses: Vec<AnyCamera>,
+    /// Whether the error bars of the method to be fitted leave out the uncertainty of estimated chart poses.
+    pub omits_pose_uncertainty: bool,
 }
 
 /// Data ready for a fit, and what was done to them.
@@ -181,6 +183,7 @@ impl Preparation {
         // Only where the method is to be chosen may a lens be good enough.
         self.bundle_settings.always_model_free = !matches!(method, None | Some(AnyMethod::Auto(_)));
         self.lenses = method.map_or_else(Vec::new, AnyMethod::known_lenses);
+        self.omits_pose_uncertainty = method.is_some_and(|it| !it.includes_pose_uncertainty());
         self
     }
 
@@ -206,6 +209,10 @@ impl Preparation {
                 chart_poses::place(&data, &self.lenses, self.bundle_settings, progress)?;
             add_findings(&mut examination, self.examine(&solved));
             examination.findings.extend(checks::undecided_poses(&estimated.undecided));
+            let few = estimated.freed.then(|| checks::few_views(estimated.views.len())).flatten();
+            examination.findings.extend(few);
+            let omits = self.omits_pose_uncertainty;
+            examination.findings.extend(omits.then(checks::omitted_pose_uncertainty));
             (data, placed) = (solved, Some(estimated));
         }
         if let Some((length, tolerance)) = self.baseline {

@@ -117,6 +117,10 @@ impl Method for NeuralCamera {
         Ok(Fit::of(NeuralCameraReconstructor { cameras: self.cameras(train, progress)?.0 }))
     }
 
+    fn includes_pose_uncertainty(&self) -> bool {
+        true
+    }
+
     fn summary(&self) -> &'static str {
         "each camera a lens model and a learned correction, sized by the evidence; any optics"
     }

@@ -20,7 +20,7 @@ use super::{
 use crate::{
     dataset::Dataset,
     geometry::{Point3, Vector3},
-    method::chart_pose_uncertainty::{self, is_found},
+    method::chart_pose_uncertainty,
 };
 use nalgebra::{DMatrix, Matrix6xX, SymmetricEigen};
 use wheatstone_numeric::matrix_product::product;
@@ -55,7 +55,7 @@ impl FoundCharts {
                 }
             };
             let charts = middles.iter().map(chart).collect();
-            Self { charts, frame_is_known: train.known().any(|(_, row)| !is_found(row)) }
+            Self { charts, frame_is_known: train.known().any(|(_, row)| !row.has_estimated_pose()) }
         })
     }
 
@@ -86,7 +86,7 @@ impl FoundCharts {
         if self.frame_is_known {
             return Some(root);
         }
-        let found = || train.known().filter(|(_, row)| is_found(row));
+        let found = || train.known().filter(|(_, row)| row.has_estimated_pose());
         let centre =
             found().map(|(world, _)| world.coords).sum::<Vector3>() / found().count().max(1) as f64;
         // What moves as a whole, by the motions' numbers.

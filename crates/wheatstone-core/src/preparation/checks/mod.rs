@@ -45,7 +45,9 @@ pub use expected::{ExpectedDistance, compare_distance};
 pub use finding::{Change, Examination, Finding, Layout, Severity, Statement};
 pub use repair::{doubt, left_out, repair, repair_all};
 pub use unseeable::compare_baseline;
-pub(super) use unseeable::{undecided_poses, undetermined_poses};
+pub(super) use unseeable::{
+    few_views, omitted_pose_uncertainty, undecided_poses, undetermined_poses,
+};
 
 use crate::dataset::Dataset;
 use evidence::Evidence;

@@ -160,3 +160,35 @@ pub(crate) fn undecided_poses(views: &[String]) -> Option<Finding> {
         is_estimate: false,
     })
 }
+
+/// Views of charts held by hand that are too few for poses without a lens model: with six to eight of small charts
+/// behind water or glass, points err by two to four times their error bars; with fifteen they do not.
+pub(crate) fn few_views(views: usize) -> Option<Finding> {
+    const ENOUGH: usize = 10;
+    (views < ENOUGH).then(|| Finding {
+        code: "few-views",
+        severity: Severity::Warning,
+        views: Vec::new(),
+        cameras: Vec::new(),
+        explanation: format!("no lens model was relied on, and {views} views are few to estimate chart poses without one: the error bars may be too small"),
+        figures: vec![("views".into(), views as f64)],
+        hint: format!("take {ENOUGH} views or more, better fifteen, with the chart large in the picture and tilted another way in each"),
+        changes: Vec::new(),
+        is_estimate: false,
+    })
+}
+
+/// A method whose error bars say nothing of chart poses that were estimated.
+pub(crate) fn omitted_pose_uncertainty() -> Finding {
+    Finding {
+        code: "omitted-pose-uncertainty",
+        severity: Severity::Warning,
+        views: Vec::new(),
+        cameras: Vec::new(),
+        explanation: "the chart poses were estimated from the same pixels, and the error bars of this method leave out what they are uncertain by: they are too small".into(),
+        figures: Vec::new(),
+        hint: "fit a camera model (`brown`, `kannala-brandt`, `neural-camera`), or give the chart poses".into(),
+        changes: Vec::new(),
+        is_estimate: false,
+    }
+}
