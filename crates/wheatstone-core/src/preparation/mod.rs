@@ -209,7 +209,8 @@ impl Preparation {
                 chart_poses::place(&data, &self.lenses, self.bundle_settings, progress)?;
             add_findings(&mut examination, self.examine(&solved));
             examination.findings.extend(checks::undecided_poses(&estimated.undecided));
-            let few = estimated.freed.then(|| checks::few_views(estimated.views.len())).flatten();
+            let (views, points) = (estimated.views.len(), solved.known().count());
+            let few = estimated.freed.then(|| checks::few_views(views, points)).flatten();
             examination.findings.extend(few);
             let omits = self.omits_pose_uncertainty;
             examination.findings.extend(omits.then(checks::omitted_pose_uncertainty));

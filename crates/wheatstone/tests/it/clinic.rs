@@ -5,17 +5,22 @@ use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::{Correspondence, Dataset},
     evaluate::cross_validate,
+    fit::bundle::BundleSettings,
     geometry::{Pixel, Point3},
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
-    preparation::checks::{
-        ExpectedDistance, Severity, compare_baseline, compare_distance, examine, left_out,
-        repair_all,
+    preparation::{
+        self,
+        checks::{
+            ExpectedDistance, Severity, compare_baseline, compare_distance, examine, left_out,
+            repair_all,
+        },
     },
     synthetic::{
-        Noise, Rig, Stage, chart_correspondences,
+        HandHeld, Noise, Rig, Stage, chart_correspondences,
         fault_survey::{Tally, survey},
         faults::{inject, names},
+        hand_held_correspondences,
         random_capture::RandomCapture,
     },
     tables::{self, Duplicates},
@@ -57,6 +62,37 @@ fn faults_of_tables_whose_views_share_no_point_have_their_own_names() {
     assert!(!found.faults.iter().any(unsynchronised), "{:#?}", found.faults);
     for row in &found.clean {
         assert!(row.otherwise <= 1, "{}: {:#?}", row.fault, row.wrong);
+    }
+}
+
+/// Where a pose was estimated from faulty pixels, it explains a part of them: every explanation has to find it anew.
+#[test]
+fn faults_of_boards_in_the_hand_have_their_own_names() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let chart = LineGrid { columns: 9, rows: 7, ..LineGrid::default() };
+    let chart = AnyChart::from(LineGrid { pitch: rig.chart_pitch(), ..chart });
+    let faults: [(&str, &dyn Fn(&mut Correspondence)); 4] = [
+        ("cameras-swapped", &|row| row.pixels.swap(0, 1)),
+        ("wrong-pitch", &|row| row.board = row.board.map(|board| board.map(|side| 1.1 * side))),
+        ("wrong-pitch", &|row| row.board = row.board.map(|board| board.map(|side| 0.8 * side))),
+        ("units-mixed", &|row| row.board = row.board.map(|board| board.map(|side| 10.0 * side))),
+    ];
+    for seed in 0..3 {
+        let placements =
+            HandHeld { views: 10, ..HandHeld::default() }.placements(&chart, seed).unwrap();
+        let noise = (Noise::Normal(0.1), seed);
+        let (sound, _) = hand_held_correspondences(&rig, &chart, &placements, noise);
+        let named = |data: &Dataset| {
+            let found = preparation::examine(data, BundleSettings::default(), &Silent).unwrap();
+            let faults = found.findings.into_iter().filter(|f| f.severity == Severity::Fatal);
+            faults.map(|fault| (fault.code, fault.views)).collect::<Vec<_>>()
+        };
+        assert_eq!(named(&sound), []);
+        for (name, make) in &faults {
+            let mut data = sound.clone();
+            data.correspondences.iter_mut().filter(|row| row.view == 4).for_each(make);
+            assert_eq!(named(&data), [(*name, vec![data.views[4].clone()])], "seed {seed}");
+        }
     }
 }
 

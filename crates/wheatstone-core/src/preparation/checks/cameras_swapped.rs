@@ -2,8 +2,10 @@
 
 use super::{
     Fault,
+    chart_size::MOSTLY,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
+    stretch::{RIGID, Stretch, adjusted, shots},
 };
 
 pub(super) struct CamerasSwapped;
@@ -13,9 +15,18 @@ impl Fault for CamerasSwapped {
         let mut found = Vec::new();
         for view in 0..evidence.views.len() {
             let suspects = evidence.suspects(view);
-            for (place, first) in suspects.iter().enumerate() {
-                for second in &suspects[place + 1..] {
-                    found.extend(swapped(evidence, view, [*first, *second]));
+            // An estimated pose may fit one of two exchanged pictures.
+            let estimated = !suspects.is_empty() && evidence.has_estimated_pose(view);
+            let cameras = if estimated { evidence.present(view) } else { suspects };
+            for (place, first) in cameras.iter().enumerate() {
+                for second in &cameras[place + 1..] {
+                    let pair = [*first, *second];
+                    let left = if estimated {
+                        with_other_pose(evidence, (view, &cameras), pair)
+                    } else {
+                        exchanged(evidence, view, pair)
+                    };
+                    found.extend(left.map(|left| proposal(evidence, view, pair, left)));
                 }
             }
         }
@@ -23,7 +34,8 @@ impl Fault for CamerasSwapped {
     }
 }
 
-fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Proposal> {
+/// What is left of the errors of two cameras with each other's pictures, where that explains them.
+fn exchanged(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<f64> {
     let error = |own: usize, other: usize| {
         let rows = &evidence.cells[view][own].rows;
         evidence.explained((view, own), |index, (world, _)| {
@@ -37,7 +49,38 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
     {
         return None;
     }
-    let left = each[0].max(each[1]);
+    Some(each[0].max(each[1]))
+}
+
+/// The same for a chart whose pose was estimated from pictures of the wrong cameras: with the pose that fits all cameras
+/// best once the two have each other's.
+fn with_other_pose(
+    evidence: &Evidence,
+    (view, present): (usize, &[usize]),
+    [first, second]: [usize; 2],
+) -> Option<f64> {
+    let read = |camera: usize, row: usize| {
+        let meant = match camera {
+            _ if camera == first => second,
+            _ if camera == second => first,
+            _ => camera,
+        };
+        evidence.data.correspondences[row].pixels[meant]
+    };
+    let (shots, given) = shots(evidence, (view, present), read)?;
+    let placed = adjusted(&shots, Stretch::by_scale(given, 1.0), RIGID);
+    let left = present.iter().map(|camera| {
+        let rows = &evidence.cells[view][*camera].rows;
+        evidence.explained((view, *camera), |index, (place, _)| {
+            Some((placed.map(place), read(*camera, rows[index])?))
+        })
+    });
+    let before = [first, second].map(|camera| evidence.excess((view, camera)));
+    let left = left.fold(0.0, f64::max);
+    (left <= 1.0 && left <= MOSTLY * before[0].max(before[1])).then_some(left)
+}
+
+fn proposal(evidence: &Evidence, view: usize, cameras: [usize; 2], left: f64) -> Proposal {
     let mut changes = Vec::new();
     for row in &evidence.views[view].rows {
         let pixels = &evidence.data.correspondences[*row].pixels;
@@ -45,7 +88,7 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
             changes.push(Change::Pixel { row: *row, camera: own, to: pixels[other] });
         }
     }
-    Some(Proposal {
+    Proposal {
         freedom: Freedom::Choice,
         left,
         cells: cameras.map(|camera| (view, camera)).to_vec(),
@@ -63,5 +106,5 @@ fn swapped(evidence: &Evidence, view: usize, cameras: [usize; 2]) -> Option<Prop
         figures: Vec::new(),
         changes,
         is_estimate: false,
-    })
+    }
 }

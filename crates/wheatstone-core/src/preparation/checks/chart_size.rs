@@ -5,17 +5,12 @@ use super::{
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
     other_pose::GivenChart,
-    pairs::Pair,
-    robust_camera::RobustCamera,
+    stretch::{
+        ANY, RIGID, SCALES, SCALES_AND_SHIFT, SHIFT, SIZED, Shots, Stretch, adjusted, shots,
+    },
     unit_ratios::{is_ratio, tidy},
 };
-use crate::geometry::{Point3, Pose, Vector3};
-use nalgebra::{SMatrix, SVector, Vector2};
-use wheatstone_numeric::{
-    levenberg_marquardt::{Damping, Patience, Problem, search},
-    progress::Silent,
-    statistics::median,
-};
+use crate::geometry::{Point3, Vector3};
 
 pub(super) struct ChartSize;
 
@@ -23,12 +18,14 @@ impl Fault for ChartSize {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
         for view in 0..evidence.views.len() {
-            let present = evidence.present(view);
-            if present.is_empty() || evidence.suspects(view).len() != present.len() {
+            let (present, suspects) = (evidence.present(view), evidence.suspects(view).len());
+            // One camera cannot tell size from distance.
+            if suspects == 0 || present.len() < 2 {
                 continue;
             }
-            // One camera cannot tell size from distance.
-            if present.len() > 1 {
+            if evidence.has_estimated_pose(view) {
+                found.extend(size_with_pose(evidence, view, &present));
+            } else if suspects == present.len() {
                 found.extend(size(evidence, view, &present));
             }
         }
@@ -66,178 +63,63 @@ pub(super) fn explained(
         .fold(0.0, f64::max)
 }
 
-/// How a chart's places are to be changed: stretched in its plane about its middle, turned, moved.
-#[derive(Clone, Debug)]
-struct Stretch {
-    given: GivenChart,
-    scale: [f64; 2],
-    turn: Vector3,
-    by: Vector3,
-}
-
-impl Stretch {
-    fn map(&self, place: Point3) -> Point3 {
-        let GivenChart { middle, along, .. } = self.given;
-        let own = place - middle;
-        let [a, b] = along.map(|side| own.dot(&side));
-        let height = own - along[0] * a - along[1] * b;
-        let [by_a, by_b] = self.scale;
-        // Points off the plane belong to the same body.
-        let stretched =
-            along[0] * (a * by_a) + along[1] * (b * by_b) + height * (by_a * by_b).abs().sqrt();
-        let turn = Pose::from_rotation_vector(Vector3::zeros(), self.turn);
-        middle + turn.rotation * stretched + self.by
-    }
-
-    /// Stages err by little; beyond a thirtieth of the scene's size, or two degrees, it is a slip.
-    fn is_slip(&self) -> bool {
-        self.by.norm() >= 0.03 || self.turn.norm() >= 0.03
-    }
-
-    /// A tenth of a percent is as well as one view of a chart tells its size.
-    fn is_sized(&self) -> bool {
-        self.scale.iter().any(|scale| (scale - 1.0).abs() > 3e-3)
-    }
-
-    fn stepped(&self, step: &SVector<f64, 8>) -> Self {
-        let [right, down] = self.given.along;
-        Self {
-            scale: [self.scale[0] + step[0], self.scale[1] + step[1]],
-            turn: self.turn + Vector3::new(step[2], step[3], step[4]),
-            by: self.by + right * step[5] + down * step[6] + right.cross(&down) * step[7],
-            ..self.clone()
-        }
-    }
-}
-
-/// The view's points with each camera.
-type Shots<'a> = Vec<(&'a RobustCamera, Pair)>;
-
-/// Numbers of a stretch: the scales, the turn, the move along the sides and across; and those that a hypothesis adjusts.
-const RIGID: &[usize] = &[2, 3, 4, 5, 6, 7];
-const SCALES: &[usize] = &[0, 1];
-const SHIFT: &[usize] = &[5, 6];
-const SCALES_AND_SHIFT: &[usize] = &[0, 1, 5, 6];
-const SIZED: &[usize] = &[0, 1, 5, 6, 7];
-const ANY: &[usize] = &[0, 1, 2, 3, 4, 5, 6, 7];
-
-/// Adjusts these numbers of a stretch to the pixels.
-fn adjusted(shots: &Shots, start: Stretch, free: &'static [usize]) -> Stretch {
-    const PATIENCE: Patience = Patience { steps: 25, least_gain: 1e-5 };
-    let how = (PATIENCE, Damping::marquardt(1e-3));
-    let found = search(&Stretching { shots, free }, start.clone(), how, &Silent);
-    found.ok().flatten().map_or(start, |found| found.state)
-}
-
-/// A stretch found from pixels, under Cauchy's weight.
-struct Stretching<'a> {
-    shots: &'a Shots<'a>,
-    free: &'static [usize],
-}
-
-struct Equations {
-    errors: Vec<Vector2<f64>>,
-    scale: f64,
-    matrix: SMatrix<f64, 8, 8>,
-    gradient: SVector<f64, 8>,
-}
-
-impl Equations {
-    /// What Cauchy's weight makes least, for errors of this scale.
-    fn cost(&self, scale: f64) -> f64 {
-        let of = |error: &Vector2<f64>| libm::log1p(error.norm_squared() / (scale * scale));
-        0.5 * scale * scale * self.errors.iter().map(of).sum::<f64>()
-    }
-}
-
-impl Stretching<'_> {
-    fn errors(&self, stretch: &Stretch) -> Vec<Vector2<f64>> {
-        let of = |(camera, (place, pixel)): &(&RobustCamera, Pair)| {
-            camera.error(&(stretch.map(*place), *pixel))
-        };
-        self.shots.iter().map(of).collect()
-    }
-}
-
-impl Problem for Stretching<'_> {
-    type State = Stretch;
-    type Equations = Equations;
-    type Step = SVector<f64, 8>;
-
-    /// Slopes are differences.
-    fn linearise(&self, stretch: &Stretch) -> Option<Equations> {
-        const STEP: f64 = 1e-5;
-        let errors = self.errors(stretch);
-        let lengths: Vec<f64> = errors.iter().map(|error| error.norm()).collect();
-        let scale = (1.2 * median(&lengths)).max(1e-3);
-        let ahead = |index: usize| {
-            let mut step = SVector::<f64, 8>::zeros();
-            step[index] = STEP;
-            self.errors(&stretch.stepped(&step))
-        };
-        let moved: Vec<(usize, Vec<Vector2<f64>>)> =
-            self.free.iter().map(|k| (*k, ahead(*k))).collect();
-        let mut matrix = SMatrix::<f64, 8, 8>::zeros();
-        let mut gradient = SVector::<f64, 8>::zeros();
-        for (row, error) in errors.iter().enumerate() {
-            let weight = 1.0 / (1.0 + error.norm_squared() / (scale * scale));
-            for axis in 0..2 {
-                let mut slopes = SVector::<f64, 8>::zeros();
-                for (index, moved) in &moved {
-                    slopes[*index] = (error[axis] - moved[row][axis]) / STEP;
-                }
-                matrix.ger(weight, &slopes, &slopes, 1.0);
-                gradient += slopes * (weight * error[axis]);
-            }
-        }
-        Some(Equations { errors, scale, matrix, gradient })
-    }
-
-    fn step(&self, equations: &Equations, damping: f64) -> Option<(SVector<f64, 8>, f64)> {
-        let Equations { matrix, gradient, .. } = equations;
-        let diagonal = matrix.diagonal();
-        let held = diagonal.map(|value| if value > 0.0 { damping * value } else { 1.0 });
-        let step = (matrix + SMatrix::from_diagonal(&held)).cholesky()?.solve(gradient);
-        Some((step, 0.5 * (step.dot(gradient) + step.dot(&held.component_mul(&step)))))
-    }
-
-    fn moved(&self, stretch: &Stretch, step: &SVector<f64, 8>) -> Stretch {
-        stretch.stepped(step)
-    }
-
-    fn cost(&self, equations: &Equations) -> f64 {
-        equations.cost(equations.scale)
-    }
-
-    fn gain(&self, before: &Equations, after: &Equations) -> f64 {
-        before.cost(before.scale) - after.cost(before.scale)
-    }
-}
-
 /// A lens that the formula does not describe makes a view at the end seem a little larger: its error over the
 /// good level.
 const STRETCHED_BY_LENS: f64 = 3.0;
 
-fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
-    let before = cameras.iter().map(|c| evidence.excess((view, *c))).fold(0.0, f64::max);
+/// Sizes that are tried: as given, and those that get mixed up.
+const SIZES: [f64; 9] = [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54];
+
+/// The largest error of a view's cells over the good level.
+fn worst(evidence: &Evidence, view: usize, cameras: &[usize]) -> f64 {
+    cameras.iter().map(|camera| evidence.excess((view, *camera))).fold(0.0, f64::max)
+}
+
+/// Points and pixels as they are, and the chart.
+fn as_told<'a>(
+    evidence: &'a Evidence,
+    view: usize,
+    cameras: &[usize],
+) -> Option<(Shots<'a>, GivenChart)> {
+    let pixel = |camera: usize, row: usize| evidence.data.correspondences[row].pixels[camera];
+    shots(evidence, (view, cameras), pixel)
+}
+
+/// What is left of an error at most that a pose may be found anew for: the pose alone takes up a part of what a fault of
+/// another view does to the cameras.
+pub(super) const MOSTLY: f64 = 0.2;
+
+/// Another size of a chart whose pose was estimated with the size given: with another pose. It is one number only that
+/// the cameras do not agree on, so it must explain all of their pixels.
+fn size_with_pose(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
+    let before = worst(evidence, view, cameras);
     if before < STRETCHED_BY_LENS {
         return None;
     }
-    let mut shots: Shots = Vec::new();
-    let mut all: Vec<Point3> = Vec::new();
-    for camera in cameras {
-        let (cell, _, other) = evidence.at(view, *camera)?;
-        let step = cell.pairs.len().div_ceil(40).max(1);
-        shots.extend(cell.pairs.iter().step_by(step).map(|pair| (other, *pair)));
-        all.extend(cell.pairs.iter().map(|pair| pair.0));
-    }
-    let given = GivenChart::of(&all, evidence.views[view].board.as_ref().map(|board| board.along));
-    let start = |scale: f64| Stretch {
-        given,
-        scale: [scale; 2],
-        turn: Vector3::zeros(),
-        by: Vector3::zeros(),
+    let (shots, given) = as_told(evidence, view, cameras)?;
+    let eye = evidence.seen[cameras[0]].as_ref()?.camera.centre();
+    let sized = |scale: f64| {
+        // As large in the first camera's picture.
+        let by = (given.middle - eye) * (scale - 1.0);
+        let found = adjusted(&shots, Stretch { by, ..Stretch::by_scale(given, scale) }, ANY);
+        let scale = [0.5 * (found.scale[0] + found.scale[1]); 2];
+        let found = adjusted(&shots, Stretch { scale, ..found }, RIGID);
+        (explained(evidence, view, cameras, &|place| found.map(place)), found)
     };
+    let (left, stretch) = SIZES.into_iter().map(sized).find(|(left, _)| *left <= 1.0)?;
+    if left > MOSTLY * before || !stretch.is_sized() {
+        return None;
+    }
+    named(evidence, view, cameras, (left, before), &stretch)
+}
+
+fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
+    let before = worst(evidence, view, cameras);
+    if before < STRETCHED_BY_LENS {
+        return None;
+    }
+    let (shots, given) = as_told(evidence, view, cameras)?;
+    let start = |scale: f64| Stretch::by_scale(given, scale);
     let left_by =
         |stretch: &Stretch| explained(evidence, view, cameras, &|place| stretch.map(place));
     // A chart that only stood elsewhere is the simpler story; but for one of another size where it should be.
@@ -259,7 +141,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
             best = (left, sized);
         }
     }
-    for scale in [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54] {
+    for scale in SIZES {
         if best.0 <= 1.0 || scale != 1.0 && evidence.is_slight(view, cameras) {
             break;
         }

@@ -117,6 +117,12 @@ impl<'a> Evidence<'a> {
         (cell.pairs.len() >= LEAST).then(|| (cell, seen, &seen.without[view]))
     }
 
+    /// Whether the pose of a view's chart was estimated from these pixels: an explanation may have another.
+    pub(super) fn has_estimated_pose(&self, view: usize) -> bool {
+        let mut rows = self.views[view].rows.iter();
+        rows.any(|row| self.data.correspondences[*row].has_estimated_pose())
+    }
+
     /// All suspicious cells, by view and camera.
     pub(super) fn suspicious(&self) -> Vec<(usize, usize)> {
         let all = (0..self.views.len()).flat_map(|v| (0..self.data.cameras).map(move |c| (v, c)));

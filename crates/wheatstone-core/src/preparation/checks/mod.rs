@@ -31,6 +31,7 @@ mod points_permuted;
 mod repair;
 mod robust_camera;
 mod coverage;
+mod stretch;
 mod sums;
 mod unexplained;
 mod unit_ratios;

@@ -161,18 +161,20 @@ pub(crate) fn undecided_poses(views: &[String]) -> Option<Finding> {
     })
 }
 
-/// Views of charts held by hand that are too few for poses without a lens model: with six to eight of small charts
-/// behind water or glass, points err by two to four times their error bars; with fifteen they do not.
-pub(crate) fn few_views(views: usize) -> Option<Finding> {
-    const ENOUGH: usize = 10;
-    (views < ENOUGH).then(|| Finding {
+/// Too few views of charts held by hand, or points in them, to estimate poses without a lens model: behind water or glass
+/// points then err by two to four times their error bars.
+pub(crate) fn few_views(views: usize, points: usize) -> Option<Finding> {
+    /// By simulated captures of 6 to 15 views of 24 or 99 points.
+    const VIEWS: usize = 8;
+    const POINTS: usize = 300;
+    (views < VIEWS || points < POINTS).then(|| Finding {
         code: "few-views",
         severity: Severity::Warning,
         views: Vec::new(),
         cameras: Vec::new(),
-        explanation: format!("no lens model was relied on, and {views} views are few to estimate chart poses without one: the error bars may be too small"),
-        figures: vec![("views".into(), views as f64)],
-        hint: format!("take {ENOUGH} views or more, better fifteen, with the chart large in the picture and tilted another way in each"),
+        explanation: format!("the chart poses were estimated without a lens model, for which {points} points in {views} views are few: the error bars may be too small"),
+        figures: vec![("views".into(), views as f64), ("points".into(), points as f64)],
+        hint: "take fifteen views, with the chart large in the picture and tilted another way in each".into(),
         changes: Vec::new(),
         is_estimate: false,
     })
