@@ -99,7 +99,7 @@ pub trait Method: Sync + Send {
     }
 
     /// Whether error bars include the uncertainty of chart poses that were estimated from the same pixels. Where they do
-    /// not, [`Auto`] does not choose it for such data.
+    /// not, `auto` does not choose it for such data.
     fn includes_pose_uncertainty(&self) -> bool {
         false
     }
