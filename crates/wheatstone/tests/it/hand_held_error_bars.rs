@@ -24,7 +24,7 @@ const TIMES: u64 = 12;
 /// Crossings across and down, a few to the size of the picture.
 const LARGE: (usize, usize) = (11, 9);
 
-/// A third of that: how far away it is, and how long the focal length, are told apart by little.
+/// A quarter of that: how far away it is, and how long the focal length, are told apart by little.
 const SMALL: (usize, usize) = (6, 4);
 
 fn chart(rig: &Rig, (columns, rows): (usize, usize)) -> AnyChart {

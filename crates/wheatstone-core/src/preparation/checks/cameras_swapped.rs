@@ -2,10 +2,9 @@
 
 use super::{
     Fault,
-    chart_size::MOSTLY,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    stretch::{RIGID, Stretch, adjusted, shots},
+    stretch::{MOST_LEFT, RIGID, Stretch, adjusted, shots},
 };
 
 pub(super) struct CamerasSwapped;
@@ -77,7 +76,7 @@ fn with_other_pose(
     });
     let before = [first, second].map(|camera| evidence.excess((view, camera)));
     let left = left.fold(0.0, f64::max);
-    (left <= 1.0 && left <= MOSTLY * before[0].max(before[1])).then_some(left)
+    (left <= 1.0 && left <= MOST_LEFT * before[0].max(before[1])).then_some(left)
 }
 
 fn proposal(evidence: &Evidence, view: usize, cameras: [usize; 2], left: f64) -> Proposal {

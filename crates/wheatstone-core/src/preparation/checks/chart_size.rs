@@ -6,7 +6,8 @@ use super::{
     finding::{Change, Freedom, Proposal, Severity},
     other_pose::GivenChart,
     stretch::{
-        ANY, RIGID, SCALES, SCALES_AND_SHIFT, SHIFT, SIZED, Shots, Stretch, adjusted, shots,
+        ANY, MOST_LEFT, RIGID, SCALES, SCALES_AND_SHIFT, SHIFT, SIZED, Shots, Stretch, adjusted,
+        shots,
     },
     unit_ratios::{is_ratio, tidy},
 };
@@ -85,10 +86,6 @@ fn as_told<'a>(
     shots(evidence, (view, cameras), pixel)
 }
 
-/// What is left of an error at most that a pose may be found anew for: the pose alone takes up a part of what a fault of
-/// another view does to the cameras.
-pub(super) const MOSTLY: f64 = 0.2;
-
 /// Another size of a chart whose pose was estimated with the size given: with another pose. It is one number only that
 /// the cameras do not agree on, so it must explain all of their pixels.
 fn size_with_pose(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
@@ -107,7 +104,7 @@ fn size_with_pose(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option
         (explained(evidence, view, cameras, &|place| found.map(place)), found)
     };
     let (left, stretch) = SIZES.into_iter().map(sized).find(|(left, _)| *left <= 1.0)?;
-    if left > MOSTLY * before || !stretch.is_sized() {
+    if left > MOST_LEFT * before || !stretch.is_sized() {
         return None;
     }
     named(evidence, view, cameras, (left, before), &stretch)
