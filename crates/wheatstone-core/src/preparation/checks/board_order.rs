@@ -13,18 +13,25 @@ pub(super) struct BoardOrder;
 
 impl Fault for BoardOrder {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
-        let mut found = Vec::new();
-        for (view, camera) in evidence.suspicious() {
-            for board in boards(evidence, view) {
-                for how in Mixing::all() {
-                    found.extend(mixed(evidence, (view, camera), &board, how));
-                }
-            }
-            let others = [reversed, axes_exchanged].map(|how| how(evidence, (view, camera)));
-            found.extend(others.into_iter().flatten().map(Mixed::of_labels));
-        }
-        together(evidence, found)
+        let suspicious = evidence.suspicious().into_iter();
+        together(evidence, suspicious.flat_map(|cell| each_mixing(evidence, cell)).collect())
     }
+
+    fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
+        each_mixing(evidence, picture).into_iter().map(|mixed| mixed.proposal).collect()
+    }
+}
+
+/// Every way in which a picture's labels may be mixed up.
+fn each_mixing(evidence: &Evidence, cell: (usize, usize)) -> Vec<Mixed> {
+    let mut found = Vec::new();
+    for board in boards(evidence, cell.0) {
+        found
+            .extend(Mixing::all().into_iter().filter_map(|how| mixed(evidence, cell, &board, how)));
+    }
+    let others = [reversed, axes_exchanged].map(|how| how(evidence, cell));
+    found.extend(others.into_iter().flatten().map(Mixed::of_labels));
+    found
 }
 
 /// The view's board; and where other views show more of the chart, every way in which it may go on.

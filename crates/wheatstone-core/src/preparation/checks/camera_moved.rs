@@ -45,6 +45,10 @@ impl Fault for CameraMoved {
         }
         found
     }
+
+    fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
+        shifted(evidence, picture).or_else(|| single(evidence, picture)).into_iter().collect()
+    }
 }
 
 /// Pictures of a camera that are explained one by one: shifted as a whole; all from one other place; each from a

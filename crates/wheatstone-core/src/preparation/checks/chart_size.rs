@@ -7,7 +7,7 @@ use super::{
     other_pose::GivenChart,
     stretch::{
         ANY, MOST_LEFT, RIGID, SCALES, SCALES_AND_SHIFT, SHIFT, SIZED, Shots, Stretch, adjusted,
-        shots,
+        shots_as_told,
     },
     unit_ratios::{is_ratio, tidy},
 };
@@ -76,16 +76,6 @@ fn worst(evidence: &Evidence, view: usize, cameras: &[usize]) -> f64 {
     cameras.iter().map(|camera| evidence.excess((view, *camera))).fold(0.0, f64::max)
 }
 
-/// Points and pixels as they are, and the chart.
-fn as_told<'a>(
-    evidence: &'a Evidence,
-    view: usize,
-    cameras: &[usize],
-) -> Option<(Shots<'a>, GivenChart)> {
-    let pixel = |camera: usize, row: usize| evidence.data.correspondences[row].pixels[camera];
-    shots(evidence, (view, cameras), pixel)
-}
-
 /// Another size of a chart whose pose was estimated with the size given: with another pose. It is one number only that
 /// the cameras do not agree on, so it must explain all of their pixels.
 fn size_with_pose(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
@@ -93,7 +83,7 @@ fn size_with_pose(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option
     if before < STRETCHED_BY_LENS {
         return None;
     }
-    let (shots, given) = as_told(evidence, view, cameras)?;
+    let (shots, given) = shots_as_told(evidence, (view, cameras))?;
     let eye = evidence.seen[cameras[0]].as_ref()?.camera.centre();
     let sized = |scale: f64| {
         // As large in the first camera's picture.
@@ -115,7 +105,7 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     if before < STRETCHED_BY_LENS {
         return None;
     }
-    let (shots, given) = as_told(evidence, view, cameras)?;
+    let (shots, given) = shots_as_told(evidence, (view, cameras))?;
     let start = |scale: f64| Stretch::by_scale(given, scale);
     let left_by =
         |stretch: &Stretch| explained(evidence, view, cameras, &|place| stretch.map(place));

@@ -3,6 +3,7 @@
 //! other views put them.
 
 use super::{
+    board::Board,
     consensus::consensus,
     frame::Frame,
     pairs::{Pair, sides},
@@ -30,6 +31,18 @@ pub(super) struct Cell {
     /// Median of the pixel errors by axis.
     pub(super) offset: Vector2<f64>,
     pub(super) suspicious: bool,
+}
+
+impl Cell {
+    /// By the camera of the other views.
+    fn judge(&mut self, seen: Option<&CameraEvidence>, view: usize) {
+        self.error = f64::INFINITY;
+        if let (Some(seen), true) = (seen, self.pairs.len() >= LEAST) {
+            self.error = seen.without[view].median_error(&self.pairs);
+            self.suspicious = self.error > seen.good();
+            self.offset = offset(&seen.without[view], &self.pairs);
+        }
+    }
 }
 
 /// What is known of one camera.
@@ -95,15 +108,26 @@ impl<'a> Evidence<'a> {
             .collect();
         for (place, view) in cells.iter_mut().enumerate() {
             for (cell, seen) in view.iter_mut().zip(&seen) {
-                cell.error = f64::INFINITY;
-                if let (Some(seen), true) = (seen, cell.pairs.len() >= LEAST) {
-                    cell.error = seen.without[place].median_error(&cell.pairs);
-                    cell.suspicious = cell.error > seen.good();
-                    cell.offset = offset(&seen.without[place], &cell.pairs);
-                }
+                cell.judge(seen.as_ref(), place);
             }
         }
         Self { data, frame, views, cells, seen }
+    }
+
+    /// The same where one view's chart stands as in `data`, and so its board; the cameras are those of the other views.
+    pub(super) fn with_view_moved<'b>(
+        &self,
+        view: usize,
+        (data, board): (&'b Dataset, Option<Board>),
+    ) -> Evidence<'b> {
+        let Self { frame, seen, .. } = self;
+        let (mut views, mut cells) = (self.views.clone(), self.cells.clone());
+        views[view].board = board;
+        for (camera, (own, seen)) in cells[view].iter_mut().zip(seen).enumerate() {
+            *own = cell(data, frame, &views[view], camera);
+            own.judge(seen.as_ref(), view);
+        }
+        Evidence { data, frame: *frame, views, cells, seen: seen.clone() }
     }
 
     /// The cell, what is known of its camera, and the camera of the other views.

@@ -287,7 +287,7 @@ fn as_finding(evidence: &Evidence, proposal: Proposal) -> Finding {
 }
 
 /// The worst cell's error, and what is left of it.
-fn before_and_after(
+pub(super) fn before_and_after(
     evidence: &Evidence,
     cells: &[(usize, usize)],
     left: f64,

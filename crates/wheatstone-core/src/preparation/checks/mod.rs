@@ -16,6 +16,7 @@ mod cameras_swapped;
 mod chart_size;
 mod consensus;
 mod duplicates;
+mod estimated_poses;
 mod evidence;
 mod expected;
 mod field;
@@ -58,6 +59,12 @@ use finding::{Proposal, resolve};
 trait Fault: Sync {
     /// What this fault would explain.
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal>;
+
+    /// What it would explain of one picture (by view and camera) whose view's other pictures are right. Nothing for faults
+    /// that are not of single pictures.
+    fn of_picture(&self, _evidence: &Evidence, _picture: (usize, usize)) -> Vec<Proposal> {
+        Vec::new()
+    }
 }
 
 /// Every fault that the clinic knows, by the name of its file.
@@ -94,7 +101,10 @@ pub fn examine(data: &Dataset) -> Examination {
     // In a world that is stretched nothing else can be told.
     match units_mixed::units_throughout(&evidence) {
         Some(stretched) => proposals.push(stretched),
-        None => proposals.extend(FAULTS.iter().flat_map(|(_, fault)| fault.propose(&evidence))),
+        None => {
+            proposals.extend(FAULTS.iter().flat_map(|(_, fault)| fault.propose(&evidence)));
+            estimated_poses::judge_by_other_pictures(&evidence, &mut proposals);
+        }
     }
     Examination {
         findings: resolve(&evidence, proposals),

@@ -18,13 +18,11 @@ const CLEARLY: f64 = 5.0;
 
 impl Fault for PixelUnits {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
-        let mut found = Vec::new();
-        for cell in evidence.suspicious() {
-            for exchanged in [false, true] {
-                found.extend(measured(evidence, cell, exchanged));
-            }
-        }
-        found
+        evidence.suspicious().into_iter().flat_map(|cell| self.of_picture(evidence, cell)).collect()
+    }
+
+    fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
+        [false, true].into_iter().filter_map(|swap| measured(evidence, picture, swap)).collect()
     }
 }
 

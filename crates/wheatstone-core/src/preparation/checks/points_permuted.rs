@@ -21,6 +21,10 @@ impl Fault for PointsPermuted {
         }
         found
     }
+
+    fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
+        permuted(evidence, picture).into_iter().collect()
+    }
 }
 
 fn permuted(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {

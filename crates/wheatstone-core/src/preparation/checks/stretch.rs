@@ -84,6 +84,15 @@ pub(super) fn shots<'a>(
     Some((shots, GivenChart::of(&all, along)))
 }
 
+/// The same with points and pixels as they are.
+pub(super) fn shots_as_told<'a>(
+    evidence: &'a Evidence,
+    view_and_cameras: (usize, &[usize]),
+) -> Option<(Shots<'a>, GivenChart)> {
+    let pixel = |camera: usize, row: usize| evidence.data.correspondences[row].pixels[camera];
+    shots(evidence, view_and_cameras, pixel)
+}
+
 /// The share of an error that an explanation leaves at most where it may find the pose anew: the pose alone takes up a
 /// part of what a fault of another view does to the cameras. Chosen by simulated faults.
 pub(super) const MOST_LEFT: f64 = 0.2;

@@ -25,17 +25,25 @@ impl Fault for Unsynchronised {
         let suspicious = evidence.suspicious();
         let reach = REACH / suspicious.len().max(1);
         for cell in suspicious {
-            let last = evidence.views.len().min(cell.0.saturating_add(reach + 2));
-            let others = cell.0.saturating_sub(reach + 1)..last;
-            for other in others.filter(|other| *other != cell.0) {
-                found.extend(another_view(evidence, cell, other));
-            }
+            found.extend(another_view_within(evidence, cell, reach));
         }
         for camera in 0..evidence.data.cameras {
             found.extend(from_a_view_on(evidence, camera));
         }
         found
     }
+
+    fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
+        another_view_within(evidence, picture, evidence.views.len())
+    }
+}
+
+/// Other views that a picture may belong to, of so many to either side and those next to it.
+fn another_view_within(evidence: &Evidence, cell: (usize, usize), reach: usize) -> Vec<Proposal> {
+    let last = evidence.views.len().min(cell.0.saturating_add(reach + 2));
+    let others = cell.0.saturating_sub(reach + 1)..last;
+    let others = others.filter(|other| *other != cell.0);
+    others.filter_map(|other| another_view(evidence, cell, other)).collect()
 }
 
 /// For each point of a cell, where it was in another view.
