@@ -207,11 +207,7 @@ impl Preparation {
         if bundle::needed(&data) {
             let (solved, estimated) =
                 chart_poses::place(&data, &self.lenses, self.bundle_settings, progress)?;
-            add_findings(&mut examination, self.examine(&solved));
-            examination.findings.extend(checks::undecided_poses(&estimated.undecided));
-            let (views, points) = (estimated.views.len(), solved.known().count());
-            let few = estimated.freed.then(|| checks::few_views(views, points)).flatten();
-            examination.findings.extend(few);
+            add_findings(&mut examination, self.examine(&solved), (&solved, &estimated));
             let omits = self.omits_pose_uncertainty;
             examination.findings.extend(omits.then(checks::omitted_pose_uncertainty));
             (data, placed) = (solved, Some(estimated));
@@ -289,8 +285,7 @@ pub fn examine(
         let (sample, taken) = sample(data);
         match chart_poses::place(&sample, &[], bundle_settings, progress) {
             Ok((placed, estimated)) => {
-                add_findings(&mut examination, checks::examine(&placed));
-                examination.findings.extend(checks::undecided_poses(&estimated.undecided));
+                add_findings(&mut examination, checks::examine(&placed), (&placed, &estimated));
                 if taken < data.views.len() {
                     let views = data.views.len();
                     examination.cannot_be_seen.push(Statement {
@@ -333,7 +328,11 @@ fn sample(data: &Dataset) -> (Dataset, usize) {
 }
 
 /// What shows only where charts have places. Data are put right before that, not after.
-fn add_findings(examination: &mut Examination, mut after: Examination) {
+fn add_findings(
+    examination: &mut Examination,
+    mut after: Examination,
+    (placed, estimated): (&Dataset, &EstimatedPoses),
+) {
     let new = |finding: &Finding| {
         examination.findings.iter().all(|f| f.code != finding.code)
             // Wherever the charts stood: it was solved for.
@@ -344,6 +343,10 @@ fn add_findings(examination: &mut Examination, mut after: Examination) {
         finding.changes.clear();
     }
     examination.findings.extend(after.findings);
+    examination.findings.extend(checks::undecided_poses(&estimated.undecided));
+    let (views, points) = (estimated.views.len(), placed.known().count());
+    let few = estimated.freed.then(|| checks::few_views(views, points)).flatten();
+    examination.findings.extend(few);
     examination.layout = after.layout;
     examination.cannot_be_seen = after.cannot_be_seen;
 }

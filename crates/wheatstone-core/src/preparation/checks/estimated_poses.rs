@@ -30,7 +30,7 @@ pub(super) fn judge_by_other_pictures(evidence: &Evidence, proposals: &mut Vec<P
         let cameras = evidence.present(view).into_iter();
         let each: Vec<Vec<Proposal>> =
             cameras.map(|camera| of_picture(evidence, (view, camera))).collect();
-        let of_all = proposals.iter().filter(|one| one.cells.iter().all(|cell| cell.0 == view));
+        let of_all = proposals.iter().filter(|one| one.cells.iter().any(|cell| cell.0 == view));
         let of_all = of_all.map(|one| one.left).fold(f64::INFINITY, f64::min);
         // What is wrong in all pictures alike has fewer numbers than what is wrong in one.
         let is_needed =
