@@ -80,6 +80,11 @@ fn sized(data: &mut Dataset, view: usize, by: f64) {
     each_row(data, view, |row| row.board = row.board.map(|board| board.map(|side| by * side)));
 }
 
+/// Of camera 1.
+fn each_pixel(data: &mut Dataset, view: usize, change: impl Fn(Pixel) -> [f64; 2]) {
+    each_row(data, view, |row| row.pixels[0] = row.pixels[0].map(|pixel| change(pixel).into()));
+}
+
 /// Camera 1 has the pixels of the same point of another view, or of another point of the same.
 fn first_camera_from(data: &mut Dataset, view: usize, from: usize, id: impl Fn(usize) -> usize) {
     let before = data.clone();
@@ -90,7 +95,7 @@ fn first_camera_from(data: &mut Dataset, view: usize, from: usize, id: impl Fn(u
     });
 }
 
-const IN_THE_HAND: [(&str, &[usize], Change); 8] = [
+const IN_THE_HAND: [(&str, &[usize], Change); 10] = [
     ("cameras-swapped", &[0, 1], |data, view| each_row(data, view, |row| row.pixels.swap(0, 1))),
     ("wrong-pitch", &[0, 1], |data, view| sized(data, view, 1.1)),
     ("wrong-pitch", &[0, 1], |data, view| sized(data, view, 0.8)),
@@ -102,10 +107,10 @@ const IN_THE_HAND: [(&str, &[usize], Change); 8] = [
         first_camera_from(data, view, view, |id| COLUMNS * ROWS - 1 - id)
     }),
     // Shifted by some pixels, likewise but for little.
-    ("camera-moved", &[0], |data, view| {
-        each_row(data, view, |row| {
-            row.pixels[0] = row.pixels[0].map(|p| Pixel::new(p.x + 3.0, p.y - 5.0))
-        });
+    ("camera-moved", &[0], |data, view| each_pixel(data, view, |p| [p.x + 3.0, p.y - 5.0])),
+    ("pixel-offset", &[0], |data, view| each_pixel(data, view, |p| [p.x + 0.5, p.y + 0.5])),
+    ("picture-resized", &[0], |data, view| {
+        each_pixel(data, view, |p| [0.5 * p.x - 0.25, 0.5 * p.y - 0.25]);
     }),
 ];
 

@@ -31,7 +31,21 @@ impl Fault for PixelOffset {
         }
         found.into_iter().zip(alone).filter(|(_, alone)| *alone).flat_map(|(own, _)| own).collect()
     }
+
+    fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
+        let by = evidence.cells[picture.0][picture.1].offset;
+        let is_near = |meant: &f64| (by - Vector2::repeat(*meant)).amax() < NEAR;
+        let Some(meant) = KNOWN.into_iter().find(is_near) else { return Vec::new() };
+        let counted = |_, (world, pixel)| Some((world, pixel - Vector2::repeat(meant)));
+        if !evidence.accepts(picture, evidence.explained(picture, counted)) {
+            return Vec::new();
+        }
+        of_views(evidence, picture.1, &[picture.0], (meant, by))
+    }
 }
+
+/// How near to a known offset that of a picture is by the camera of the other views, in pixels.
+const NEAR: f64 = 0.2;
 
 /// Pixels beyond which an error is no matter of how pixels are counted.
 const GREAT: f64 = 4.0;
@@ -320,7 +334,7 @@ fn cell_by_cell(evidence: &Evidence, camera: usize, views: &[usize]) -> Option<O
         let is_off = |view: usize| {
             let others = evidence.present(view).into_iter().filter(|other| *other != camera);
             evidence.cells[view][camera].suspicious
-                && (offset(view, camera) - known).amax() < 0.2
+                && (offset(view, camera) - known).amax() < NEAR
                 && others.clone().count() > 0
                 && others.clone().all(|other| offset(view, other).norm() < 0.2 * known.norm())
         };

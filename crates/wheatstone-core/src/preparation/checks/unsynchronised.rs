@@ -22,9 +22,8 @@ const TRIED: usize = 100;
 impl Fault for Unsynchronised {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
-        let suspicious = evidence.suspicious();
-        let reach = REACH / suspicious.len().max(1);
-        for cell in suspicious {
+        let reach = reach(evidence);
+        for cell in evidence.suspicious() {
             found.extend(another_view_within(evidence, cell, reach));
         }
         for camera in 0..evidence.data.cameras {
@@ -34,8 +33,12 @@ impl Fault for Unsynchronised {
     }
 
     fn of_picture(&self, evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
-        another_view_within(evidence, picture, evidence.views.len())
+        another_view_within(evidence, picture, reach(evidence))
     }
+}
+
+fn reach(evidence: &Evidence) -> usize {
+    REACH / evidence.suspicious().len().max(1)
 }
 
 /// Other views that a picture may belong to, of so many to either side and those next to it.
