@@ -95,6 +95,7 @@ fn first_camera_from(data: &mut Dataset, view: usize, from: usize, id: impl Fn(u
     });
 }
 
+/// Names, cameras and makers of faults: those of all pictures of a view, and then those of camera 1's.
 const IN_THE_HAND: [(&str, &[usize], Change); 10] = [
     ("cameras-swapped", &[0, 1], |data, view| each_row(data, view, |row| row.pixels.swap(0, 1))),
     ("wrong-pitch", &[0, 1], |data, view| sized(data, view, 1.1)),

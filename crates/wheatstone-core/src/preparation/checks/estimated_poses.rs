@@ -14,7 +14,8 @@ use crate::{
 };
 use std::f64::consts::FRAC_PI_2;
 
-/// An explanation of a picture does better than another where it leaves less than this share of what that one leaves.
+/// An explanation of a picture does better than another where it leaves less than this share of what that one leaves:
+/// medians of 24 errors scatter by an eighth, and cameras err alike in both. Chosen by simulated faults.
 const BETTER: f64 = 0.67;
 
 /// Replaces what the estimated pose of a view with errors makes of its single pictures by what the pose of its other
@@ -61,9 +62,7 @@ fn in_either(each: &[Vec<Proposal>]) -> Option<Proposal> {
 }
 
 fn simplest(proposals: &[Proposal]) -> Option<&Proposal> {
-    let order =
-        |a: &&Proposal, b: &&Proposal| a.freedom.cmp(&b.freedom).then(a.left.total_cmp(&b.left));
-    proposals.iter().min_by(order)
+    proposals.iter().min_by(|a, b| a.simpler_first(b))
 }
 
 /// What is wrong with a picture if the view's others are right, and no other picture of the view is wrong then.

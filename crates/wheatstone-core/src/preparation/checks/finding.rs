@@ -4,6 +4,7 @@ use super::evidence::Evidence;
 use crate::geometry::{Pixel, Point3};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
+use std::cmp::Ordering;
 
 /// How bad a fault is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -196,6 +197,11 @@ pub(super) struct Proposal {
 }
 
 impl Proposal {
+    /// The one with less freedom, then the one that leaves less.
+    pub(super) fn simpler_first(&self, other: &Self) -> Ordering {
+        self.freedom.cmp(&other.freedom).then(self.left.total_cmp(&other.left))
+    }
+
     /// One that stands for itself, of these cameras (none for all).
     pub(super) fn itself(code: &'static str, severity: Severity, what: String, hint: &str) -> Self {
         Self {
@@ -218,9 +224,7 @@ impl Proposal {
 /// Accepts proposals, the simplest first, each cell once; merges those that say the same of several
 /// views; the worst first.
 pub(super) fn resolve(evidence: &Evidence, mut proposals: Vec<Proposal>) -> Vec<Finding> {
-    let order =
-        |a: &Proposal, b: &Proposal| a.freedom.cmp(&b.freedom).then(a.left.total_cmp(&b.left));
-    proposals.sort_by(order);
+    proposals.sort_by(Proposal::simpler_first);
     let mut claimed: Vec<(usize, usize)> = Vec::new();
     let mut accepted: Vec<Proposal> = Vec::new();
     for proposal in proposals {

@@ -37,6 +37,7 @@ impl Fault for Unsynchronised {
     }
 }
 
+/// How many other views are tried for a picture, to either side.
 fn reach(evidence: &Evidence) -> usize {
     REACH / evidence.suspicious().len().max(1)
 }
