@@ -16,7 +16,7 @@ use wheatstone::{
     method::AnyMethod,
     preparation::{
         EstimatedPoses, Preparation, Prepared,
-        checks::{self, Examination, Severity, compare_baseline},
+        checks::{Examination, Severity, compare_baseline},
         outliers::Outlier,
     },
 };
@@ -109,11 +109,9 @@ impl Preparing {
                 _ => remark!("warning", "{text}"),
             }
         }
-        if self.fix {
-            let left_out = checks::left_out(&loaded.data, &prepared.examination.findings);
-            if !left_out.is_empty() {
-                remark!("warning", "left out, as nothing corrects them: {}", pictures(&left_out));
-            }
+        if !prepared.left_out.is_empty() {
+            let left_out = pictures(&prepared.left_out);
+            remark!("warning", "left out, as nothing corrects them: {left_out}");
         }
         if let Some(placed) = &prepared.placed {
             tell_placed(placed, &unit);

@@ -162,8 +162,13 @@ impl PyExamination {
     }
 
     /// The data with the faults corrected that can be.
-    fn repaired(&self) -> PyResult<PyDataset> {
-        checks::repair(&self.data, &self.examination.findings).map(PyDataset).map_err(raised)
+    fn repaired(&self, py: Python) -> PyResult<PyDataset> {
+        let settings = BundleSettings::default();
+        work::run(py, None, |progress| {
+            // The findings may be those of a sample of the views.
+            let all = preparation::examine_every_view(&self.data, settings, progress)?;
+            preparation::repair(&self.data, &all, settings, progress).map(PyDataset)
+        })
     }
 }
 

@@ -10,10 +10,14 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use wheatstone_core::{
     dataset::Dataset,
+    fit::bundle::BundleSettings,
     geometry::{Pixel, Vector3},
-    preparation::checks::{Finding, Severity, examine},
+    preparation::{
+        self,
+        checks::{Finding, Severity, examine},
+    },
 };
-use wheatstone_numeric::random::Random;
+use wheatstone_numeric::{progress::Silent, random::Random};
 
 /// What became of one fault, or of captures without one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -44,14 +48,31 @@ pub struct Survey {
     pub clean: Vec<Tally>,
 }
 
+/// The place of errors of the stage among them.
+const STAGE_ERRORS: usize = 1;
+
 /// What is done to captures that have no fault.
 const DISTRACTIONS: [&str; 3] = ["clean", "stage errors", "gross outliers (10 %)"];
 
-/// Tries the clinic on so many captures with faults, and on a quarter as many of each kind without; where
-/// `scattered`, on points at random places instead of charts, of which no two views share one.
+/// What the captures of a survey are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recorded {
+    /// Charts at known places.
+    Charts,
+    /// Points at random places, of which no two views share one.
+    Scattered,
+    /// Charts held by hand, whose poses are estimated.
+    HeldByHand,
+}
+
+/// Tries the checks on so many captures with faults, and on a quarter as many of each kind without.
 #[must_use]
-pub fn survey(captures: usize, seed: u64, scattered: bool) -> Survey {
-    let draw = if scattered { RandomCapture::scattered } else { RandomCapture::new };
+pub fn survey(captures: usize, seed: u64, recorded: Recorded) -> Survey {
+    let draw = match recorded {
+        Recorded::Charts => RandomCapture::new,
+        Recorded::Scattered => RandomCapture::scattered,
+        Recorded::HeldByHand => RandomCapture::held_by_hand,
+    };
     let outcomes: Vec<(usize, Outcome)> = (0..captures)
         .into_par_iter()
         .filter_map(|index| {
@@ -65,12 +86,15 @@ pub fn survey(captures: usize, seed: u64, scattered: bool) -> Survey {
     let faults = names().into_iter().enumerate().map(|(fault, name)| {
         tally(name, outcomes.iter().filter(|(f, _)| *f == fault).map(|(_, outcome)| outcome))
     });
-    let clean = DISTRACTIONS.iter().enumerate().map(|(kind, name)| {
+    // Charts of no given place have no errors of it.
+    let has = |kind: &usize| recorded != Recorded::HeldByHand || *kind != STAGE_ERRORS;
+    let kinds = (0..DISTRACTIONS.len()).filter(has);
+    let clean = kinds.map(|kind| {
         let outcomes: Vec<Outcome> = (0..captures.div_ceil(4))
             .into_par_iter()
             .map(|index| harmless(kind, draw, (seed, index)))
             .collect();
-        tally(name, outcomes.iter())
+        tally(DISTRACTIONS[kind], outcomes.iter())
     });
     Survey { faults: faults.collect(), clean: clean.collect() }
 }
@@ -107,9 +131,18 @@ fn tally<'a>(name: &str, outcomes: impl Iterator<Item = &'a Outcome>) -> Tally {
     tally
 }
 
-/// Findings that ask for something to be done.
-fn alarms(data: &Dataset) -> Vec<Finding> {
-    let mut findings = examine(data).findings;
+/// Findings that ask for something to be done. Of charts held by hand those that stop a fit, and those of `codes`: of most
+/// random captures more views would be better.
+fn alarms(capture: &RandomCapture, data: &Dataset, codes: &[&str]) -> Vec<Finding> {
+    let data = capture.as_filed(data.clone());
+    let mut findings = if capture.held_by_hand {
+        let found = preparation::examine(&data, BundleSettings::default(), &Silent);
+        let mut findings = found.map(|found| found.findings).unwrap_or_default();
+        findings.retain(|f| f.severity == Severity::Fatal || codes.contains(&f.code));
+        findings
+    } else {
+        examine(&data).findings
+    };
     findings.retain(|finding| finding.severity > Severity::Information);
     findings
 }
@@ -135,13 +168,18 @@ fn judged(capture: &RandomCapture, faulty: &Faulty, index: usize) -> Outcome {
     let keep_views = !faulty.views.is_empty();
     let mut filed = capture.clone();
     filed.named[1] |= keep_views || faulty.data.views.len() < 2;
-    let data = filed.as_filed(faulty.data.clone());
-    let findings = alarms(&data);
+    let findings = alarms(&filed, &faulty.data, faulty.codes);
+    // Where poses are estimated, of two cameras nobody can tell which was turned or moved.
+    let is_either = |cameras: &[usize]| {
+        capture.held_by_hand && capture.cameras.len() == 2 && *cameras == [0, 1]
+    };
     let mut views: Vec<&String> = faulty.views.iter().map(|v| &faulty.data.views[*v]).collect();
     views.sort();
     let named = |finding: &&Finding| {
         faulty.codes.contains(&finding.code)
-            && (faulty.cameras.is_empty() || finding.cameras == faulty.cameras)
+            && (faulty.cameras.is_empty()
+                || finding.cameras == faulty.cameras
+                || is_either(&finding.cameras))
             && (views.is_empty() || finding.views.iter().all(|view| views.contains(&view)))
     };
     // Several findings of one name may share the views.
@@ -176,7 +214,7 @@ fn harmless(
     let mut capture = draw(capture_seed);
     let mut random = Random::stream(seed ^ 0x5eed, index as u64);
     let mut data = capture.dataset();
-    if distraction == 1 {
+    if distraction == STAGE_ERRORS {
         // 0.4 mm at a metre: a good ruler's and a bad stage's.
         let distance = capture.placements[0].translation.norm();
         let truth = data.clone();
@@ -203,7 +241,7 @@ fn harmless(
             }
         }
     }
-    let findings = alarms(&capture.as_filed(data));
+    let findings = alarms(&capture, &data, &[]);
     let kind = if findings.is_empty() {
         Kind::Rightly
     } else {

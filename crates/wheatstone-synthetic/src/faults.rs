@@ -30,38 +30,72 @@ enum Points {
     Lattice,
 }
 
+/// Of which charts a fault can be told.
+#[derive(Clone, Copy, PartialEq)]
+enum Charts {
+    /// Those held by hand too, whose poses are estimated.
+    Any,
+    /// Those whose places are given.
+    Placed,
+}
+
 /// The faults, by name.
-const FAULTS: &[(&str, Inject, Points)] = &[
-    ("cameras swapped in some views", swapped, Points::Any),
-    ("board turned by 180 degrees in one camera, some views", turned_in_a_camera, Points::Lattice),
-    ("board turned by 180 degrees in a view, all cameras", turned_in_a_view, Points::Lattice),
-    ("board turned by 90 degrees in a view, all cameras", quarter_turn, Points::Lattice),
-    ("order of rows reversed in one camera, some views", rows_reversed, Points::Lattice),
-    ("rows and columns swapped in one camera, some views", transposed, Points::Lattice),
-    ("list reversed in one camera, some views", list_reversed, Points::Any),
-    ("board turned in one camera, all views", turned_everywhere, Points::Lattice),
-    ("points permuted in one camera of a view", permuted, Points::Any),
-    ("wrong pitch in a view", wrong_pitch, Points::Any),
-    ("units mixed in a view", units_mixed, Points::Any),
-    ("one column in another unit, all views", column_unit, Points::Any),
-    ("view elsewhere than the file says", misplaced, Points::Any),
-    ("one picture of the next view", unsynchronised, Points::Lattice),
-    ("pairs shifted by one from a view on", shifted, Points::Lattice),
-    ("camera moved from a view on", moved, Points::Any),
-    ("left-handed world", left_handed, Points::Any),
-    ("y up in one camera", y_up, Points::Any),
-    ("y up in all cameras", y_up_everywhere, Points::Any),
-    ("pixels off by a half or one in one camera, some views", offset, Points::Any),
-    ("picture resized in one camera, some views", resized, Points::Any),
-    ("single plane", single_view, Points::Plane),
-    ("thin depth", thin, Points::Plane),
-    ("points in a corner of the picture", corner, Points::Any),
-    ("duplicate view", duplicated, Points::Any),
-    ("identical cameras", identical, Points::Any),
-    ("y up in one camera, some views", y_up_in_views, Points::Any),
-    ("pixels of one camera shifted from a view on", pixels_shifted_on, Points::Any),
-    ("pixels of one camera shifted in some views", pixels_shifted, Points::Any),
-    ("chart in the other of its two poses, a view", other_pose, Points::Plane),
+const FAULTS: &[(&str, Inject, Points, Charts)] = &[
+    ("cameras swapped in some views", swapped, Points::Any, Charts::Any),
+    (
+        "board turned by 180 degrees in one camera, some views",
+        turned_in_a_camera,
+        Points::Lattice,
+        Charts::Any,
+    ),
+    (
+        "board turned by 180 degrees in a view, all cameras",
+        turned_in_a_view,
+        Points::Lattice,
+        Charts::Placed,
+    ),
+    (
+        "board turned by 90 degrees in a view, all cameras",
+        quarter_turn,
+        Points::Lattice,
+        Charts::Placed,
+    ),
+    (
+        "order of rows reversed in one camera, some views",
+        rows_reversed,
+        Points::Lattice,
+        Charts::Any,
+    ),
+    (
+        "rows and columns swapped in one camera, some views",
+        transposed,
+        Points::Lattice,
+        Charts::Any,
+    ),
+    ("list reversed in one camera, some views", list_reversed, Points::Any, Charts::Any),
+    ("board turned in one camera, all views", turned_everywhere, Points::Lattice, Charts::Placed),
+    ("points permuted in one camera of a view", permuted, Points::Any, Charts::Any),
+    ("wrong pitch in a view", wrong_pitch, Points::Any, Charts::Any),
+    ("units mixed in a view", units_mixed, Points::Any, Charts::Any),
+    ("one column in another unit, all views", column_unit, Points::Any, Charts::Placed),
+    ("view elsewhere than the file says", misplaced, Points::Any, Charts::Placed),
+    ("one picture of the next view", unsynchronised, Points::Lattice, Charts::Any),
+    ("pairs shifted by one from a view on", shifted, Points::Lattice, Charts::Any),
+    ("camera moved from a view on", moved, Points::Any, Charts::Any),
+    ("left-handed world", left_handed, Points::Any, Charts::Placed),
+    ("y up in one camera", y_up, Points::Any, Charts::Any),
+    ("y up in all cameras", y_up_everywhere, Points::Any, Charts::Placed),
+    ("pixels off by a half or one in one camera, some views", offset, Points::Any, Charts::Any),
+    ("picture resized in one camera, some views", resized, Points::Any, Charts::Any),
+    ("single plane", single_view, Points::Plane, Charts::Placed),
+    ("thin depth", thin, Points::Plane, Charts::Placed),
+    ("points in a corner of the picture", corner, Points::Any, Charts::Placed),
+    ("duplicate view", duplicated, Points::Any, Charts::Placed),
+    ("identical cameras", identical, Points::Any, Charts::Placed),
+    ("y up in one camera, some views", y_up_in_views, Points::Any, Charts::Any),
+    ("pixels of one camera shifted from a view on", pixels_shifted_on, Points::Any, Charts::Any),
+    ("pixels of one camera shifted in some views", pixels_shifted, Points::Any, Charts::Any),
+    ("chart in the other of its two poses, a view", other_pose, Points::Plane, Charts::Placed),
 ];
 
 /// The names of all faults, in their order.
@@ -79,13 +113,13 @@ pub fn inject(
     strength: usize,
     random: &mut Random,
 ) -> Option<Faulty> {
-    let (_, put, points) = FAULTS.get(fault)?;
+    let (_, put, points, charts) = FAULTS.get(fault)?;
     let can_have_it = match points {
         Points::Any => true,
         Points::Plane => capture.scattered.is_none_or(|depth| depth == 0.0),
         Points::Lattice => capture.scattered.is_none(),
     };
-    if !can_have_it {
+    if !can_have_it || capture.held_by_hand && *charts == Charts::Placed {
         return None;
     }
     let data = capture.dataset();

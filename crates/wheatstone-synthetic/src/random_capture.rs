@@ -1,7 +1,7 @@
 //! Captures drawn at random: other cameras, lenses, charts, placements, units and noise each time, so
 //! that what is tried on them is tried on variety.
 
-use super::{Noise, Rig};
+use super::{HandHeld, Noise, Rig};
 use nalgebra::Matrix3;
 use wheatstone_core::{
     camera::{
@@ -27,6 +27,8 @@ pub struct RandomCapture {
     /// For points at random places, which no two views share: by how much they lie off the chart's plane, as
     /// a share of its extent. `None` for a lattice.
     pub scattered: Option<f64>,
+    /// Whether the chart was held by hand: a file has its places on the chart, and none in the world.
+    pub held_by_hand: bool,
     /// The pixels' error.
     pub noise: Noise,
     /// The unit of lengths.
@@ -53,6 +55,24 @@ impl RandomCapture {
         Self::enough(|attempt| {
             let depth = [0.0, 0.3][(seed % 2) as usize];
             Self { scattered: Some(depth), ..Self::drawn(seed, attempt) }
+        })
+    }
+
+    /// The capture of a seed with a chart that is waved by hand.
+    #[must_use]
+    pub fn held_by_hand(seed: u64) -> Self {
+        Self::enough(|attempt| {
+            let drawn = Self::drawn(seed, attempt);
+            let mut random = Random::stream(seed ^ 0x4a9d, attempt);
+            let distance = drawn.placements[0].translation.z;
+            let views = 8 + random.below(7);
+            Self {
+                placements: waved(&mut random, views, distance),
+                pitch: HandHeld::SIZE * drawn.pitch,
+                held_by_hand: true,
+                named: [true, true],
+                ..drawn
+            }
         })
     }
 
@@ -100,6 +120,7 @@ impl RandomCapture {
             counts,
             pitch,
             scattered: None,
+            held_by_hand: false,
             noise,
             unit,
             named: [random.below(10) < 7, random.below(4) > 0 || tilted],
@@ -168,7 +189,7 @@ impl RandomCapture {
                         id: Some(self.name(view, index)),
                         pixels,
                         world: Some(world),
-                        board: None,
+                        board: self.held_by_hand.then_some([on_chart.x, on_chart.y]),
                     });
                 }
             }
@@ -187,9 +208,12 @@ impl RandomCapture {
         (first + index).to_string()
     }
 
-    /// Without the names that this capture's file does not have.
+    /// Without the names and places that this capture's file does not have.
     #[must_use]
     pub fn as_filed(&self, mut data: Dataset) -> Dataset {
+        if self.held_by_hand {
+            data.correspondences.iter_mut().for_each(|row| row.world = None);
+        }
         if !self.named[0] {
             for row in &mut data.correspondences {
                 row.id = None;
@@ -323,4 +347,17 @@ fn placements(random: &mut Random, count: usize, distance: f64, tilted: bool) ->
             Pose::from_rotation_vector(place, rotation)
         })
         .collect()
+}
+
+/// Where a hand holds a chart, from a nearest distance on.
+fn waved(random: &mut Random, count: usize, near: f64) -> Vec<Pose> {
+    let HandHeld { tilt, .. } = HandHeld::default();
+    let place = |_| {
+        let mut up_to = |most: f64| random.uniform(-most, most);
+        let turn = Vector3::new(up_to(tilt), up_to(tilt), up_to(0.6 * tilt));
+        let aside = 0.06 * near;
+        let centre = Vector3::new(up_to(aside), up_to(aside), near * (1.4 + up_to(0.4)));
+        Pose::from_rotation_vector(centre, turn)
+    };
+    (0..count).map(place).collect()
 }

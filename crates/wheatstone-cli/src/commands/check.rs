@@ -23,7 +23,7 @@ use wheatstone::{
         self,
         checks::{self, Examination, ExpectedDistance, Finding, Severity},
     },
-    synthetic::fault_survey::{Survey, Tally, survey},
+    synthetic::fault_survey::{Recorded, Survey, Tally, survey},
     tables,
 };
 
@@ -61,8 +61,11 @@ pub(crate) struct Check {
     #[arg(long, value_name = "N", conflicts_with_all = ["input", "fix", "expect_baseline"])]
     survey: Option<usize>,
     /// Let the survey draw points at random places instead of charts: no two views share one
-    #[arg(long, requires = "survey")]
+    #[arg(long, requires = "survey", conflicts_with = "hand_held")]
     scattered: bool,
+    /// Let the survey draw charts held by hand, whose poses are estimated; a capture takes some seconds
+    #[arg(long, requires = "survey")]
+    hand_held: bool,
     /// Seed of the survey
     #[arg(long, default_value_t = 0, requires = "survey")]
     seed: u64,
@@ -73,7 +76,12 @@ pub(crate) struct Check {
 impl Check {
     pub(crate) fn run(self) -> Outcome {
         if let Some(captures) = self.survey {
-            let found = survey(captures, self.seed, self.scattered);
+            let recorded = match (self.scattered, self.hand_held) {
+                (true, _) => Recorded::Scattered,
+                (_, true) => Recorded::HeldByHand,
+                _ => Recorded::Charts,
+            };
+            let found = survey(captures, self.seed, recorded);
             if self.json {
                 return print_json(&found);
             }
@@ -111,7 +119,8 @@ impl Check {
 
     /// Writes the data with the faults corrected, and says what is left of them.
     fn write_repaired(&self, data: &Dataset, examination: &Examination, output: &Path) -> Outcome {
-        let repaired = checks::repair(data, &examination.findings)?;
+        let settings = BundleSettings::default();
+        let repaired = preparation::repair(data, examination, settings, &Bar::new())?;
         tables::save(&repaired, output)?;
         say!(
             "Wrote {}: {} of {} faults corrected, {} of {} points kept",
@@ -149,7 +158,12 @@ impl Check {
     }
 
     fn examine(&self, data: &Dataset, bar: &Bar) -> Outcome<Examination> {
-        let mut examination = preparation::examine(data, BundleSettings::default(), bar)?;
+        // What is written must have no fault in any view.
+        let examine = match self.fix {
+            Some(_) => preparation::examine_every_view,
+            None => preparation::examine,
+        };
+        let mut examination = examine(data, BundleSettings::default(), bar)?;
         if let Some((length, tolerance)) = self.expect_baseline {
             let differs = checks::compare_baseline(&examination, length, tolerance);
             examination.findings.splice(0..0, differs);

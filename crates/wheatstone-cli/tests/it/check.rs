@@ -56,6 +56,38 @@ fn a_fault_is_named_told_of_and_put_right() {
     assert_eq!(fixed, good);
 }
 
+/// What shows only once boards in the hand are placed is put right in what was recorded.
+#[test]
+fn a_fault_of_a_board_in_the_hand_is_put_right_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    let synth = ["synth", "--points", "--hand-held", "10", "--noise", "0.1", "-o", "good.csv"];
+    assert!(wheatstone(at, &synth).status.success());
+    let text = std::fs::read_to_string(at.join("good.csv")).unwrap();
+    let columns: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    assert_eq!(columns, ["x1", "y1", "x2", "y2", "board_x", "board_y", "view", "id"]);
+    let swapped = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        match cells[6] {
+            "004" => [&cells[2..4], &cells[..2], &cells[4..]].concat().join(","),
+            _ => line.into(),
+        }
+    };
+    let bad: Vec<String> = text.lines().map(swapped).collect();
+    std::fs::write(at.join("bad.csv"), bad.join("\n") + "\n").unwrap();
+    let told = said(&wheatstone(at, &["check", "bad.csv"]));
+    assert!(told.contains("fatal[cameras-swapped]: cameras 1, 2, view `004`"), "{told}");
+    assert!(told.contains("`wheatstone check --fix OUT` does"), "{told}");
+    let fixed = wheatstone(at, &["check", "bad.csv", "--fix", "fixed.csv"]);
+    assert!(fixed.status.success(), "{}", said(&fixed));
+    assert_eq!(std::fs::read_to_string(at.join("fixed.csv")).unwrap(), text);
+    let refused = wheatstone(at, &["fit", "bad.csv", "-o", "model.json"]);
+    assert!(said(&refused).contains("`--fix`"), "{}", said(&refused));
+    let fit = wheatstone(at, &["fit", "bad.csv", "--fix", "--method", "brown", "-o", "model.json"]);
+    assert!(fit.status.success(), "{}", said(&fit));
+    assert!(said(&fit).contains("corrected: cameras 1, 2, view `004`"), "{}", said(&fit));
+}
+
 /// A picture of another instant cannot be corrected: the file is written without it, and the exit status tells.
 #[test]
 fn a_picture_that_is_left_out_is_told_by_the_exit_status() {

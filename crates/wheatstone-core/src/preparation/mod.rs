@@ -1,9 +1,14 @@
 //! From what the user recorded to what a method is fitted to: faults are named, or put right where
 //! that is asked for and certain; charts of unknown place are placed; gross outliers are set aside; charts are moved to where they stood.
 
+mod after_placing;
 mod chart_poses;
 pub mod checks;
+mod examine;
 pub mod outliers;
+mod worst_apart;
+
+pub use examine::{examine, examine_every_view, repair};
 
 use crate::{
     Error, Result,
@@ -17,7 +22,10 @@ use crate::{
     geometry::StageCovariance,
     method::AnyMethod,
 };
-use checks::{Examination, Finding, Severity, Statement};
+use after_placing::{
+    Placed, Repair, add_findings, add_remaining, cannot_be_fixed, put_right, rows_placed,
+};
+use checks::{Examination, Finding, Severity};
 use outliers::Outlier;
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::progress::Progress;
@@ -90,6 +98,8 @@ pub struct Prepared {
     pub examination: Examination,
     /// Whether the faults that can be put right were.
     pub repaired: bool,
+    /// Pictures that only could be left out for that: the view's name and the camera, counted from 0.
+    pub left_out: Vec<(String, usize)>,
     /// The points set aside, by the rows of the data that were screened.
     pub outliers: Vec<Outlier>,
     /// Where the charts are believed to have stood; none where that was not asked for.
@@ -135,6 +145,7 @@ impl Prepared {
             data,
             examination,
             repaired: false,
+            left_out: Vec::new(),
             outliers: Vec::new(),
             stage: Vec::new(),
             stage_covariance: None,
@@ -194,29 +205,21 @@ impl Preparation {
     /// [`Error::Faulty`] where a fit would be wrong, unless repaired or insisted on; those of
     /// [`stage::solve`]; [`Error::Cancelled`].
     pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
-        let mut examination = self.examine(&data);
-        let mut data = data;
-        let doubt = if self.repair { checks::doubt(&data, &examination.findings) } else { None };
-        let repaired = self.repair && doubt.is_none();
-        if repaired {
-            data = checks::repair_all(&data, &examination.findings);
-        }
-        self.refuse_faults(&examination, doubt.as_deref())?;
+        let (mut data, mut faults) = self.put_right(data);
+        self.refuse_faults(&faults)?;
         progress.check()?;
         let mut placed = None;
         if bundle::needed(&data) {
-            let (solved, estimated) =
-                chart_poses::place(&data, &self.lenses, self.bundle_settings, progress)?;
-            add_findings(&mut examination, self.examine(&solved), (&solved, &estimated));
+            let (solved, estimated) = self.place(&data, &mut faults, progress)?;
             let omits = self.omits_pose_uncertainty;
-            examination.findings.extend(omits.then(checks::omitted_pose_uncertainty));
+            faults.examination.findings.extend(omits.then(checks::omitted_pose_uncertainty));
             (data, placed) = (solved, Some(estimated));
         }
         if let Some((length, tolerance)) = self.baseline {
-            let differs = checks::compare_baseline(&examination, length, tolerance);
-            examination.findings.splice(0..0, differs);
+            let differs = checks::compare_baseline(&faults.examination, length, tolerance);
+            faults.examination.findings.splice(0..0, differs);
         }
-        self.refuse_faults(&examination, doubt.as_deref())?;
+        self.refuse_faults(&faults)?;
         let mut outliers = Vec::new();
         if !self.keep_outliers {
             let screening = outliers::screen(&data, seed, progress)?;
@@ -231,11 +234,81 @@ impl Preparation {
             (data, stage, stage_covariance) =
                 (solved.data, solved.offsets, Some(solved.uncertainty));
         }
-        Ok(Prepared { data, examination, repaired, outliers, stage, stage_covariance, placed })
+        let Faults { examination, left_out, .. } = faults;
+        Ok(Prepared {
+            data,
+            examination,
+            repaired: self.repair,
+            left_out,
+            outliers,
+            stage,
+            stage_covariance,
+            placed,
+        })
     }
 }
 
+/// What is wrong with data, and what became of it.
+struct Faults {
+    examination: Examination,
+    /// Pictures of which nothing is left.
+    left_out: Vec<(String, usize)>,
+    /// Why what was found was not put right.
+    doubt: Option<String>,
+}
+
 impl Preparation {
+    /// The data as they were recorded, with the faults put right that show without placing charts, where that is asked
+    /// for and can be believed.
+    fn put_right(&self, data: Dataset) -> (Dataset, Faults) {
+        let mut examination = self.examine(&data);
+        if !self.repair {
+            return (data, Faults { examination, left_out: Vec::new(), doubt: None });
+        }
+        let findings = &mut examination.findings;
+        let doubt = checks::doubt(&data, findings);
+        if doubt.is_some() {
+            cannot_be_fixed(findings);
+        }
+        let left_out = checks::left_out(&data, findings);
+        let data = checks::repair_all(&data, findings);
+        (data, Faults { examination, left_out, doubt })
+    }
+
+    /// Places charts, and puts right, likewise, what shows only then.
+    fn place(
+        &self,
+        recorded: &Dataset,
+        faults: &mut Faults,
+        progress: &dyn Progress,
+    ) -> Result<Placed> {
+        let place =
+            |data: &Dataset| chart_poses::place(data, &self.lenses, self.bundle_settings, progress);
+        let placed = place(recorded)?;
+        let rows = rows_placed(recorded, &placed.1);
+        let after = worst_apart::examine_placed(
+            (recorded, &rows),
+            &placed.0,
+            &|data| self.examine(data),
+            &place,
+        )?;
+        let found = add_findings(&mut faults.examination, after, &placed, (recorded, &rows));
+        let asked: &[Finding] = if self.repair { found } else { &[] };
+        match put_right(recorded, asked, &place)? {
+            Repair::Nothing => Ok(placed),
+            Repair::Doubted(why) => {
+                cannot_be_fixed(found);
+                faults.doubt.get_or_insert(why);
+                Ok(placed)
+            }
+            Repair::Done(repaired) => {
+                add_remaining(&mut faults.examination, self.examine(&repaired.placed.0));
+                faults.left_out.extend(repaired.left_out);
+                Ok(repaired.placed)
+            }
+        }
+    }
+
     /// Looks for faults. One plane tells where cameras stand whose lenses are known.
     fn examine(&self, data: &Dataset) -> Examination {
         let mut examination = checks::examine(data);
@@ -246,16 +319,16 @@ impl Preparation {
     }
 
     /// Refuses data whose faults make a fit worthless, unless they were put right, or that is insisted on.
-    fn refuse_faults(&self, examination: &Examination, doubt: Option<&str>) -> Result<()> {
-        let repaired = self.repair && doubt.is_none();
+    fn refuse_faults(&self, faults: &Faults) -> Result<()> {
+        let Faults { examination, doubt, .. } = faults;
         let is_left = |finding: &&Finding| {
-            finding.severity == Severity::Fatal && !(repaired && finding.is_fixable())
+            finding.severity == Severity::Fatal && !(self.repair && finding.is_fixable())
         };
         let mut left = examination.findings.iter().filter(is_left);
         let Some(first) = left.next().filter(|_| !self.insist) else { return Ok(()) };
         let others = left.count();
         let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
-        let kept = doubt.map(|why| format!("; not corrected: {why}")).unwrap_or_default();
+        let kept = doubt.as_ref().map(|why| format!("; not corrected: {why}")).unwrap_or_default();
         let fixable = first.is_fixable() && !self.repair;
         let way_out = if fixable { Remedy::RepairOrInsist } else { Remedy::Insist };
         Err(Error::Faulty {
@@ -264,89 +337,4 @@ impl Preparation {
             hint: Hint::new(first.hint.clone(), way_out),
         })
     }
-}
-
-/// Views whose charts are placed to look for faults, at most: time grows with more than their number.
-const MOST_PLACED: usize = 40;
-
-/// Looks for faults as [`checks::examine`] does; charts held by hand are placed for that, as before a fit, so that
-/// faults of their poses show too, and where the cameras stand.
-///
-/// # Errors
-///
-/// [`Error::Cancelled`].
-pub fn examine(
-    data: &Dataset,
-    bundle_settings: BundleSettings,
-    progress: &dyn Progress,
-) -> Result<Examination> {
-    let mut examination = checks::examine(data);
-    if bundle::needed(data) {
-        let (sample, taken) = sample(data);
-        match chart_poses::place(&sample, &[], bundle_settings, progress) {
-            Ok((placed, estimated)) => {
-                add_findings(&mut examination, checks::examine(&placed), (&placed, &estimated));
-                if taken < data.views.len() {
-                    let views = data.views.len();
-                    examination.cannot_be_seen.push(Statement {
-                        what: format!(
-                            "faults of the chart's pose in {} of {views} views",
-                            views - taken
-                        ),
-                        check: format!("charts were placed in {taken} views, spread evenly"),
-                    });
-                }
-            }
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => examination.findings.insert(0, checks::undetermined_poses(&error)),
-        }
-    }
-    Ok(examination)
-}
-
-/// Data of at most [`MOST_PLACED`] views, spread evenly, and how many these are.
-fn sample(data: &Dataset) -> (Dataset, usize) {
-    let step = data.views.len().div_ceil(MOST_PLACED).max(1);
-    if step == 1 {
-        return (data.clone(), data.views.len());
-    }
-    let taken = |view: usize| view.is_multiple_of(step);
-    let rows = data.correspondences.iter().filter(|row| taken(row.view)).cloned();
-    let rows = rows.map(|mut row| {
-        row.view /= step;
-        row
-    });
-    let views: Vec<String> = data.views.iter().step_by(step).cloned().collect();
-    let count = views.len();
-    let sample = Dataset {
-        unit: data.unit.clone(),
-        cameras: data.cameras,
-        views,
-        correspondences: rows.collect(),
-    };
-    (sample, count)
-}
-
-/// What shows only where charts have places. Data are put right before that, not after.
-fn add_findings(
-    examination: &mut Examination,
-    mut after: Examination,
-    (placed, estimated): (&Dataset, &EstimatedPoses),
-) {
-    let new = |finding: &Finding| {
-        examination.findings.iter().all(|f| f.code != finding.code)
-            // Wherever the charts stood: it was solved for.
-            && finding.code != "planes-parallel"
-    };
-    after.findings.retain(new);
-    for finding in &mut after.findings {
-        finding.changes.clear();
-    }
-    examination.findings.extend(after.findings);
-    examination.findings.extend(checks::undecided_poses(&estimated.undecided));
-    let (views, points) = (estimated.views.len(), placed.known().count());
-    let few = estimated.freed.then(|| checks::few_views(views, points)).flatten();
-    examination.findings.extend(few);
-    examination.layout = after.layout;
-    examination.cannot_be_seen = after.cannot_be_seen;
 }

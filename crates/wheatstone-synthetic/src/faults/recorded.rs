@@ -65,7 +65,10 @@ pub(super) fn wrong_pitch(draw: Draw) -> Option<Faulty> {
 pub(super) fn units_mixed(draw: Draw) -> Option<Faulty> {
     let (by, view) = ([10.0, 0.1, 25.4][draw.strength], draw.some[0]);
     let cameras = all(draw.data.cameras);
-    let data = altered(draw.data, &[view], |row| row.world = row.world.map(|w| w * by));
+    let data = altered(draw.data, &[view], |row| {
+        row.world = row.world.map(|w| w * by);
+        row.board = row.board.map(|board| board.map(|side| side * by));
+    });
     Some(faulty(data, &["units-mixed"], vec![view], cameras))
 }
 

@@ -2,6 +2,7 @@
 
 use super::data;
 use wheatstone::{
+    Error,
     chart::{AnyChart, line_grid::LineGrid},
     dataset::{Correspondence, Dataset},
     evaluate::cross_validate,
@@ -10,15 +11,16 @@ use wheatstone::{
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
     preparation::{
-        self,
+        self, Preparation, Prepared,
         checks::{
             ExpectedDistance, Severity, compare_baseline, compare_distance, examine, left_out,
             repair_all,
         },
+        examine_every_view,
     },
     synthetic::{
         HandHeld, Noise, Rig, Stage, chart_correspondences,
-        fault_survey::{Tally, survey},
+        fault_survey::{Recorded, Tally, survey},
         faults::{inject, names},
         hand_held_correspondences,
         random_capture::RandomCapture,
@@ -34,7 +36,7 @@ fn codes(data: &Dataset) -> Vec<&'static str> {
 #[test]
 fn faults_are_named_with_their_place_and_nothing_is_cried_of_clean_captures() {
     // The whole table is in docs/fault-clinic.md; this is a part of it.
-    let found = survey(2 * names().len(), 11, false);
+    let found = survey(2 * names().len(), 11, Recorded::Charts);
     let captures: usize = found.faults.iter().map(|row| row.captures).sum();
     let rightly: usize = found.faults.iter().map(|row| row.rightly).sum();
     let wrong: Vec<_> = found.faults.iter().flat_map(|row| &row.wrong).collect();
@@ -50,7 +52,7 @@ fn faults_are_named_with_their_place_and_nothing_is_cried_of_clean_captures() {
 /// Points at random places have no twins in other views: no explanation may live on that.
 #[test]
 fn faults_of_tables_whose_views_share_no_point_have_their_own_names() {
-    let found = survey(4 * names().len(), 7, true);
+    let found = survey(4 * names().len(), 7, Recorded::Scattered);
     let captures: usize = found.faults.iter().map(|row| row.captures).sum();
     let rightly: usize = found.faults.iter().map(|row| row.rightly).sum();
     let wrong: Vec<_> = found.faults.iter().flat_map(|row| &row.wrong).collect();
@@ -148,6 +150,61 @@ fn faults_of_boards_in_the_hand_have_their_own_names() {
             assert!(code == name && is_told, "seed {seed}, {name}: {found:?}");
         }
     }
+}
+
+/// What is wrong shows once the boards are placed; it is put right in what was recorded, and boards are placed anew.
+#[test]
+fn faults_of_boards_in_the_hand_are_put_right_in_what_was_recorded() {
+    let sound = held_by_hand("paper", (2, 10), 0);
+    let prepared = |data: &Dataset| {
+        let preparation = Preparation { repair: true, ..Preparation::default() };
+        preparation.for_method(None).run(data.clone(), 0, &Silent)
+    };
+    let rms = |prepared: &Prepared| prepared.placed.as_ref().unwrap().rms;
+    let best = rms(&prepared(&sound).unwrap());
+    for (name, _, make) in &IN_THE_HAND {
+        let mut data = sound.clone();
+        make(&mut data, 4);
+        let found = match prepared(&data) {
+            Ok(found) => found,
+            // By how many pixels, nothing but the fit would tell.
+            Err(Error::Faulty { code, .. }) if code == "camera-moved" && *name == code => continue,
+            Err(other) => panic!("{name}: {other}"),
+        };
+        let findings = found.findings();
+        assert!(findings.iter().any(|one| one.code == *name && one.repaired), "{findings:?}");
+        let all = examine_every_view(&data, BundleSettings::default(), &Silent).unwrap();
+        let file = preparation::repair(&data, &all, BundleSettings::default(), &Silent).unwrap();
+        assert!(file.correspondences.iter().all(|row| row.world.is_none()), "{name}");
+        assert_eq!(fatal(&file), [], "{name}");
+        if *name == "unsynchronised" {
+            assert_eq!(found.left_out, [(data.views[4].clone(), 0)]);
+            continue;
+        }
+        assert_eq!(found.left_out, []);
+        // An estimate has its error; what is one of a few is right to the bit, or nearly.
+        let (sizes, tolerance) = match *name {
+            "wrong-pitch" => (3e-3, 1.1),
+            _ => (1e-12, 1.0 + 1e-6),
+        };
+        assert!(rms(&found) < tolerance * best, "{name}: {} against {best}", rms(&found));
+        for (was, is) in sound.correspondences.iter().zip(&file.correspondences) {
+            for (was, is) in was.board.unwrap().into_iter().zip(is.board.unwrap()) {
+                assert!((is - was).abs() <= sizes * was.abs(), "{name}: {was} became {is}");
+            }
+        }
+    }
+}
+
+/// Of many views some are placed to look for faults: what is changed are still the rows of all.
+#[test]
+fn a_sample_of_many_boards_in_the_hand_tells_the_rows_of_all() {
+    let sound = held_by_hand("paper", (2, 42), 0);
+    let mut data = sound.clone();
+    each_row(&mut data, 6, |row| row.pixels.swap(0, 1));
+    let found = preparation::examine(&data, BundleSettings::default(), &Silent).unwrap();
+    assert_eq!(repair_all(&data, &found.findings), sound);
+    assert!(found.cannot_be_seen.iter().any(|one| one.what.contains("21 of 42 views")));
 }
 
 /// Of two cameras nobody can tell in which a chart was read turned; of three the other two agree.

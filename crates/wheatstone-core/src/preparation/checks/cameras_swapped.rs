@@ -4,7 +4,7 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    stretch::{MOST_LEFT, RIGID, Stretch, adjusted, shots},
+    stretch::{MOST_LEFT, RIGID, Stretch, adjusted, shots, starts},
 };
 
 pub(super) struct CamerasSwapped;
@@ -67,16 +67,19 @@ fn with_other_pose(
         evidence.data.correspondences[row].pixels[meant]
     };
     let (shots, given) = shots(evidence, (view, present), read)?;
-    let placed = adjusted(&shots, Stretch::by_scale(given, 1.0), RIGID);
-    let left = present.iter().map(|camera| {
-        let rows = &evidence.cells[view][*camera].rows;
-        evidence.explained((view, *camera), |index, (place, _)| {
-            Some((placed.map(place), read(*camera, rows[index])?))
-        })
-    });
+    let left_from = |start: Stretch| {
+        let placed = adjusted(&shots, start, RIGID);
+        let left = present.iter().map(|camera| {
+            let rows = &evidence.cells[view][*camera].rows;
+            evidence.explained((view, *camera), |index, (place, _)| {
+                Some((placed.map(place), read(*camera, rows[index])?))
+            })
+        });
+        left.fold(0.0, f64::max)
+    };
     let before = [first, second].map(|camera| evidence.excess((view, camera)));
-    let left = left.fold(0.0, f64::max);
-    (left <= 1.0 && left <= MOST_LEFT * before[0].max(before[1])).then_some(left)
+    let most = f64::min(1.0, MOST_LEFT * before[0].max(before[1]));
+    starts(evidence, view, given).into_iter().map(left_from).find(|left| *left <= most)
 }
 
 fn proposal(evidence: &Evidence, view: usize, cameras: [usize; 2], left: f64) -> Proposal {

@@ -9,7 +9,7 @@ use super::{
         ANY, MOST_LEFT, RIGID, SCALES, SCALES_AND_SHIFT, SHIFT, SIZED, Shots, Stretch, adjusted,
         shots_as_told,
     },
-    unit_ratios::{is_ratio, tidy},
+    unit_ratios::{as_ratio, tidy},
 };
 use crate::geometry::{Point3, Vector3};
 
@@ -45,6 +45,16 @@ pub(super) fn places(
         let world = evidence.data.correspondences[*row].world?;
         let to = evidence.frame.world(map(evidence.frame.scaled(world)));
         Some(Change::World { row: *row, to })
+    })
+    .collect()
+}
+
+/// Every place on a view's chart scaled: where the chart stood is estimated anew.
+fn on_board(evidence: &Evidence, view: usize, scale: f64) -> Vec<Change> {
+    let rows = evidence.views[view].rows.iter();
+    rows.filter_map(|row| {
+        let place = evidence.data.correspondences[*row].board?;
+        Some(Change::Board { row: *row, to: place.map(|along| scale * along) })
     })
     .collect()
 }
@@ -210,9 +220,9 @@ fn named(
             );
             ("view-misplaced", Severity::Fatal, what, Freedom::Pose, false)
         }
-    } else if alike && is_ratio(a) {
-        let what =
-            format!("the chart positions are {} times too large: another unit", tidy(1.0 / a));
+    } else if let Some(ratio) = as_ratio(a).filter(|_| alike) {
+        let times = tidy(1.0 / ratio);
+        let what = format!("the chart positions are {times} times too large: another unit");
         ("units-mixed", Severity::Fatal, what, Freedom::Scale, true)
     } else if alike {
         let what = format!("the chart's pitch is {:.4} times the given one", (a + b) / 2.0);
@@ -228,8 +238,13 @@ fn named(
     } else {
         "measure the chart and give its true size and pose, or let the program correct what it can"
     };
-    let changes =
-        if fixable { places(evidence, view, |place| stretch.map(place)) } else { Vec::new() };
+    let changes = match fixable {
+        true if evidence.has_estimated_pose(view) => {
+            on_board(evidence, view, as_ratio(a).unwrap_or((a + b) / 2.0))
+        }
+        true => places(evidence, view, |place| stretch.map(place)),
+        false => Vec::new(),
+    };
     Some(Proposal {
         freedom,
         left,

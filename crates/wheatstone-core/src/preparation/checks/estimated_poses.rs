@@ -6,7 +6,8 @@ use super::{
     chart_size::explained,
     evidence::Evidence,
     finding::{Freedom, Proposal, before_and_after},
-    stretch::{RIGID, Stretch, adjusted, shots_as_told},
+    stretch::{RIGID, Stretch, adjusted, shots_as_told, starts},
+    unexplained,
 };
 use crate::{
     dataset::Dataset,
@@ -39,7 +40,34 @@ pub(super) fn judge_by_other_pictures(evidence: &Evidence, proposals: &mut Vec<P
         let mut found = in_either(&each).map_or_else(|| each.concat(), |one| vec![one]);
         found.retain(is_needed);
         proposals.extend(found);
+        proposals.extend(unexplained::view(evidence, view));
     }
+    for one in proposals.iter_mut().filter(|one| one.cells.len() > 1) {
+        if let Some(other) = other_of_two(evidence, one) {
+            one.what = format!(
+                "in camera {}, or the other way in camera {} (two cameras cannot tell which): {}",
+                one.cells[0].1 + 1,
+                other + 1,
+                one.what
+            );
+            let others: Vec<(usize, usize)> =
+                one.cells.iter().map(|(view, _)| (*view, other)).collect();
+            one.cells.extend(others);
+        }
+    }
+}
+
+/// The other camera, where a fault of several pictures of one might be of the other as well: where poses are estimated, two
+/// cameras show only how one moved, or when it took its pictures, relative to the other.
+fn other_of_two(evidence: &Evidence, one: &Proposal) -> Option<usize> {
+    let camera = one.cells[0].1;
+    let is_relative = matches!(one.code, "camera-moved" | "unsynchronised");
+    let is_of_one = one.cells.iter().all(|cell| cell.1 == camera);
+    if !is_relative || !is_of_one || evidence.data.cameras != 2 {
+        return None;
+    }
+    let mut views = one.cells.iter().map(|cell| cell.0);
+    views.all(|view| evidence.has_estimated_pose(view)).then_some(1 - camera)
 }
 
 /// What is wrong with one of two pictures, where each is explained as well by it as the other: a chart read turned in one
@@ -95,19 +123,20 @@ fn of_picture(evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
 }
 
 /// The pose of a view's chart in these cameras; `None` where no pose fits all of them. What was estimated may have followed
-/// another picture, in which the chart was read turned, or seems to be tilted to the other side.
+/// another picture, in which the chart was read turned, or seems to be tilted to the other side, or fit none.
 fn pose_in(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Stretch> {
     let (shots, given) = shots_as_told(evidence, (view, cameras))?;
     let normal = given.along[0].cross(&given.along[1]);
     let quarters = [0.0, 2.0, 1.0, -1.0].map(|quarters| normal * (quarters * FRAC_PI_2));
     let tilts = given.other_tilts(evidence, cameras, given.middle);
-    let from = |turn: Vector3| {
-        let start = Stretch { turn, ..Stretch::by_scale(given, 1.0) };
+    let turned = |turn: Vector3| Stretch { turn, ..Stretch::by_scale(given, 1.0) };
+    let starts = quarters.into_iter().chain(tilts).map(turned).chain(starts(evidence, view, given));
+    let from = |start: Stretch| {
         let placed = adjusted(&shots, start, RIGID);
         let left = explained(evidence, view, cameras, &|place| placed.map(place));
         (left <= 1.0).then_some(placed)
     };
-    quarters.into_iter().chain(tilts).find_map(from)
+    starts.into_iter().find_map(from)
 }
 
 /// The data with a view's points where its chart is placed.

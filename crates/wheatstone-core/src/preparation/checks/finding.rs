@@ -51,11 +51,43 @@ pub enum Change {
         /// Its place.
         to: Point3,
     },
+    /// A row's place on its chart.
+    Board {
+        /// The row.
+        row: usize,
+        /// Its place.
+        to: [f64; 2],
+    },
     /// Removes a row.
     Drop {
         /// The row.
         row: usize,
     },
+}
+
+impl Change {
+    /// The row that is changed.
+    #[must_use]
+    pub fn row(&self) -> usize {
+        match self {
+            Self::Pixel { row, .. }
+            | Self::World { row, .. }
+            | Self::Board { row, .. }
+            | Self::Drop { row } => *row,
+        }
+    }
+
+    /// The same change of data of which row `rows[i]` is row `i` here; `None` for a row beyond them.
+    pub(in crate::preparation) fn in_rows(&self, rows: &[usize]) -> Option<Self> {
+        let mut moved = self.clone();
+        match &mut moved {
+            Self::Pixel { row, .. }
+            | Self::World { row, .. }
+            | Self::Board { row, .. }
+            | Self::Drop { row } => *row = *rows.get(*row)?,
+        }
+        Some(moved)
+    }
 }
 
 /// A fault found.

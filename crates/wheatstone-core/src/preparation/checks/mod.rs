@@ -45,6 +45,7 @@ mod whole_board;
 
 pub use expected::{ExpectedDistance, compare_distance};
 pub use finding::{Change, Examination, Finding, Layout, Severity, Statement};
+pub(super) use repair::{blames_most, fits_worse, not_corrected};
 pub use repair::{doubt, left_out, repair, repair_all};
 pub use unseeable::compare_baseline;
 pub(super) use unseeable::{
@@ -111,4 +112,19 @@ pub fn examine(data: &Dataset) -> Examination {
         cannot_be_seen: unseeable::statements(&evidence),
         layout: unseeable::layout(&evidence),
     }
+}
+
+/// The views of which some picture errs beyond what sound ones do, the worst first.
+pub(super) fn worst_views(data: &Dataset) -> Vec<usize> {
+    let evidence = Evidence::new(data);
+    let excess = |view: usize| {
+        let suspects = evidence.suspects(view).into_iter();
+        suspects.map(|camera| evidence.excess((view, camera))).fold(0.0, f64::max)
+    };
+    let mut worst: Vec<(usize, f64)> = (0..evidence.views.len())
+        .map(|view| (view, excess(view)))
+        .filter(|(_, excess)| *excess > 0.0)
+        .collect();
+    worst.sort_by(|a, b| b.1.total_cmp(&a.1));
+    worst.into_iter().map(|(view, _)| view).collect()
 }

@@ -25,11 +25,16 @@ pub fn repair_all(data: &Dataset, findings: &[Finding]) -> Dataset {
 /// [`Error::Degenerate`] where there is a [`doubt`].
 pub fn repair(data: &Dataset, findings: &[Finding]) -> Result<Dataset> {
     match doubt(data, findings) {
-        Some(why) => Err(Error::Degenerate {
-            problem: format!("not corrected: {why}"),
-            hint: "look at the views that are blamed and at those that are not; record again what is wrong".into(),
-        }),
+        Some(why) => Err(not_corrected(&why)),
         None => Ok(repair_all(data, findings)),
+    }
+}
+
+/// That there is this doubt.
+pub(in crate::preparation) fn not_corrected(doubt: &str) -> Error {
+    Error::Degenerate {
+        problem: format!("not corrected: {doubt}"),
+        hint: "look at the views that are blamed and at those that are not; record again what is wrong".into(),
     }
 }
 
@@ -50,6 +55,11 @@ fn changed(data: &Dataset, findings: &[Finding]) -> (Dataset, Vec<bool>) {
                     c.world = Some(*to);
                 }
             }
+            Change::Board { row, to } => {
+                if let Some(c) = repaired.correspondences.get_mut(*row) {
+                    c.board = Some(*to);
+                }
+            }
             Change::Drop { row } => {
                 if let Some(gone) = dropped.get_mut(*row) {
                     *gone = true;
@@ -64,17 +74,10 @@ fn changed(data: &Dataset, findings: &[Finding]) -> (Dataset, Vec<bool>) {
 /// one, or views that were not touched fit worse to what was.
 #[must_use]
 pub fn doubt(data: &Dataset, findings: &[Finding]) -> Option<String> {
-    let fixable = || findings.iter().filter(|finding| finding.is_fixable());
-    fixable().next()?;
-    let all = views(data, &Frame::of(data));
-    let single = fixable().filter(|finding| 2 * finding.views.len() < all.len());
-    let blamed: BTreeSet<&String> = single.flat_map(|finding| &finding.views).collect();
-    if all.len() > 3 && 2 * blamed.len() > all.len() {
-        return Some(format!(
-            "{} of {} views are blamed one by one: then it is rather the others, or something else, that is wrong",
-            blamed.len(),
-            all.len()
-        ));
+    findings.iter().find(|finding| finding.is_fixable())?;
+    let all = views(data, &Frame::of(data)).len();
+    if let Some(why) = blames_most(all, findings) {
+        return Some(why);
     }
     let (mut repaired, dropped) = changed(data, findings);
     let is_touched =
@@ -88,11 +91,45 @@ pub fn doubt(data: &Dataset, findings: &[Finding]) -> Option<String> {
         .map(|(own, _)| *own)
         .collect();
     let (after, alone) = (Evidence::new(&repaired), data.subset(|row, _| !touched[row]));
-    let alone = Evidence::new(&alone);
-    (0..data.cameras).find_map(|camera| {
-        let untouched = |cell: &&Cell| cell.rows.iter().all(|row| !kept[*row]);
+    let untouched = |_: usize, cell: &Cell| cell.rows.iter().all(|row| !kept[*row]);
+    worse(&after, &Evidence::new(&alone), untouched)
+}
+
+/// Whether these findings blame most of so many views one by one, in words.
+pub(in crate::preparation) fn blames_most(views: usize, findings: &[Finding]) -> Option<String> {
+    let fixable = findings.iter().filter(|finding| finding.is_fixable());
+    let single = fixable.filter(|finding| 2 * finding.views.len() < views);
+    let blamed: BTreeSet<&String> = single.flat_map(|finding| &finding.views).collect();
+    (views > 3 && 2 * blamed.len() > views).then(|| {
+        format!(
+            "{} of {views} views are blamed one by one: then it is rather the others, or something else, that is wrong",
+            blamed.len()
+        )
+    })
+}
+
+/// Whether views that were not changed (by name) fit worse to data with the changes than to data without the changed
+/// views, in words.
+pub(in crate::preparation) fn fits_worse(
+    after: &Dataset,
+    alone: &Dataset,
+    is_changed: &dyn Fn(&String) -> bool,
+) -> Option<String> {
+    let after = Evidence::new(after);
+    worse(&after, &Evidence::new(alone), |view, _| !is_changed(&after.views[view].name))
+}
+
+/// Whether untouched cells of `after` (by view) miss more than the cells of what is `alone`, in words.
+fn worse(
+    after: &Evidence,
+    alone: &Evidence,
+    is_untouched: impl Fn(usize, &Cell) -> bool,
+) -> Option<String> {
+    (0..after.data.cameras).find_map(|camera| {
+        let cells = after.cells.iter().enumerate().map(|(view, cells)| (view, &cells[camera]));
+        let untouched = cells.filter(|(view, cell)| is_untouched(*view, cell));
         let [with, without] = [
-            typical(after.cells.iter().map(|view| &view[camera]).filter(untouched)),
+            typical(untouched.map(|(_, cell)| cell)),
             typical(alone.cells.iter().map(|view| &view[camera])),
         ];
         // Few views tell a camera less well than many.
@@ -120,7 +157,7 @@ pub fn left_out(data: &Dataset, findings: &[Finding]) -> Vec<(String, usize)> {
         data.correspondences[row].pixels.get(camera).is_some_and(Option::is_some)
     };
     let mut left_out = Vec::new();
-    for View { name, rows, .. } in views(data, &Frame::of(data)) {
+    for (name, rows) in pictures(data) {
         let kept: Vec<usize> = rows.into_iter().filter(|row| !dropped[*row]).collect();
         for camera in 0..data.cameras {
             let has = |data: &Dataset| kept.iter().any(|row| is_seen(data, *row, camera));
@@ -130,4 +167,17 @@ pub fn left_out(data: &Dataset, findings: &[Finding]) -> Vec<(String, usize)> {
         }
     }
     left_out
+}
+
+/// The rows of each view: those of the file where charts have no places yet.
+fn pictures(data: &Dataset) -> Vec<(String, Vec<usize>)> {
+    if data.correspondences.iter().all(|row| row.world.is_some()) {
+        let all = views(data, &Frame::of(data)).into_iter();
+        return all.map(|View { name, rows, .. }| (name, rows)).collect();
+    }
+    let rows = |view: usize| {
+        let all = data.correspondences.iter().enumerate();
+        all.filter(|(_, row)| row.view == view).map(|(index, _)| index).collect()
+    };
+    data.views.iter().enumerate().map(|(view, name)| (name.clone(), rows(view))).collect()
 }

@@ -3,6 +3,7 @@
 
 use super::{
     Fault,
+    board_order::relabelled,
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
     pairs::{Pair, extent},
@@ -20,6 +21,37 @@ impl Fault for Unexplained {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         (0..evidence.data.cameras).filter_map(|camera| unexplained(evidence, camera)).collect()
     }
+}
+
+/// Error over the good level beyond which a view whose pose was estimated has another reason than its lens.
+const FAR: f64 = 10.0;
+
+/// A view that fits the others in no pose, where nothing with a name explains it: it is left out.
+pub(super) fn view(evidence: &Evidence, view: usize) -> Option<Proposal> {
+    let cells: Vec<(usize, usize)> =
+        evidence.present(view).into_iter().map(|camera| (view, camera)).collect();
+    let excess = |cell: &(usize, usize)| evidence.excess(*cell);
+    let worst = cells.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)))?;
+    if excess(worst) < FAR {
+        return None;
+    }
+    let error = evidence.cells[worst.0][worst.1].error;
+    Some(Proposal {
+        freedom: Freedom::Each,
+        left: f64::INFINITY,
+        changes: cells.iter().flat_map(|cell| relabelled(evidence, *cell, |_| None)).collect(),
+        also: cells.clone(),
+        cells,
+        key: "view".into(),
+        figures: vec![("median error of the worst picture, px".into(), error)],
+        ..Proposal::itself(
+            "view-unexplained",
+            Severity::Fatal,
+            "the pictures fit those of the other views in no pose of the chart, and no fault that is known explains it"
+                .into(),
+            "compare the pictures with their rows in the table, or let the view be left out",
+        )
+    })
 }
 
 fn unexplained(evidence: &Evidence, camera: usize) -> Option<Proposal> {

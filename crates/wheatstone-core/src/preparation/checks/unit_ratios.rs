@@ -8,9 +8,9 @@ pub(super) fn unit_ratios() -> impl Iterator<Item = f64> {
     RATIOS.iter().flat_map(|ratio| [*ratio, 1.0 / ratio])
 }
 
-/// Whether a scale is one of the ratios.
-pub(super) fn is_ratio(scale: f64) -> bool {
-    unit_ratios().any(|known| (scale / known - 1.0).abs() < 5e-3)
+/// The ratio that a scale is, but for its error.
+pub(super) fn as_ratio(scale: f64) -> Option<f64> {
+    unit_ratios().find(|known| (scale / known - 1.0).abs() < 5e-3)
 }
 
 /// A ratio in as few figures as it has.
