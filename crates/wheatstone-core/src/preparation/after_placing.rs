@@ -1,7 +1,7 @@
 //! Faults that show only once charts of unknown place are placed, and recorded data put right by them.
 
 use super::{
-    EstimatedPoses,
+    chart_poses::EstimatedPoses,
     checks::{self, Change, Examination, Finding, Severity},
 };
 use crate::{Error, Result, dataset::Dataset};
@@ -87,7 +87,7 @@ pub(super) enum Repair {
     /// They are not to be believed, for this reason.
     Doubted(String),
     /// They were made.
-    Done(Repaired),
+    Done(Box<Repaired>),
 }
 
 /// Recorded data put right.
@@ -121,7 +121,7 @@ pub(super) fn put_right(
     if let Some(why) = doubt(recorded, findings, &placed.0, place)? {
         return Ok(Repair::Doubted(why));
     }
-    Ok(Repair::Done(Repaired { recorded: changed, placed, left_out }))
+    Ok(Repair::Done(Box::new(Repaired { recorded: changed, placed, left_out })))
 }
 
 /// Whether views of which nothing is changed fit worse to what is changed than by themselves.

@@ -6,18 +6,44 @@
 //! little. So the first stays where its lens, by `auto`'s own rule, predicts views left out as well as the
 //! model-free camera does, all charts being where that one puts them.
 
-use super::EstimatedPoses;
 use crate::{
     Error, Result,
     camera::AnyCamera,
     dataset::Dataset,
     fit::{
-        bundle::{self, BundleSettings, Lenses, SolvedPoses},
+        bundle::{self, BundleSettings, Gauge, Lenses, SolvedPoses, ViewPose},
         stage::{self, StagePrior},
     },
     method::auto,
 };
+use serde::{Deserialize, Serialize};
 use wheatstone_numeric::progress::Progress;
+
+/// Charts of unknown place, placed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct EstimatedPoses {
+    /// One entry a view.
+    pub views: Vec<ViewPose>,
+    /// Views that could not be placed, for too few points.
+    pub unplaced: Vec<String>,
+    /// Views whose chart may be tilted to either of two sides: their pixels do not tell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undecided: Vec<String>,
+    /// The lens with which they were placed: a name of the registry of cameras.
+    pub lens: String,
+    /// Root mean square distance, in pixels, of detections from where cameras and charts say, with
+    /// that lens.
+    pub rms: f64,
+    /// Distances of each camera from the first one, in the data's unit.
+    pub baselines: Vec<f64>,
+    /// Whether charts and the model-free camera were adjusted together after that.
+    pub freed: bool,
+    /// The frame of the world; none where some places were known, whose frame it is then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gauge: Option<Gauge>,
+}
 
 /// How far charts may go from where a known lens put them, as a share of their distance, and in
 /// radians: behind water or glass they are off by a three-hundredth.

@@ -8,6 +8,7 @@ mod examine;
 pub mod outliers;
 mod worst_apart;
 
+pub use chart_poses::EstimatedPoses;
 pub use examine::{examine, examine_every_view, repair};
 
 use crate::{
@@ -16,7 +17,7 @@ use crate::{
     dataset::Dataset,
     error::{Hint, Remedy},
     fit::{
-        bundle::{self, BundleSettings, Gauge, Lenses, ViewPose},
+        bundle::{self, BundleSettings, Lenses},
         stage::{self, StagePrior, ViewOffset},
     },
     geometry::StageCovariance,
@@ -108,32 +109,6 @@ pub struct Prepared {
     pub stage_covariance: Option<StageCovariance>,
     /// Where charts of unknown place were found to have stood; none where all places were known.
     pub placed: Option<EstimatedPoses>,
-}
-
-/// Charts of unknown place, placed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct EstimatedPoses {
-    /// One entry a view.
-    pub views: Vec<ViewPose>,
-    /// Views that could not be placed, for too few points.
-    pub unplaced: Vec<String>,
-    /// Views whose chart may be tilted to either of two sides: their pixels do not tell.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub undecided: Vec<String>,
-    /// The lens with which they were placed: a name of the registry of cameras.
-    pub lens: String,
-    /// Root mean square distance, in pixels, of detections from where cameras and charts say, with
-    /// that lens.
-    pub rms: f64,
-    /// Distances of each camera from the first one, in the data's unit.
-    pub baselines: Vec<f64>,
-    /// Whether charts and the model-free camera were adjusted together after that.
-    pub freed: bool,
-    /// The frame of the world; none where some places were known, whose frame it is then.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gauge: Option<Gauge>,
 }
 
 impl Prepared {

@@ -1,19 +1,20 @@
-//! A large fault of one view bends the cameras and charts that are adjusted together with it: other views seem to have
-//! faults, or nothing explains it. Then the charts are placed once more without the view that errs most.
+//! A large fault of some views bends the cameras and charts that are adjusted together with them: other views seem to have
+//! faults, or nothing explains these. Then the charts are placed once more without the views that err most.
 
 use super::{
     after_placing::{Placed, rows_placed},
-    checks::{self, Examination, Severity},
+    checks::{self, Examination, Finding, Severity},
 };
 use crate::{
     Error, Result,
     dataset::Dataset,
     geometry::{Point3, Pose},
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-/// Views that are set apart, one after the other, at most: each costs a placement.
-const TRIED: usize = 2;
+/// Views that are set apart at most, and the share of all: each costs a placement.
+const APART: usize = 3;
+const SHARE: usize = 3;
 
 /// What shows in charts that were placed, by an examination of them; `rows` tells from which of the `recorded` rows each
 /// comes.
@@ -27,44 +28,46 @@ pub(super) fn examine_placed(
     examine: &dyn Fn(&Dataset) -> Examination,
     place: &dyn Fn(&Dataset) -> Result<Placed>,
 ) -> Result<Examination> {
-    let all = examine(placed);
-    let before = unclear(&all);
-    if before <= CLEAR {
-        return Ok(all);
-    }
-    for worst in checks::worst_views(placed).into_iter().take(TRIED) {
-        let Some(apart) = placed_without(worst, (recorded, rows), placed, place)? else { continue };
-        let anew = examine(&apart);
-        let after = unclear(&anew);
-        if after.0 > 0 && after < before {
-            return Ok(anew);
+    let mut best = examine(placed);
+    let mut apart: Vec<usize> = Vec::new();
+    let mut now = placed.clone();
+    let most = APART.min(recorded.views.len() / SHARE);
+    while apart.len() < most && unclear(&best) > CLEAR {
+        let is_next = |view: &usize| !apart.contains(view);
+        let Some(worst) = checks::worst_views(&now).into_iter().find(is_next) else { break };
+        apart.push(worst);
+        let Some(anew) = placed_without(&apart, (recorded, rows), placed, place)? else { break };
+        let found = examine(&anew);
+        if unclear(&found).0 > 0 && unclear(&found) < unclear(&best) {
+            best = found;
         }
+        now = anew;
     }
-    Ok(all)
+    Ok(best)
 }
 
-/// One view has a fault with a name.
+/// One fault with a name.
 const CLEAR: (usize, usize) = (1, 0);
 
-/// How many views have fatal faults, and of how many of them nothing is known but that.
+/// How many fatal faults of views there are, and how many views have one of which nothing is known but that.
 fn unclear(examination: &Examination) -> (usize, usize) {
-    let fatal = || examination.findings.iter().filter(|found| found.severity == Severity::Fatal);
-    let views: BTreeSet<&String> = fatal().flat_map(|finding| &finding.views).collect();
-    let unexplained = fatal().filter(|finding| finding.code == "view-unexplained");
-    (views.len(), unexplained.flat_map(|finding| &finding.views).count())
+    let is_of_views = |one: &&Finding| one.severity == Severity::Fatal && !one.views.is_empty();
+    let found = || examination.findings.iter().filter(is_of_views);
+    let unexplained = found().filter(|finding| finding.code == "view-unexplained");
+    (found().count(), unexplained.map(|finding| finding.views.len()).sum())
 }
 
-/// All charts where they are placed without one view, whose own keeps its pose among the others. `None` where the rest
+/// All charts where they are placed without some views, whose own keep their poses among the others. `None` where the rest
 /// cannot be placed.
 fn placed_without(
-    view: usize,
+    views: &[usize],
     (recorded, rows): (&Dataset, &[usize]),
     placed: &Dataset,
     place: &dyn Fn(&Dataset) -> Result<Placed>,
 ) -> Result<Option<Dataset>> {
-    let is_kept = |row: &usize| recorded.correspondences[*row].view != view;
+    let is_kept = |row: &usize| !views.contains(&recorded.correspondences[*row].view);
     let kept: Vec<usize> = (0..recorded.correspondences.len()).filter(is_kept).collect();
-    let rest = recorded.subset(|_, row| row.view != view);
+    let rest = recorded.subset(|_, row| !views.contains(&row.view));
     let (rest_placed, estimated) = match place(&rest) {
         Ok(found) => found,
         Err(Error::TooFew { .. } | Error::Degenerate { .. }) => return Ok(None),

@@ -12,6 +12,7 @@ mod data;
 mod dot_grids;
 mod error_bars;
 mod hand_held;
+mod hand_held_faults;
 mod hand_held_error_bars;
 mod known_lenses;
 mod methods;

@@ -49,8 +49,13 @@ pub(super) fn places(
     .collect()
 }
 
-/// Every place on a view's chart scaled: where the chart stood is estimated anew.
-fn on_board(evidence: &Evidence, view: usize, scale: f64) -> Vec<Change> {
+/// A chart's places, or its own size where its pose is estimated, which is done anew then.
+fn resized(evidence: &Evidence, view: usize, stretch: &Stretch) -> Vec<Change> {
+    if !evidence.has_estimated_pose(view) {
+        return places(evidence, view, |place| stretch.map(place));
+    }
+    let [a, b] = stretch.scale;
+    let scale = as_ratio(a).unwrap_or((a + b) / 2.0);
     let rows = evidence.views[view].rows.iter();
     rows.filter_map(|row| {
         let place = evidence.data.correspondences[*row].board?;
@@ -238,13 +243,7 @@ fn named(
     } else {
         "measure the chart and give its true size and pose, or let the program correct what it can"
     };
-    let changes = match fixable {
-        true if evidence.has_estimated_pose(view) => {
-            on_board(evidence, view, as_ratio(a).unwrap_or((a + b) / 2.0))
-        }
-        true => places(evidence, view, |place| stretch.map(place)),
-        false => Vec::new(),
-    };
+    let changes = if fixable { resized(evidence, view, stretch) } else { Vec::new() };
     Some(Proposal {
         freedom,
         left,

@@ -40,7 +40,10 @@ pub(super) fn judge_by_other_pictures(evidence: &Evidence, proposals: &mut Vec<P
         let mut found = in_either(&each).map_or_else(|| each.concat(), |one| vec![one]);
         found.retain(is_needed);
         proposals.extend(found);
-        proposals.extend(unexplained::view(evidence, view));
+        // A pose that was estimated badly is no fault of the recording.
+        if pose_in(evidence, view, &evidence.present(view)).is_none() {
+            proposals.extend(unexplained::view(evidence, view));
+        }
     }
     for one in proposals.iter_mut().filter(|one| one.cells.len() > 1) {
         if let Some(other) = other_of_two(evidence, one) {
