@@ -6,7 +6,7 @@ pub mod volume;
 
 use crate::{
     Error, Result,
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, Pose},
     unit,
 };
 use serde::{Deserialize, Serialize};
@@ -40,6 +40,16 @@ impl Correspondence {
     pub fn has_estimated_pose(&self) -> bool {
         self.world.is_some() && self.board.is_some()
     }
+}
+
+/// Where a chart stands (world from chart) by the rows of a view that have a place on it and one in the world; `None` for
+/// fewer than three, or points on a line.
+pub(crate) fn chart_pose<'a>(rows: impl Iterator<Item = &'a Correspondence>) -> Option<Pose> {
+    let pair = |row: &Correspondence| {
+        let [x, y] = row.board?;
+        Some((Point3::new(x, y, 0.0), row.world?))
+    };
+    Pose::aligning(&rows.filter_map(pair).collect::<Vec<_>>())
 }
 
 /// Correspondences of one set of cameras.

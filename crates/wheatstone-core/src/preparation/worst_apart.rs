@@ -12,8 +12,10 @@ use crate::{
 };
 use std::collections::BTreeMap;
 
-/// Views that are set apart at most, and the share of all: each costs a placement.
+/// Views that are set apart at most: each costs a placement, which is what limits them.
 const APART: usize = 3;
+
+/// Of so many views at most one is set apart: those that stay must be the most.
 const SHARE: usize = 3;
 
 /// What shows in charts that were placed, by an examination of them; `rows` tells from which of the `recorded` rows each

@@ -3,8 +3,8 @@
 use super::settings::Gauge;
 use crate::{
     camera::AnyCamera,
-    dataset::Dataset,
-    geometry::{Point3, Pose},
+    dataset::{Dataset, chart_pose},
+    geometry::Pose,
 };
 use serde::{Deserialize, Serialize};
 
@@ -61,14 +61,7 @@ impl SolvedPoses {
     pub fn adopt(&mut self, moved: Dataset, gauge: Gauge) {
         let from_board = |view: &str| -> Option<Pose> {
             let index = moved.views.iter().position(|name| name == view).unwrap_or(0);
-            let rows = moved.correspondences.iter().filter(|row| row.view == index);
-            let pairs: Vec<(Point3, Point3)> = rows
-                .filter_map(|row| {
-                    let [x, y] = row.board?;
-                    Some((Point3::new(x, y, 0.0), row.world?))
-                })
-                .collect();
-            Pose::aligning(&pairs)
+            chart_pose(moved.correspondences.iter().filter(|row| row.view == index))
         };
         let known = moved.correspondences.iter().any(|row| row.board.is_none());
         let first = self.views.first().and_then(|first| from_board(&first.view));

@@ -4,7 +4,7 @@ use super::{
     Fault,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    stretch::{MOST_LEFT, RIGID, Stretch, adjusted, shots, starts},
+    stretch::{MOST_LEFT, RIGID, Stretch, adjusted, in_other_views, shots},
 };
 
 pub(super) struct CamerasSwapped;
@@ -79,7 +79,9 @@ fn with_other_pose(
     };
     let before = [first, second].map(|camera| evidence.excess((view, camera)));
     let most = f64::min(1.0, MOST_LEFT * before[0].max(before[1]));
-    starts(evidence, view, given).into_iter().map(left_from).find(|left| *left <= most)
+    let starts = std::iter::once(Stretch::by_scale(given, 1.0));
+    let starts = starts.chain(in_other_views(evidence, view, given));
+    starts.map(left_from).find(|left| *left <= most)
 }
 
 fn proposal(evidence: &Evidence, view: usize, cameras: [usize; 2], left: f64) -> Proposal {

@@ -6,7 +6,7 @@ use super::{
     chart_size::explained,
     evidence::Evidence,
     finding::{Freedom, Proposal, before_and_after},
-    stretch::{RIGID, Stretch, adjusted, shots_as_told, starts},
+    stretch::{RIGID, Stretch, adjusted, in_other_views, shots_as_told},
     unexplained,
 };
 use crate::{
@@ -133,7 +133,8 @@ fn pose_in(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Stretc
     let quarters = [0.0, 2.0, 1.0, -1.0].map(|quarters| normal * (quarters * FRAC_PI_2));
     let tilts = given.other_tilts(evidence, cameras, given.middle);
     let turned = |turn: Vector3| Stretch { turn, ..Stretch::by_scale(given, 1.0) };
-    let starts = quarters.into_iter().chain(tilts).map(turned).chain(starts(evidence, view, given));
+    let starts = quarters.into_iter().chain(tilts).map(turned);
+    let starts = starts.chain(in_other_views(evidence, view, given));
     let from = |start: Stretch| {
         let placed = adjusted(&shots, start, RIGID);
         let left = explained(evidence, view, cameras, &|place| placed.map(place));

@@ -1,7 +1,10 @@
 //! A chart's size and pose, adjusted to its pixels in cameras that are known.
 
 use super::{evidence::Evidence, other_pose::GivenChart, pairs::Pair, robust_camera::RobustCamera};
-use crate::geometry::{Pixel, Point3, Pose, Vector3};
+use crate::{
+    dataset::chart_pose,
+    geometry::{Pixel, Point3, Pose, Vector3},
+};
 use nalgebra::{SMatrix, SVector, Vector2};
 use wheatstone_numeric::{
     levenberg_marquardt::{Damping, Patience, Problem, search},
@@ -93,30 +96,24 @@ pub(super) fn shots_as_told<'a>(
     shots(evidence, view_and_cameras, pixel)
 }
 
-/// The chart of a view as given, then where it stands in other views: starts for a pose that was estimated from faulty
-/// pictures.
-pub(super) fn starts(evidence: &Evidence, view: usize, given: GivenChart) -> Vec<Stretch> {
-    let as_given = Stretch::by_scale(given, 1.0);
-    let Some(own) = chart_pose(evidence, view) else { return vec![as_given] };
-    let others = (0..evidence.views.len()).filter(|other| *other != view);
-    let there = others.filter_map(|other| {
-        let moved = chart_pose(evidence, other)?.after(&own.inverse());
-        let by = moved.transform(given.middle) - given.middle;
-        Some(Stretch { turn: moved.rotation_vector(), by, ..as_given.clone() })
-    });
-    std::iter::once(as_given.clone()).chain(there).collect()
-}
-
-/// Where a chart was estimated to stand, in the scaled frame.
-fn chart_pose(evidence: &Evidence, view: usize) -> Option<Pose> {
-    let frame = &evidence.frame;
-    let pair = |row: &usize| {
-        let row = &evidence.data.correspondences[*row];
-        let [x, y] = row.board?.map(|along| along / frame.size);
-        Some((Point3::new(x, y, 0.0), frame.scaled(row.world?)))
+/// The chart of a view where it stands in the other views: starts for a pose that was estimated from faulty pictures.
+pub(super) fn in_other_views(
+    evidence: &Evidence,
+    view: usize,
+    given: GivenChart,
+) -> impl Iterator<Item = Stretch> {
+    let frame = evidence.frame;
+    let pose = |view: usize| {
+        let rows = evidence.views[view].rows.iter();
+        chart_pose(rows.map(|row| &evidence.data.correspondences[*row]))
     };
-    let pairs: Vec<(Point3, Point3)> = evidence.views[view].rows.iter().filter_map(pair).collect();
-    Pose::aligning(&pairs)
+    let own = pose(view).map(|pose| pose.inverse());
+    let others = (0..evidence.views.len()).filter(move |other| *other != view);
+    others.filter_map(move |other| {
+        let moved = pose(other)?.after(own.as_ref()?);
+        let by = frame.scaled(moved.transform(frame.world(given.middle))) - given.middle;
+        Some(Stretch { turn: moved.rotation_vector(), by, ..Stretch::by_scale(given, 1.0) })
+    })
 }
 
 /// The share of an error that an explanation leaves at most where it may find the pose anew: the pose alone takes up a
