@@ -7,7 +7,7 @@ use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::Dataset,
     evaluate::floor,
-    fit::bundle::{self, BundleSettings, Gauge, Lenses},
+    fit::bundle::{self, BundleSettings, Gauge, Lenses, SolvedPoses},
     geometry::{Point3, Pose},
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
@@ -19,7 +19,7 @@ use wheatstone::{
     tables::{self, Duplicates},
 };
 
-const NOISE: Noise = Noise::Normal(0.1);
+pub(crate) const NOISE: Noise = Noise::Normal(0.1);
 
 pub(crate) fn chart(rig: &Rig) -> AnyChart {
     LineGrid { pitch: 0.75 * rig.chart_pitch(), columns: 11, rows: 9, ..LineGrid::default() }.into()
@@ -96,6 +96,18 @@ fn lenses_that_are_known_nearly_lead_to_the_minimum_that_is_found_from_nothing()
     assert!(matches!(few, Err(Error::TooFew { got: 1, need: 2, .. })));
 }
 
+pub(crate) fn solve(data: &Dataset) -> SolvedPoses {
+    bundle::solve(data, BundleSettings::default(), &Silent).unwrap()
+}
+
+/// The largest distance, in cm, of a point from its place, after the best rigid motion of all.
+pub(crate) fn worst_place(solved: &SolvedPoses, places: impl IntoIterator<Item = Point3>) -> f64 {
+    let found = solved.data.known().map(|(world, _)| world);
+    let pairs: Vec<(Point3, Point3)> = found.zip(places).collect();
+    let aligned = Pose::aligning(&pairs).unwrap();
+    pairs.iter().map(|(a, b)| (aligned.transform(*a) - b).norm()).fold(0.0, f64::max)
+}
+
 #[test]
 fn three_cameras_of_which_each_view_has_two() {
     let rig = Rig::named("paper", 3).unwrap();
@@ -109,10 +121,7 @@ fn three_cameras_of_which_each_view_has_two() {
     let bundle_settings = BundleSettings { gauge: Gauge::FirstCamera, ..BundleSettings::default() };
     let solved = bundle::solve(&data, bundle_settings, &Silent).unwrap();
     assert_eq!(solved.baselines.len(), 2);
-    let pairs: Vec<(Point3, Point3)> =
-        solved.data.known().map(|(world, _)| world).zip(places).collect();
-    let aligned = Pose::aligning(&pairs).unwrap();
-    let worst = pairs.iter().map(|(a, b)| (aligned.transform(*a) - b).norm()).fold(0.0, f64::max);
+    let worst = worst_place(&solved, places);
     assert!(worst < 0.3, "a point is {worst:.3} cm off");
 }
 
@@ -173,7 +182,7 @@ fn known_places_are_kept_and_the_others_found_in_their_frame() {
             (row.world, row.board) = (Some(*place), None);
         }
     }
-    let solved = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap();
+    let solved = solve(&data);
     assert_eq!(solved.views.len(), 12);
     let off = solved.data.known().zip(&places).map(|((found, row), place)| {
         let off = (found - place).norm();
@@ -197,7 +206,7 @@ fn gross_errors_do_not_move_charts() {
             }
         }
     }
-    let solved = bundle::solve(&data, BundleSettings::default(), &Silent).unwrap();
+    let solved = solve(&data);
     let pairs: Vec<(Point3, Point3)> =
         solved.data.known().map(|(world, _)| world).zip(places).collect();
     let aligned = Pose::aligning(&pairs).unwrap();

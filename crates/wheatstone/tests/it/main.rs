@@ -16,6 +16,7 @@ mod hand_held_faults;
 mod hand_held_error_bars;
 mod known_lenses;
 mod methods;
+mod mirrored_charts;
 mod moving;
 mod one_figure;
 mod one_camera;

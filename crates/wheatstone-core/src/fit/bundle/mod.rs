@@ -13,6 +13,7 @@
 mod adjustment;
 mod elimination;
 mod gather;
+mod mirrors;
 mod settings;
 mod planar;
 mod rig;
@@ -54,26 +55,40 @@ pub fn solve(
     progress: &dyn Progress,
 ) -> Result<SolvedPoses> {
     let gathered = Gathered::new(data, bundle_settings)?;
-    let gauge = bundle_settings.gauge;
-    let of = |wanted: Lenses| {
-        bundle_settings.lenses == Lenses::Either || bundle_settings.lenses == wanted
-    };
+    let direct = with_better_lens(&gathered, data, progress);
+    let Some(unmirrored) = mirrors::unmirrored(&gathered) else { return Ok(direct?.1) };
+    match (direct, with_better_lens(&unmirrored, data, progress)) {
+        (Ok((sigma, direct)), Ok((other, _))) if sigma <= other => Ok(direct),
+        (_, Ok((_, unmirrored))) => Ok(unmirrored),
+        (_, Err(cancelled @ Error::Cancelled)) => Err(cancelled),
+        (direct, Err(_)) => Ok(direct?.1),
+    }
+}
+
+/// With the lens that explains the pixels better, and the standard deviation of a pixel coordinate.
+fn with_better_lens(
+    gathered: &Gathered,
+    data: &Dataset,
+    progress: &dyn Progress,
+) -> Result<(f64, SolvedPoses)> {
+    let BundleSettings { lenses, gauge, .. } = gathered.bundle_settings;
+    let of = |wanted: Lenses| lenses == Lenses::Either || lenses == wanted;
     let (brown, kannala) = rayon::join(
-        || of(Lenses::Brown).then(|| place::<BrownConrady>(&gathered, data, progress)),
-        || of(Lenses::KannalaBrandt).then(|| place::<KannalaBrandt>(&gathered, data, progress)),
+        || of(Lenses::Brown).then(|| place::<BrownConrady>(gathered, data, progress)),
+        || of(Lenses::KannalaBrandt).then(|| place::<KannalaBrandt>(gathered, data, progress)),
     );
+    let with_brown = |brown: Choice<BrownConrady>| {
+        Ok((brown.sigma, finish(gathered, data, gauge, (brown, "brown-conrady"), progress)?))
+    };
+    let with_kannala = |kannala: Choice<KannalaBrandt>| {
+        Ok((kannala.sigma, finish(gathered, data, gauge, (kannala, "kannala-brandt"), progress)?))
+    };
     match (brown, kannala) {
-        (Some(Ok(brown)), Some(Ok(kannala))) => {
-            if kannala.sigma < brown.sigma {
-                finish(&gathered, data, gauge, (kannala, "kannala-brandt"), progress)
-            } else {
-                finish(&gathered, data, gauge, (brown, "brown-conrady"), progress)
-            }
+        (Some(Ok(brown)), Some(Ok(kannala))) if kannala.sigma < brown.sigma => {
+            with_kannala(kannala)
         }
-        (Some(Ok(brown)), _) => finish(&gathered, data, gauge, (brown, "brown-conrady"), progress),
-        (_, Some(Ok(kannala))) => {
-            finish(&gathered, data, gauge, (kannala, "kannala-brandt"), progress)
-        }
+        (Some(Ok(brown)), _) => with_brown(brown),
+        (_, Some(Ok(kannala))) => with_kannala(kannala),
         (Some(Err(error)), _) | (_, Some(Err(error))) => Err(error),
         (None, None) => Err(adjustment::lost()),
     }

@@ -43,7 +43,7 @@ pub struct SolvedPoses {
     pub undecided: Vec<String>,
     /// The lens that was used: a name of the registry of cameras.
     pub lens: &'static str,
-    /// The cameras, each in its own frame.
+    /// The cameras, each in its own frame; one that sees charts in a mirror is that of its pictures with the sign of y changed.
     pub cameras: Vec<AnyCamera>,
     /// Root mean square distance of pixels from where cameras and charts say, gross errors left out.
     pub rms: f64,

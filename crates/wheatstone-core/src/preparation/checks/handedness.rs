@@ -177,15 +177,27 @@ fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
     } else {
         fitted.iter().copied().filter(|camera| !mirrored.contains(camera)).collect()
     };
+    let look = if 2 * odd.len() == fitted.len() {
+        "look at one picture of each camera, as in a left-handed world, or with a board's x and y exchanged, it is the other one"
+    } else {
+        "look at one picture of this camera"
+    };
+    let hint = format!(
+        "if only the pixel axes differ, this is harmless as long as `locate` gets the same pixels; if the labels are wrong, the points will be too: {look}"
+    );
     let reference = fitted.iter().copied().find(|camera| !odd.contains(camera));
     let each = odd
         .into_iter()
         .filter(|camera| !told[*camera])
-        .filter_map(|camera| one_mirrored(evidence, camera, reference?));
+        .filter_map(|camera| one_mirrored(evidence, (camera, reference?), &hint));
     each.collect()
 }
 
-fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<Proposal> {
+fn one_mirrored(
+    evidence: &Evidence,
+    (camera, reference): (usize, usize),
+    hint: &str,
+) -> Option<Proposal> {
     let own = evidence.seen[camera].as_ref()?.camera.rotation();
     let other = evidence.seen[reference].as_ref()?.camera.rotation();
     let between = own * other.transpose();
@@ -208,12 +220,7 @@ fn one_mirrored(evidence: &Evidence, camera: usize, reference: usize) -> Option<
     };
     Some(Proposal {
         cells: everywhere(evidence, camera),
-        ..Proposal::itself(
-            code,
-            Severity::Warning,
-            what.into(),
-            "if only the pixel axes differ, this is harmless as long as `locate` gets the same pixels; if the labels are wrong, the points will be too: look at one picture of this camera",
-        )
+        ..Proposal::itself(code, Severity::Warning, what.into(), hint)
     })
 }
 
