@@ -11,12 +11,12 @@ use nalgebra::{Matrix2, Vector2};
 /// The same with the sign of y changed in the pictures of the cameras that see charts the other way round from most, where there
 /// are any; of two cameras, it is the one to which x and y of the charts do not turn as x and y of pixels do.
 pub(super) fn unmirrored(gathered: &Gathered) -> Option<Gathered> {
-    let all = 0..gathered.cameras;
-    let loose = |view: &usize| !gathered.is_known(*view);
-    let views: Vec<&Shot> =
-        (0..gathered.shots.len()).filter(loose).map(|view| &gathered.shots[view]).collect();
-    let senses: Vec<i32> =
-        all.map(|camera| views.iter().map(|shot| sense(&shot[camera])).sum()).collect();
+    let views = (0..gathered.shots.len()).filter(|view| !gathered.is_known(*view));
+    let views: Vec<&Shot> = views.map(|view| &gathered.shots[view]).collect();
+    // In how many more views a camera sees the chart the same way round than the other way.
+    let senses: Vec<i32> = (0..gathered.cameras)
+        .map(|camera| views.iter().map(|shot| sense(&shot[camera])).sum())
+        .collect();
     let mirrored = senses.iter().filter(|sense| **sense < 0).count();
     let direct = senses.iter().filter(|sense| **sense > 0).count();
     if mirrored == 0 || direct == 0 {
