@@ -11,7 +11,7 @@ use wheatstone::{
     synthetic::Rig,
 };
 
-/// As a mirror before the camera would, but for the place that it shows.
+/// As a mirror before the camera would, but for the place that it shows. Pictures have 480 rows.
 fn turn_up_y(data: &mut Dataset, camera: usize) {
     for row in &mut data.correspondences {
         row.pixels[camera] = row.pixels[camera].map(|p| Pixel::new(p.x, 479.0 - p.y));
@@ -34,6 +34,7 @@ fn a_camera_before_a_mirror_or_with_y_up_places_charts_as_well() {
 #[test]
 fn cameras_on_both_sides_of_a_transparent_chart_are_no_mirrors() {
     let mut rig = Rig::named("paper", 2).unwrap();
+    // About the upright axis 95 cm away, where charts are held.
     let turn =
         Pose::from_rotation_vector(Vector3::new(0.0, PI, 0.0), Vector3::new(0.0, 0.0, 190.0));
     let opposite = &mut rig.cameras[1].camera_from_world;

@@ -8,8 +8,8 @@ use super::{gather::Gathered, state::Shot};
 use crate::geometry::{LEAST_ON_PLANE, Pixel, Point3};
 use nalgebra::{Matrix2, Vector2};
 
-/// The same with the sign of y changed in the pictures of the cameras that see charts the other way round from most, where there
-/// are any; of two cameras, it is the one to which x and y of the charts do not turn as x and y of pixels do.
+/// The same with the sign of y changed in the pictures of the cameras that see charts the other way round from most; `None` where
+/// all see them alike. With as many of either kind, it is those whose pixels' axes turn against the chart's.
 pub(super) fn unmirrored(gathered: &Gathered) -> Option<Gathered> {
     let views = (0..gathered.shots.len()).filter(|view| !gathered.is_known(*view));
     let views: Vec<&Shot> = views.map(|view| &gathered.shots[view]).collect();
@@ -48,12 +48,5 @@ fn sense(seen: &[(Point3, Pixel)]) -> i32 {
         .iter()
         .map(|(on_chart, at)| (at.coords - pixel) * (on_chart.xy().coords - place).transpose())
         .sum();
-    let turns = common.determinant();
-    if turns > 0.0 {
-        1
-    } else if turns < 0.0 {
-        -1
-    } else {
-        0
-    }
+    common.determinant().partial_cmp(&0.0).map_or(0, |turns| turns as i32)
 }

@@ -178,7 +178,7 @@ fn mirrored(evidence: &Evidence, told: &[bool]) -> Vec<Proposal> {
         fitted.iter().copied().filter(|camera| !mirrored.contains(camera)).collect()
     };
     let look = if 2 * odd.len() == fitted.len() {
-        "look at one picture of each camera, as in a left-handed world, or with a board's x and y exchanged, it is the other one"
+        "look at one picture of each camera, for where X, Y, Z are left-handed, or a board's x and y exchanged, it is the cameras not named"
     } else {
         "look at one picture of this camera"
     };
