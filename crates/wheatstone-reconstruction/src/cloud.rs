@@ -36,6 +36,17 @@ impl Cloud {
         self.points.is_empty()
     }
 
+    /// Adds the points of another, after these.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        self.points.append(&mut other.points);
+        self.sigmas.append(&mut other.sigmas);
+        self.confidence.append(&mut other.confidence);
+        self.colours.append(&mut other.colours);
+        self.trust.append(&mut other.trust);
+        self.places.append(&mut other.places);
+        self.pixels.iter_mut().zip(&mut other.pixels).for_each(|(own, other)| own.append(other));
+    }
+
     /// Drops all points but those that are to be kept; `keep` has as many values.
     pub(crate) fn retain(&mut self, keep: &[bool]) {
         fn kept<T: Copy>(column: &mut Vec<T>, keep: &[bool]) {

@@ -6,18 +6,16 @@ use crate::{
     seen::{Found, PairPoint, Seen},
     settings::ReconstructionSettings,
 };
-use rayon::prelude::*;
-use std::ops::Range;
 use wheatstone_stereo::DisparityMap;
 
 /// Of several pairs, disparities that are at least so confident count: two that agree are more than each.
 const CANDIDATE: f32 = 0.5;
 
-/// What the pairs' maps match with pixels in these rows of the left rectified picture, where that is confident enough.
+/// What the pairs' maps match with pixels of one row of the left rectified picture, where that is confident enough.
 pub(crate) fn seen(
     (pairs, lattices): (&[RectifiedPair<'_>], &[Option<PointLattice>]),
     maps: &[Option<&DisparityMap>],
-    rows: Range<usize>,
+    y: usize,
     settings: &ReconstructionSettings,
 ) -> Seen {
     let width = pairs[0].rectification.pair.size[0] as usize;
@@ -41,26 +39,19 @@ pub(crate) fn seen(
         }
         missed
     };
-    let of_row = |y: usize| {
-        let mut seen = Seen::with_room(pairs.len(), width);
-        let mut found = Vec::with_capacity(pairs.len());
-        let row = lattices[0].as_ref().map(|lattice| lattice.row(y as f64));
-        for x in 0..width {
-            let at = (x as f64, y as f64);
-            let wanted = pairs[0].reference(at).filter(|pixel| settings.holds(*pixel));
-            let Some(reference) = wanted else { continue };
-            found.clear();
-            let missed = of_pairs(at, reference, (&row, &mut found));
-            if found.iter().any(Option::is_some) {
-                seen.push(((y * width + x) as u32, reference), (&found, missed));
-            }
+    let mut seen = Seen::with_room(pairs.len(), width);
+    let mut found = Vec::with_capacity(pairs.len());
+    let row = lattices[0].as_ref().map(|lattice| lattice.row(y as f64));
+    for x in 0..width {
+        let at = (x as f64, y as f64);
+        let wanted = pairs[0].reference(at).filter(|pixel| settings.holds(*pixel));
+        let Some(reference) = wanted else { continue };
+        found.clear();
+        let missed = of_pairs(at, reference, (&row, &mut found));
+        if found.iter().any(Option::is_some) {
+            seen.push(((y * width + x) as u32, reference), (&found, missed));
         }
-        seen
-    };
-    let of_rows: Vec<Seen> = rows.into_par_iter().map(of_row).collect();
-    let pixels = of_rows.iter().map(|row| row.places.len()).sum();
-    let mut seen = Seen::with_room(pairs.len(), pixels);
-    of_rows.into_iter().for_each(|row| seen.append(row));
+    }
     seen
 }
 

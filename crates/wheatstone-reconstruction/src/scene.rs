@@ -17,7 +17,7 @@ use wheatstone_core::{Calibration, Error, Result, geometry::Pixel};
 use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{DisparityMap, Matcher, PairFault};
 
-/// Rows of a picture that are worked out together: what is between disparities and points stays in little memory.
+/// Rows of a picture that are worked out together, between looks at whether to go on.
 const BAND: usize = 32;
 
 /// Two or more cameras of a model, made ready to reconstruct what they see.
@@ -118,7 +118,7 @@ impl<'a> SceneReconstructor<'a> {
                 |pair: &RectifiedPair<'_>| sparse::search(pair, pictures_of(pair), &features);
             let searched = self.searched(progress, search)?;
             let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
-            let found = self.of_features(&self.points, seen, reference, progress)?;
+            let found = self.of_features(&self.points, seen, reference)?;
             let left_out = self.left_out(&searched.of_pairs);
             return Ok(Reconstruction { fault: searched.fault, left_out, ..found });
         }
@@ -148,8 +148,7 @@ impl<'a> SceneReconstructor<'a> {
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         let of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
-        let (mut cloud, mut depth) =
-            self.located(&self.points, self.dense(&of_pairs), reference, progress)?;
+        let (mut cloud, mut depth) = self.dense(&of_pairs, reference, progress)?;
         if self.pairs.len() > 1 {
             drop_rims(&mut cloud, &mut depth, (&self.pairs[0], &self.settings));
         }
@@ -248,7 +247,8 @@ impl<'a> SceneReconstructor<'a> {
         let made_ready =
             (rows.len() > MANY).then(|| ScenePoints::of_pixels(self.model, &self.pairs));
         let points = made_ready.as_ref().unwrap_or(&self.points);
-        self.of_features(points, seen, pictures[order], progress)
+        progress.check()?;
+        self.of_features(points, seen, pictures[order])
     }
 
     /// The points of single pixels.
@@ -257,20 +257,48 @@ impl<'a> SceneReconstructor<'a> {
         points: &ScenePoints<'_>,
         seen: Seen,
         reference: &ColourImage,
-        progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         let map = sparse::map(&self.pairs[0], &seen).ok_or_else(nothing)?;
-        let (cloud, depth) = self.located(points, std::iter::once(seen), reference, progress)?;
+        let (cloud, depths) = self.located(points, seen, reference);
+        let mut depth = self.unknown_depths();
+        set_depths(&mut depth, &cloud, &depths);
         Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
     }
 
-    /// What maps say, a band of rows at a time.
-    fn dense(&self, maps: &[Option<&DisparityMap>]) -> impl Iterator<Item = Seen> {
+    /// The points of maps, and their depths as a picture.
+    fn dense(
+        &self,
+        maps: &[Option<&DisparityMap>],
+        reference: &ColourImage,
+        progress: &dyn Progress,
+    ) -> Result<(Cloud, Vec<f32>)> {
+        let of_row = |y: usize| {
+            let lattices = &self.points.lattices;
+            let seen = dense::seen((&self.pairs, lattices), maps, y, &self.settings);
+            self.located(&self.points, seen, reference)
+        };
         let height = self.pair().size[1] as usize;
-        (0..height).step_by(BAND).map(move |first| {
+        let (mut cloud, mut depth) = (self.no_points(), self.unknown_depths());
+        for first in (0..height).step_by(BAND) {
+            progress.check()?;
             let rows = first..height.min(first + BAND);
-            dense::seen((&self.pairs, &self.points.lattices), maps, rows, &self.settings)
-        })
+            let of_rows: Vec<_> = rows.into_par_iter().map(of_row).collect();
+            for (row, depths) in of_rows {
+                set_depths(&mut depth, &row, &depths);
+                cloud.append(row);
+            }
+        }
+        Ok((cloud, depth))
+    }
+
+    fn no_points(&self) -> Cloud {
+        Cloud { pixels: vec![Vec::new(); self.settings.cameras.len()], ..Cloud::default() }
+    }
+
+    /// Of all pixels of the left rectified picture.
+    fn unknown_depths(&self) -> Vec<f32> {
+        let [width, height] = self.pair().size.map(|side| side as usize);
+        vec![f32::NAN; width * height]
     }
 
     /// Which of the settings' cameras one is.
@@ -278,45 +306,44 @@ impl<'a> SceneReconstructor<'a> {
         self.settings.cameras.iter().position(|own| *own == camera).unwrap_or(0)
     }
 
-    /// All points, and their depths.
+    /// The points that the pairs agree on, and the depth of each.
     fn located(
         &self,
         points: &ScenePoints<'_>,
-        seen: impl Iterator<Item = Seen>,
+        seen: Seen,
         reference: &ColourImage,
-        progress: &dyn Progress,
-    ) -> Result<(Cloud, Vec<f32>)> {
-        let [width, height] = self.pair().size.map(|side| side as usize);
-        let mut depth = vec![f32::NAN; width * height];
-        let mut cloud =
-            Cloud { pixels: vec![Vec::new(); self.settings.cameras.len()], ..Cloud::default() };
-        let least = self.settings.least_confidence;
+    ) -> (Cloud, Vec<f32>) {
+        let (mut cloud, mut depths) = (self.no_points(), Vec::new());
         let cameras = cameras(&self.pairs);
-        for seen in seen {
-            progress.check()?;
-            let seen = agreed(&self.pairs, &points.map, seen, least);
-            for (index, point) in points.locate(&cameras, &seen).into_iter().enumerate() {
-                let Some(point) = point else { continue };
-                let sigmas = [0, 1, 2].map(|axis| point.covariance[(axis, axis)].sqrt());
-                let is_sure = |most: f64| sigmas.iter().all(|sigma| *sigma <= most);
-                let z = self.pair().rectified_from_world.transform(point.place).z;
-                if z <= 0.0 || !self.settings.most_sigma.is_none_or(is_sure) {
-                    continue;
-                }
-                depth[seen.places[index] as usize] = z as f32;
-                cloud.points.push([0, 1, 2].map(|axis| point.place[axis] as f32));
-                cloud.sigmas.push(sigmas.map(|sigma| sigma as f32));
-                cloud.confidence.push(seen.confidence[index]);
-                cloud.colours.push(reference.nearest(seen.reference[index]));
-                for (side, camera) in cameras.iter().enumerate() {
-                    let pixel = seen.pixel(side, index).map(|value| value as f32);
-                    cloud.pixels[self.order(*camera)].push(pixel);
-                }
-                cloud.trust.push(point.trust);
-                cloud.places.push(seen.places[index]);
+        let seen = agreed(&self.pairs, &points.map, seen, self.settings.least_confidence);
+        for (index, point) in points.locate(&cameras, &seen).into_iter().enumerate() {
+            let Some(point) = point else { continue };
+            let sigmas = [0, 1, 2].map(|axis| point.covariance[(axis, axis)].sqrt());
+            let is_sure = |most: f64| sigmas.iter().all(|sigma| *sigma <= most);
+            let z = self.pair().rectified_from_world.transform(point.place).z;
+            if z <= 0.0 || !self.settings.most_sigma.is_none_or(is_sure) {
+                continue;
             }
+            depths.push(z as f32);
+            cloud.points.push([0, 1, 2].map(|axis| point.place[axis] as f32));
+            cloud.sigmas.push(sigmas.map(|sigma| sigma as f32));
+            cloud.confidence.push(seen.confidence[index]);
+            cloud.colours.push(reference.nearest(seen.reference[index]));
+            for (side, camera) in cameras.iter().enumerate() {
+                let pixel = seen.pixel(side, index).map(|value| value as f32);
+                cloud.pixels[self.order(*camera)].push(pixel);
+            }
+            cloud.trust.push(point.trust);
+            cloud.places.push(seen.places[index]);
         }
-        Ok((cloud, depth))
+        (cloud, depths)
+    }
+}
+
+/// Writes the depths of a cloud's points where they belong.
+fn set_depths(depth: &mut [f32], cloud: &Cloud, depths: &[f32]) {
+    for (place, own) in cloud.places.iter().zip(depths) {
+        depth[*place as usize] = *own;
     }
 }
 

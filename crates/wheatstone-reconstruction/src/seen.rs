@@ -85,13 +85,4 @@ impl Seen {
         };
         (0..=self.found.len()).map(|side| [column(side, 0), column(side, 1)]).collect()
     }
-
-    /// Adds what others are, after these.
-    pub(crate) fn append(&mut self, mut other: Self) {
-        self.places.append(&mut other.places);
-        self.reference.append(&mut other.reference);
-        self.confidence.append(&mut other.confidence);
-        self.missed.append(&mut other.missed);
-        self.found.iter_mut().zip(&mut other.found).for_each(|(own, other)| own.append(other));
-    }
 }

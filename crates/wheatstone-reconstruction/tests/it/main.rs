@@ -3,5 +3,6 @@
 
 #[cfg(feature = "mcap")]
 mod mcap_log;
+mod matches;
 mod optics;
 mod files;

@@ -1,13 +1,11 @@
 //! Scenes through every optics, reconstructed by models that were fitted to charts.
 
-use nalgebra::Vector2;
 use wheatstone_charts::{
     chart::line_grid::LineGrid,
     imaging::{ColourImage, GrayImage},
 };
 use wheatstone_core::{
-    Calibration, Error, camera::PosedCamera, geometry::Pixel, method::AnyMethod,
-    preparation::Prepared,
+    Calibration, Error, geometry::Pixel, method::AnyMethod, preparation::Prepared,
 };
 use wheatstone_numeric::{progress::Silent, random::Random, statistics::percentile};
 use wheatstone_reconstruction::{
@@ -220,66 +218,6 @@ fn corners_and_edges_are_where_the_scene_is() {
         let known = found.map.disparity.iter().filter(|value| value.is_finite()).count();
         assert!(known >= found.cloud.len());
     }
-}
-
-#[test]
-fn matches_of_somebody_else_are_located() {
-    let rig = Rig::named("water", 3).unwrap();
-    let model = fitted(&rig, "neural-camera");
-    let settings = ReconstructionSettings::new(vec![SIZE; 3]);
-    let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
-    let mut random = Random::new(3);
-    let (mut rows, mut places) = (Vec::new(), Vec::new());
-    while rows.len() < 500 {
-        let place = [(-12.0, 12.0), (-9.0, 9.0), (60.0, 105.0)].map(|(a, b)| random.uniform(a, b));
-        let mut seen = |camera: &PosedCamera| {
-            let noise = Vector2::new(random.normal(), random.normal()) * 0.2;
-            camera.project_visible(place.into()).map(|pixel| pixel + noise)
-        };
-        let mut row: Vec<Option<Pixel>> = rig.cameras.iter().map(&mut seen).collect();
-        if row.iter().any(Option::is_none) {
-            continue;
-        }
-        match rows.len() % 5 {
-            // The third camera sees only some of them, and one match in five is beside its curve.
-            0 => row[2] = None,
-            1 => row[1] = row[1].map(|pixel| pixel + Vector2::new(0.0, 6.0)),
-            _ => {}
-        }
-        rows.push(row);
-        places.push(place);
-    }
-    let pictures = vec![ColourImage::from_gray(GrayImage::from_fn(640, 480, |_, _| 90.0)); 3];
-    let pictures: Vec<&ColourImage> = pictures.iter().collect();
-    let found = made.locate_matches(&rows, 0.2, &pictures, &Silent).unwrap();
-    let cloud = &found.cloud;
-    // Those that share a pixel of the rectified picture are one.
-    assert!((480..=500).contains(&cloud.len()), "{}", cloud.len());
-    let mut inside = [0; 2];
-    for index in 0..cloud.len() {
-        let own = |place: &&[f64; 3]| {
-            let off =
-                [0, 1, 2].map(|axis| (place[axis] - f64::from(cloud.points[index][axis])).powi(2));
-            off.iter().sum::<f64>()
-        };
-        let place = places.iter().min_by(|a, b| own(a).total_cmp(&own(b))).unwrap();
-        assert!(own(&place).sqrt() < 2.0);
-        for ((truth, found), sigma) in
-            place.iter().zip(cloud.points[index]).zip(cloud.sigmas[index])
-        {
-            let ratio = (f64::from(found) - truth).abs() / f64::from(sigma);
-            inside[0] += usize::from(ratio < 1.0);
-            inside[1] += usize::from(ratio < 2.0);
-        }
-        // What lies beside its curve is left out, and the third camera alone says where the point is.
-        assert!(cloud.pixels[1][index][0].is_finite() || cloud.pixels[2][index][0].is_finite());
-    }
-    let missing = cloud.pixels[1].iter().filter(|pixel| pixel[0].is_nan()).count();
-    assert!((90..=100).contains(&missing), "{missing}");
-    let [one, two] = inside.map(|inside| inside as f64 / (3 * cloud.len()) as f64);
-    assert!((0.6..0.8).contains(&one) && two > 0.9, "{one} {two}");
-    let short = vec![vec![None; 2]];
-    assert!(made.locate_matches(&short, 0.2, &pictures, &Silent).is_err());
 }
 
 #[test]
