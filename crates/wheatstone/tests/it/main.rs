@@ -32,3 +32,4 @@ mod settled_locator;
 mod stage;
 mod formats;
 mod waved_again;
+mod wrong_places;

@@ -27,7 +27,8 @@ impl Fault for ChartSize {
             if evidence.has_estimated_pose(view) {
                 found.extend(size_with_pose(evidence, view, &present));
             } else if suspects == present.len() {
-                found.extend(size(evidence, view, &present));
+                let sized = size(evidence, view, &present);
+                found.extend(sized.or_else(|| slightly_misplaced(evidence, view, &present)));
             }
         }
         found
@@ -162,6 +163,33 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     named(evidence, view, cameras, (left, before), &stretch)
 }
 
+/// A chart that stands elsewhere by less than a slip, but by more than stages err, though all other views are where they
+/// should be. Thresholds are by surveys of captures with stage errors.
+fn slightly_misplaced(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
+    /// Fewer views tell a camera so badly that a sound one may seem to stand elsewhere.
+    const VIEWS: usize = 7;
+    /// What other views may err by, of this one's error.
+    const OTHERS: f64 = 0.6;
+    /// What its right place leaves, of the good level: noise alone leaves a half.
+    const NOISE: f64 = 0.75;
+    /// Of the scene's size: ten times as much as stages err.
+    const DISPLACED: f64 = 0.006;
+    let before = worst(evidence, view, cameras);
+    if before < STRETCHED_BY_LENS || evidence.views.len() < VIEWS {
+        return None;
+    }
+    let mut others = (0..evidence.views.len()).filter(|other| *other != view);
+    let most = (OTHERS * before).max(1.0);
+    if others.any(|other| worst(evidence, other, &evidence.present(other)) > most) {
+        return None;
+    }
+    let (shots, given) = shots_as_told(evidence, (view, cameras))?;
+    let moved = adjusted(&shots, Stretch::by_scale(given, 1.0), RIGID);
+    let left = explained(evidence, view, cameras, &|place| moved.map(place));
+    let is_clear = moved.by.norm() > DISPLACED && left < NOISE;
+    is_clear.then(|| described(evidence, (view, cameras), left, &moved))
+}
+
 /// The same where a chart of another size would do that stands where it should, or is shifted in its plane, as its
 /// size may count from any of its points: what is not adjusted does not err.
 fn simpler(
@@ -204,6 +232,17 @@ fn named(
     (left, before): (f64, f64),
     stretch: &Stretch,
 ) -> Option<Proposal> {
+    let is_clear = stretch.is_sized() || before >= 4.0 && stretch.is_slip();
+    is_clear.then(|| described(evidence, (view, cameras), left, stretch))
+}
+
+/// What is wrong with a view that fits where its places are stretched so.
+fn described(
+    evidence: &Evidence,
+    (view, cameras): (usize, &[usize]),
+    left: f64,
+    stretch: &Stretch,
+) -> Proposal {
     let [a, b] = stretch.scale;
     let sized = stretch.is_sized();
     let alike = (a / b - 1.0).abs() < 0.01;
@@ -211,9 +250,6 @@ fn named(
     let angle = stretch.turn.norm().to_degrees();
     let unit = &evidence.data.unit;
     let (code, severity, what, freedom, fixable) = if !sized {
-        if before < 4.0 || !stretch.is_slip() {
-            return None;
-        }
         if stretch.given.is_in_other_pose(evidence, cameras, (stretch.turn, stretch.by)) {
             let what = format!(
                 "the chart is tilted to the other side, by {angle:.2} degrees: its given pose is the wrong one of the two in which a camera sees a flat chart nearly alike"
@@ -244,7 +280,7 @@ fn named(
         "measure the chart and give its true size and pose, or let the program correct what it can"
     };
     let changes = if fixable { resized(evidence, view, stretch) } else { Vec::new() };
-    Some(Proposal {
+    Proposal {
         freedom,
         left,
         cells: cameras.iter().map(|camera| (view, *camera)).collect(),
@@ -262,5 +298,5 @@ fn named(
         ],
         is_estimate: fixable && code == "wrong-pitch",
         changes,
-    })
+    }
 }

@@ -27,15 +27,19 @@ impl Fault for Coverage {
 
 /// Thickness of the points over their extent. `None` for too few points.
 pub(super) fn thickness(evidence: &Evidence) -> Option<f64> {
+    thickness_if(evidence, |place| place)
+}
+
+/// As [`thickness`], with each place moved so.
+pub(super) fn thickness_if(evidence: &Evidence, place: impl Fn(Point3) -> Point3) -> Option<f64> {
     // Views that miss in every camera may have wrong places: they tell nothing of the others' spread.
     let sound = |view: &usize| {
         let present = evidence.present(*view);
         present.is_empty() || evidence.suspects(*view).len() < present.len()
     };
     let rows = (0..evidence.views.len()).filter(sound).flat_map(|view| &evidence.views[view].rows);
-    let places: Vec<Point3> = rows
-        .filter_map(|row| Some(evidence.frame.scaled(evidence.data.correspondences[*row].world?)))
-        .collect();
+    let known = rows.filter_map(|row| evidence.data.correspondences[*row].world);
+    let places: Vec<Point3> = known.map(|world| place(evidence.frame.scaled(world))).collect();
     if places.len() < 4 {
         return None;
     }

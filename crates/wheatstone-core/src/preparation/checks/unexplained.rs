@@ -19,13 +19,35 @@ const WRONG: f64 = 0.08;
 
 impl Fault for Unexplained {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
-        (0..evidence.data.cameras).filter_map(|camera| unexplained(evidence, camera)).collect()
+        let cameras = (0..evidence.data.cameras).filter_map(|camera| unexplained(evidence, camera));
+        let views = (0..evidence.views.len()).filter(|view| !evidence.has_estimated_pose(*view));
+        cameras.chain(views.filter_map(|view| pictures(evidence, view))).collect()
     }
 }
 
 /// Error over the good level beyond which a view whose pose was estimated has another reason than its lens: none of 50
 /// simulated captures without fault is named by it.
 const FAR: f64 = 10.0;
+
+/// Pictures of a view at a given place that are farther off than any lens explains, where nothing with a name explains
+/// it: they are left out.
+fn pictures(evidence: &Evidence, view: usize) -> Option<Proposal> {
+    let is_far = |camera: &usize| {
+        let places = evidence.cells.iter().flat_map(|view| view[*camera].pairs.iter().copied());
+        let most = GREAT * extent(&places.collect::<Vec<_>>());
+        let error = evidence.cells[view][*camera].error;
+        error > most && evidence.excess((view, *camera)) > FAR && !evidence.is_lost(*camera)
+    };
+    let far: Vec<(usize, usize)> =
+        evidence.suspects(view).into_iter().filter(is_far).map(|camera| (view, camera)).collect();
+    (!far.is_empty()).then(|| {
+        left_out(
+            evidence,
+            far,
+            "the points are not where those of the other views put them, and no fault that is known explains it",
+        )
+    })
+}
 
 /// A view that fits the others in no pose, where nothing with a name explains it: it is left out.
 pub(super) fn view(evidence: &Evidence, view: usize) -> Option<Proposal> {
@@ -36,23 +58,29 @@ pub(super) fn view(evidence: &Evidence, view: usize) -> Option<Proposal> {
     if excess(worst) < FAR {
         return None;
     }
-    let error = evidence.cells[worst.0][worst.1].error;
-    Some(Proposal {
+    let what = "the pictures fit those of the other views in no pose of the chart, and no fault that is known explains it";
+    Some(left_out(evidence, cells, what))
+}
+
+/// Pictures of one view that are left out for this reason.
+fn left_out(evidence: &Evidence, cells: Vec<(usize, usize)>, what: &str) -> Proposal {
+    let error = |cell: &(usize, usize)| evidence.cells[cell.0][cell.1].error;
+    let worst = cells.iter().map(error).fold(0.0, f64::max);
+    Proposal {
         freedom: Freedom::Each,
         left: f64::INFINITY,
         changes: cells.iter().flat_map(|cell| relabelled(evidence, *cell, |_| None)).collect(),
         also: cells.clone(),
         cells,
         key: "view".into(),
-        figures: vec![("median error of the worst picture, px".into(), error)],
+        figures: vec![("median error of the worst picture, px".into(), worst)],
         ..Proposal::itself(
             "view-unexplained",
             Severity::Fatal,
-            "the pictures fit those of the other views in no pose of the chart, and no fault that is known explains it"
-                .into(),
+            what.into(),
             "compare the pictures with their rows in the table, or let the view be left out",
         )
-    })
+    }
 }
 
 fn unexplained(evidence: &Evidence, camera: usize) -> Option<Proposal> {

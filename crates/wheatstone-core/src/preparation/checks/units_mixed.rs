@@ -4,7 +4,7 @@ use super::{
     Fault,
     board::Board,
     chart_size::{explained, places},
-    coverage::{THIN, thickness},
+    coverage::{THIN, thickness, thickness_if},
     evidence::Evidence,
     finding::{Freedom, Proposal, Severity},
     pairs::{Pair, extent},
@@ -107,29 +107,22 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
     (share > 0.85).then(|| proposal(evidence, best, figures))
 }
 
+/// Deviations of pixels from squares: more is seen of a stretched world. An anamorphic lens is far from any ratio of units.
+const OBLONG: f64 = 0.5;
+const SQUARE: f64 = 0.03;
+
 /// A stretched world before cameras that look along its axes only makes their pixels oblong: no camera's are square,
 /// and all are once it is put right.
 fn by_pixel_shape(evidence: &Evidence) -> Option<Proposal> {
-    /// Deviations from squares. An anamorphic lens is far from any ratio of units.
-    const OBLONG: f64 = 0.5;
-    const SQUARE: f64 = 0.03;
-    if thickness(evidence).is_none_or(|share| share < THIN) {
-        return None;
-    }
-    let cameras: Vec<Vec<Pair>> = (0..evidence.data.cameras)
-        .map(|camera| evidence.cells.iter().flat_map(|view| &view[camera].pairs).copied().collect())
-        .collect();
-    let shapes = |which: [bool; 3], ratio: f64| {
-        let read = |(place, pixel): &Pair| (in_unit(evidence, which, ratio, *place), *pixel);
-        let shape =
-            |pairs: &Vec<Pair>| deviation_from_squares(&pairs.iter().map(read).collect::<Vec<_>>());
-        cameras.iter().map(shape).collect::<Option<Vec<f64>>>()
-    };
-    if shapes([false; 3], 1.0)?.into_iter().any(|deviation| deviation < OBLONG) {
+    let cameras = pairs_of_cameras(evidence);
+    if shapes(evidence, &cameras, ([false; 3], 1.0))?.into_iter().any(|found| found < OBLONG) {
         return None;
     }
     let worst = |stretch: Stretch| {
-        let shapes = shapes(stretch.0, stretch.1)?;
+        let (which, ratio, _) = stretch;
+        // Of a slab no camera is known well.
+        let thick = thickness_if(evidence, |place| in_unit(evidence, which, ratio, place))?;
+        let shapes = (thick >= THIN).then(|| shapes(evidence, &cameras, (which, ratio)))??;
         Some((shapes.into_iter().fold(0.0, f64::max), stretch))
     };
     let (left, best) = stretches().filter_map(worst).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -137,6 +130,45 @@ fn by_pixel_shape(evidence: &Evidence) -> Option<Proposal> {
     // Where nothing tells how deep points lie, X in one unit looks like Y in the inverse.
     let found = || Proposal { is_estimate: true, ..proposal(evidence, best, figures) };
     (left < SQUARE).then(found)
+}
+
+/// Places and pixels of each camera, of views that agree: one that is elsewhere bends a camera as well.
+fn pairs_of_cameras(evidence: &Evidence) -> Vec<Vec<Pair>> {
+    let of = |camera: usize| {
+        let cells = evidence.cells.iter().map(|view| &view[camera]);
+        cells.filter(|cell| !cell.suspicious).flat_map(|cell| &cell.pairs).copied().collect()
+    };
+    (0..evidence.data.cameras).map(of).collect()
+}
+
+/// How far each camera's pixels are from squares where some coordinates are divided by a ratio; `None` where one of the
+/// cameras is none.
+fn shapes(
+    evidence: &Evidence,
+    cameras: &[Vec<Pair>],
+    (which, ratio): ([bool; 3], f64),
+) -> Option<Vec<f64>> {
+    let read = |(place, pixel): &Pair| (in_unit(evidence, which, ratio, *place), *pixel);
+    let shape =
+        |pairs: &Vec<Pair>| deviation_from_squares(&pairs.iter().map(read).collect::<Vec<_>>());
+    cameras.iter().map(shape).collect()
+}
+
+/// The columns of points at random places that might be in another unit in all rows, and nothing would show it: to
+/// cameras that look along an axis, points farther apart along it look as through a lens of another focal length.
+pub(super) fn unseen_columns(evidence: &Evidence) -> Vec<&'static str> {
+    if evidence.views.iter().any(|view| view.board.is_some()) {
+        return Vec::new();
+    }
+    let cameras = pairs_of_cameras(evidence);
+    let is_seen = |which: [bool; 3]| {
+        [0.1, 10.0].into_iter().all(|ratio| {
+            let found = shapes(evidence, &cameras, (which, ratio));
+            found.is_none_or(|found| found.into_iter().all(|deviation| deviation > OBLONG))
+        })
+    };
+    let unseen = COLUMNS.into_iter().filter(|(which, _)| !is_seen(*which));
+    unseen.map(|(_, name)| name).collect()
 }
 
 /// How far the pixels of a distortion-free camera are from squares: skew, or the logarithm of the ratio of its focal

@@ -3,8 +3,9 @@
 
 use super::{
     coverage::common_normal,
-    evidence::Evidence,
+    evidence::{Evidence, pixel_box},
     finding::{Examination, Finding, Layout, Severity, Statement},
+    units_mixed::unseen_columns,
 };
 use crate::Error;
 
@@ -96,7 +97,23 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
             check: "measure how far apart two of the charts are, and compare".into(),
         });
     }
+    let unseen = unseen_columns(evidence);
+    if let Some(angle) = field_of_view(evidence).filter(|_| !unseen.is_empty()) {
+        all.push(Statement {
+            what: format!("another unit of {} alone, or another focal length", unseen.join(" or ")),
+            check: format!("is it right that the points fill {angle:.0} degrees of camera 1's view, from left to right?"),
+        });
+    }
     all
+}
+
+/// The angle that the points fill in the first camera's picture from left to right, in degrees, by what was fitted.
+fn field_of_view(evidence: &Evidence) -> Option<f64> {
+    let camera = &evidence.seen.first()?.as_ref()?.camera;
+    let [left, _, right, _] = pixel_box(evidence.data, 0)?;
+    let (axis, [focal, _]) = (camera.principal().x, camera.focal());
+    let angle = libm::atan2(right - axis, focal) - libm::atan2(left - axis, focal);
+    Some(angle.to_degrees())
 }
 
 /// Compares the distance of the first two cameras with what was measured on the rig; a tolerance of

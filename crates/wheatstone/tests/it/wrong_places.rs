@@ -1,0 +1,86 @@
+//! Points whose places are not where the file says: a stage that was misread, a sign, a column in another unit.
+
+use std::cell::RefCell;
+use wheatstone::{
+    chart::line_grid::LineGrid,
+    dataset::Dataset,
+    geometry::Point3,
+    numeric::random::Random,
+    preparation::checks::{Severity, examine, repair_all},
+    synthetic::{Noise, Rig, Stage, chart_correspondences},
+};
+
+const RIGS: [&str; 5] = ["paper", "fisheye", "water", "glass", "scheimpflug"];
+
+fn recorded(rig: &str) -> Dataset {
+    let rig = Rig::named(rig, 2).unwrap();
+    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let views = Stage::default().views().unwrap();
+    chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 4), None)
+}
+
+/// The data with the places of a view changed.
+fn with_view(data: &Dataset, view: usize, change: impl Fn(&mut Point3)) -> Dataset {
+    let mut changed = data.clone();
+    for row in changed.correspondences.iter_mut().filter(|row| row.view == view) {
+        row.world.iter_mut().for_each(&change);
+    }
+    changed
+}
+
+fn codes(data: &Dataset) -> Vec<(&'static str, Vec<String>)> {
+    let findings = examine(data).findings.into_iter();
+    let bad = findings.filter(|finding| finding.severity > Severity::Information);
+    bad.map(|finding| (finding.code, finding.views)).collect()
+}
+
+#[test]
+fn a_stage_that_was_misread_by_two_hundredths_is_found_in_the_middle_and_at_its_end() {
+    for rig in RIGS {
+        let sound = recorded(rig);
+        assert_eq!(codes(&sound), [], "{rig}");
+        for view in [3, sound.views.len() - 1] {
+            let wrong = with_view(&sound, view, |place| place.z *= 0.98);
+            let said = codes(&wrong);
+            assert_eq!(said, [("view-misplaced", vec![sound.views[view].clone()])], "{rig} {view}");
+        }
+    }
+}
+
+#[test]
+fn a_view_behind_the_cameras_does_not_pass_in_silence() {
+    for rig in RIGS {
+        let wrong = with_view(&recorded(rig), 2, |place| place.z = -place.z);
+        let worst = examine(&wrong).worst();
+        assert_eq!(worst, Some(Severity::Fatal), "{rig}: {:?}", codes(&wrong));
+    }
+}
+
+#[test]
+fn places_that_are_wrong_in_no_known_way_are_left_out() {
+    for rig in RIGS {
+        let (sound, random) = (recorded(rig), RefCell::new(Random::new(5)));
+        let wrong = with_view(&sound, 2, |place| {
+            place.iter_mut().for_each(|value| *value += random.borrow_mut().uniform(-15.0, 15.0));
+        });
+        assert_eq!(codes(&wrong), [("view-unexplained", sound.views[2..3].to_vec())], "{rig}");
+        let kept = repair_all(&wrong, &examine(&wrong).findings);
+        let seen = |data: &Dataset| {
+            let rows = data.correspondences.iter().filter(|row| row.view == 2);
+            rows.flat_map(|row| &row.pixels).flatten().count()
+        };
+        assert!(seen(&sound) > 100 && seen(&kept) == 0, "{rig}");
+    }
+}
+
+/// Squeezed along a side of the charts all points lie in a thin slab, which they do not in their own unit.
+#[test]
+fn a_column_in_another_unit_is_found_where_it_makes_a_slab_of_the_points() {
+    for rig in RIGS {
+        let mut wrong = recorded(rig);
+        let places = wrong.correspondences.iter_mut().flat_map(|row| &mut row.world);
+        places.for_each(|place| place.y *= 0.1);
+        let said = codes(&wrong);
+        assert!(said.iter().any(|(code, _)| *code == "units-mixed"), "{rig}: {said:?}");
+    }
+}
