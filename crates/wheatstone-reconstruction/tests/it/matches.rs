@@ -15,7 +15,8 @@ const SIZE: [u32; 2] = [640, 480];
 
 /// Pictures that show nothing.
 fn gray(count: usize) -> Vec<ColourImage> {
-    vec![ColourImage::from_gray(GrayImage::from_fn(640, 480, |_, _| 90.0)); count]
+    let [width, height] = SIZE.map(|side| side as usize);
+    vec![ColourImage::from_gray(GrayImage::from_fn(width, height, |_, _| 90.0)); count]
 }
 
 #[test]

@@ -4,10 +4,10 @@ use std::cell::RefCell;
 use wheatstone::{
     chart::line_grid::LineGrid,
     dataset::Dataset,
-    geometry::Point3,
-    numeric::random::Random,
+    geometry::{Point3, Vector3},
+    numeric::{random::Random, statistics::percentile},
     preparation::checks::{Severity, examine, repair_all},
-    synthetic::{Noise, Rig, Stage, chart_correspondences},
+    synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 
 const RIGS: [&str; 5] = ["paper", "fisheye", "water", "glass", "scheimpflug"];
@@ -83,4 +83,30 @@ fn a_column_in_another_unit_is_found_where_it_makes_a_slab_of_the_points() {
         let said = codes(&wrong);
         assert!(said.iter().any(|(code, _)| *code == "units-mixed"), "{rig}: {said:?}");
     }
+}
+
+/// Cameras that look along an axis see another unit of it as another focal length: the angle of view would tell.
+#[test]
+fn a_unit_that_nothing_shows_is_said_of_points_at_random_places() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let data = random_correspondences(&rig, &chart, (50.0, 140.0), (Noise::Normal(0.1), 4), 400);
+    let said = |data: &Dataset| {
+        let all = examine(data).cannot_be_seen.into_iter();
+        let own: Vec<_> = all.filter(|one| one.what.contains("another focal length")).collect();
+        assert_eq!(own.len(), 1, "{own:?}");
+        let angle = own[0].check.split(" degrees").next().unwrap().rsplit(' ').next().unwrap();
+        (own[0].what.clone(), angle.parse::<f64>().unwrap())
+    };
+    let seen = data.correspondences.iter().filter_map(|row| row.pixels[0]);
+    let across: Vec<f64> = seen.map(|pixel| pixel.x).collect();
+    let (what, sound) = said(&data);
+    assert_eq!(what, "another unit of Z alone, or another focal length");
+    let mut wrong = data;
+    wrong.correspondences.iter_mut().flat_map(|row| &mut row.world).for_each(|at| at.z *= 0.1);
+    let (_, wide) = said(&wrong);
+    // The lens of camera 1 has a focal length of about 695 pixels.
+    let half = 0.5 * (percentile(&across, 0.99) - percentile(&across, 0.01));
+    let truth = 2.0 * Vector3::new(half, 0.0, 695.0).angle(&Vector3::z()).to_degrees();
+    assert!((sound - truth).abs() < 2.0 && wide > 2.0 * sound, "{truth}: {sound} {wide}");
 }

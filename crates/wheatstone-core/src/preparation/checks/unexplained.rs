@@ -33,10 +33,10 @@ const FAR: f64 = 10.0;
 /// it: they are left out.
 fn pictures(evidence: &Evidence, view: usize) -> Option<Proposal> {
     let is_far = |camera: &usize| {
-        let places = evidence.cells.iter().flat_map(|view| view[*camera].pairs.iter().copied());
-        let most = GREAT * extent(&places.collect::<Vec<_>>());
         let error = evidence.cells[view][*camera].error;
-        error > most && evidence.excess((view, *camera)) > FAR && !evidence.is_lost(*camera)
+        error > GREAT * extent_of(evidence, *camera)
+            && evidence.excess((view, *camera)) > FAR
+            && !evidence.is_lost(*camera)
     };
     let far: Vec<(usize, usize)> =
         evidence.suspects(view).into_iter().filter(is_far).map(|camera| (view, camera)).collect();
@@ -85,9 +85,7 @@ fn left_out(evidence: &Evidence, cells: Vec<(usize, usize)>, what: &str) -> Prop
 
 fn unexplained(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let seen = evidence.seen[camera].as_ref()?;
-    let pairs: Vec<Pair> =
-        evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
-    let share = seen.typical / extent(&pairs);
+    let share = seen.typical / extent_of(evidence, camera);
     if share < GREAT {
         return None;
     }
@@ -106,4 +104,10 @@ fn unexplained(evidence: &Evidence, camera: usize) -> Option<Proposal> {
             "compare the pictures of a few views with their rows in the table: does each point have the label and the coordinates that it has on the chart?",
         )
     })
+}
+
+/// The longer side of the part of a camera's picture that has points, in pixels.
+fn extent_of(evidence: &Evidence, camera: usize) -> f64 {
+    let pairs = evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied());
+    extent(&pairs.collect::<Vec<Pair>>())
 }

@@ -107,7 +107,8 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
     (share > 0.85).then(|| proposal(evidence, best, figures))
 }
 
-/// Deviations of pixels from squares: more is seen of a stretched world. An anamorphic lens is far from any ratio of units.
+/// Deviations of pixels from squares. In a stretched world pixels are oblong, in the right unit as square as lenses leave
+/// them; an anamorphic lens is far from any ratio of units.
 const OBLONG: f64 = 0.5;
 const SQUARE: f64 = 0.03;
 
