@@ -41,7 +41,7 @@ pub const CELLS: Limit = limit(1 << 26, "cells of a table in memory");
 /// Of a part of a table that is unpacked as a whole: programs write a megabyte or two.
 pub const PART_BYTES: Limit = limit(1 << 28, "bytes of a table's part");
 /// Of rows that are decoded at once; where they are longer, there are fewer of them.
-pub const BATCH_BYTES: Limit = limit(1 << 24, "bytes of rows at once");
+pub const BATCH_BYTES: Limit = limit(1 << 22, "bytes of rows at once");
 /// Along either side of a picture.
 pub const PICTURE_SIDE: Limit = limit(16_384, "pixels along a side of a picture");
 /// Above the largest industrial sensors sold, of 151 megapixels.
