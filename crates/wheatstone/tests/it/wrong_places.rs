@@ -47,6 +47,26 @@ fn a_stage_that_was_misread_by_two_hundredths_is_found_in_the_middle_and_at_its_
     }
 }
 
+/// The nearest view is told from those behind it alone, by a lens formula that these optics do not follow.
+#[test]
+fn faults_of_the_nearest_view_are_found_where_the_lens_is_extrapolated() {
+    for rig in ["water", "glass", "tube", "bump"] {
+        let sound = recorded(rig);
+        assert_eq!(codes(&sound), [], "{rig}");
+        let nearest = sound.views[..1].to_vec();
+        let misread = with_view(&sound, 0, |place| place.z *= 0.95);
+        assert_eq!(codes(&misread), [("view-misplaced", nearest.clone())], "{rig}");
+        let mut shifted = sound;
+        for row in shifted.correspondences.iter_mut().filter(|row| row.view == 0) {
+            row.pixels[0].iter_mut().for_each(|pixel| {
+                pixel.x += 12.8;
+                pixel.y -= 9.6;
+            });
+        }
+        assert_eq!(codes(&shifted), [("camera-moved", nearest)], "{rig}");
+    }
+}
+
 #[test]
 fn a_view_behind_the_cameras_does_not_pass_in_silence() {
     for rig in RIGS {
@@ -82,6 +102,42 @@ fn a_column_in_another_unit_is_found_where_it_makes_a_slab_of_the_points() {
         places.for_each(|place| place.y *= 0.1);
         let said = codes(&wrong);
         assert!(said.iter().any(|(code, _)| *code == "units-mixed"), "{rig}: {said:?}");
+    }
+}
+
+/// One column scaled, and what is said of it.
+fn said_of_column(rig: &str, axis: usize, scale: f64) -> String {
+    let mut wrong = recorded(rig);
+    wrong
+        .correspondences
+        .iter_mut()
+        .flat_map(|row| &mut row.world)
+        .for_each(|at| at[axis] *= scale);
+    let findings = examine(&wrong).findings.into_iter();
+    let mixed = findings.filter(|finding| finding.code == "units-mixed");
+    mixed.map(|finding| finding.explanation).collect()
+}
+
+/// Behind glass pixels are not quite square in the right unit either.
+#[test]
+fn a_column_in_another_unit_is_found_by_pixels_that_are_oblong_or_askew() {
+    for (rig, axis, what) in [
+        ("tube", 0, "X is 10 times"),
+        ("scheimpflug", 2, "Z is 10 times"),
+        ("water", 2, "Z is 10 times"),
+    ] {
+        let said = said_of_column(rig, axis, 10.0);
+        assert!(said.contains(what), "{rig}: {said}");
+    }
+}
+
+/// No lens without distortion reaches so far as these seem to.
+#[test]
+fn points_too_near_one_another_along_the_axes_are_found_by_the_angle_of_view() {
+    for rig in ["paper", "fisheye", "tube", "glass"] {
+        let said = said_of_column(rig, 2, 0.1);
+        assert!(said.contains("Z is 0.1 times"), "{rig}: {said}");
+        assert_eq!(said_of_column(rig, 2, 1.0), "", "{rig}");
     }
 }
 

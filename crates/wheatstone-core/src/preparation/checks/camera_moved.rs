@@ -365,7 +365,7 @@ fn shifted(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
         return None;
     }
     let left = evidence.explained(cell, |_, (world, pixel)| Some((world, pixel - by)));
-    if left > 1.0 || left > 0.3 * evidence.excess(cell) {
+    if left > evidence.most_left(cell).min(0.3 * evidence.excess(cell)) {
         return None;
     }
     let what = "the picture is shifted as a whole: the camera was moved";
@@ -383,7 +383,7 @@ fn single(evidence: &Evidence, cell: (usize, usize)) -> Option<Proposal> {
     }
     let there = other.moved(&points.pairs, 20);
     let left = there.median_error(&points.pairs) / seen.good();
-    if left > 1.0 || left > 0.3 * evidence.excess(cell) {
+    if left > evidence.most_left(cell).min(0.3 * evidence.excess(cell)) {
         return None;
     }
     let what = "the picture shows the chart at another pose than the other cameras do: it was taken at another instant, or the camera was moved".to_owned();

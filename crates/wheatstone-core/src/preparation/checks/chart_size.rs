@@ -84,8 +84,16 @@ pub(super) fn explained(
 /// good level.
 const STRETCHED_BY_LENS: f64 = 3.0;
 
+/// What a less simple explanation leaves of what a simpler one does.
+const CLEARLY_BETTER: f64 = 0.7;
+
 /// Sizes that are tried: as given, and those that get mixed up.
 const SIZES: [f64; 9] = [1.0, 0.1, 10.0, 1.0 / 25.4, 25.4, 0.5, 2.0, 1.0 / 2.54, 2.54];
+
+/// What an explanation of a view leaves at most, over the good level.
+fn most_left(evidence: &Evidence, view: usize, cameras: &[usize]) -> f64 {
+    cameras.iter().map(|camera| evidence.most_left((view, *camera))).fold(1.0, f64::max)
+}
 
 /// The largest error of a view's cells over the good level.
 fn worst(evidence: &Evidence, view: usize, cameras: &[usize]) -> f64 {
@@ -130,32 +138,35 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
         let moved = adjusted(&shots, Stretch { turn, ..start(1.0) }, RIGID);
         (if moved.is_slip() { left_by(&moved) } else { f64::INFINITY }, moved)
     };
+    let most = most_left(evidence, view, cameras);
     let mut best = rigid(Vector3::zeros());
     for turn in given.other_tilts(evidence, cameras, given.middle) {
-        if best.0 > 1.0 {
+        if best.0 > most {
             let tilted = rigid(turn);
             best = if tilted.0 < best.0 { tilted } else { best };
         }
     }
-    if best.0 <= 1.0 {
+    if best.0 <= most {
+        // What is extrapolated looks a little larger or smaller, too.
+        let clearly = if most > 1.0 { CLEARLY_BETTER } else { 1.0 };
         let sized = adjusted(&shots, start(1.0), SIZED);
         let left = left_by(&sized);
-        if sized.is_sized() && !sized.is_slip() && left < best.0 {
+        if sized.is_sized() && !sized.is_slip() && left < clearly * best.0 {
             best = (left, sized);
         }
     }
     for scale in SIZES {
-        if best.0 <= 1.0 || scale != 1.0 && evidence.is_slight(view, cameras) {
+        if best.0 <= most || scale != 1.0 && evidence.is_slight(view, cameras) {
             break;
         }
         let stretch = adjusted(&shots, start(scale), ANY);
         let left = left_by(&stretch);
-        if left < 0.7 * best.0 {
+        if left < CLEARLY_BETTER * best.0 {
             best = (left, stretch);
         }
     }
     let (left, stretch) = best;
-    if left > 0.4 * before || left > 1.0 && (left > 5.0 || left > 0.06 * before) {
+    if left > 0.4 * before || left > most && (left > 5.0 || left > 0.06 * before) {
         return None;
     }
     let centre = evidence.views[view].board.as_ref().map(|board| board.centre);
@@ -186,7 +197,9 @@ fn slightly_misplaced(evidence: &Evidence, view: usize, cameras: &[usize]) -> Op
     let (shots, given) = shots_as_told(evidence, (view, cameras))?;
     let moved = adjusted(&shots, Stretch::by_scale(given, 1.0), RIGID);
     let left = explained(evidence, view, cameras, &|place| moved.map(place));
-    let is_clear = moved.by.norm() > DISPLACED && left < NOISE;
+    // Where nothing is extrapolated the right place leaves the noise.
+    let most = most_left(evidence, view, cameras);
+    let is_clear = moved.by.norm() > DISPLACED && left < if most > 1.0 { most } else { NOISE };
     is_clear.then(|| described(evidence, (view, cameras), left, &moved))
 }
 

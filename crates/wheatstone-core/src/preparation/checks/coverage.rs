@@ -3,11 +3,15 @@
 
 use super::{
     Fault,
-    evidence::{Evidence, pixel_box},
+    evidence::Evidence,
     finding::{Proposal, Severity},
+    views::LEAST,
 };
-use crate::geometry::{Pixel, Point3, Vector3, principal_axes};
-use wheatstone_numeric::statistics::median;
+use crate::{
+    dataset::Dataset,
+    geometry::{Pixel, Point3, Vector3, principal_axes},
+};
+use wheatstone_numeric::statistics::{median, percentile};
 
 pub(super) struct Coverage;
 
@@ -134,4 +138,18 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
             "show the chart in all parts of the picture in which points will be located",
         )
     })
+}
+
+/// The box that holds nearly all pixels of a camera: left, top, right, bottom.
+pub(super) fn pixel_box(data: &Dataset, camera: usize) -> Option<[f64; 4]> {
+    let seen: Vec<Pixel> =
+        data.correspondences.iter().filter_map(|c| *c.pixels.get(camera)?).collect();
+    if seen.len() < LEAST {
+        return None;
+    }
+    let along = |axis: usize, share: f64| {
+        let values: Vec<f64> = seen.iter().map(|pixel| pixel[axis]).collect();
+        percentile(&values, share)
+    };
+    Some([along(0, 0.01), along(1, 0.01), along(0, 0.99), along(1, 0.99)])
 }

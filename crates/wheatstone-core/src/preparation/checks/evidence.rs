@@ -5,18 +5,19 @@
 use super::{
     board::Board,
     consensus::consensus,
+    extrapolation::{Extent, allowances},
     frame::Frame,
-    pairs::{Pair, sides},
+    pairs::{Pair, sides, thinned},
     robust_camera::RobustCamera,
     views::{LEAST, View, views},
     whole_board::complete,
 };
-use crate::{dataset::Dataset, geometry::Pixel};
+use crate::dataset::Dataset;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use wheatstone_numeric::{
     random::Random,
-    statistics::{mean, median, percentile},
+    statistics::{mean, median},
 };
 
 /// The points of one view in one camera.
@@ -30,6 +31,8 @@ pub(super) struct Cell {
     pub(super) error: f64,
     /// Median of the pixel errors by axis.
     pub(super) offset: Vector2<f64>,
+    /// Error over the good level up to which it is not suspicious.
+    allowance: f64,
     pub(super) suspicious: bool,
 }
 
@@ -39,7 +42,7 @@ impl Cell {
         self.error = f64::INFINITY;
         if let (Some(seen), true) = (seen, self.pairs.len() >= LEAST) {
             self.error = seen.without[view].median_error(&self.pairs);
-            self.suspicious = self.error > seen.good();
+            self.suspicious = self.error > self.allowance * seen.good();
             self.offset = offset(&seen.without[view], &self.pairs);
         }
     }
@@ -111,7 +114,26 @@ impl<'a> Evidence<'a> {
                 cell.judge(seen.as_ref(), place);
             }
         }
-        Self { data, frame, views, cells, seen }
+        let mut evidence = Self { data, frame, views, cells, seen };
+        (0..data.cameras).for_each(|camera| evidence.allow_for_extrapolation(camera));
+        evidence
+    }
+
+    /// Charts at given places; those of estimated poses are spread by pose, and none is beyond all others.
+    fn allow_for_extrapolation(&mut self, camera: usize) {
+        let Some(seen) = &self.seen[camera] else { return };
+        let extent = |view: usize| {
+            self.at(view, camera).filter(|_| !self.has_estimated_pose(view)).map(|(cell, ..)| {
+                let depths = cell.pairs.iter().map(|pair| seen.camera.depth(pair.0)).collect();
+                Extent { depths, excess: self.excess((view, camera)) }
+            })
+        };
+        let extents: Vec<Option<Extent>> = (0..self.views.len()).map(extent).collect();
+        for (view, allowance) in allowances(&extents).into_iter().enumerate() {
+            let cell = &mut self.cells[view][camera];
+            cell.allowance = allowance;
+            cell.suspicious &= cell.error > allowance * seen.good();
+        }
     }
 
     /// The same where one view's chart stands as in `data`, and so its board; the cameras are those of the other views.
@@ -124,7 +146,7 @@ impl<'a> Evidence<'a> {
         let (mut views, mut cells) = (self.views.clone(), self.cells.clone());
         views[view].board = board;
         for (camera, (own, seen)) in cells[view].iter_mut().zip(seen).enumerate() {
-            *own = cell(data, frame, &views[view], camera);
+            *own = Cell { allowance: own.allowance, ..cell(data, frame, &views[view], camera) };
             own.judge(seen.as_ref(), view);
         }
         Evidence { data, frame: *frame, views, cells, seen: seen.clone() }
@@ -268,18 +290,25 @@ impl<'a> Evidence<'a> {
         mean(&errors)
     }
 
+    /// What an explanation of a cell leaves at most, over the good level: that level, and where the cell is beyond all
+    /// views in depth what extrapolation leaves, unless that is much of its error.
+    pub(super) fn most_left(&self, (view, camera): (usize, usize)) -> f64 {
+        const MUCH: f64 = 0.4;
+        let allowance = self.cells[view][camera].allowance;
+        allowance.min(MUCH * self.excess((view, camera))).max(1.0)
+    }
+
     /// Whether an explanation that leaves `left` (over the good level) is to be believed: it brings
-    /// the cell down to that level, or, where the cell lies beyond what the sound views tell well,
-    /// takes away nearly all of a great error.
+    /// the cell down to that level, or takes away nearly all of a great error.
     pub(super) fn accepts(&self, cell: (usize, usize), left: f64) -> bool {
         let before = self.excess(cell);
-        left <= 0.5 * before && (left <= 1.0 || left <= 6.0 && left <= 0.06 * before)
+        left <= 0.5 * before
+            && (left <= self.most_left(cell) || left <= 6.0 && left <= 0.06 * before)
     }
 
     /// Error of a cell over its good level.
     pub(super) fn excess(&self, (view, camera): (usize, usize)) -> f64 {
-        let Some((cell, seen, _)) = self.at(view, camera) else { return 0.0 };
-        cell.error / seen.good()
+        self.at(view, camera).map_or(0.0, |(cell, seen, _)| cell.error / seen.good())
     }
 }
 
@@ -351,14 +380,6 @@ impl CameraEvidence {
     }
 }
 
-/// At most so many pairs, spread evenly.
-fn thinned(pairs: &[Pair], most: usize) -> Vec<Pair> {
-    if pairs.len() <= most {
-        return pairs.to_vec();
-    }
-    (0..most).map(|index| pairs[index * pairs.len() / most]).collect()
-}
-
 /// Median error by axis.
 fn offset(camera: &RobustCamera, pairs: &[Pair]) -> Vector2<f64> {
     let errors: Vec<_> = pairs.iter().map(|pair| camera.error(pair)).collect();
@@ -367,7 +388,7 @@ fn offset(camera: &RobustCamera, pairs: &[Pair]) -> Vector2<f64> {
 }
 
 fn cell(data: &Dataset, frame: &Frame, view: &View, camera: usize) -> Cell {
-    let mut cell = Cell::default();
+    let mut cell = Cell { allowance: 1.0, ..Cell::default() };
     for row in &view.rows {
         let c = &data.correspondences[*row];
         if let (Some(world), Some(Some(pixel))) = (c.world, c.pixels.get(camera)) {
@@ -376,18 +397,4 @@ fn cell(data: &Dataset, frame: &Frame, view: &View, camera: usize) -> Cell {
         }
     }
     cell
-}
-
-/// The box that holds nearly all pixels of a camera: left, top, right, bottom.
-pub(super) fn pixel_box(data: &Dataset, camera: usize) -> Option<[f64; 4]> {
-    let seen: Vec<Pixel> =
-        data.correspondences.iter().filter_map(|c| *c.pixels.get(camera)?).collect();
-    if seen.len() < LEAST {
-        return None;
-    }
-    let along = |axis: usize, share: f64| {
-        let values: Vec<f64> = seen.iter().map(|pixel| pixel[axis]).collect();
-        percentile(&values, share)
-    };
-    Some([along(0, 0.01), along(1, 0.01), along(0, 0.99), along(1, 0.99)])
 }

@@ -14,11 +14,13 @@ mod board_order;
 mod camera_moved;
 mod cameras_swapped;
 mod chart_size;
+mod column_units;
 mod consensus;
 mod duplicates;
 mod estimated_poses;
 mod evidence;
 mod expected;
+mod extrapolation;
 mod field;
 mod finding;
 mod frame;
@@ -100,7 +102,7 @@ pub fn examine(data: &Dataset) -> Examination {
     let evidence = Evidence::new(data);
     let mut proposals = Vec::new();
     // In a world that is stretched nothing else can be told.
-    match units_mixed::units_throughout(&evidence) {
+    match column_units::units_throughout(&evidence) {
         Some(stretched) => proposals.push(stretched),
         None => {
             proposals.extend(FAULTS.iter().flat_map(|(_, fault)| fault.propose(&evidence)));

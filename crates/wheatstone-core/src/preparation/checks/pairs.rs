@@ -18,3 +18,11 @@ pub(super) fn sides(pairs: &[Pair]) -> [f64; 2] {
 pub(super) fn extent(pairs: &[Pair]) -> f64 {
     sides(pairs).into_iter().fold(0.0, f64::max)
 }
+
+/// At most so many pairs, spread evenly.
+pub(super) fn thinned(pairs: &[Pair], most: usize) -> Vec<Pair> {
+    if pairs.len() <= most {
+        return pairs.to_vec();
+    }
+    (0..most).map(|index| pairs[index * pairs.len() / most]).collect()
+}

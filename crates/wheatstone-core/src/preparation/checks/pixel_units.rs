@@ -165,7 +165,7 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
         evidence.explained(cell, |_, (world, pixel)| Some((world, undo.undone(pixel))))
     };
     let (mut left, mut undo) = (left_by(measure), measure);
-    if left > 1.0 {
+    if left > evidence.most_left(cell) {
         let measured = left_by(fitted);
         if left > AS_WELL * measured || !evidence.accepts(cell, left) {
             (left, undo) = (measured, fitted);

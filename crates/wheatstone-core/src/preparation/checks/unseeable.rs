@@ -2,10 +2,10 @@
 //! cameras stand by these data.
 
 use super::{
-    coverage::common_normal,
-    evidence::{Evidence, pixel_box},
+    column_units::unseen_columns,
+    coverage::{common_normal, pixel_box},
+    evidence::Evidence,
     finding::{Examination, Finding, Layout, Severity, Statement},
-    units_mixed::unseen_columns,
 };
 use crate::Error;
 
