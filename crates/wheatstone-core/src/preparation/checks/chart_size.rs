@@ -174,11 +174,13 @@ fn size(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal>
     named(evidence, view, cameras, (left, before), &stretch)
 }
 
-/// A chart that stands elsewhere by less than a slip, but by more than stages err, though all other views are where they
-/// should be. Thresholds are by surveys of captures with stage errors.
+/// A chart that stands elsewhere by less than a slip, but by more than stages err, or by a slip that noise nearly hides,
+/// though all other views are where they should be. Thresholds are by surveys of captures with stage errors.
 fn slightly_misplaced(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal> {
     /// Fewer views tell a camera so badly that a sound one may seem to stand elsewhere.
     const VIEWS: usize = 7;
+    /// Error of a view that stands out, over the good level.
+    const OUT: f64 = 1.5;
     /// What other views may err by, of this one's error.
     const OTHERS: f64 = 0.6;
     /// What its right place leaves, of the good level: noise alone leaves a half.
@@ -186,7 +188,7 @@ fn slightly_misplaced(evidence: &Evidence, view: usize, cameras: &[usize]) -> Op
     /// Of the scene's size: ten times as much as stages err.
     const DISPLACED: f64 = 0.006;
     let before = worst(evidence, view, cameras);
-    if before < STRETCHED_BY_LENS || evidence.views.len() < VIEWS {
+    if before < OUT || evidence.views.len() < VIEWS {
         return None;
     }
     let mut others = (0..evidence.views.len()).filter(|other| *other != view);
@@ -199,8 +201,9 @@ fn slightly_misplaced(evidence: &Evidence, view: usize, cameras: &[usize]) -> Op
     let left = explained(evidence, view, cameras, &|place| moved.map(place));
     // Where nothing is extrapolated the right place leaves the noise.
     let most = most_left(evidence, view, cameras);
-    let is_clear = moved.by.norm() > DISPLACED && left < if most > 1.0 { most } else { NOISE };
-    is_clear.then(|| described(evidence, (view, cameras), left, &moved))
+    let is_far = before >= STRETCHED_BY_LENS && moved.by.norm() > DISPLACED || moved.is_slip();
+    let is_explained = left < if most > 1.0 { most } else { NOISE };
+    (is_far && is_explained).then(|| described(evidence, (view, cameras), left, &moved))
 }
 
 /// The same where a chart of another size would do that stands where it should, or is shifted in its plane, as its

@@ -117,7 +117,7 @@ fn of_picture(evidence: &Evidence, picture: (usize, usize)) -> Vec<Proposal> {
     let whole_view: Vec<(usize, usize)> =
         evidence.present(view).into_iter().map(|camera| (view, camera)).collect();
     let mut found: Vec<Proposal> =
-        FAULTS.iter().flat_map(|(_, fault)| fault.of_picture(&anew, picture)).collect();
+        FAULTS.iter().flat_map(|fault| fault.of_picture(&anew, picture)).collect();
     for one in &mut found {
         one.figures.extend(before_and_after(&anew, &one.cells, one.left));
         one.also.clone_from(&whole_view);

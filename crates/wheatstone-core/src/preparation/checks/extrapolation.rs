@@ -26,7 +26,7 @@ fn allowance(views: &[Option<Extent>], view: usize) -> Option<f64> {
     let others = || (0..views.len()).filter(|v| *v != view).filter_map(|v| views[v].as_ref());
     let good = || others().filter(|other| other.excess <= 1.0).flat_map(|other| &other.depths);
     let is_nearest = good().all(|depth| *depth > own);
-    if !is_nearest && !good().all(|depth| *depth < own) {
+    if good().next().is_none() || !is_nearest && !good().all(|depth| *depth < own) {
         return None;
     }
     let inwards =

@@ -70,30 +70,24 @@ trait Fault: Sync {
     }
 }
 
-/// Every fault that the clinic knows, by the name of its file.
-const FAULTS: &[(&str, &dyn Fault)] = &[
-    ("cameras_swapped", &cameras_swapped::CamerasSwapped),
-    ("unsynchronised", &unsynchronised::Unsynchronised),
-    ("board_order", &board_order::BoardOrder),
-    ("pixel_units", &pixel_units::PixelUnits),
-    ("pixel_offset", &pixel_offset::PixelOffset),
-    ("units_mixed", &units_mixed::UnitsMixed),
-    ("chart_size", &chart_size::ChartSize),
-    ("points_permuted", &points_permuted::PointsPermuted),
-    ("camera_moved", &camera_moved::CameraMoved),
-    ("handedness", &handedness::Handedness),
-    ("duplicates", &duplicates::Duplicates),
-    ("spread", &coverage::Coverage),
-    ("gross_errors", &gross_errors::GrossErrors),
-    ("unexplained", &unexplained::Unexplained),
-    ("unusable", &unusable::Unusable),
+/// Every fault that the clinic knows.
+const FAULTS: &[&dyn Fault] = &[
+    &cameras_swapped::CamerasSwapped,
+    &unsynchronised::Unsynchronised,
+    &board_order::BoardOrder,
+    &pixel_units::PixelUnits,
+    &pixel_offset::PixelOffset,
+    &units_mixed::UnitsMixed,
+    &chart_size::ChartSize,
+    &points_permuted::PointsPermuted,
+    &camera_moved::CameraMoved,
+    &handedness::Handedness,
+    &duplicates::Duplicates,
+    &coverage::Coverage,
+    &gross_errors::GrossErrors,
+    &unexplained::Unexplained,
+    &unusable::Unusable,
 ];
-
-/// The names of all families of faults.
-#[must_use]
-pub fn families() -> Vec<&'static str> {
-    FAULTS.iter().map(|(name, _)| *name).collect()
-}
 
 /// Looks for faults. Never fails: data of which nothing can be said give no findings but the
 /// statements of what cannot be seen.
@@ -105,7 +99,7 @@ pub fn examine(data: &Dataset) -> Examination {
     match column_units::units_throughout(&evidence) {
         Some(stretched) => proposals.push(stretched),
         None => {
-            proposals.extend(FAULTS.iter().flat_map(|(_, fault)| fault.propose(&evidence)));
+            proposals.extend(FAULTS.iter().flat_map(|fault| fault.propose(&evidence)));
             estimated_poses::judge_by_other_pictures(&evidence, &mut proposals);
         }
     }
