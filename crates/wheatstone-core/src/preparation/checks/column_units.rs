@@ -94,8 +94,9 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
     (share > 0.85).then(|| proposal(evidence, best, figures))
 }
 
-/// Deviations of pixels from squares: in a stretched world more than lenses make of them; and the share of that which the
-/// right unit leaves. Nothing that cameras are told of squeezes the pixels of all but a ratio of units.
+/// Deviation of pixels from squares beyond which the world may be stretched: simulated lenses, behind glass and water too,
+/// deviate by 0.03. And the share of it that the right unit leaves: anamorphic lenses deviate by more, but no ratio of
+/// units undoes that.
 const OBLONG: f64 = 0.12;
 const SQUARE: f64 = 0.1;
 
@@ -172,7 +173,7 @@ fn shapes(
     cameras.iter().map(shape).collect()
 }
 
-/// Of all cameras.
+/// The largest deviation from squares among cameras.
 fn largest_deviation(shapes: &[Shape]) -> f64 {
     shapes.iter().map(|shape| shape.deviation).fold(0.0, f64::max)
 }

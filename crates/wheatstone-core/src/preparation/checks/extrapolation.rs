@@ -3,7 +3,8 @@
 
 use wheatstone_numeric::statistics::median;
 
-/// Depths of a view's points along a camera's axis, and the view's error by the camera of the others, over the good level.
+/// Depths of a view's points along a camera's axis, in units of the scene's size, and the view's error by the camera of
+/// the others, over the good level.
 pub(super) struct Extent {
     pub(super) depths: Vec<f64>,
     pub(super) excess: f64,
@@ -18,7 +19,7 @@ pub(super) fn allowances(views: &[Option<Extent>]) -> Vec<f64> {
 fn allowance(views: &[Option<Extent>], view: usize) -> Option<f64> {
     /// Noise alone leaves half of the good level.
     const NOISE: f64 = 0.5;
-    /// By how much errors grow from one view to the next, by simulated optics: 2 to 4 times.
+    /// By how much errors grow from one view to the next: 2 to 4 times, by simulated optics with steps of 15 from 140 to 50 cm.
     const GROWTH: f64 = 4.0;
     /// A view that errs by more may have a fault itself, and tells nothing of the next.
     const TRUSTED: f64 = 3.5;
