@@ -157,28 +157,55 @@ fn points_too_near_one_another_along_the_axes_are_found_by_the_angle_of_view() {
     }
 }
 
+/// What is said of a unit that nothing shows, and the angle of view to be compared, in degrees.
+fn unseen_unit(data: &Dataset) -> (String, String, f64) {
+    let all = examine(data).cannot_be_seen.into_iter();
+    let own: Vec<_> = all.filter(|one| one.what.contains("another focal length")).collect();
+    let [one] = own.as_slice() else { panic!("{own:?}") };
+    let angle = one.check.split(" degrees").next().unwrap().rsplit(' ').next().unwrap();
+    (one.what.clone(), one.check.clone(), angle.parse().unwrap())
+}
+
+/// The angle between the directions of the points to camera 1 from left to right, in degrees.
+fn angle_of_view(rig: &Rig, data: &Dataset) -> f64 {
+    let pose = |place: Point3| rig.cameras[0].camera_from_world.transform(place);
+    let own = data.correspondences.iter().filter(|row| row.pixels[0].is_some());
+    let own = own.map(|row| pose(row.world.unwrap()));
+    let angles: Vec<f64> =
+        own.map(|at| at.x.signum() * Vector3::new(at.x, 0.0, at.z).angle(&Vector3::z())).collect();
+    (percentile(&angles, 0.99) - percentile(&angles, 0.01)).to_degrees()
+}
+
 /// Cameras that look along an axis see another unit of it as another focal length: the angle of view would tell.
 #[test]
 fn a_unit_that_nothing_shows_is_said_of_points_at_random_places() {
-    let rig = Rig::named("paper", 2).unwrap();
-    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
-    let data = random_correspondences(&rig, &chart, (50.0, 140.0), (Noise::Normal(0.1), 4), 400);
-    let said = |data: &Dataset| {
-        let all = examine(data).cannot_be_seen.into_iter();
-        let own: Vec<_> = all.filter(|one| one.what.contains("another focal length")).collect();
-        assert_eq!(own.len(), 1, "{own:?}");
-        let angle = own[0].check.split(" degrees").next().unwrap().rsplit(' ').next().unwrap();
-        (own[0].what.clone(), angle.parse::<f64>().unwrap())
-    };
-    let seen = data.correspondences.iter().filter_map(|row| row.pixels[0]);
-    let across: Vec<f64> = seen.map(|pixel| pixel.x).collect();
-    let (what, sound) = said(&data);
-    assert_eq!(what, "another unit of Z alone, or another focal length");
-    let mut wrong = data;
-    wrong.correspondences.iter_mut().flat_map(|row| &mut row.world).for_each(|at| at.z *= 0.1);
-    let (_, wide) = said(&wrong);
-    // The lens of camera 1 has a focal length of about 695 pixels.
-    let half = 0.5 * (percentile(&across, 0.99) - percentile(&across, 0.01));
-    let truth = 2.0 * Vector3::new(half, 0.0, 695.0).angle(&Vector3::z()).to_degrees();
-    assert!((sound - truth).abs() < 2.0 && wide > 2.0 * sound, "{truth}: {sound} {wide}");
+    for (name, times) in [("paper", 2.0), ("fisheye", 1.5)] {
+        let rig = Rig::named(name, 2).unwrap();
+        let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+        let noise = (Noise::Normal(0.1), 4);
+        let data = random_correspondences(&rig, &chart, (50.0, 140.0), noise, 400);
+        let truth = angle_of_view(&rig, &data);
+        let (what, _, sound) = unseen_unit(&data);
+        assert_eq!(what, "another unit of Z alone, or another focal length");
+        assert!((sound - truth).abs() < 2.0, "{name}: {truth}: {sound}");
+        let mut wrong = data;
+        wrong.correspondences.iter_mut().flat_map(|row| &mut row.world).for_each(|at| at.z *= 0.1);
+        let (_, _, wide) = unseen_unit(&wrong);
+        assert!(wide > times * sound, "{name}: {sound} {wide}");
+    }
+}
+
+/// The same of charts on a stage, with their distance to be measured, too.
+#[test]
+fn a_unit_that_nothing_shows_is_said_of_parallel_charts() {
+    for name in RIGS {
+        let data = recorded(name);
+        let (what, check, angle) = unseen_unit(&data);
+        assert_eq!(what, "another unit of Z alone, or another focal length");
+        assert!(check.contains("how far apart two of the charts are"), "{check}");
+        let truth = angle_of_view(&Rig::named(name, 2).unwrap(), &data);
+        // Water and glass before a camera are another focal length to it.
+        let most = if ["water", "glass"].contains(&name) { 0.3 } else { 0.05 };
+        assert!((angle / truth - 1.0).abs() < most, "{name}: {truth} {angle}");
+    }
 }

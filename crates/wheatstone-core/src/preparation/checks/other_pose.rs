@@ -51,18 +51,23 @@ impl GivenChart {
         /// Of the turn, and of the scene's size.
         const NEAR: f64 = 0.3;
         const IN_PLACE: f64 = 0.08;
-        let rotation = Pose::from_rotation_vector(Vector3::zeros(), turn).rotation;
-        let holds = |about: Point3| {
-            let arm = self.middle - about;
+        /// How far from the chart's middle it may be tilted, in standard deviations of its points, and the steps to there.
+        const REACH: f64 = 2.0;
+        const STEPS: i32 = 32;
+        let (angle, normal) = (turn.norm(), self.along[0].cross(&self.along[1]));
+        let axis = turn / angle.max(f64::MIN_POSITIVE);
+        let across = by - axis * by.dot(&axis);
+        // Turn and shift together are a turn about a line parallel to the axis (and a slide along it), so far from the middle.
+        let foot = 0.5 * (across + axis.cross(&across) / libm::tan(0.5 * angle));
+        let reach = REACH * self.spread[0].max(self.spread[1]);
+        let is_about_chart = (by - across).norm() < IN_PLACE
+            && foot.dot(&normal).abs() * angle < IN_PLACE
+            && foot.norm() < reach;
+        let is_tilted = |step: i32| {
+            let about = self.middle + foot + axis * (reach * f64::from(step) / f64::from(STEPS));
             let tilts = self.other_tilts(evidence, cameras, about);
-            (by - (rotation * arm - arm)).norm() < IN_PLACE
-                && tilts.iter().any(|tilt| (turn - tilt).norm() < NEAR * tilt.norm())
+            tilts.iter().any(|tilt| (turn - tilt).norm() < NEAR * tilt.norm())
         };
-        let steps = || (-4..=4).map(|half| 0.5 * f64::from(half));
-        let points = steps().flat_map(|a| steps().map(move |b| [a, b]));
-        points.into_iter().any(|shares| {
-            let side = |axis: usize| self.along[axis] * (shares[axis] * self.spread[axis]);
-            holds(self.middle + side(0) + side(1))
-        })
+        is_about_chart && (-STEPS..=STEPS).any(is_tilted)
     }
 }

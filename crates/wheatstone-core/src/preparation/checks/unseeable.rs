@@ -3,11 +3,13 @@
 
 use super::{
     column_units::unseen_columns,
-    coverage::{common_normal, pixel_box},
+    coverage::common_normal,
     evidence::Evidence,
     finding::{Examination, Finding, Layout, Severity, Statement},
+    pairs::Pair,
 };
 use crate::Error;
+use wheatstone_numeric::statistics::percentile;
 
 /// A camera farther away than so many times the points' median distance from their middle observes them within
 /// a thousandth of parallel projection.
@@ -89,31 +91,37 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
             check: "harmless as long as `locate` gets the same pixels".into(),
         },
     ];
-    // A lens of another focal length sees parallel planes farther apart alike.
-    if let Some((normal, _)) = common_normal(evidence) {
-        let axis = ["X", "Y", "Z"][normal.iamax()];
-        all.push(Statement {
-            what: format!("another unit of {axis} alone, along which all charts are parallel"),
-            check: "measure how far apart two of the charts are, and compare".into(),
-        });
-    }
-    let unseen = unseen_columns(evidence);
-    if let Some(angle) = field_of_view(evidence).filter(|_| !unseen.is_empty()) {
-        all.push(Statement {
-            what: format!("another unit of {} alone, or another focal length", unseen.join(" or ")),
-            check: format!("is it right that the points fill {angle:.0} degrees of camera 1's view, from left to right?"),
-        });
-    }
+    all.extend(another_focal_length(evidence));
     all
 }
 
-/// The angle that the points fill in the first camera's picture from left to right, in degrees, by what was fitted.
+/// A lens of another focal length sees parallel planes farther apart alike, and so points at random places where cameras
+/// look along a column.
+fn another_focal_length(evidence: &Evidence) -> Option<Statement> {
+    let stacked = common_normal(evidence).map(|(normal, _)| ["X", "Y", "Z"][normal.iamax()]);
+    let columns = stacked.map_or_else(|| unseen_columns(evidence), |axis| vec![axis]);
+    let distance =
+        stacked.map(|_| "measure how far apart two of the charts are, and compare".into());
+    let angle = field_of_view(evidence).map(|angle| {
+        format!("is it right that the points fill {angle:.0} degrees of camera 1's view, from left to right?")
+    });
+    let checks: Vec<String> = distance.into_iter().chain(angle).collect();
+    (!columns.is_empty() && !checks.is_empty()).then(|| Statement {
+        what: format!("another unit of {} alone, or another focal length", columns.join(" or ")),
+        check: checks.join("; "),
+    })
+}
+
+/// The angle that the points fill in the first camera's view from left to right, in degrees, by what was fitted.
 fn field_of_view(evidence: &Evidence) -> Option<f64> {
     let camera = &evidence.seen.first()?.as_ref()?.camera;
-    let [left, _, right, _] = pixel_box(evidence.data, 0)?;
-    let (axis, [focal, _]) = (camera.principal().x, camera.focal());
-    let angle = libm::atan2(right - axis, focal) - libm::atan2(left - axis, focal);
-    Some(angle.to_degrees())
+    let sideways = |(place, _): &Pair| {
+        let own = camera.rotation() * (place - camera.centre());
+        libm::atan2(own.x, own.z)
+    };
+    let pairs = evidence.cells.iter().flat_map(|view| &view[0].pairs);
+    let angles: Vec<f64> = pairs.map(sideways).collect();
+    Some((percentile(&angles, 0.99) - percentile(&angles, 0.01)).to_degrees())
 }
 
 /// Compares the distance of the first two cameras with what was measured on the rig; a tolerance of
