@@ -36,13 +36,7 @@ pub(super) fn pair<'a>(
     let rotation = rotation(right - left, lines.forward, lines.mirrored)?;
     let rectified_from_world = Pose { rotation, translation: -(rotation * left.coords) };
     let baseline = (right - left).norm();
-    let placed: Vec<Point3> =
-        shown.places.iter().map(|p| rectified_from_world.transform(*p)).collect();
-    // Behind a virtual camera there is nothing to show.
-    let placed: Vec<Point3> = placed.into_iter().filter(|place| place.z > 0.0).collect();
-    if placed.is_empty() {
-        return Err(behind());
-    }
+    let placed = in_view(&shown.places, &rectified_from_world, baseline)?;
     // Errors of a line that misses the centre are linear in the inverse depth: about its mean they are even.
     let depth = placed.len() as f64 / placed.iter().map(|place| 1.0 / place.z).sum::<f64>();
     let seen = [Extent::of(&placed, 0.0), Extent::of(&placed, baseline)];
@@ -67,6 +61,27 @@ pub(super) fn pair<'a>(
     Ok(Framed { pair, maps, exchanged })
 }
 
+/// What is farther from the virtual axis than so many times its depth, along the baseline, is not shown: flat pictures would
+/// be stretched by more than 30 times there.
+const MOST_SLOPE: f64 = 3.0;
+
+/// The places that both virtual cameras can show, in the left one's frame.
+fn in_view(places: &[Point3], rectified_from_world: &Pose, baseline: f64) -> Result<Vec<Point3>> {
+    let is_in_view = |place: &Point3| {
+        [0.0, baseline].iter().all(|aside| (place.x - aside).abs() < MOST_SLOPE * place.z)
+    };
+    let placed = places.iter().map(|place| rectified_from_world.transform(*place));
+    let in_front: Vec<Point3> = placed.filter(|place| place.z > 0.0).collect();
+    if in_front.is_empty() {
+        return Err(behind());
+    }
+    let in_view: Vec<Point3> = in_front.into_iter().filter(is_in_view).collect();
+    if 2 * in_view.len() < places.len() {
+        return Err(in_line());
+    }
+    Ok(in_view)
+}
+
 /// Rows: along the baseline; down; forward.
 fn rotation(baseline: Vector3, forward: Vector3, mirrored: bool) -> Result<Matrix3<f64>> {
     // Nearer to the line between the cameras than six degrees nothing is left of what rows share.
@@ -77,12 +92,16 @@ fn rotation(baseline: Vector3, forward: Vector3, mirrored: bool) -> Result<Matri
     };
     let x = baseline.try_normalize(0.0).ok_or_else(in_one_place)?;
     let across = forward - x * x.dot(&forward);
-    let z = across.try_normalize(LEAST_SINE * forward.norm()).ok_or_else(|| Error::Degenerate {
-        problem: "one of the two cameras stands behind the other".into(),
-        hint: "row alignment needs cameras beside or above each other".into(),
-    })?;
+    let z = across.try_normalize(LEAST_SINE * forward.norm()).ok_or_else(in_line)?;
     let y = z.cross(&x) * if mirrored { -1.0 } else { 1.0 };
     Ok(Matrix3::from_rows(&[x.transpose(), y.transpose(), z.transpose()]))
+}
+
+fn in_line() -> Error {
+    Error::Degenerate {
+        problem: "one of the two cameras stands behind the other".into(),
+        hint: "row alignment needs cameras beside or above each other".into(),
+    }
 }
 
 fn behind() -> Error {

@@ -167,6 +167,11 @@ impl<'a> Rectification<'a> {
 }
 
 impl VirtualPair {
+    /// Whether its pictures have such a pixel.
+    fn holds(&self, at: Pixel) -> bool {
+        (0..2).all(|axis| at[axis] >= -0.5 && at[axis] < f64::from(self.size[axis]) - 0.5)
+    }
+
     /// What a virtual camera shows at a pixel, at the depth at which the tables are exact, in the world.
     fn place(&self, side: usize, at: Pixel) -> Point3 {
         let [cx, cy] = self.principal[side];

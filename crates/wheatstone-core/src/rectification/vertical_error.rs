@@ -71,8 +71,8 @@ impl VerticalError {
 }
 
 impl Rectification<'_> {
-    /// Judges the pair on points that the model's two cameras saw (`data` holds all of the model's
-    /// cameras). `None` where they saw none.
+    /// Judges the pair on points that the model's two cameras saw and both rectified pictures show (`data` holds all of the
+    /// model's cameras). `None` where there are none.
     #[must_use]
     pub fn judge(&self, data: &Dataset) -> Option<VerticalErrors> {
         let seen = |row: &crate::dataset::Correspondence| {
@@ -84,6 +84,9 @@ impl Rectification<'_> {
 
     fn seen(&self, pixels: [Pixel; 2], world: Option<Point3>) -> Option<PointError> {
         let (left, right) = (self.rectified(0, pixels[0])?, self.rectified(1, pixels[1])?);
+        if ![left, right].iter().all(|at| self.pair.holds(*at)) {
+            return None;
+        }
         let told = self.meet(left, right);
         let known = world.map(|world| self.pair.rectified_from_world.transform(world));
         Some(PointError {

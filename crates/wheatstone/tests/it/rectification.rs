@@ -6,7 +6,7 @@ use wheatstone::{
     dataset::Dataset,
     error::Remedy,
     formats::{Imported, calibration, exact},
-    geometry::{Pixel, Point3},
+    geometry::{Pixel, Point3, Pose, Vector3},
     method::AnyMethod,
     numeric::{progress::Silent, random::Random},
     preparation::Preparation,
@@ -167,6 +167,39 @@ fn the_left_one_is_left_in_whatever_order_and_any_two_of_several_do() {
     let table = made.table(1);
     assert_eq!((table.width, table.height, made.pair.focal), (320, 200, 300.0));
     assert!(made.judge(&exam).unwrap().vertical.max < 1e-4);
+}
+
+#[test]
+fn of_cameras_one_behind_the_other_a_pair_shows_what_flat_pictures_hold() {
+    let turned = |degrees: f64| {
+        let mut rig = Rig::named("pinhole", 2).unwrap();
+        let [first, second] = &mut rig.cameras[..] else { panic!("two cameras") };
+        // Behind the first camera, and beside it by this angle.
+        let turn = Pose::from_rotation_vector(
+            Vector3::zeros(),
+            Vector3::new(0.0, -f64::to_radians(degrees), 0.0),
+        );
+        let behind = turn.rotation * Vector3::new(0.0, 0.0, -12.0);
+        let centre = first.centre() + first.camera_from_world.rotation.transpose() * behind;
+        let rotation = second.camera_from_world.rotation;
+        second.camera_from_world.translation = -(rotation * centre.coords);
+        rig
+    };
+    for degrees in [40.0, 25.0] {
+        let rig = turned(degrees);
+        let model = model("dlt", &rig, 0.0);
+        let made = Rectification::of(&model, &PairSettings::default(), &Silent).unwrap();
+        let found = made.judge(&exam(&rig)).unwrap();
+        assert!(found.vertical.max < 1e-4 && found.place.unwrap().max < 1e-3, "{found:?}");
+        // Of the 694 pixels of the cameras' own focal length; of the 600 points.
+        assert!(made.pair.focal > 200.0 && found.vertical.n > 450, "{:?}, {found:?}", made.pair);
+        let [least, most] = made.leftover.model.as_ref().unwrap().disparity;
+        assert!(most - least < f64::from(made.pair.size[0]), "{least}, {most}");
+        assert!(made.table(0).filled > 0.5 && made.table(1).filled > 0.5);
+    }
+    let model = model("dlt", &turned(8.0), 0.0);
+    let refused = Rectification::of(&model, &PairSettings::default(), &Silent).map(|_| ());
+    assert!(refused.unwrap_err().to_string().contains("behind the other"));
 }
 
 #[test]
