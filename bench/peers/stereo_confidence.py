@@ -20,6 +20,7 @@ PIXELS = 4000  # of a pair
 FOLDS = 5
 HIDDEN = 16
 ROUNDS = 15
+MOST_DOUBT = 0.05  # as in `error_bars.rs`
 COEFFICIENTS = pathlib.Path(__file__).resolve().parents[2] / "crates/wheatstone-stereo/src/coefficients.rs"
 
 
@@ -66,7 +67,7 @@ def samples(program, pair, exact):
     use = np.random.default_rng(0).permutation(use)[:PIXELS]
     maps, truth = {name: values.ravel()[use] for name, values in maps.items()}, pair.truth.ravel()[use]
     return {"name": pair.name, "exact": exact, "quantities": quantities(maps), "error": maps["disparity"] - truth,
-            "sigma": maps["sigma"], "scatter": maps["scatter"], "confidence": maps["confidence"]}
+            "sigma": maps["sigma"], "confidence": maps["confidence"]}
 
 
 def blank(seed):
@@ -115,45 +116,33 @@ def judge(sets):
         print(f"  {s['name']:20} sure {sure.mean() if len(sure) else 0.0:.3f} bad1 {bad[0]:.4f} bad2 {bad[1]:.4f}")
 
 
-def old_refined():
-    text = re.search(r"REFINED[^=]*= \[([^\]]*)\]", COEFFICIENTS.read_text()).group(1)
-    return [float(v) for v in text.split(",")]
-
-
-def fit_sigma(sets, model):
-    """Makes 68 % and 95 % of errors of confident pixels lie within one and two standard deviations, as nearly as can be
-    both on our renders and on those of the data set, which have other textures."""
-    factor, per_scatter = old_refined()
+def fit_doubt(sets, model):
+    """How standard deviations grow with doubt, so that errors of confident pixels are in proportion to them: by the likelihood
+    of Student's t with four degrees of freedom, on our renders and on those of the data set, which have other textures."""
+    old = float(re.search(r"PER_DOUBT[^=]*= ([^;]*);", COEFFICIENTS.read_text()).group(1))
+    told = lambda of, per_doubt: of[0] * (1.0 + per_doubt * np.minimum(of[1], MOST_DOUBT))
     groups = {"renders": [], "data set": []}
     for s in (s for s in sets if s["exact"] and len(s["quantities"])):
-        sure = model.chance(s["quantities"]) > 0.9
-        told = s["sigma"] / (factor * (1.0 + per_scatter * s["scatter"]))
-        groups["renders" if s["name"].startswith("render") else "data set"].append(np.stack([told, s["scatter"], np.abs(s["error"])])[:, sure])
+        doubt = 1.0 - model.chance(s["quantities"])
+        alone = s["sigma"] / told([1.0, 1.0 - s["confidence"]], old)
+        groups["renders" if s["name"].startswith("render") else "data set"].append(np.stack([alone, doubt, np.abs(s["error"])])[:, doubt < 0.1])
     groups = {name: np.concatenate(parts, 1) for name, parts in groups.items()}
 
-    def ratios(p, group):
-        told, scatter, error = group
-        return error / (p[0] * told * (1.0 + p[1] * scatter))
+    def unlikely(p):
+        sigmas = ((p[0] * told(of, p[1]), of[2]) for of in groups.values())
+        return sum(np.mean(np.log(s) + 2.5 * np.log1p((error / s) ** 2 / 4.0)) for s, error in sigmas) if min(p) > 0.0 else 1e3
 
-    def loss(p):
-        if min(p) < 0.0:
-            return 1e3
-        total = 0.0
-        for group in groups.values():
-            r = ratios(p, group)
-            # A likelihood of long tails keeps standard deviations proportional to errors; coverage is what must come out.
-            total += 1e-4 * np.mean(np.sqrt(1.0 + r**2) - np.log(r + 1e-6)) + (np.mean(r < 1) - 0.68) ** 2 + 2.0 * (np.mean(r < 2) - 0.95) ** 2
-        return total
-
-    best = min((minimize(loss, start, method="Nelder-Mead") for start in ([1.2, 0.5], [1.0, 1.5])), key=lambda r: r.fun).x
-    for name, group in groups.items():
-        r = ratios(best, group)
-        print(f"  {name}: within 1, 2, 3 sigma", *(f"{np.mean(r < k):.4f}" for k in (1, 2, 3)))
-    return best
+    _, per_doubt = minimize(unlikely, [1.0, 20.0], method="Nelder-Mead").x
+    for name, of in groups.items():
+        ratio = of[2] / told(of, per_doubt)
+        for low, high in ((0.0, 0.002), (0.002, 0.01), (0.01, 0.1), (0.0, 0.1)):
+            here = ratio[(of[1] >= low) & (of[1] < high)]
+            print(f"  {name}, doubt {low} to {high}: within 1, 2, 3 sigma", *(f"{np.mean(here < k):.4f}" for k in (1, 2, 3)))
+    return per_doubt
 
 
 def fit_unrefined(model, program):
-    """As `fit_sigma`, for disparities as aggregation finds them."""
+    """The same of disparities as aggregation finds them, from their scatter."""
     groups = [list(stereo_data.rendered(RENDERS[::3])), [pair for pair in stereo_data.real() if pair.exact]]
     for k, pairs in enumerate(groups):
         scatter, error = [], []
@@ -184,7 +173,7 @@ def main():
     judge(sets)
     model = fit(sets)
     print("CONFIDENCE", model.source(), sep="\n")
-    print("REFINED", [round(float(v), 4) for v in fit_sigma(sets, model)])
+    print("PER_DOUBT", round(float(fit_doubt(sets, model)), 1))
     print("UNREFINED", [round(float(v), 4) for v in fit_unrefined(model, program)])
 
 

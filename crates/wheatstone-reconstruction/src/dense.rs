@@ -6,7 +6,7 @@ use crate::{
     seen::{Found, PairPoint, Seen},
     settings::ReconstructionSettings,
 };
-use wheatstone_stereo::DisparityMap;
+use wheatstone_stereo::{DisparityMap, doubt_factor};
 
 /// Of several pairs, disparities that are at least so confident count: two that agree are more than each.
 const CANDIDATE: f32 = 0.5;
@@ -66,7 +66,8 @@ fn matched(
     let shown = pair.shown(at, disparity)?;
     let sigma = read.sigma * shown.resampling();
     let point = point(at, disparity);
-    Some(Found { at: shown.matched(sigma), disparity, sigma, confidence, point })
+    let doubt = f64::from(doubt_factor(confidence));
+    Some(Found { at: shown.matched(sigma), disparity, sigma, confidence, doubt, point })
 }
 
 /// What a map has at a place.

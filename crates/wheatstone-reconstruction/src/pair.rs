@@ -175,7 +175,7 @@ impl<'a> RectifiedPair<'a> {
         let [dx, dy] = self.matched(at, (disparity, 1.0))?.deviation;
         let sigma = sigma / (dx * dx + dy * dy).sqrt();
         let at = self.matched(at, (disparity, sigma))?;
-        Some(Found { at, disparity, sigma, confidence, point: None })
+        Some(Found { at, disparity, sigma, confidence, doubt: 1.0, point: None })
     }
 
     /// What the other camera has at a pixel that was matched by somebody else, if that is near its epipolar curve.

@@ -27,6 +27,8 @@ pub(crate) struct Found {
     pub(crate) disparity: f64,
     pub(crate) sigma: f64,
     pub(crate) confidence: f32,
+    /// By how much the standard deviation is larger than that of least squares, for doubt.
+    pub(crate) doubt: f64,
     /// What it means together with the reference pixel, where the pair's lattice says it.
     pub(crate) point: Option<PairPoint>,
 }

@@ -152,8 +152,9 @@ pub(crate) const CONFIDENCE: Network = Network {
     ],
 };
 
-/// The standard deviation of a refined disparity is a s (1 + b scatter), where s is what residuals tell: a, and b per pixel.
-pub(crate) const REFINED: [f32; 2] = [1.061, 0.427];
+/// The standard deviation of a refined disparity is s (1 + b d), where s is what residuals tell, and the doubt d what the
+/// confidence is below one: this is b.
+pub(crate) const PER_DOUBT: f32 = 30.1;
 
 /// The standard deviation of a disparity that was not refined, in pixels: without scatter, and per pixel of scatter.
 pub(crate) const UNREFINED: [f32; 2] = [0.12, 0.15];

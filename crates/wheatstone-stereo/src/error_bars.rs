@@ -1,13 +1,22 @@
 //! Standard deviations of disparities.
 
-use crate::coefficients::{REFINED, UNREFINED};
+use crate::coefficients::{PER_DOUBT, UNREFINED};
+
+/// From here on more doubt means more gross errors, not larger errors of the other matches.
+const MOST_DOUBT: f32 = 0.05;
+
+/// By how much the standard deviation of a refined disparity of this confidence is larger than what its residuals tell: less
+/// confident matches have larger errors.
+#[must_use]
+pub fn doubt_factor(confidence: f32) -> f32 {
+    1.0 + PER_DOUBT * (1.0 - confidence).min(MOST_DOUBT)
+}
 
 /// Of refined disparities, from what residuals of least squares tell. NaN where there is no confidence.
-pub(crate) fn refined(from_residuals: &[f32], scatter: &[f32], confidence: &[f32]) -> Vec<f32> {
-    let [factor, per_scatter] = REFINED;
-    let all = from_residuals.iter().zip(scatter).zip(confidence);
-    all.map(|((sigma, scatter), &confidence)| {
-        let sigma = factor * sigma * (1.0 + per_scatter * scatter);
+pub(crate) fn refined(from_residuals: &[f32], confidence: &[f32]) -> Vec<f32> {
+    let both = from_residuals.iter().zip(confidence);
+    both.map(|(sigma, &confidence)| {
+        let sigma = sigma * doubt_factor(confidence);
         if confidence > 0.0 { sigma } else { f32::NAN }
     })
     .collect()

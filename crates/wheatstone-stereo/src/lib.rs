@@ -77,6 +77,7 @@ mod pair_fault;
 pub use aggregation::Penalties;
 pub use curves::EpipolarCurves;
 pub use error::MatchError;
+pub use error_bars::doubt_factor;
 pub use evidence::Evidence;
 pub use fusion::DisparityFusion;
 pub use limits::{MOST_DISPARITIES, MOST_PENALTY};

@@ -141,7 +141,7 @@ impl Matcher {
             let round = Round { disparity: &first, gradient, residual, radius: RADIUS };
             let (second, from_residuals) = round.refine();
             disparity = second;
-            error_bars::refined(&from_residuals, &scatter, &confidence)
+            error_bars::refined(&from_residuals, &confidence)
         } else {
             error_bars::unrefined(&scatter, &confidence)
         };

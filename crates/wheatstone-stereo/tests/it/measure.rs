@@ -8,6 +8,7 @@ pub(crate) struct Judged {
     pub(crate) truth: f64,
     pub(crate) error: f64,
     pub(crate) sigma: f64,
+    pub(crate) confidence: f32,
 }
 
 /// Pixels above a confidence of which the truth is known.
@@ -22,7 +23,8 @@ pub(crate) fn confident(
             let found = map.at(x, y).filter(|found| found.confidence > above)?;
             let truth = truth(x, y)?;
             let error = f64::from(found.disparity) - truth;
-            Some(Judged { truth, error, sigma: f64::from(found.sigma) })
+            let (sigma, confidence) = (f64::from(found.sigma), found.confidence);
+            Some(Judged { truth, error, sigma, confidence })
         })
         .collect()
 }

@@ -51,6 +51,14 @@ fn errors_are_as_large_as_their_bars() {
     let within = |sigmas: f64| share(&judged, |j| j.error.abs() < sigmas * j.sigma);
     assert!((0.64..0.76).contains(&within(1.0)), "{}", within(1.0));
     assert!((0.93..0.975).contains(&within(2.0)), "{}", within(2.0));
+    // Of matches that are less sure, too.
+    let (doubtful, sure): (Vec<Judged>, Vec<Judged>) =
+        judged.iter().partition(|judged| judged.confidence < 0.99);
+    for (part, least) in [(doubtful, 0.88), (sure, 0.94)] {
+        let within = |sigmas: f64| share(&part, |j| j.error.abs() < sigmas * j.sigma);
+        assert!((0.64..0.8).contains(&within(1.0)), "{}", within(1.0));
+        assert!((least..0.975).contains(&within(2.0)), "{}", within(2.0));
+    }
 }
 
 #[test]
