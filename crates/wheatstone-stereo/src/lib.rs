@@ -71,6 +71,7 @@ mod filling;
 mod map;
 mod matcher;
 mod fusion;
+mod offset_pattern;
 mod vertical;
 mod pair_fault;
 

@@ -4,9 +4,12 @@
 //! down. Those count whose best place is clearly better than any other (Lowe 2004,
 //! doi:10.1023/B:VISI.0000029664.99615.94, section 7.1).
 
-use crate::{error::MatchError, picture::Picture, search_range::SearchRange};
+use crate::{
+    error::MatchError, offset_pattern::Offsets, picture::Picture, search_range::SearchRange,
+};
 use rayon::prelude::*;
 use std::ops::Range;
+use wheatstone_numeric::statistics::{median, percentile};
 
 /// Rows up and down where a corner is looked for.
 const ROWS: isize = 6;
@@ -21,8 +24,8 @@ const LEAST_CORNER: i64 = 4 * (2 * RADIUS as i64 + 1).pow(2);
 /// The least correlation of a match, and by how much it must exceed any other's.
 const LEAST_CORRELATION: f32 = 0.8;
 const LEAST_LEAD: f32 = 0.1;
-/// More than half of the offsets must lie within this of their median, in pixels.
-const MOST_DIFFERENCE: f32 = 1.0;
+/// More than half of the offsets must lie within this of one pattern, in pixels.
+const MOST_DIFFERENCE: f64 = 1.0;
 /// Fewer matches say nothing, and neither do those of less than a fifth of the corners.
 const LEAST_MATCHES: usize = 8;
 
@@ -32,7 +35,11 @@ const LEAST_MATCHES: usize = 8;
 pub struct VerticalOffset {
     /// The median, in pixels. A pair that is rectified well has less than half a pixel.
     pub median: f32,
-    /// The number of corners that it is of.
+    /// The median of its size, higher or lower, in pixels.
+    pub median_size: f32,
+    /// Nineteen in twenty corners have less by what they have in common, higher or lower, in pixels.
+    pub largest: f32,
+    /// The number of corners that these are of.
     pub corners: usize,
 }
 
@@ -54,18 +61,21 @@ pub fn vertical_offset(
     SearchRange::parse(&range, left.width())?;
     let search = Search { left, right, range };
     let corners = corners(left);
-    let found = corners.par_iter().filter_map(|&corner| search.find(corner));
-    let mut offsets: Vec<f32> = found.collect();
-    offsets.sort_by(f32::total_cmp);
-    let median = offsets.get(offsets.len() / 2).copied();
-    let agree = |median: f32| {
-        let near =
-            offsets.iter().filter(|offset| (*offset - median).abs() < MOST_DIFFERENCE).count();
-        let enough = LEAST_MATCHES.max(corners.len() / 5);
-        offsets.len() >= enough && 2 * near > offsets.len()
-    };
-    let median = median.filter(|&median| agree(median));
-    Ok(median.map(|median| VerticalOffset { median, corners: offsets.len() }))
+    let found = corners.par_iter().filter_map(|&corner| {
+        Some(([corner.0 as f64, corner.1 as f64], f64::from(search.find(corner)?)))
+    });
+    let found: Vec<([f64; 2], f64)> = found.collect();
+    if found.len() < LEAST_MATCHES.max(corners.len() / 5) {
+        return Ok(None);
+    }
+    let agreed = Offsets::new(&found, [left.width(), left.height()]).agreed(MOST_DIFFERENCE);
+    let sizes: Vec<f64> = agreed.iter().map(|offset| offset.abs()).collect();
+    Ok((2 * agreed.len() > found.len()).then(|| VerticalOffset {
+        median: median(&agreed) as f32,
+        median_size: median(&sizes) as f32,
+        largest: percentile(&sizes, 0.95) as f32,
+        corners: found.len(),
+    }))
 }
 
 /// The best corner of each cell, (x, y).

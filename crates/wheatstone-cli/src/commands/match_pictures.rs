@@ -109,8 +109,14 @@ impl Match {
         );
         if self.json {
             let vertical = vertical_offset(&left, &right, self.range).map_err(refused)?;
-            let vertical: Option<Value> = vertical
-                .map(|found| json!({ "median_px": found.median, "corners": found.corners }));
+            let vertical: Option<Value> = vertical.map(|found| {
+                json!({
+                    "median_px": found.median,
+                    "median_size_px": found.median_size,
+                    "p95_px": found.largest,
+                    "corners": found.corners,
+                })
+            });
             print_json(&json!({
                 "size": [map.width, map.height],
                 "matched": matched,
