@@ -22,6 +22,7 @@
 pub mod features;
 mod settings;
 mod matches;
+mod sharpness;
 mod cloud;
 mod seen;
 mod points;

@@ -5,10 +5,11 @@ use crate::{
     matches::{MatchedPixel, Shown, Source},
     seen::Found,
     settings::{ReconstructionSettings, whole},
+    sharpness::rectified,
 };
 use nalgebra::{Matrix4, Vector3};
 use std::ops::Range;
-use wheatstone_charts::{imaging::ColourImage, rectified_pictures::remapped};
+use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{
     Calibration, Error, Result,
     geometry::{Pixel, Pose},
@@ -110,10 +111,7 @@ impl<'a> RectifiedPair<'a> {
     }
 
     pub(crate) fn rectified(&self, pictures: [&ColourImage; 2]) -> [Vec<u8>; 2] {
-        [0, 1].map(|side| {
-            let rectified = remapped(&self.tables[side], &pictures[side].gray.stretched());
-            rectified.to_8_bit().into_raw()
-        })
+        rectified(&self.tables, pictures)
     }
 
     fn picture<'p>(&self, pixels: &'p [u8]) -> Result<Picture<'p>, MatchError> {

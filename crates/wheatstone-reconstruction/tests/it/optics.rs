@@ -151,6 +151,34 @@ fn seen_by(
 }
 
 #[test]
+fn a_camera_of_half_the_resolution_leaves_error_bars_as_they_should_be() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let scene = Scene::before(&rig, 1);
+    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let views = Stage::default().views().unwrap();
+    let mut data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 0), None);
+    for row in &mut data.correspondences {
+        let halved = |pixel: Pixel| Pixel::new(0.5 * pixel.x - 0.25, 0.5 * pixel.y - 0.25);
+        row.pixels[1] = row.pixels[1].map(halved);
+    }
+    let method = AnyMethod::named("brown").unwrap();
+    let model = Calibration::fit(&method, &Prepared::as_given(data), 0, false, &Silent).unwrap();
+    let mut pictures = pictures(&rig, &scene);
+    let whole = pictures[1].gray.clone();
+    let half = GrayImage::from_fn(320, 240, |x, y| {
+        let [x, y] = [2 * x, 2 * y].map(|at| at as isize);
+        0.25 * (whole.at(x, y) + whole.at(x + 1, y) + whole.at(x, y + 1) + whole.at(x + 1, y + 1))
+    });
+    pictures[1] = ColourImage::from_gray(half);
+    let settings = ReconstructionSettings::new([SIZE, [320, 240]]);
+    let made = SceneReconstructor::new(&model, settings, &Silent).unwrap();
+    let found = made.reconstruct(&[&pictures[0], &pictures[1]], &Silent).unwrap();
+    let told = judged((&rig, &scene), (0, 0), &found);
+    assert!((0.63..0.75).contains(&told.covered[0]), "{told:?}");
+    assert!((0.92..0.98).contains(&told.covered[1]), "{told:?}");
+}
+
+#[test]
 fn four_cameras_are_better_than_two() {
     let rig = Rig::named("paper", 4).unwrap();
     let model = fitted(&rig, "brown");
