@@ -18,8 +18,9 @@ const ROUNDS: usize = 3;
 
 /// Vertical offsets of corners of a picture.
 pub(crate) struct Offsets {
-    /// The terms at each corner, row by row.
+    /// The terms at each corner, [`TERMS`] a corner, without unit: -1 and 1 are the picture's borders.
     terms: Vec<f64>,
+    /// In pixels.
     offsets: Vec<f64>,
 }
 
