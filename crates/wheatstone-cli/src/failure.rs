@@ -70,6 +70,7 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::Insist) => "; `--force` continues anyway",
         Some(Remedy::DropDuplicates) => " (`--drop-duplicates`)",
         Some(Remedy::Columns) => ": `--columns x1=u_left,y1=v_left,…`",
+        Some(Remedy::BoardColumns) => ": `--columns board_x=X,board_y=Y`",
         Some(Remedy::Unit) => ": `--unit cm`",
         Some(Remedy::Limits) => " `--limits 10` takes ten times as much",
         Some(Remedy::Follow) => "; `--follow` reads them where they are",

@@ -81,6 +81,7 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::Insist) => "; `force=True` continues anyway",
         Some(Remedy::DropDuplicates) => " (`drop_duplicates=True`)",
         Some(Remedy::Columns) => ": `columns={\"x1\": \"u_left\", …}`",
+        Some(Remedy::BoardColumns) => ": `columns={\"board_x\": \"X\", \"board_y\": \"Y\"}`",
         Some(Remedy::Unit) => ": `unit=\"cm\"`",
         Some(Remedy::Limits) => " `wheatstone.raise_limits(10)` takes ten times as much",
         Some(Remedy::Follow) => "; `wheatstone.read(…, follow=True)` reads them where they are",

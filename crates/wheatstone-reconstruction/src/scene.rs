@@ -109,14 +109,12 @@ impl<'a> SceneReconstructor<'a> {
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         self.settings.check_pictures(pictures)?;
-        let pictures_of =
-            |pair: &RectifiedPair<'_>| pair.cameras.map(|own| pictures[self.order(own)]);
         let reference = self.reference(pictures);
         if self.settings.sparse {
             let features = Features::of(reference);
-            let search =
-                |pair: &RectifiedPair<'_>| sparse::search(pair, pictures_of(pair), &features);
-            let searched = self.searched(progress, search)?;
+            let searched = self.searched(pictures, progress, |pair, pictures| {
+                sparse::search(pair, pictures, &features)
+            })?;
             let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
             let found = self.of_features(&self.points, seen, reference)?;
             let left_out = self.left_out(&searched.of_pairs);
@@ -135,9 +133,9 @@ impl<'a> SceneReconstructor<'a> {
         progress: &dyn Progress,
     ) -> Result<Searched<DisparityMap>> {
         self.settings.check_pictures(pictures)?;
-        let pictures_of =
-            |pair: &RectifiedPair<'_>| pair.cameras.map(|own| pictures[self.order(own)]);
-        self.searched(progress, |pair| pair.disparities(&self.matcher, pictures_of(pair)))
+        self.searched(pictures, progress, |pair, pictures| {
+            pair.disparities(&self.matcher, pictures)
+        })
     }
 
     /// The points of disparities of each pair.
@@ -170,13 +168,18 @@ impl<'a> SceneReconstructor<'a> {
     /// What each pair finds.
     fn searched<T>(
         &self,
+        pictures: &[&ColourImage],
         progress: &dyn Progress,
-        search: impl Fn(&RectifiedPair<'_>) -> Result<(T, Option<PairFault>)>,
+        search: impl Fn(&RectifiedPair<'_>, [&ColourImage; 2]) -> Result<(T, Option<PairFault>)>,
     ) -> Result<Searched<T>> {
         let mut all = Searched { of_pairs: Vec::new(), fault: None };
         for (index, pair) in self.pairs.iter().enumerate() {
             progress.check()?;
-            let (own, fault) = search(pair)?;
+            let both = pair.cameras.map(|camera| pictures[self.order(camera)]);
+            let (own, fault) = search(pair, both)?;
+            // Rectified for two cameras the same picture no longer looks the same.
+            let is_same = both[0].gray == both[1].gray;
+            let fault = if is_same { Some(PairFault::SamePicture) } else { fault };
             // Of the first two there would be nothing left.
             let is_empty = index > 0 && matches!(fault, Some(PairFault::NothingInCommon { .. }));
             let fault = fault.filter(|_| !is_empty).map(|fault| (pair.cameras, fault));

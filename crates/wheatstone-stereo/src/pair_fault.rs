@@ -28,6 +28,8 @@ pub enum PairFault {
     Vertical(VerticalOffset),
     /// The right picture is the first one.
     Exchanged,
+    /// Both pictures are the same one.
+    SamePicture,
     /// Next to nothing was matched.
     NothingInCommon {
         /// The share of the pixels, or of the corners, that were matched with confidence, 0 to 1.
@@ -55,6 +57,7 @@ impl fmt::Display for PairFault {
             Self::Exchanged => {
                 write!(out, "the pictures are exchanged: the right one is the first")
             }
+            Self::SamePicture => write!(out, "both pictures are the same, pixel by pixel"),
             Self::NothingInCommon { matched } => write!(
                 out,
                 "{:.0} % of the pixels are matched with confidence: the pictures show nothing in common within the range, \
@@ -79,6 +82,9 @@ pub fn pair_fault(
     (matched, bend): (f64, f32),
     exchanged: impl FnOnce() -> Result<f64, MatchError>,
 ) -> Result<Option<PairFault>, MatchError> {
+    if left.pixels() == right.pixels() {
+        return Ok(Some(PairFault::SamePicture));
+    }
     if matched < DOUBTFUL {
         let other = exchanged()?;
         if other > LEAST_DENSITY.max(CLEARLY * matched) {

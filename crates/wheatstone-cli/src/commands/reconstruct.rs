@@ -391,6 +391,7 @@ fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) ->
                 .into()
         }
         PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
+        PairFault::SamePicture => "nothing was written; give the pictures of two cameras".into(),
         _ => format!(
             "nothing was written; depths of {} were searched: `--range NEAR:FAR` names others; `--force` goes on",
             searched(made, model)

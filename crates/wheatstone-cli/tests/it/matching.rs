@@ -96,6 +96,8 @@ fn what_is_no_rectified_pair_is_said() {
     pair(at, 0);
     let told = matched("right.png", "left.png", "0:24");
     assert!(told.contains("the pictures are exchanged"), "{told}");
+    let told = matched("left.png", "left.png", "0:24");
+    assert!(told.contains("both pictures are the same"), "{told}");
     let told = matched("left.png", "right.png", "30:60");
     assert!(told.contains("nothing in common within the range"), "{told}");
     image::GrayImage::new(100, 100).save(at.join("other.png")).unwrap();

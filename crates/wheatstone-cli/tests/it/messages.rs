@@ -99,6 +99,7 @@ const COMMANDS: &[&str] = &[
     "fit header.csv -o m.json",
     "fit numbers.csv -o m.json",
     "fit no-z.csv -o m.json",
+    "fit object-points.csv -o m.json",
     "fit word.csv -o m.json",
     "fit infinite.csv -o m.json",
     "fit half.csv -o m.json",
@@ -191,6 +192,7 @@ fn prepare(folder: &Path) {
         }
     }
     fs::write(folder.join("one-camera.csv"), crate::one_camera::corners(0..8)).unwrap();
+    fs::write(folder.join("object-points.csv"), object_points()).unwrap();
     changed(folder, "exchanged.csv", |cells| cells[..4].rotate_left(2));
     changed(folder, "mismatched.csv", |cells| cells[1] += 100.0);
     changed(folder, "metres.csv", |cells| cells[4..].iter_mut().for_each(|v| *v /= 100.0));
@@ -202,6 +204,18 @@ fn prepare(folder: &Path) {
     ] {
         done(folder, &words.split(' ').collect::<Vec<_>>());
     }
+}
+
+/// The corners of a board in the hand as OpenCV's users list them: the place on the board, and Z = 0.
+fn object_points() -> String {
+    let corners = crate::one_camera::corners(0..8);
+    let second = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let x: f64 = cells[4].parse().unwrap();
+        format!("{line},0,{},{}\n", 0.9 * x - 20.0, cells[5])
+    };
+    let rows: String = corners.lines().skip(1).map(second).collect();
+    format!("view,id,X,Y,x1,y1,Z,x2,y2\n{rows}")
 }
 
 #[test]

@@ -284,12 +284,17 @@ fn pairs_that_do_not_fit_are_refused_in_one_sentence() {
     let moved = told([LEFT, "moved.png"]);
     assert!(moved.contains("rows higher (median of") && moved.contains("moved"), "{moved}");
 
-    let stripes = image::GrayImage::from_fn(640, 480, |x, _| image::Luma([(x % 8 * 30) as u8]));
-    stripes.save(at.join("stripes.png")).unwrap();
-    assert!(told(["stripes.png", "stripes.png"]).contains("or one that repeats"));
-    let blank = image::GrayImage::from_pixel(640, 480, image::Luma([120]));
-    blank.save(at.join("blank.png")).unwrap();
-    assert!(told(["blank.png", "blank.png"]).contains("have no texture"));
+    let two = |name: &str, pixel: fn(u32, u32) -> u32| {
+        let names = [0, 1].map(|side| format!("{name}-{side}.png"));
+        for (side, file) in (0..).zip(&names) {
+            let pixel = |x, _| image::Luma([pixel(x, side) as u8]);
+            image::GrayImage::from_fn(640, 480, pixel).save(at.join(file)).unwrap();
+        }
+        told([&names[0], &names[1]])
+    };
+    assert!(two("stripes", |x, side| x % 8 * 30 + side).contains("or one that repeats"));
+    assert!(two("blank", |_, side| 120 + side).contains("have no texture"));
+    assert!(told([LEFT, LEFT]).contains("both pictures are the same"));
 
     // Said, and done, for who insists.
     let command = ["reconstruct", "model.json", "--images", RIGHT, LEFT, "-o", "out", "--force"];

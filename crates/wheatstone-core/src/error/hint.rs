@@ -44,6 +44,8 @@ pub enum Remedy {
     DropDuplicates,
     /// To say what the columns of a table hold.
     Columns,
+    /// To say that columns hold places on a board.
+    BoardColumns,
     /// To say the unit of lengths.
     Unit,
     /// To read pictures of a capture wherever they are.

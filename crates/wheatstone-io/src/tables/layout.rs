@@ -31,19 +31,35 @@ pub(super) struct Header<'a> {
 impl Header<'_> {
     pub(super) fn refuse(&self, problem: String) -> Error {
         let hint = "name the columns in the first line, such as `x1,y1,x2,y2,X,Y,Z`; other names can be mapped";
-        Error::Malformed {
-            path: self.path.into(),
-            line: self.line,
-            problem,
-            hint: Hint::new(hint, Remedy::Columns),
-        }
+        self.malformed(problem, Hint::new(hint, Remedy::Columns))
+    }
+
+    fn malformed(&self, problem: String, hint: Hint) -> Error {
+        Error::Malformed { path: self.path.into(), line: self.line, problem, hint }
     }
 
     /// Says which columns are missing, and which there are.
     pub(super) fn missing(&self, columns: &[&str]) -> Error {
+        self.refuse(self.no_column(columns))
+    }
+
+    fn no_column(&self, columns: &[&str]) -> String {
         let quoted: Vec<String> = columns.iter().map(|name| format!("`{name}`")).collect();
-        let found: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        self.refuse(format!("no column {}; found: {}", quoted.join(", "), found.join(", ")))
+        format!("no column {}; found: {}", quoted.join(", "), self.names.join(", "))
+    }
+
+    /// Says that points of the world are missing; or Z alone, where there are X and Y.
+    pub(super) fn no_points(&self) -> Error {
+        match lengths(self.names, ["X", "Y"]).0 {
+            [Some(x), Some(y)] => self.malformed(self.no_column(&["Z"]), Hint::new(
+                format!(
+                    "add Z; or, if `{}` and `{}` are places on a flat chart that stood in another pose in each view, name them `board_x` and `board_y`",
+                    self.names[x], self.names[y]
+                ),
+                Remedy::BoardColumns,
+            )),
+            _ => self.missing(&["X", "Y", "Z"]),
+        }
     }
 }
 
@@ -71,15 +87,21 @@ impl Layout {
         if let [one, other, ..] = &units[..] {
             return Err(header.refuse(format!("some lengths are in `{one}` and some in `{other}`")));
         }
+        let board = all(board);
+        // Who says that X and Y are places on a board has no use for its Z, which is 0 throughout.
+        let mapped = matches!(told, Some(ColumnNames::Renamed(_)));
         if world.iter().any(Option::is_some) {
             let missing: Vec<&str> = (["X", "Y", "Z"].into_iter().zip(&world))
                 .filter_map(|(name, column)| column.is_none().then_some(name))
                 .collect();
-            if !missing.is_empty() {
+            let no_use = mapped && board.is_some() && missing == ["X", "Y"];
+            if missing == ["Z"] {
+                return Err(header.no_points());
+            }
+            if !missing.is_empty() && !no_use {
                 return Err(header.missing(&missing));
             }
         }
-        let board = all(board);
         // One camera's list of corners calibrates it; points in the world need two.
         let least = if board.is_some() && world[0].is_none() { 1 } else { 2 };
         let pixels = pixels(header, &names, least)?;

@@ -189,7 +189,7 @@ impl TableReader {
         if table.layout.world.is_some() || table.layout.board.is_some() {
             return Ok(());
         }
-        Err(Header { path: &table.path, line: None, names: &table.names }.missing(&["X", "Y", "Z"]))
+        Err(Header { path: &table.path, line: None, names: &table.names }.no_points())
     }
 
     pub(super) fn path(&self) -> &Path {

@@ -133,7 +133,9 @@ pub(in crate::commands) fn figures(
     let pictures = names(pictures);
     if let Some((_, fault)) = found.fault {
         let problem = match fault {
-            PairFault::Vertical(_) | PairFault::Exchanged => fault.to_string(),
+            PairFault::Vertical(_) | PairFault::Exchanged | PairFault::SamePicture => {
+                fault.to_string()
+            }
             _ => format!("{fault}; depths of {} were searched (--range)", searched(made, model)),
         };
         return SceneFigures { pictures, problem: Some(problem), ..Default::default() };

@@ -11,6 +11,7 @@ use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, Vector3, principal_axes},
 };
+use std::collections::BTreeMap;
 use wheatstone_numeric::statistics::{median, percentile};
 
 pub(super) struct Coverage;
@@ -59,20 +60,46 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
     let figures = vec![("thickness of the points over their extent".into(), share)];
     // A chart's own unevenness is a thousandth of its size.
     if share < 2e-3 {
-        return Some(Proposal {
-            figures,
-            ..Proposal::itself(
-                "single-plane",
-                Severity::Fatal,
-                "all points lie on one plane: depth cannot be calibrated from them".into(),
+        let (problem, advice) = if is_moved_chart(evidence.data) {
+            (
+                "all points lie on one plane, and the same ones are at other pixels from view to view: these are places on a chart that was moved, and not in the world",
+                "name the columns X and Y `board_x` and `board_y`: then the poses of the chart are estimated",
+            )
+        } else {
+            (
+                "all points lie on one plane: depth cannot be calibrated from them",
                 "show the chart at three or more distances, from nearest to farthest",
             )
+        };
+        return Some(Proposal {
+            figures,
+            ..Proposal::itself("single-plane", Severity::Fatal, problem.into(), advice)
         });
     }
     (share < THIN).then(|| Proposal {
         figures,
         ..Proposal::itself("thin-depth", Severity::Warning, format!("the points fill only a thin slab ({:.1} % of its extent): depth beyond it is extrapolated", 100.0 * share), "add views nearer and farther, over the whole range in which points will be located; or, if they were recorded over such a range, check whether one column is in another unit")
     })
+}
+
+/// Whether most places are listed more than once and seen elsewhere each time, farther apart than
+/// corners are misplaced.
+fn is_moved_chart(data: &Dataset) -> bool {
+    const FAR: f64 = 10.0;
+    let mut seen: BTreeMap<[u64; 3], Vec<&[Option<Pixel>]>> = BTreeMap::new();
+    for row in &data.correspondences {
+        if let Some(world) = row.world {
+            let place = [world.x, world.y, world.z].map(f64::to_bits);
+            seen.entry(place).or_default().push(&row.pixels);
+        }
+    }
+    let apart = |rows: &Vec<&[Option<Pixel>]>| {
+        rows.windows(2).any(|two| {
+            let both = two[0].iter().zip(two[1]).filter_map(|(a, b)| Some((*a)? - (*b)?));
+            both.into_iter().any(|apart| apart.norm() > FAR)
+        })
+    };
+    2 * seen.values().filter(|rows| apart(rows)).count() > seen.len()
 }
 
 /// The normal that all charts share, and how many these are.

@@ -128,6 +128,26 @@ fn nothing_seen_and_three_cameras() {
 }
 
 #[test]
+fn places_on_a_flat_chart_are_told_from_points() {
+    let text = "view,X_mm,Y_mm,x1,y1,x2,y2\n0,30,60,1,2,3,4\n";
+    let (_, problem, remedy) = refused(text);
+    assert!(problem.contains("no column `Z`; found: view, X_mm"), "{problem}");
+    assert_eq!(remedy, Some(Remedy::BoardColumns));
+    // Pixels can be located without Z.
+    let reader = TableReader::of_bytes(Path::new("points.csv"), text.into(), &Default::default());
+    assert!(reader.unwrap().gather(&TableOptions::default()).is_ok());
+    let told = Some("board_x=X_mm,board_y=Y_mm");
+    for text in [text, "view,X_mm,Y_mm,Z_mm,x1,y1,x2,y2\n0,30,60,0,1,2,3,4\n"] {
+        let data = parse_with(text.as_bytes(), told).unwrap();
+        assert_eq!(data.correspondences[0].board, Some([30.0, 60.0]));
+        assert_eq!((data.correspondences[0].world, &data.unit[..]), (None, "mm"));
+    }
+    // Without such a mapping a lone Z is not passed over.
+    let (_, problem, _) = refused("view,board_x,board_y,Z,x1,y1,x2,y2\n0,30,60,0,1,2,3,4\n");
+    assert!(problem.contains("no column `X`, `Y`"), "{problem}");
+}
+
+#[test]
 fn faults_are_named_with_line_and_column() {
     let header = "x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,7\n";
     let cases: [(String, Option<u64>, &str); 19] = [
