@@ -3,8 +3,8 @@
 //! Source: bundle adjustment, Triggs, McLauchlan, Hartley & Fitzgibbon 2000
 //! (doi:10.1007/3-540-44480-7_21): the covariance of the cameras alone is the inverse of their normal
 //! matrix with every chart's six unknowns eliminated (Schur's complement). Charts link the cameras, so
-//! it is one matrix of all of them. Where no place at all is known the world's frame is nobody's: it is
-//! the one in which the charts' points, located by these cameras, as a whole neither move nor turn (inner
+//! it is one matrix of all of them. Where no place at all is known the world's frame is nobody's: of one camera
+//! it is the camera's own, of several it is the one in which the charts' points, located by these cameras, as a whole neither move nor turn (inner
 //! constraints: Triggs et al., section 9.2). That says what is not known of shapes and distances, and no
 //! more.
 
@@ -163,6 +163,9 @@ pub(super) fn covariance<L: AdjustableCamera>(
         block += product(&product(&through, &cell.plain.matrix()), &turned);
         errors += product(&product(&through, &cell.weighed.matrix()), &turned);
     }
+    if let (true, [alone], None) = (held > 0, open, lenses) {
+        return of_lens_alone((&normal, &errors), alone);
+    }
     if held > 0 {
         let conditions = frame(cameras, open, (train, &first, count))?;
         normal.view_mut((count, 0), (held, count)).copy_from(&conditions);
@@ -175,6 +178,26 @@ pub(super) fn covariance<L: AdjustableCamera>(
         }
         Some(lenses) => with_lenses((&normal, &errors), open, lenses)?,
     };
+    covariance.iter().all(|value| value.is_finite()).then_some(covariance)
+}
+
+/// The covariance of a camera that is alone: in its own frame its pose is known.
+fn of_lens_alone(
+    (normal, errors): (&DMatrix<f64>, &DMatrix<f64>),
+    open: &CameraUncertainty,
+) -> Option<DMatrix<f64>> {
+    let lens: Vec<usize> = (0..open.numbers()).filter(|place| !open.is_of_pose(*place)).collect();
+    let of_lens = |all: &DMatrix<f64>| {
+        DMatrix::from_fn(lens.len(), lens.len(), |row, column| all[(lens[row], lens[column])])
+    };
+    let inverse = inverse(of_lens(normal))?;
+    let found = product(&product(&inverse, &of_lens(errors)), &inverse.transpose());
+    let mut covariance = DMatrix::zeros(open.numbers(), open.numbers());
+    for (from_row, row) in lens.iter().enumerate() {
+        for (from_column, column) in lens.iter().enumerate() {
+            covariance[(*row, *column)] = found[(from_row, from_column)];
+        }
+    }
     covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 

@@ -165,6 +165,9 @@ const LINEAR: usize = 10 * SCOUTED;
 /// A step that gains less moves no unknown by a thousandth of its standard deviation.
 pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
 
+/// Squared errors that a lens may leave beside another's to count as much as that: errors of 1.2 beside 1.
+const AS_WELL: f64 = 1.44;
+
 /// Pixel errors below this are rounding, and no evidence for more terms.
 const ROUNDING: f64 = 1e-7;
 
@@ -229,8 +232,12 @@ impl NestedModels {
         let holds = |adjusted: &Adjusted<L>| {
             shown.is_some_and(|area| adjusted.camera.lens.holds_over(area))
         };
-        // One that does so next to where points were seen is taken where there is no other.
-        if found.iter().any(holds) {
+        // One that does so next to where points were seen is taken where no other explains them about as well.
+        let least = |all: &mut dyn Iterator<Item = &Adjusted<L>>| {
+            all.map(|adjusted| adjusted.squares).fold(f64::INFINITY, f64::min)
+        };
+        let best_of_all = least(&mut found.iter());
+        if least(&mut found.iter().filter(|own| holds(own))) <= AS_WELL * best_of_all {
             found.retain(holds);
         }
         let criterion = |adjusted: &Adjusted<L>| {

@@ -169,3 +169,32 @@ fn sigmas_of_the_network_have_the_charts_places_in_them() {
         assert!(bar.contains(&ratio), "{rig}, {views} views: {ratio:.3}");
     });
 }
+
+/// A camera alone tells nothing of its place: its intrinsics have the uncertainty of all charts' poses in them.
+#[test]
+fn sigmas_of_a_camera_alone_are_those_of_repeated_fits() {
+    let rig = Rig::named("brown", 2).unwrap();
+    let views = HandHeld { views: 10, ..HandHeld::default() };
+    let chart = chart(&rig, LARGE);
+    let placements = views.placements(&chart, 3).unwrap();
+    let brown = AnyMethod::named("brown").unwrap().preset("fixed").unwrap();
+    let repeated = (0..2 * TIMES).into_par_iter().map(|seed| {
+        let mut data = hand_held_correspondences(&rig, &chart, &placements, (NOISE, seed)).0;
+        data.cameras = 1;
+        data.correspondences.iter_mut().for_each(|row| row.pixels.truncate(1));
+        let fit = brown.fit_checked(&placed(data, Lenses::Brown), 0, &Silent).unwrap();
+        let parameters = fit.reconstructor.intrinsics().unwrap().swap_remove(0).parameters;
+        parameters.iter().map(|own| [own.value, own.sigma.unwrap()]).collect::<Vec<_>>()
+    });
+    let repeated: Vec<Vec<[f64; 2]>> = repeated.collect();
+    let count = repeated.len() as f64;
+    for parameter in 0..repeated[0].len() {
+        let of = |which: usize| repeated.iter().map(move |fit| fit[parameter][which]);
+        let mean = of(0).sum::<f64>() / count;
+        let scatter =
+            (of(0).map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
+        // Two dozen fits know a standard deviation to fifteen percent.
+        let ratio = of(1).sum::<f64>() / count / scatter;
+        assert!((0.6..1.7).contains(&ratio), "parameter {parameter}: {ratio:.2}");
+    }
+}

@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 use wheatstone::{
+    camera::{brown_conrady::BrownConrady, pinhole::Pinhole},
     chart::{AnyChart, line_grid::LineGrid},
     dataset::Dataset,
     evaluate::{evaluate, floor},
@@ -96,6 +97,25 @@ fn camera_models_hold_where_they_are_true_and_show_where_they_are_not() {
         assert!(ratios(method, "water", Noise::Normal(0.1), 15.0).0 > 1.2);
         assert!(ratios(method, "bump", Noise::Normal(0.1), 15.0).0 > 3.0);
     }
+}
+
+/// A lens whose polynomial turns back between the corners of the picture and a tenth beyond.
+#[test]
+fn a_lens_that_folds_beside_the_picture_is_kept_where_no_other_fits() {
+    let mut rig = Rig::named("paper", 2).unwrap();
+    for camera in &mut rig.cameras {
+        let pinhole = Pinhole { focal: [512.0; 2], principal: [319.5, 239.5] };
+        let lens = BrownConrady { radial: [-0.2, 0.0, 0.0], ..BrownConrady::ideal(pinhole) };
+        camera.model = lens.into();
+    }
+    let chart: AnyChart = LineGrid::default().into();
+    let noise = Noise::Normal(0.1);
+    let train = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 41), 1500);
+    let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    let exam = random_correspondences(&rig, &chart, (50.0, 140.0), (noise, 42), 1500);
+    let found = evaluate(&*fit.reconstructor, &exam, None).unwrap();
+    let ratio = found.rms / floor(&rig.cameras, &exam).unwrap().rms;
+    assert!(found.located == found.n && ratio < 1.03, "{ratio}");
 }
 
 /// The same points in a frame whose X axis points the other way: a left-handed one.
