@@ -127,8 +127,12 @@ fn usual_offset(found: [f64; 2], scales: [f64; 2]) -> Option<([f64; 2], bool)> {
     const NEAR: f64 = 2.0;
     /// The middle is what programs keep: the corner must fit so many times better. With half of that it is clear.
     const CLEARLY: f64 = 4.0;
+    /// A whole number is clear that is nearer than this.
+    const CLEARLY_WHOLE: f64 = 0.3;
     if scales.iter().all(|scale| scale.abs() == 1.0) {
-        return Some((found.map(f64::round), true));
+        let usual = [0, 1].map(|axis| if scales[axis] > 0.0 { 0.0 } else { found[axis].round() });
+        let is_clear = (0..2).all(|axis| (found[axis] - usual[axis]).abs() < CLEARLY_WHOLE);
+        return Some((usual, is_clear));
     }
     let gap = |usual: &[f64; 2]| {
         let gaps = [0, 1].map(|axis| (usual[axis] - found[axis]).abs() / scales[axis].max(1.0));
@@ -182,7 +186,8 @@ fn measured(evidence: &Evidence, cell: (usize, usize), exchanged: bool) -> Optio
     ];
     let mut found = proposal(evidence, cell, (code, what), (left, undo), figures);
     let is_as_found = |axis: usize| undo.scale[axis] == fitted.scale[axis];
-    let is_clear = offset.is_some_and(|(_, is_clear)| is_clear);
+    // Behind water the other views may be wrong by pixels of where this one is: then it is explained less well than those.
+    let is_clear = left <= 1.0 && offset.is_some_and(|(_, is_clear)| is_clear);
     found.is_estimate = !is_clear || is_as_found(0) || is_as_found(1);
     // Where every camera observes it elsewhere or larger, it is: those explanations come first.
     let present = evidence.present(cell.0);
@@ -219,5 +224,17 @@ pub(super) fn proposal(
         figures,
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
         is_estimate: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flips_move_the_axis_that_they_turn_by_whole_pixels() {
+        assert_eq!(usual_offset([0.1, 1023.2], [1.0, -1.0]), Some(([0.0, 1023.0], true)));
+        assert_eq!(usual_offset([0.9, 1023.0], [1.0, -1.0]), Some(([0.0, 1023.0], false)));
+        assert_eq!(usual_offset([1279.1, 1022.6], [-1.0, -1.0]), Some(([1279.0, 1023.0], false)));
     }
 }
