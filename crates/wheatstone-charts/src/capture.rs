@@ -1,5 +1,6 @@
 //! A capture on disk: `capture.toml` and the pictures that it names.
 
+mod faults;
 mod pairing;
 
 use crate::{
@@ -114,15 +115,7 @@ impl Capture {
     pub fn open_within(path: &Path, reach: Reach) -> Result<Self> {
         let path = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
         let text = storage::read_text(&path, limits::SETTINGS_BYTES)?;
-        let malformed = |e: toml::de::Error| Error::Malformed {
-            path: path.clone(),
-            line: e.span().map(|span| line_of(&text, span.start)),
-            problem: e.message().to_owned(),
-            hint: Hint::new(
-                "compare the line with the reference of `capture.toml`; lengths are in `unit`",
-                Remedy::Charts,
-            ),
-        };
+        let malformed = |e: toml::de::Error| faults::malformed(&path, &text, &e);
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut table: toml::Table = toml::from_str(&text).map_err(malformed)?;
         let mut file: CaptureFile = if kalibr_target::declare(&mut table, folder)? {
@@ -238,10 +231,6 @@ fn place_bodies(path: &Path, chart: &AnyChart, views: &mut [CapturedView]) -> Re
         format!("{} views of a non-planar chart without known poses", views.len()),
         "give every view its `translation` (and `rotation`) under [[views]], or record a single view: its chart frame is then the world frame",
     ))
-}
-
-fn line_of(text: &str, offset: usize) -> u64 {
-    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() as u64 + 1
 }
 
 /// The files that a pattern names, sorted; relative patterns begin at the capture's folder.

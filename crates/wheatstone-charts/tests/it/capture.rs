@@ -150,6 +150,34 @@ fn faults_are_named() {
     assert_eq!(one.unwrap().cameras.len(), 1);
 }
 
+#[test]
+fn faults_of_the_text_are_told_with_their_line() {
+    let view = format!("{HEAD}[[views]]\nname = \"a\"\n");
+    for (text, line, words) in [
+        (HEAD.replace("pitch", "pich"), 6, "unknown key `pich`"),
+        (HEAD.replace("rows = 13", "rows = -3"), 5, "`-3` must be a whole number"),
+        (HEAD.replace("17", "\"9\""), 4, "`\"9\"` must be a whole number"),
+        (HEAD.replace("17", "6.5"), 4, "`6.5` must be a whole number"),
+        (HEAD.replace("5.0", "[5]"), 6, "a list must be a number"),
+        (HEAD.replace("5.0", "5\norigin = \"corner\""), 7, "unknown name `corner`"),
+        (HEAD.replace("line-grid", "line-gird"), 3, "unknown name `line-gird`"),
+        (HEAD.replace("pitch = 5.0", ""), 2, "the key `pitch` is missing"),
+        (HEAD.replace("[chart]\ntype", "[chart]\nkind"), 2, "the key `type` is missing"),
+        (HEAD.replace("[chart]", "chart = 3\n[other]"), 2, "`3` must be a table"),
+        (HEAD.replace("unit", "units"), 1, "unknown key `units`"),
+        (HEAD.replace("\"cm\"", "3"), 1, "`3` must be text in quotes"),
+        (format!("{view}shift = [0, 0, 1]\n"), 12, "unknown key `shift`"),
+        (format!("{view}translation = [0, 1]\n"), 12, "a list of 2, where 3 are expected"),
+        (format!("{view}translation = 1\n"), 12, "`1` must be a list"),
+        (format!("{view}sigma = \"wide\"\n"), 12, "`\"wide\"` must be a number"),
+    ] {
+        let (_dir, outcome) = capture(&text, &[]);
+        let error = outcome.unwrap_err().to_string();
+        assert!(error.contains(&format!("{FILE_NAME}:{line}: ")), "{words}: {error}");
+        assert!(error.contains(words), "{words}: {error}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn pictures_outside_of_the_folder_are_read_only_where_that_is_asked_for() {
