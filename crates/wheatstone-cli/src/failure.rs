@@ -73,6 +73,7 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::BoardColumns) => ": `--columns board_x=X,board_y=Y`",
         Some(Remedy::Unit) => ": `--unit cm`",
         Some(Remedy::Limits) => " `--limits 10` takes ten times as much",
+        Some(Remedy::NewCapture) => "; `wheatstone new` makes one",
         Some(Remedy::Follow) => "; `--follow` reads them where they are",
         _ => "",
     };

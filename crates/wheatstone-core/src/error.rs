@@ -200,7 +200,7 @@ impl Error {
             | Self::Degenerate { hint, .. }
             | Self::Unsupported { hint, .. }
             | Self::Faulty { hint, .. } => Some(hint.clone()),
-            Self::Io { source, path, .. } => Some(io_hint(source.kind(), path).into()),
+            Self::Io { source, path, .. } => Some(io_hint(source.kind(), path)),
             Self::TooFew { what, .. } => Some(Hint::new(
                 format!("give more {what}, or choose a simpler method"),
                 Remedy::Methods,
@@ -225,19 +225,23 @@ impl Error {
     }
 }
 
-fn io_hint(kind: std::io::ErrorKind, path: &Path) -> String {
+fn io_hint(kind: std::io::ErrorKind, path: &Path) -> Hint {
     use std::io::ErrorKind as Kind;
     match kind {
         Kind::NotFound => {
             match path.parent().filter(|p| !p.as_os_str().is_empty() && !p.exists()) {
-                Some(parent) => format!("the folder `{}` does not exist", parent.display()),
+                Some(parent) => format!("the folder `{}` does not exist", parent.display()).into(),
+                None if path.ends_with("capture.toml") => Hint::new(
+                    "give the folder of a capture, which has that file",
+                    Remedy::NewCapture,
+                ),
                 None => "check the spelling of the path".into(),
             }
         }
         Kind::PermissionDenied => "check the permissions of the file and its folder".into(),
         Kind::IsADirectory => "name a file, not a folder".into(),
         Kind::StorageFull => "free some disk space; the old file is untouched".into(),
-        _ => String::new(),
+        _ => Hint::default(),
     }
 }
 

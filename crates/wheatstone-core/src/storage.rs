@@ -6,10 +6,12 @@ mod faults;
 mod folder;
 mod names;
 mod place;
+mod text;
 mod unfinished;
 
 pub use folder::write_folder;
 pub use names::file_name;
+pub use text::{refuse_other_kinds, text};
 pub use unfinished::discard_unfinished;
 
 use crate::{Error, Result, limits::Limit};
@@ -40,16 +42,7 @@ pub fn read(path: &Path, limit: Limit) -> Result<Vec<u8>> {
 /// As [`read`], and [`Error::Malformed`] where it is not UTF-8.
 pub fn read_text(path: &Path, limit: Limit) -> Result<String> {
     let bytes = read(path, limit)?;
-    String::from_utf8(bytes).map_err(|e| {
-        let before = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-        let line = before.iter().filter(|b| **b == b'\n').count() as u64 + 1;
-        Error::Malformed {
-            path: path.into(),
-            line: Some(line),
-            problem: "not text (UTF-8)".into(),
-            hint: "is this the file that you meant?".into(),
-        }
-    })
+    String::from_utf8(bytes).map_err(|e| text::not_text(path, e.as_bytes(), e.utf8_error()))
 }
 
 /// Opens a regular file (or a pipe) for reading; a folder is refused by name.

@@ -233,6 +233,16 @@ fn bad_tables_are_refused_with_file_line_and_hint() {
     std::fs::write(at.join("binary.csv"), b"x1,y1,x2,y2,X,Y,Z\n\xff\xfe,1,2,3,4,5,6\n").unwrap();
     let message = refused(at, &["fit", "binary.csv", "-o", "model.json"]);
     assert!(message.contains("binary.csv:2: not text"), "{message}");
+    for (name, bytes, words) in [
+        ("book.xlsx", &b"PK\x03\x04\x14\0\x06\0"[..], "hint: save the table as CSV"),
+        ("wide.csv", b"\xff\xfex\x001\0,\0\r\0\n\0", "hint: save it as UTF-8"),
+        ("capture.toml", b"\xff\xfeu\0n\0", "hint: save it as UTF-8"),
+        ("left.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF", "`wheatstone new` makes one"),
+    ] {
+        std::fs::write(at.join(name), bytes).unwrap();
+        let message = refused(at, &["fit", name, "-o", "model.json"]);
+        assert!(message.contains(words), "{name}: {message}");
+    }
     assert!(!at.join("model.json").exists(), "a failed fit leaves a file");
 }
 
@@ -243,7 +253,7 @@ fn missing_and_misplaced_files_are_named() {
     std::fs::create_dir(at.join("folder.csv")).unwrap();
     for (arguments, words) in [
         (&["fit", "none.csv", "-o", "m.json"][..], "cannot read `none.csv`"),
-        (&["fit", "folder.csv", "-o", "m.json"], "folder.csv/capture.toml"),
+        (&["fit", "folder.csv", "-o", "m.json"], "`wheatstone new` makes one"),
         (&["locate", "none.json", "in.csv"], "cannot read `none.json`"),
         (&["locate", "folder.csv", "in.csv"], "folder.csv"),
         (&["evaluate", "none.json", "in.csv"], "none.json"),

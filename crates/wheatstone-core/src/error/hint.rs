@@ -48,6 +48,8 @@ pub enum Remedy {
     BoardColumns,
     /// To say the unit of lengths.
     Unit,
+    /// To begin a capture: a folder with its file, to be filled in.
+    NewCapture,
     /// To read pictures of a capture wherever they are.
     Follow,
     /// To take larger inputs.

@@ -33,11 +33,7 @@ impl InputFile {
     ///
     /// [`Error::Malformed`] where it is none.
     pub fn text(&self) -> Result<&str> {
-        std::str::from_utf8(&self.bytes).map_err(|e| {
-            let before = &self.bytes[..e.valid_up_to()];
-            let line = before.iter().filter(|b| **b == b'\n').count() as u64 + 1;
-            self.error(line, "not text (UTF-8)".into(), "is this the file that you meant?")
-        })
+        storage::text(&self.path, &self.bytes)
     }
 
     /// What is wrong with it, and on which line, 0 where no line is to blame.

@@ -12,7 +12,7 @@ use arrow_array::{ArrayRef, RecordBatch, builder::StringBuilder};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use csv::{ByteRecord, StringRecord};
 use std::{io::Read, path::Path, sync::Arc};
-use wheatstone_core::{Error, Result, limits, unit};
+use wheatstone_core::{Error, Result, limits, storage, unit};
 
 /// Reads a table of text, some rows at a time.
 pub(super) struct TextTable {
@@ -36,6 +36,7 @@ impl TextTable {
         let mut lines = Lines::new(source);
         let first = lines.first(|lines| split(lines).any(|line| !is_aside(line)));
         let first = first.map_err(|e| Error::reading(path, e))?.to_vec();
+        storage::refuse_other_kinds(path, &first)?;
         let head = Head::of(&first);
         let rows = csv::ReaderBuilder::new()
             .delimiter(head.delimiter)

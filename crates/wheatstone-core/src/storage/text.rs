@@ -1,0 +1,99 @@
+//! What a file is that is no text.
+
+use crate::{
+    Error,
+    error::{Hint, Remedy},
+};
+use std::{path::Path, str::Utf8Error};
+
+/// Kinds of files that are given for text, by their first bytes.
+enum Kind {
+    Workbook,
+    Utf16,
+    Picture,
+}
+
+impl Kind {
+    fn of(first: &[u8]) -> Option<Self> {
+        match first {
+            // A ZIP archive, and the compound file of older programs.
+            [b'P', b'K', 3, 4, ..] | [0xD0, 0xCF, 0x11, 0xE0, ..] => Some(Self::Workbook),
+            [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => Some(Self::Utf16),
+            // JPEG, PNG, and TIFF of either order of bytes.
+            [0xFF, 0xD8, 0xFF, ..]
+            | [0x89, b'P', b'N', b'G', ..]
+            | [b'I', b'I', 42, 0, ..]
+            | [b'M', b'M', 0, 42, ..] => Some(Self::Picture),
+            _ => None,
+        }
+    }
+}
+
+/// Refuses a file of a kind that is known for no text, by its first bytes.
+///
+/// # Errors
+///
+/// [`Error::Malformed`] with what it is and what to do about it.
+pub fn refuse_other_kinds(path: &Path, first: &[u8]) -> crate::Result<()> {
+    let Some(kind) = Kind::of(first) else { return Ok(()) };
+    let (problem, hint) = match kind {
+        Kind::Workbook => ("a workbook, not a text file", "save the table as CSV".into()),
+        Kind::Utf16 => ("text in UTF-16", "save it as UTF-8".into()),
+        Kind::Picture => (
+            "a picture, not a text file",
+            Hint::new(
+                "give the folder of the capture, which names its pictures",
+                Remedy::NewCapture,
+            ),
+        ),
+    };
+    Err(Error::Malformed { path: path.into(), line: None, problem: problem.into(), hint })
+}
+
+/// Bytes as text; messages name `path`.
+///
+/// # Errors
+///
+/// [`Error::Malformed`] where they are not UTF-8.
+pub fn text<'a>(path: &Path, bytes: &'a [u8]) -> crate::Result<&'a str> {
+    std::str::from_utf8(bytes).map_err(|fault| not_text(path, bytes, fault))
+}
+
+/// What is wrong with bytes that are not UTF-8.
+pub(super) fn not_text(path: &Path, bytes: &[u8], fault: Utf8Error) -> Error {
+    if let Err(known) = refuse_other_kinds(path, bytes) {
+        return known;
+    }
+    let before = &bytes[..fault.valid_up_to()];
+    Error::Malformed {
+        path: path.into(),
+        line: Some(before.iter().filter(|b| **b == b'\n').count() as u64 + 1),
+        problem: "not text (UTF-8)".into(),
+        hint: "is this the file that you meant?".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_text_is_told_by_its_first_bytes() {
+        for (bytes, problem, hint) in [
+            (&b"PK\x03\x04\xff"[..], "f: a workbook", "save the table as CSV"),
+            (b"\xD0\xCF\x11\xE0", "f: a workbook", "save the table as CSV"),
+            (b"\xFF\xFEx\0", "f: text in UTF-16", "save it as UTF-8"),
+            (b"\xFE\xFF\0x", "f: text in UTF-16", "save it as UTF-8"),
+            (b"\xFF\xD8\xFF\xE0", "f: a picture", "give the folder of the capture"),
+            (b"\x89PNG\r\n", "f: a picture", "give the folder of the capture"),
+            (b"II*\0\xFF", "f: a picture", "give the folder of the capture"),
+            (b"MM\0*\xFF", "f: a picture", "give the folder of the capture"),
+            (b"a\n\xFF", "f:2: not text (UTF-8)", "is this the file"),
+        ] {
+            let error = text(Path::new("f"), bytes).unwrap_err();
+            assert!(error.to_string().starts_with(problem), "{error}");
+            assert!(error.hint().unwrap().starts_with(hint), "{error}");
+        }
+        assert_eq!(text(Path::new("f"), "PKé".as_bytes()).unwrap(), "PKé");
+    }
+}
