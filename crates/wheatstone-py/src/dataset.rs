@@ -6,7 +6,10 @@ use crate::{
 };
 use arrow_array::RecordBatchReader;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ndarray::Array2};
-use pyo3::{prelude::*, types::PyList};
+use pyo3::{
+    prelude::*,
+    types::{PyBytes, PyList},
+};
 use pyo3_arrow::input::AnyRecordBatch;
 use std::{
     collections::BTreeMap,
@@ -15,6 +18,7 @@ use std::{
 use wheatstone::{
     Correspondence, Dataset, DetectionSettings, Pixel, Point3,
     capture::{Capture, FILE_NAME, Reach},
+    dataset::SavedDataset,
     detect,
     formats::{Given, gather, guess},
     tables::{ColumnNames, Duplicates, TableOptions, TableReader},
@@ -23,6 +27,14 @@ use wheatstone::{
 /// Points that cameras saw: pixels, places, views.
 #[pyclass(frozen, name = "Dataset", module = "wheatstone._wheatstone")]
 pub(crate) struct PyDataset(pub(crate) Dataset);
+
+/// Data as they are pickled: as a model file keeps them, and what that leaves out.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Pickled {
+    cameras: usize,
+    rows: SavedDataset,
+    board: Vec<Option<[f64; 2]>>,
+}
 
 /// How tables are read.
 #[derive(serde::Deserialize)]
@@ -146,6 +158,31 @@ impl PyDataset {
             });
         }
         Ok(Self(data))
+    }
+
+    /// Of what `to_bytes` gave.
+    #[staticmethod]
+    fn from_bytes(data: &[u8]) -> PyResult<Self> {
+        let pickled: Pickled = serde_json::from_slice(data)
+            .map_err(|e| invalid(format!("no pickled dataset: {e}"), ""))?;
+        let mut data = pickled.rows.restored();
+        data.cameras = pickled.cameras;
+        for (row, board) in data.correspondences.iter_mut().zip(pickled.board) {
+            row.board = board;
+        }
+        Ok(Self(data))
+    }
+
+    /// All of it, bit for bit.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let pickled = Pickled {
+            cameras: self.0.cameras,
+            rows: SavedDataset::from(&self.0),
+            board: self.0.correspondences.iter().map(|row| row.board).collect(),
+        };
+        let bytes = serde_json::to_vec(&pickled)
+            .map_err(|e| invalid(format!("cannot pickle the dataset: {e}"), ""))?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     fn __len__(&self) -> usize {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 import pickle
@@ -86,6 +87,29 @@ def test_models_go_through_files_bytes_and_pickles(cal, tmp_path):
     with pytest.raises(FileNotFoundError) as raised:
         ws.load(tmp_path / "none.json")
     assert pickle.loads(pickle.dumps(raised.value)).hint == raised.value.hint
+
+
+def test_data_go_through_pickles():
+    shown = ws.Dataset.from_arrays(
+        [[0.1, 2.0, np.nan, np.nan], [-0.0, 1e-300, 5.0, 1 / 3]],
+        [[1.0, 2.0, 0.1], [np.nan] * 3],
+        board=[[np.nan] * 2, [0.7, -3.0]],
+        views=["b", "a"],
+        ids=["1", "x"],
+        unit="cm",
+    )
+    nothing = ws.Dataset.from_arrays(np.zeros((0, 6)))
+    for data in (shown, ws.synth(hand_held=4, noise=0.1), nothing):
+        for other in (pickle.loads(pickle.dumps(data)), copy.deepcopy(data)):
+            assert (repr(other), other.ids, other.view_names) == (repr(data), data.ids, data.view_names)
+            for name in ("pixels", "points", "board", "views"):
+                assert getattr(other, name).tobytes() == getattr(data, name).tobytes(), name
+
+
+def test_points_are_not_given_twice(data):
+    board = data.points[:, :2]
+    with pytest.raises(ws.errors.ArgumentError, match="points and board are both given"):
+        ws.fit(data.pixels, data.points, board=board, views=data.views)
 
 
 def test_faults_are_named(data):

@@ -72,6 +72,9 @@ def test_pictures_become_a_model(capture):
     assert np.isnan(data.pixels[data.views == 2][:, 2:]).all()
     with pytest.raises(ws.errors.ArgumentError):
         ws.detect_all([paths[0], paths[1][:3]], chart)
+    for bad in (["left/*.png", "right/*.png"], paths[0], "left/*.png"):
+        with pytest.raises(ws.errors.ArgumentError, match="one list of pictures a camera"):
+            ws.detect_all(bad, chart)
 
 
 def test_opencv_projects_as_the_model_does(cal, data):

@@ -93,6 +93,10 @@ def test_into_an_array_that_is_given(cal, data):
     for bad in (np.empty((3, len(data))).T, np.empty((len(data), 2)), np.empty((1, 3))):
         with pytest.raises(ws.errors.ArgumentError):
             cal.predict(data.pixels, bad)
+    for bad in (out.astype(np.float32), out.ravel(), out.tolist()):
+        with pytest.raises(ws.errors.ArgumentError) as raised:
+            cal.predict(data.pixels, bad)
+        assert f"C-contiguous array of float64, shape ({len(data)}, 3)" in str(raised.value)
 
 
 def test_what_is_not_seen_is_not_located(cal, data):

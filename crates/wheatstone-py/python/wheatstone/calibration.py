@@ -205,7 +205,7 @@ class Calibration:
         array = pixels_array(pixels, self.cameras)
         if out is None:
             out = np.empty((len(array), 3))
-        self.handle.predict(array, out)
+        self.handle.predict(array, _to_fill(out, len(array)))
         return out
 
     def locate(
@@ -539,6 +539,15 @@ def _are_arrays(pixels: object) -> bool:
 
 _MODELS: weakref.WeakValueDictionary[str, Calibration] = weakref.WeakValueDictionary()
 _MODELS_LOCK = threading.Lock()
+
+
+def _to_fill(out: Any, rows: int) -> FloatArray:
+    """An array that places can be written to."""
+    if isinstance(out, np.ndarray) and out.dtype == np.dtype(np.float64) and out.ndim == 2:
+        return out
+    is_array = isinstance(out, np.ndarray)
+    given = f"an array of {out.dtype}, shape {out.shape}" if is_array else f"a {type(out).__name__}"
+    raise ArgumentError(f"out is {given}", hint=f"give a C-contiguous array of float64, shape ({rows}, 3)")
 
 
 def _unpickled(digest: str, data: bytes) -> Calibration:

@@ -324,6 +324,11 @@ def detect_in_pictures(
     bgr: bool,
     progress: Progress | None,
 ) -> tuple[Dataset, list[tuple[int, int] | None]]:
+    if is_path(pictures) or any(is_path(of_camera) for of_camera in pictures):
+        raise ArgumentError(
+            "pictures has a path where it should have a list of pictures",
+            hint='give one list of pictures a camera: `[sorted(glob("left/*.png")), sorted(glob("right/*.png"))]`',
+        )
     counts = {len(of_camera) for of_camera in pictures}
     if len(counts) != 1 or not (count := counts.pop()):
         raise ArgumentError(

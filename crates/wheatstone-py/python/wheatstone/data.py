@@ -117,6 +117,9 @@ class Dataset:
             )
         )
 
+    def __reduce__(self) -> tuple[Callable[[bytes], Dataset], tuple[bytes]]:
+        return _unpickled, (self.handle.to_bytes(),)
+
     def __len__(self) -> int:
         return len(self.handle)
 
@@ -168,6 +171,11 @@ class Dataset:
     def save(self, path: PathLike) -> None:
         """Writes a table of points: CSV, Parquet or Arrow, by the extension of `path`."""
         self.handle.save(path)
+
+
+def _unpickled(data: bytes) -> Dataset:
+    """Data that were pickled."""
+    return Dataset(_w.Dataset.from_bytes(data))
 
 
 def read(
@@ -345,5 +353,11 @@ def as_dataset(
             return read_caliscope(table, unit=unit or "m")
         reading = _reading(unit, columns, drop_duplicates)
         return Dataset(_w.Dataset.of_table(arrow_table(table), reading))
+    if points is not None and board is not None:
+        raise ArgumentError(
+            "points and board are both given",
+            hint="give points of charts whose poses are known, or board of those whose poses are to be estimated; "
+            "`Dataset.from_arrays` takes both, NaN in one of them a row",
+        )
     given: Any = pixels
     return Dataset.from_arrays(given, points, board=board, views=views, unit=unit or "mm")
