@@ -53,7 +53,10 @@ impl Truth {
             path: path.into(),
             line: Some(e.line() as u64),
             problem: format!("not a truth file: {e}"),
-            hint: Hint::new("truth files are written beside synthetic data", Remedy::Synthesise),
+            hint: Hint::new(
+                "rename the file if it is yours: one of this name is written beside synthetic data",
+                Remedy::Synthesise,
+            ),
         })
     }
 }

@@ -233,6 +233,10 @@ fn bad_tables_are_refused_with_file_line_and_hint() {
     std::fs::write(at.join("binary.csv"), b"x1,y1,x2,y2,X,Y,Z\n\xff\xfe,1,2,3,4,5,6\n").unwrap();
     let message = refused(at, &["fit", "binary.csv", "-o", "model.json"]);
     assert!(message.contains("binary.csv:2: not text"), "{message}");
+    std::fs::write(at.join("few.truth.json"), "{\"truth\": 1}").unwrap();
+    let message = refused(at, &["fit", "few.csv", "-o", "model.json"]);
+    assert!(message.contains("few.truth.json:1: not a truth file"), "{message}");
+    assert!(message.contains("hint: rename the file if it is yours"), "{message}");
     for (name, bytes, words) in [
         ("book.xlsx", &b"PK\x03\x04\x14\0\x06\0"[..], "hint: save the table as CSV"),
         ("wide.csv", b"\xff\xfex\x001\0,\0\r\0\n\0", "hint: save it as UTF-8"),
