@@ -236,7 +236,7 @@ fn tell_outliers(outliers: &[Outlier], points: usize) {
         if more > 0 { format!(" and {more} more, listed in the model") } else { String::new() };
     let share = 100.0 * outliers.len() as f64 / points as f64;
     let text = format!(
-        "excluded {} of {points} points as gross outliers: {}{more}",
+        "excluded {} of {points} points as outliers: {}{more}",
         outliers.len(),
         listed.join(", ")
     );

@@ -39,7 +39,7 @@ pub(crate) struct Detect {
     /// Read pictures outside of the capture's folder too, where capture.toml or links lead there
     #[arg(long)]
     follow: bool,
-    /// Print the detections in each picture as JSON, instead of the points
+    /// Print the number of points in each picture as JSON, instead of the points
     #[arg(long)]
     json: bool,
 }

@@ -36,6 +36,12 @@ pub(crate) struct Info {
 /// Correlations of at least this size are shown.
 const CLOSE: f64 = 0.9;
 
+/// What is less than this share of the baseline is rounding: the camera stands at 0.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// What the three decimals of a direction do not show.
+const UNSEEN: f64 = 5e-4;
+
 /// Where a camera stands, and the direction in which it looks: a unit vector.
 struct Stand {
     centre: Point3,
@@ -62,14 +68,17 @@ impl Info {
             return print_json(&as_json(&model, cameras.as_deref(), beside.as_deref()));
         }
         let unit = &model.unit;
+        let baselines = beside.iter().flatten().map(|beside| beside.baseline);
+        let least = NEGLIGIBLE * baselines.fold(0.0, f64::max);
         let mut text = heading(&model, cameras.is_some());
         for (index, stand) in stands.iter().flatten().enumerate() {
             text += &format!("\nCamera {}\n", index + 1);
             if let Some(camera) = cameras.as_ref().and_then(|cameras| cameras.get(index)) {
                 text += &format!("\n{}{}", parameters(camera), correlations(camera));
             }
-            let [x, y, z] = [0, 1, 2].map(|axis| figure(stand.centre[axis]));
-            let [u, v, w] = [0, 1, 2].map(|axis| format!("{:.3}", stand.axis[axis]));
+            let [x, y, z] = [0, 1, 2].map(|axis| figure(or_zero(stand.centre[axis], least)));
+            let [u, v, w] =
+                [0, 1, 2].map(|axis| format!("{:.3}", or_zero(stand.axis[axis], UNSEEN)));
             text += &format!(
                 "Projection centre at X {x}, Y {y}, Z {z} {unit}; optical axis along {u}, {v}, {w}\n"
             );
@@ -88,6 +97,11 @@ impl Info {
         std::io::stdout().write_all(text.as_bytes())?;
         Ok(())
     }
+}
+
+/// A value, or 0 where it is less than counts.
+fn or_zero(value: f64, least: f64) -> f64 {
+    if value.abs() < least { 0.0 } else { value }
 }
 
 fn as_json(

@@ -71,7 +71,8 @@ impl New {
         })?;
         let folder = self.folder.display();
         say!("Created a capture in {folder}");
-        say!("  1. print {folder}/chart.pdf at 100 %, tape it to a flat board, measure its pitch");
+        let chart = self.folder.join("chart.pdf");
+        say!("  1. print {} at 100 %, tape it to a flat board, measure its pitch", chart.display());
         let cameras = self.cameras.join(", ");
         if self.hand_held {
             say!(

@@ -41,8 +41,9 @@ fn copy_pictures(from: &Path, to: &Path) {
 fn a_capture_for_a_board_in_the_hand_needs_pictures_alone() {
     let dir = tempfile::tempdir().unwrap();
     let at = dir.path();
-    let (_, said) = done(at, &["new", "waved", "--hand-held"]);
+    let (_, said) = done(at, &["new", "waved/", "--hand-held"]);
     assert!(said.contains("tilted another way"), "{said}");
+    assert!(said.contains("print waved/chart.pdf"), "{said}");
     let text = fs::read_to_string(at.join("waved/capture.toml")).unwrap();
     assert!(!text.contains("\n[[views]]"), "{text}");
     done(at, &["new", "alone", "--hand-held", "--cameras", "only"]);
@@ -59,6 +60,8 @@ fn a_capture_for_a_board_in_the_hand_needs_pictures_alone() {
     );
     let fit = [&fit[..], &["--gauge", "first-camera"]].concat();
     assert!(done(at, &fit).1.contains("World frame: camera 1's: X right, Y down, Z forward"));
+    let (told, _) = done(at, &["info", "model.json"]);
+    assert!(told.contains("at X 0, Y 0, Z 0 cm; optical axis along 0.000, 0.000, 1.000"), "{told}");
 }
 
 #[test]
