@@ -10,12 +10,13 @@ use crate::{
     output::refuse_inputs,
     prepare::Preparing,
     progress::Bar,
-    verbosity::say,
+    verbosity::{remark, say},
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration,
+    dataset::Dataset,
     evaluate::{Comparison, compare},
     method::AnyMethod,
     report,
@@ -118,6 +119,9 @@ impl Report {
                 data: source.capture.cameras.len().to_string(),
             }
             .into());
+        }
+        if let Some(loaded) = &pictures {
+            tell_other_points(&model, &loaded.data);
         }
         let truth = pictures.as_ref().and_then(|loaded| loaded.truth.as_ref());
         self.judged(&model, (None, truth, source), bar)
@@ -231,4 +235,19 @@ pub(crate) fn present(report: &report::Report, path: &Path, showing: &Showing) {
     say!("{}", report.verdict.sentence);
     say!("Report              {}", path.display());
     showing.show(path);
+}
+
+/// Says where pictures show so many more or fewer points than a model was fitted to that it was hardly to these.
+fn tell_other_points(model: &Calibration, data: &Dataset) {
+    const MOST: f64 = 1.5;
+    let fitted = model.training.n + model.outliers.len();
+    let shown = data.correspondences.iter().filter(|row| row.seen_by() >= 2).count();
+    let ratio = shown as f64 / fitted.max(1) as f64;
+    if !(1.0 / MOST..=MOST).contains(&ratio) {
+        remark!(
+            "warning",
+            "the pictures show {shown} points and the model was fitted to {fitted}: are they those that it was fitted to? \
+             (`--pictures`)"
+        );
+    }
 }

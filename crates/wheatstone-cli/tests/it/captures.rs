@@ -91,6 +91,12 @@ fn a_picture_that_one_camera_lacks_leaves_a_view_without_it() {
     for name in [">X</text>", ">Y</text>", ">Z</text>", ">20 cm</text>"] {
         assert!(scene.contains(name), "{name}");
     }
+
+    // Pictures of a capture that the model was not fitted to.
+    done(at, &["synth", "--near", "80", "--far", "110", "--step", "30", "-o", "other"]);
+    let report = ["report", "model.json", "--pictures", "other", "-o", "other.html"];
+    let (_, said) = done(at, &report);
+    assert!(said.contains("126 points and the model was fitted to 378: are they those"), "{said}");
 }
 
 #[test]
