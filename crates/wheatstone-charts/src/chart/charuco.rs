@@ -118,13 +118,23 @@ impl Charuco {
         (self.pitch - self.marker) / 2.0 / self.pitch * 5.0 / 6.0
     }
 
-    /// Looks at one size of the picture.
-    fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Option<Detection> {
+    /// Looks at the picture's sizes, each with the seeds that `find` gives for a count of points among the
+    /// most corners. No points where there is no board.
+    fn look(
+        &self,
+        image: &GrayImage,
+        words: &Dictionary,
+        find: impl Fn(&seed::Look, usize, usize) -> Vec<seed::Seed>,
+    ) -> Detection {
         let count = self.columns * self.rows;
         // A marker has up to 36 corners of its own, and every second square has one.
-        let seeds = seed::find(image, scale, count, (20 * count).clamp(4_000, 10_000));
-        // A grating may have more corners than the board, but has no markers.
-        seeds.iter().find_map(|seed| self.read(image, seed, words))
+        let most = (20 * count).clamp(4_000, 10_000);
+        let whole = (self.columns - 1) * (self.rows - 1);
+        seed::Scale::most_of_markers(image, whole, |scale| {
+            let seeds = find(&seed::Look::new(image, scale), count, most);
+            // A grating may have more corners than the board, but has no markers.
+            seeds.iter().find_map(|seed| self.read(image, seed, words)).unwrap_or_default()
+        })
     }
 
     /// What a piece of a chessboard comes to, if it has the board's markers.
@@ -225,10 +235,11 @@ impl Chart for Charuco {
         let Some(words) = self.words() else {
             return ChartSearch::NotFound(format!("no dictionary {}", self.dictionary));
         };
-        let whole = (self.columns - 1) * (self.rows - 1);
-        let best = seed::Scale::most_of_markers(image, whole, |scale| {
-            self.look(image, scale, &words).unwrap_or_default()
-        });
+        let mut best = self.look(image, &words, seed::Look::find);
+        if best.points.is_empty() {
+            // Something beside the board may hide it from the first search.
+            best = self.look(image, &words, seed::Look::find_by_turn);
+        }
         if best.points.is_empty() {
             return ChartSearch::NotFound(
                 "no chessboard with these columns, rows and markers found".into(),

@@ -77,6 +77,11 @@ const LARGE: usize = 4_000_000;
 /// Patches that a picture is searched for a grid with, at least: noise has them everywhere, dots have
 /// the strongest.
 const MOST_PATCHES: usize = 4_000;
+/// Grids of one size of a picture that are looked at: a few things beside the chart may look like one.
+const MOST_GRIDS: usize = 4;
+/// Dots of a thing that the chart may be looked for beside: a grid of more is a texture, of which any
+/// piece can have the chart's counts.
+const MOST_BESIDE: usize = 500;
 
 impl DotGrid {
     /// Places a pitch apart, a dot at each or, in asymmetric grids, at every second.
@@ -94,18 +99,47 @@ impl DotGrid {
         larger * self.diameter() / 2.0
     }
 
-    /// The grid that one size of the picture shows, in the whole picture's pixels, by labels along the
-    /// chart's rows and columns.
-    fn labels(
+    /// What the dots of one size of the picture come to; see [`Self::look`].
+    ///
+    /// The largest grid need not be the chart: a keyboard may have more keys than the chart has dots.
+    /// Lesser ones are looked at until one can be the chart, if they have half of its dots: what else
+    /// is in the picture has pieces of grids with fewer.
+    fn look_among(
+        &self,
+        image: &GrayImage,
+        blobs: &mut Vec<blobs::Blob>,
+        halvings: usize,
+    ) -> Option<(bool, usize, ChartSearch)> {
+        // How clearly a patch stands out from noise.
+        let clear = |blob: &blobs::Blob| blob.contrast * blob.area().sqrt();
+        blobs.sort_by(|a, b| clear(b).total_cmp(&clear(a)));
+        let whole = self.columns * self.rows;
+        blobs.truncate(MOST_PATCHES.max(4 * whole));
+        let mut labels = self.take_labels(blobs, halvings)?;
+        let mut best = self.look(image, &labels);
+        for _ in 1..MOST_GRIDS {
+            if matches!(best.2, ChartSearch::Found(_)) || labels.len() > MOST_BESIDE {
+                break;
+            }
+            let lesser = self.take_labels(blobs, halvings);
+            let Some(lesser) = lesser.filter(|lesser| 2 * lesser.len() >= whole) else { break };
+            labels = lesser;
+            let look = self.look(image, &labels);
+            if look.1 > best.1 {
+                best = look;
+            }
+        }
+        Some(best)
+    }
+
+    /// Takes the largest grid out of the dots of one size of the picture. Its dots are in the whole picture's
+    /// pixels, by labels along the chart's rows and columns.
+    fn take_labels(
         &self,
         blobs: &mut Vec<blobs::Blob>,
         halvings: usize,
     ) -> Option<BTreeMap<(i32, i32), blobs::Blob>> {
-        // How clearly a patch stands out from noise.
-        let clear = |blob: &blobs::Blob| blob.contrast * blob.area().sqrt();
-        blobs.sort_by(|a, b| clear(b).total_cmp(&clear(a)));
-        blobs.truncate(MOST_PATCHES.max(4 * self.columns * self.rows));
-        let found = growth::largest(blobs, LEAST_FOUND.min(self.columns * self.rows))?;
+        let found = growth::take_largest(blobs, LEAST_FOUND.min(self.columns * self.rows))?;
         let mut labels = layout::straightened(&found, self.asymmetric);
         let lattice = self.lattice();
         trim(&mut labels, (lattice.columns, lattice.rows));
@@ -302,8 +336,9 @@ impl Chart for DotGrid {
         for halvings in order(&sizes) {
             let mut blobs = blobs::find(&sizes[halvings], blobs::Outline::Ellipse);
             for side in [&mut blobs.dark, &mut blobs.bright] {
-                let Some(labels) = self.labels(side, halvings) else { continue };
-                let (full, rank, sighting) = self.look(image, &labels);
+                let Some((full, rank, sighting)) = self.look_among(image, side, halvings) else {
+                    continue;
+                };
                 if full {
                     return sighting;
                 }

@@ -1,5 +1,6 @@
 //! Charts.
 
+mod beside_lattices;
 mod chessboard;
 mod kalibr_target;
 mod lattice;

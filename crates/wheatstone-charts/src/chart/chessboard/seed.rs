@@ -169,11 +169,29 @@ impl Look {
     /// Looks for pieces of boards of `count` points among the `most` strongest corners, the largest first.
     pub(in crate::chart) fn find(&self, count: usize, most: usize) -> Vec<Seed> {
         let corners = self.strongest(most);
+        self.pieces(&corners, &corners, count)
+    }
+
+    /// The same among those corners alone that are turned about alike, one range of turns after another.
+    ///
+    /// The detector follows the two directions that most edges in the picture have. Those need not be the
+    /// board's: where the gaps of a small keyboard meet its keys, light and dark alternate as on squares on edge.
+    pub(in crate::chart) fn find_by_turn(&self, count: usize, most: usize) -> Vec<Seed> {
+        let corners = self.strongest(most);
+        let of_range = |range| {
+            let alike = corners.iter().filter(|corner| is_turned(corner, range));
+            self.pieces(&alike.copied().collect::<Vec<_>>(), &corners, count)
+        };
+        (0..RANGES).flat_map(of_range).collect()
+    }
+
+    /// Pieces of boards of `count` points among `some` of the corners.
+    fn pieces(&self, some: &[ChessCorner], corners: &[ChessCorner], count: usize) -> Vec<Seed> {
         let mut parameters = ChessboardParams::default();
         parameters.min_labeled_corners = parameters.min_labeled_corners.min(count);
         let Ok(detector) = ChessboardDetector::new(parameters) else { return Vec::new() };
         let place = |p: nalgebra::Point2<f32>| self.scale.restore(p.cast::<f64>());
-        let seeds = detector.detect_all(&corners).into_iter().map(|board| Seed {
+        let seeds = detector.detect_all(some).into_iter().map(|board| Seed {
             labels: board
                 .corners
                 .iter()
@@ -183,6 +201,18 @@ impl Look {
         });
         seeds.collect()
     }
+}
+
+/// Ranges of turns that corners are sorted by, each half over the one before: 45 degrees wide, for
+/// perspective turns the corners of one board apart.
+const RANGES: u8 = 4;
+
+/// Whether a corner is turned by an angle of this range. The bisectors of its edges tell the turn, up to a
+/// quarter, for neighbours on a board have dark and light exchanged.
+fn is_turned(corner: &ChessCorner, range: u8) -> bool {
+    let step = std::f32::consts::FRAC_PI_2 / f32::from(RANGES);
+    let turn = (corner.axes[0].angle + corner.axes[1].angle) / 2.0 - f32::from(range) * step;
+    turn.rem_euclid(std::f32::consts::FRAC_PI_2) < 2.0 * step
 }
 
 /// The strength of places that are looked at first, as a share of that of the last one that a board would need if it had

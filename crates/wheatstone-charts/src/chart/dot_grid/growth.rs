@@ -3,7 +3,7 @@
 use super::blobs::Blob;
 use crate::chart::growing;
 use nalgebra::Vector2;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use wheatstone_core::geometry::Pixel;
 
 /// Dots by their labels; where labels begin and which way they go means nothing.
@@ -25,8 +25,18 @@ const FARTHEST: f64 = 16.0;
 /// Neighbours among which the two sides of a cell are looked for: the eight around a dot.
 const NEIGHBOURS: usize = 8;
 
-/// The largest grid among the patches, if it has `least` dots.
-pub(super) fn largest(blobs: &[Blob], least: usize) -> Option<Labels> {
+/// Takes the largest grid out of the patches, if it has `least` dots.
+pub(super) fn take_largest(blobs: &mut Vec<Blob>, least: usize) -> Option<Labels> {
+    let indices = largest(blobs, least)?;
+    let labels = indices.iter().map(|(label, index)| (*label, blobs[*index])).collect();
+    let taken: BTreeSet<usize> = indices.into_values().collect();
+    let left = blobs.iter().enumerate().filter(|(index, _)| !taken.contains(index));
+    *blobs = left.map(|(_, blob)| *blob).collect();
+    Some(labels)
+}
+
+/// The largest grid among the patches, if it has `least` dots, by indices of the patches.
+fn largest(blobs: &[Blob], least: usize) -> Option<BTreeMap<(i32, i32), usize>> {
     let cloud = Cloud::new(blobs)?;
     let mut taken = vec![false; blobs.len()];
     let mut best: BTreeMap<(i32, i32), usize> = BTreeMap::new();
@@ -49,8 +59,7 @@ pub(super) fn largest(blobs: &[Blob], least: usize) -> Option<Labels> {
             break;
         }
     }
-    (!best.is_empty())
-        .then(|| best.into_iter().map(|(label, index)| (label, blobs[index])).collect())
+    (!best.is_empty()).then_some(best)
 }
 
 /// The largest grids among the patches, at most `most` of them with `least` dots or more, by indices of
