@@ -61,7 +61,7 @@ fn a_capture_for_a_board_in_the_hand_needs_pictures_alone() {
     let fit = [&fit[..], &["--gauge", "first-camera"]].concat();
     assert!(done(at, &fit).1.contains("World frame: camera 1's: X right, Y down, Z forward"));
     let (told, _) = done(at, &["info", "model.json"]);
-    assert!(told.contains("at X 0, Y 0, Z 0 cm; optical axis along 0.000, 0.000, 1.000"), "{told}");
+    assert!(told.contains("at X 0, Y 0, Z 0 mm; optical axis along 0.000, 0.000, 1.000"), "{told}");
 }
 
 #[test]
