@@ -291,7 +291,7 @@ fn is_clear(evidence: &Evidence, camera: usize, splits: &[Option<Split>]) -> boo
     }
     /// What lenses gain at most, where nothing moved, and how many times as much the camera must, by surveys of
     /// captures with and without stage errors.
-    const BY_CHANCE: f64 = 0.14;
+    const BY_CHANCE: f64 = 0.1;
     const MORE: f64 = 3.0;
     let others = splits.iter().enumerate().filter(|(other, _)| *other != camera);
     let gains = others.filter_map(|(other, split)| Some(split.as_ref()?.gain(evidence, other)));

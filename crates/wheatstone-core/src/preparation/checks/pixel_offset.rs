@@ -9,7 +9,6 @@ use super::{
     finding::{Proposal, Severity},
     pairs::Pair,
     pixel_units::{Measure, proposal},
-    resection::UNKNOWNS,
     sums::Sums,
 };
 use nalgebra::{Matrix2, SMatrix, Vector2};
@@ -90,7 +89,7 @@ fn each_set(sums: &Sums, count: usize, mut look: impl FnMut(&[usize], &Total)) {
 /// Sums over a set of views.
 #[derive(Default)]
 struct Total {
-    slopes: SMatrix<f64, UNKNOWNS, 2>,
+    slopes: SMatrix<f64, 14, 2>,
     weight: f64,
     errors: Vector2<f64>,
 }
