@@ -28,7 +28,7 @@ pub enum PairFault {
     Vertical(VerticalOffset),
     /// The right picture is the first one.
     Exchanged,
-    /// Both pictures are the same one.
+    /// Both pictures are the same one, pixel by pixel.
     SamePicture,
     /// Next to nothing was matched.
     NothingInCommon {

@@ -239,6 +239,7 @@ pub(crate) fn present(report: &report::Report, path: &Path, showing: &Showing) {
 
 /// Says where pictures show so many more or fewer points than a model was fitted to that it was hardly to these.
 fn tell_other_points(model: &Calibration, data: &Dataset) {
+    /// Views without a chart and points of one camera make less of a difference.
     const MOST: f64 = 1.5;
     let fitted = model.training.n + model.outliers.len();
     let shown = data.correspondences.iter().filter(|row| row.seen_by() >= 2).count();

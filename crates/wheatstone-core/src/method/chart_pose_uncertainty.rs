@@ -3,10 +3,10 @@
 //! Source: bundle adjustment, Triggs, McLauchlan, Hartley & Fitzgibbon 2000
 //! (doi:10.1007/3-540-44480-7_21): the covariance of the cameras alone is the inverse of their normal
 //! matrix with every chart's six unknowns eliminated (Schur's complement). Charts link the cameras, so
-//! it is one matrix of all of them. Where no place at all is known the world's frame is nobody's: of one camera
-//! it is the camera's own, of several it is the one in which the charts' points, located by these cameras, as a whole neither move nor turn (inner
-//! constraints: Triggs et al., section 9.2). That says what is not known of shapes and distances, and no
-//! more.
+//! it is one matrix of all of them. Where no place at all is known the world's frame is nobody's: of one
+//! camera it is the camera's own, of several the one in which the charts' points, located by these cameras,
+//! as a whole neither move nor turn (inner constraints: Triggs et al., section 9.2). That says what is not
+//! known of shapes and distances, and no more.
 
 use super::{
     CameraUncertainty, FittedCamera, KnownLens,
@@ -187,9 +187,7 @@ fn of_lens_alone(
     open: &CameraUncertainty,
 ) -> Option<DMatrix<f64>> {
     let lens: Vec<usize> = (0..open.numbers()).filter(|place| !open.is_of_pose(*place)).collect();
-    let of_lens = |all: &DMatrix<f64>| {
-        DMatrix::from_fn(lens.len(), lens.len(), |row, column| all[(lens[row], lens[column])])
-    };
+    let of_lens = |all: &DMatrix<f64>| all.select_rows(&lens).select_columns(&lens);
     let inverse = inverse(of_lens(normal))?;
     let found = product(&product(&inverse, &of_lens(errors)), &inverse.transpose());
     let mut covariance = DMatrix::zeros(open.numbers(), open.numbers());

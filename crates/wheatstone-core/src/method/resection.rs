@@ -165,7 +165,8 @@ const LINEAR: usize = 10 * SCOUTED;
 /// A step that gains less moves no unknown by a thousandth of its standard deviation.
 pub(super) const FINAL: Patience = Patience { steps: 100, least_gain: 1e-9 };
 
-/// Squared errors that a lens may leave beside another's to count as much as that: errors of 1.2 beside 1.
+/// How many times the squared errors of the best lens one may leave that explains the points about as well: 1.2 times its
+/// errors. One that is too simple leaves many times as much, and terms that only follow noise gain some percent.
 const AS_WELL: f64 = 1.44;
 
 /// Pixel errors below this are rounding, and no evidence for more terms.
@@ -232,7 +233,7 @@ impl NestedModels {
         let holds = |adjusted: &Adjusted<L>| {
             shown.is_some_and(|area| adjusted.camera.lens.holds_over(area))
         };
-        // One that does so next to where points were seen is taken where no other explains them about as well.
+        // One that does so next to where points were seen is given up for one that holds, if that explains them about as well.
         let least = |all: &mut dyn Iterator<Item = &Adjusted<L>>| {
             all.map(|adjusted| adjusted.squares).fold(f64::INFINITY, f64::min)
         };

@@ -82,9 +82,9 @@ fn depth(evidence: &Evidence) -> Option<Proposal> {
     })
 }
 
-/// Whether most places are listed more than once and seen elsewhere each time, farther apart than
-/// corners are misplaced.
+/// Whether most places are listed more than once, and a camera sees them elsewhere each time.
 fn is_moved_chart(data: &Dataset) -> bool {
+    /// In pixels: no detector misplaces a corner by so much.
     const FAR: f64 = 10.0;
     let mut seen: BTreeMap<[u64; 3], Vec<&[Option<Pixel>]>> = BTreeMap::new();
     for row in &data.correspondences {
@@ -95,8 +95,8 @@ fn is_moved_chart(data: &Dataset) -> bool {
     }
     let apart = |rows: &Vec<&[Option<Pixel>]>| {
         rows.windows(2).any(|two| {
-            let both = two[0].iter().zip(two[1]).filter_map(|(a, b)| Some((*a)? - (*b)?));
-            both.into_iter().any(|apart| apart.norm() > FAR)
+            let mut both = two[0].iter().zip(two[1]).filter_map(|(a, b)| Some((*a)? - (*b)?));
+            both.any(|apart| apart.norm() > FAR)
         })
     };
     2 * seen.values().filter(|rows| apart(rows)).count() > seen.len()
