@@ -331,8 +331,9 @@ pub(super) fn before_and_after(
     let error = |cell: &(usize, usize)| evidence.cells[cell.0][cell.1].error;
     let worst = cells.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
     let Some(worst) = worst else { return Vec::new() };
-    let good =
-        evidence.seen[worst.1].as_ref().map_or(f64::NAN, super::evidence::CameraEvidence::good);
+    let good = evidence.seen[worst.1]
+        .as_ref()
+        .map_or(f64::NAN, super::camera_evidence::CameraEvidence::good);
     vec![
         ("median error before, px".into(), error(worst)),
         ("median error with this explanation, px".into(), left * good),

@@ -11,11 +11,14 @@
 
 mod board;
 mod board_order;
+mod camera_evidence;
 mod camera_moved;
 mod cameras_swapped;
 mod chart_size;
 mod column_units;
 mod consensus;
+mod coverage;
+mod decentred_camera;
 mod duplicates;
 mod estimated_poses;
 mod evidence;
@@ -32,8 +35,8 @@ mod pixel_offset;
 mod pixel_units;
 mod points_permuted;
 mod repair;
+mod resection;
 mod robust_camera;
-mod coverage;
 mod stretch;
 mod sums;
 mod unexplained;

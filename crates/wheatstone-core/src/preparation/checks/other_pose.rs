@@ -1,6 +1,6 @@
 //! The other of the two poses in which a camera sees a flat chart nearly alike.
 
-use super::evidence::{CameraEvidence, Evidence};
+use super::{camera_evidence::CameraEvidence, evidence::Evidence};
 use crate::geometry::{Point3, Pose, Vector3, other_tilt, principal_axes};
 
 /// Where a view's chart was said to be.

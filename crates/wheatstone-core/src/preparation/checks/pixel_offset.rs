@@ -5,6 +5,7 @@
 
 use super::{
     Fault,
+    decentred_camera::UNKNOWNS,
     evidence::Evidence,
     finding::{Proposal, Severity},
     pairs::Pair,
@@ -89,7 +90,7 @@ fn each_set(sums: &Sums, count: usize, mut look: impl FnMut(&[usize], &Total)) {
 /// Sums over a set of views.
 #[derive(Default)]
 struct Total {
-    slopes: SMatrix<f64, 14, 2>,
+    slopes: SMatrix<f64, UNKNOWNS, 2>,
     weight: f64,
     errors: Vector2<f64>,
 }

@@ -1,10 +1,11 @@
 //! What small changes of single views would do to a camera's fit, to first order.
 
 use super::{
+    decentred_camera::{Row, UNKNOWNS},
     pairs::Pair,
-    robust_camera::{Normal, RobustCamera, UNKNOWNS},
+    resection::Normal,
+    robust_camera::RobustCamera,
 };
-use crate::{camera::AdjustableCamera, geometry::Point3};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Weighted sums of a camera's fit to all views, and of each view: what changes of single views would
@@ -34,7 +35,7 @@ impl Sums {
     pub(super) fn of(camera: &RobustCamera, views: &[Vec<Pair>]) -> Self {
         let all: Vec<Pair> = views.iter().flatten().copied().collect();
         let camera = camera.without_field().refined(&all, 8);
-        let whole = Normal::weighed(&camera, &all, even);
+        let whole = Normal::weighed(&camera.formula, &all, even);
         let mut sums = Self {
             inverse: whole.matrix.try_inverse().unwrap_or_else(SMatrix::zeros),
             gradient: whole.gradient,
@@ -46,22 +47,19 @@ impl Sums {
             let mut slopes = SMatrix::zeros();
             let (mut errors, mut weights) = (Vector2::zeros(), 0.0);
             for (world, pixel) in pairs {
-                let turned = camera.rotation() * world.coords;
-                let mut own = [[0.0; 2]; 8];
-                let point = Point3::from(turned + camera.posed.camera_from_world.translation);
-                let Some((seen, by_point)) = camera.posed.lens.project_with_slopes(point, &mut own)
+                let Some(Row { by_turn, by_point, by_lens, pixel: seen, .. }) =
+                    camera.formula.row(*world)
                 else {
                     continue;
                 };
                 let error = pixel - seen;
                 let weight = even(error.norm(), whole.scale);
-                let by_turn = by_point * -turned.cross_matrix();
                 for axis in 0..2 {
                     for index in 0..3 {
                         slopes[(index, axis)] += weight * by_turn[(axis, index)];
                         slopes[(3 + index, axis)] += weight * by_point[(axis, index)];
                     }
-                    for (index, slope) in own.iter().enumerate() {
+                    for (index, slope) in by_lens.iter().enumerate() {
                         slopes[(6 + index, axis)] += weight * slope[axis];
                     }
                 }

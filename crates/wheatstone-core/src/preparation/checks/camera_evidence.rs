@@ -1,0 +1,111 @@
+//! What is known of one camera: fitted to the views on which most agree, and for each view to the others.
+
+use super::{
+    consensus::consensus,
+    pairs::{Pair, thinned},
+    robust_camera::RobustCamera,
+    views::LEAST,
+};
+use wheatstone_numeric::{random::Random, statistics::median};
+
+/// What is known of one camera.
+#[derive(Clone, Debug)]
+pub(super) struct CameraEvidence {
+    /// Fitted to the sound views.
+    pub(super) camera: RobustCamera,
+    /// For each view, fitted to the sound views without it.
+    pub(super) without: Vec<RobustCamera>,
+    /// Median over sound views of the cells' errors, in pixels.
+    pub(super) typical: f64,
+}
+
+/// Points of a cell that a fit uses, and of all cells: more add time only.
+const FITTED: usize = 30;
+const FITTED_OF_ALL: usize = 900;
+
+/// Views are left out one by one up to so many; beyond, every so-manieth goes with them.
+const GROUPS: usize = 24;
+
+/// Of how many rounds of groups one is fitted: all views where there are few.
+fn rounds(views: usize) -> usize {
+    (views * LEAST).div_ceil(4 * FITTED_OF_ALL).max(1)
+}
+
+/// Points of a cell that decide which views agree.
+pub(super) const SCOUTED: usize = 14;
+
+impl CameraEvidence {
+    /// By view, and whether the charts' poses were estimated. Then the lens has tangential terms: boards in the hand reach
+    /// corners of the picture where others do not, while on a stage such terms take up what is wrong with places.
+    pub(super) fn of(pairs: &[Vec<Pair>], by_hand: bool) -> Option<Self> {
+        let scouted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, SCOUTED)).collect();
+        let most = (FITTED_OF_ALL / pairs.len().max(1)).clamp(LEAST, FITTED);
+        let fitted: Vec<Vec<Pair>> = pairs.iter().map(|view| thinned(view, most)).collect();
+        let found = consensus(&scouted, &mut Random::new(3))?;
+        let camera = if by_hand { found.camera.decentred() } else { found.camera };
+        let mut seen = Self::among(&camera, &fitted, &found.agrees);
+        // Views that stand out from the sound ones are left out of the fit, and it is done again.
+        for _ in 0..2 {
+            let good = seen.good();
+            let errors: Vec<f64> = (0..fitted.len())
+                .map(|view| seen.without[view].median_error(&fitted[view]))
+                .collect();
+            let agrees: Vec<bool> = errors
+                .iter()
+                .zip(&fitted)
+                .map(|(e, view)| view.len() >= LEAST && *e <= good)
+                .collect();
+            let count = agrees.iter().filter(|agrees| **agrees).count();
+            if count < 3 || 3 * count < fitted.len() {
+                break;
+            }
+            let next = Self::among(&seen.camera.without_field(), &fitted, &agrees);
+            let settled = (next.typical / seen.typical - 1.0).abs() < 0.02;
+            seen = next;
+            if settled {
+                break;
+            }
+        }
+        Some(seen)
+    }
+
+    /// From the views that agree.
+    fn among(camera: &RobustCamera, views: &[Vec<Pair>], agrees: &[bool]) -> Self {
+        let rounds = rounds(views.len());
+        let is_fitted = |view: usize| agrees[view] && (view / GROUPS).is_multiple_of(rounds);
+        let without_group = |out: usize| -> Vec<Pair> {
+            let kept = |view: usize| is_fitted(view) && view % GROUPS != out;
+            let views = views.iter().enumerate().filter(|(view, _)| kept(*view));
+            views.flat_map(|(_, pairs)| pairs.iter().copied()).collect()
+        };
+        let all = without_group(usize::MAX);
+        let camera = camera.refined(&all, 12);
+        let sound = (0..views.len()).filter(|view| is_fitted(*view)).count();
+        let mut whole = camera.clone();
+        whole.learn_field(&all);
+        let without_group: Vec<RobustCamera> = (0..views.len().min(GROUPS))
+            .map(|group| {
+                let pairs = without_group(group);
+                let mut other = camera.refined(&pairs, 3);
+                other.learn_field(&pairs);
+                other
+            })
+            .collect();
+        // Two views are needed to tell a camera.
+        let left_out = |view: usize| is_fitted(view) && sound > 2;
+        let without: Vec<RobustCamera> = (0..views.len())
+            .map(|view| if left_out(view) { &without_group[view % GROUPS] } else { &whole }.clone())
+            .collect();
+        let camera = whole;
+        let errors: Vec<f64> = (0..views.len())
+            .filter(|view| agrees[*view])
+            .map(|view| without[view].median_error(&views[view]))
+            .collect();
+        Self { camera, without, typical: median(&errors) }
+    }
+
+    /// A median error up to which a cell is as good as the sound ones.
+    pub(super) fn good(&self) -> f64 {
+        2.0 * self.typical + 0.02
+    }
+}
