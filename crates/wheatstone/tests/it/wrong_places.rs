@@ -23,6 +23,23 @@ fn with_noise(rig: &str, noise: f64) -> Dataset {
     chart_correspondences(&rig, &chart, &views, (Noise::Normal(noise), 4), None)
 }
 
+/// A camera errs more from one chart to the next near it, where its optics are none of a lens at one centre.
+#[test]
+fn sound_charts_near_cameras_with_other_optics_are_no_fault() {
+    let views = Stage { near: 20.0, far: 80.0, step: 12.0 }.views().unwrap();
+    for (rig, noise) in [("tube", 0.05), ("scheimpflug", 0.2)] {
+        let optics = Rig::named(rig, 2).unwrap();
+        let chart = LineGrid { pitch: optics.chart_pitch(), ..LineGrid::default() }.into();
+        for seed in 4..8 {
+            let noise = (Noise::Normal(noise), seed);
+            let sound = chart_correspondences(&optics, &chart, &views, noise, None);
+            let findings = examine(&sound).findings;
+            let fatal = findings.iter().find(|finding| finding.severity == Severity::Fatal);
+            assert!(fatal.is_none(), "{rig} {seed}: {fatal:?}");
+        }
+    }
+}
+
 /// The data with the places of a view changed.
 fn with_view(data: &Dataset, view: usize, change: impl Fn(&mut Point3)) -> Dataset {
     let mut changed = data.clone();

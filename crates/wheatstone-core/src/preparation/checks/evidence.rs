@@ -5,7 +5,7 @@
 use super::{
     board::Board,
     camera_evidence::{CameraEvidence, SCOUTED},
-    extrapolation::{Extent, allowances},
+    extrapolation::{Extent, across, allowances},
     frame::Frame,
     pairs::{Pair, sides},
     robust_camera::RobustCamera,
@@ -86,10 +86,12 @@ impl<'a> Evidence<'a> {
     /// Charts at given places; those of estimated poses are spread by pose, and none is beyond all others.
     fn allow_for_extrapolation(&mut self, camera: usize) {
         let Some(seen) = &self.seen[camera] else { return };
+        let across = across(self.cells.iter().map(|view| view[camera].pairs.as_slice()));
         let extent = |view: usize| {
             self.at(view, camera).filter(|_| !self.has_estimated_pose(view)).map(|(cell, ..)| {
-                let depths = cell.pairs.iter().map(|pair| seen.camera.depth(pair.0)).collect();
-                Extent { depths, excess: self.excess((view, camera)) }
+                let places =
+                    cell.pairs.iter().map(|(world, _)| across.dot(&world.coords)).collect();
+                Extent { places, excess: self.excess((view, camera)) }
             })
         };
         let extents: Vec<Option<Extent>> = (0..self.views.len()).map(extent).collect();
