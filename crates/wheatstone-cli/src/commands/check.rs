@@ -34,7 +34,7 @@ use wheatstone::{
     wheatstone check capture/ --expect-baseline 200:1% --json\n  \
     wheatstone check today.csv --against model.json    have the cameras moved?\n  \
     wheatstone check --survey 500      how often faults are identified, on random captures\n\n\
-    The exit status is 1 if a fatal fault remains, if a camera moved, or if `--fix` could only leave\n    pictures out, or correct a size by an estimate.")]
+    The exit status is 1 if a fatal fault remains, if a camera moved, or if `--fix` could only leave\n    pictures out, or correct a size by an estimate\n    (`fit --fix` takes an estimate with `--force` only).")]
 pub(crate) struct Check {
     /// A capture, or a points file with X, Y, Z; with --against also matched pixels alone
     #[arg(required_unless_present = "survey")]

@@ -94,7 +94,7 @@ impl Match {
             || Ok(matcher.clone().refining(false).compute(&right, &left)?.density(CONFIDENT));
         let fault = pair_fault([&left, &right], self.range.clone(), (confident, 0.0), exchanged);
         let fault = fault.map_err(refused)?;
-        if let Some(fault) = fault {
+        if let Some(fault) = &fault {
             remark!("warning", "{fault}");
         }
         write_folder(&self.output, |folder| write(&map, &self.range, folder))?;
@@ -122,6 +122,7 @@ impl Match {
                 "matched": matched,
                 "confident": confident,
                 "vertical_offset": vertical,
+                "fault": fault.map(|fault| fault.to_string()),
             }))?;
         }
         Ok(())

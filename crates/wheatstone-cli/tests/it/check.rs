@@ -116,6 +116,37 @@ fn a_picture_that_is_left_out_is_told_by_the_exit_status() {
     assert!(again.status.success(), "{}", said(&again));
 }
 
+/// How much larger a chart was printed, the pixels tell with an error, which a calibration would take on.
+#[test]
+fn an_estimate_is_told_by_the_exit_status_and_fitted_on_request_only() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    swapped(at);
+    let text = std::fs::read_to_string(at.join("good.csv")).unwrap();
+    let larger = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        if cells[7] == "080" {
+            for cell in &mut cells[4..6] {
+                *cell = (1.1 * cell.parse::<f64>().unwrap()).to_string();
+            }
+        }
+        cells.join(",")
+    };
+    let bad: Vec<String> = text.lines().map(larger).collect();
+    std::fs::write(at.join("bad.csv"), bad.join("\n") + "\n").unwrap();
+    let fixed = wheatstone(at, &["check", "bad.csv", "--fix", "fixed.csv"]);
+    assert_eq!(fixed.status.code(), Some(1), "{}", said(&fixed));
+    assert!(said(&fixed).contains("corrected by an estimate"), "{}", said(&fixed));
+    let fit = ["fit", "bad.csv", "--fix", "--method", "dlt", "-o", "model.json"];
+    let refused = wheatstone(at, &fit);
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+    assert!(said(&refused).contains("is an estimate from the pixels"), "{}", said(&refused));
+    assert!(said(&refused).contains("`--force` continues anyway"), "{}", said(&refused));
+    assert!(!at.join("model.json").exists());
+    let insisted = wheatstone(at, &[&fit[..], &["--force"]].concat());
+    assert!(insisted.status.success(), "{}", said(&insisted));
+}
+
 #[test]
 fn a_measured_baseline_is_compared() {
     let dir = tempfile::tempdir().unwrap();

@@ -70,7 +70,7 @@ pub struct SavedFinding {
 /// What is done to data before a fit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preparation {
-    /// Put faults right where that is safe.
+    /// Put faults right where that is safe: not by an estimate from the pixels, unless insisted on.
     pub repair: bool,
     /// Go on in spite of faults that make a fit worthless.
     pub insist: bool,
@@ -293,17 +293,25 @@ impl Preparation {
         examination
     }
 
-    /// Refuses data whose faults make a fit worthless, unless they were put right, or that is insisted on.
+    /// Refuses data whose faults make a fit worthless, unless they were put right, and by more than an estimate, or that
+    /// is insisted on.
     fn refuse_faults(&self, faults: &Faults) -> Result<()> {
         let Faults { examination, doubt, .. } = faults;
-        let is_left = |finding: &&Finding| {
-            finding.severity == Severity::Fatal && !(self.repair && finding.is_fixable())
+        let is_left = |finding: &&Finding| match self.repair && finding.is_fixable() {
+            true => finding.is_estimate,
+            false => finding.severity == Severity::Fatal,
         };
         let mut left = examination.findings.iter().filter(is_left);
         let Some(first) = left.next().filter(|_| !self.insist) else { return Ok(()) };
         let others = left.count();
         let more = if others > 0 { format!(" (and {others} more faults)") } else { String::new() };
-        let kept = doubt.as_ref().map(|why| format!("; not corrected: {why}")).unwrap_or_default();
+        let kept = match doubt {
+            Some(why) => format!("; not corrected: {why}"),
+            None if self.repair && first.is_fixable() => {
+                "; what it would be corrected by is an estimate from the pixels, and the calibration would take on its error".into()
+            }
+            None => String::new(),
+        };
         let fixable = first.is_fixable() && !self.repair;
         let way_out = if fixable { Remedy::RepairOrInsist } else { Remedy::Insist };
         Err(Error::Faulty {

@@ -149,7 +149,7 @@ def fit(
     validate : bool
         Leave-one-view-out cross-validation, which takes one more fit a view: `Calibration.validation`.
     fix : bool
-        Correct faults of the data where that is safe.
+        Correct faults of the data where that is safe, and not by an estimate from the pixels unless ``force`` is given.
     force : bool
         Go on in spite of faults that make a fit worthless.
     keep_outliers : bool
