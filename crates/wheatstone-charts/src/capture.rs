@@ -5,7 +5,7 @@ mod pairing;
 
 use crate::{
     chart::{AnyChart, kalibr_target},
-    imaging::read_size,
+    imaging::{is_picture, read_size},
 };
 use pairing::{pair_up, refuse};
 use serde::{Deserialize, Serialize};
@@ -262,6 +262,10 @@ fn matching_files(path: &Path, camera: &str, pattern: &str, reach: Reach) -> Res
     let mut files: Vec<PathBuf> =
         found.filter_map(|entry| entry.ok()).filter(|p| p.is_file()).collect();
     files.sort();
+    // `left/*` names what is no picture, too.
+    if files.iter().any(|file| is_picture(file)) {
+        files.retain(|file| is_picture(file));
+    }
     if reach == Reach::Folder {
         let whole = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let whole = whole.canonicalize().map_err(|e| Error::reading(folder, e))?;

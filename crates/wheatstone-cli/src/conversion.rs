@@ -1,7 +1,7 @@
 //! Files of other programs, in and out: what `export` and `convert` have in common.
 
 use crate::{
-    failure::Outcome,
+    failure::{Failure, Outcome},
     progress::Bar,
     table::figure,
     verbosity::{detail, remark, say},
@@ -14,10 +14,12 @@ use std::{
 };
 use wheatstone::{
     Calibration, Error,
+    dataset::Dataset,
     formats::{
         self, Approximation, Format, Given, Imported, InputFile, Rig, approximate, approximate_rig,
         calibration, gather, save,
     },
+    geometry::Pixel,
     rectification::{AtDepth, ErrorSummary, PairSettings, Rectification, VerticalErrors},
 };
 
@@ -58,13 +60,62 @@ impl PictureSizes {
         &self,
         known: Vec<Option<[u32; 2]>>,
         cameras: usize,
-    ) -> Vec<Option<[u32; 2]>> {
+    ) -> Outcome<Vec<Option<[u32; 2]>>> {
         if self.size.is_empty() {
-            return known;
+            return Ok(known);
+        }
+        let count = self.size.len();
+        if count > 1 && count != cameras {
+            return Err(Failure::usage(
+                format!("`--size` gives {count} sizes, and there are {cameras} cameras"),
+                "give one size for all cameras, or one for each, separated by commas",
+            ));
         }
         let given = self.given(None, None);
-        (0..cameras).map(|camera| given.size(camera)).collect()
+        Ok((0..cameras).map(|camera| given.size(camera)).collect())
     }
+
+    /// The same for pictures in which these pixels were measured: they lie within.
+    pub(crate) fn of_pixels(
+        &self,
+        known: Vec<Option<[u32; 2]>>,
+        data: &Dataset,
+    ) -> Outcome<Vec<Option<[u32; 2]>>> {
+        let sizes = self.sizes(known, data.cameras)?;
+        if !self.size.is_empty() {
+            for (camera, size) in sizes.iter().enumerate() {
+                size.map_or(Ok(()), |size| refuse_beyond(data, camera, size))?;
+            }
+        }
+        Ok(sizes)
+    }
+}
+
+/// Refuses a size that the pixels of a camera exceed, but for gross errors.
+fn refuse_beyond(data: &Dataset, camera: usize, [width, height]: [u32; 2]) -> Outcome {
+    const GROSS: f64 = 0.05;
+    let pixels: Vec<Pixel> =
+        data.correspondences.iter().filter_map(|row| row.pixels[camera]).collect();
+    // The first pixel's centre or corner, or 1, may be the origin.
+    let is_within = |pixel: &&Pixel| {
+        (-1.0..=f64::from(width) + 1.0).contains(&pixel.x)
+            && (-1.0..=f64::from(height) + 1.0).contains(&pixel.y)
+    };
+    let beyond = pixels.len() - pixels.iter().filter(is_within).count();
+    if beyond as f64 <= GROSS * pixels.len() as f64 {
+        return Ok(());
+    }
+    let largest = |axis: usize| pixels.iter().map(|pixel| pixel[axis]).fold(0.0, f64::max).ceil();
+    Err(Failure::usage(
+        format!(
+            "camera {}: {beyond} of {} pixels lie outside of {width}x{height} pictures, up to x = {} and y = {}",
+            camera + 1,
+            pixels.len(),
+            largest(0),
+            largest(1)
+        ),
+        "give the `--size` of the pictures in which the pixels were measured, width first",
+    ))
 }
 
 /// Where cameras come from.

@@ -71,7 +71,7 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::DropDuplicates) => " (`--drop-duplicates`)",
         Some(Remedy::Columns) => ": `--columns x1=u_left,y1=v_left,…`",
         Some(Remedy::BoardColumns) => ": `--columns board_x=X,board_y=Y`",
-        Some(Remedy::Unit) => ": `--unit cm`",
+        Some(Remedy::Unit) => " (`--unit`)",
         Some(Remedy::Limits) => " `--limits 10` takes ten times as much",
         Some(Remedy::NewCapture) => "; `wheatstone new` makes one",
         Some(Remedy::Follow) => "; `--follow` reads them where they are",

@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, Outcome};
 use std::path::{Path, PathBuf};
-use wheatstone::Error;
+use wheatstone::{Error, imaging::is_picture};
 
 /// Pictures of so many cameras taken at once: a file a camera, a folder a camera in sorted order, or all files of the first
 /// camera, then as many of the next, as a shell makes them of `left/*.png right/*.png`.
@@ -30,7 +30,7 @@ pub(crate) fn frames(named: &[PathBuf], cameras: usize) -> Outcome<Vec<Vec<PathB
     Ok((0..count).map(|index| each.iter().map(|files| files[index].clone()).collect()).collect())
 }
 
-/// A file itself; of a folder its files, in sorted order.
+/// A file itself; of a folder its pictures, in sorted order.
 fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
@@ -39,7 +39,13 @@ fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(path).map_err(reading)? {
         let entry = entry.map_err(reading)?.path();
-        found.extend(entry.is_file().then_some(entry));
+        found.extend((entry.is_file() && is_picture(&entry)).then_some(entry));
+    }
+    if found.is_empty() {
+        return Err(Failure::usage(
+            format!("{}: there is no picture in this folder", path.display()),
+            "PNG, JPEG, TIFF, BMP and PNM pictures are known by the endings of their names",
+        ));
     }
     found.sort();
     Ok(found)

@@ -34,10 +34,11 @@ pub fn canonical(name: &str) -> &str {
     }
 }
 
-/// What a length in one unit is multiplied by to give it in another; `None` where one is not known.
+/// What a length in one unit is multiplied by to give it in another, by any of their names; `None` where one is not known.
 #[must_use]
 pub fn factor(from: &str, to: &str) -> Option<f64> {
-    let length = |unit: &str| UNITS.iter().find(|(name, _)| *name == unit).map(|own| own.1);
+    let length =
+        |unit: &str| UNITS.iter().find(|(name, _)| *name == canonical(unit)).map(|own| own.1);
     Some(length(from)? / length(to)?)
 }
 
@@ -46,7 +47,8 @@ pub fn factor(from: &str, to: &str) -> Option<f64> {
 #[must_use]
 pub fn mistaken(unit: &str, ratio: f64) -> Option<&'static str> {
     let close = |name: &&str| {
-        *name != unit && factor(name, unit).is_some_and(|own| (own / ratio - 1.0).abs() < 0.05)
+        *name != canonical(unit)
+            && factor(name, unit).is_some_and(|own| (own / ratio - 1.0).abs() < 0.05)
     };
     names().find(close)
 }

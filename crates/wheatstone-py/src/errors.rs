@@ -82,7 +82,7 @@ pub(crate) fn worded(hint: Hint) -> String {
         Some(Remedy::DropDuplicates) => " (`drop_duplicates=True`)",
         Some(Remedy::Columns) => ": `columns={\"x1\": \"u_left\", …}`",
         Some(Remedy::BoardColumns) => ": `columns={\"board_x\": \"X\", \"board_y\": \"Y\"}`",
-        Some(Remedy::Unit) => ": `unit=\"cm\"`",
+        Some(Remedy::Unit) => " (`unit=`)",
         Some(Remedy::Limits) => " `wheatstone.raise_limits(10)` takes ten times as much",
         Some(Remedy::Follow) => "; `wheatstone.read(…, follow=True)` reads them where they are",
         _ => "",

@@ -15,7 +15,7 @@
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
 //!    places the matched pixels, with the covariance of the match and of the calibration. Of a pair's disparities
 //!    `point_lattice` interpolates what the map says; `scene_points` chooses between the two.
-//!    With three and more cameras `rims` drops what lies at edges of depth.
+//!    With three and more cameras `rims` drops what lies at edges of depth. `checks` tells what left no point.
 //! 5. `cloud` holds the results, `mesh` joins them to a surface; `cloud_files` and `depth_files` write them. `fusion` puts frames of
 //!    cameras and scenes that stand still together before.
 
@@ -35,6 +35,7 @@ mod rims;
 mod scene_points;
 mod scene;
 mod scene_cameras;
+mod checks;
 mod fusion;
 mod mesh;
 mod cloud_files;
@@ -42,6 +43,7 @@ mod depth_files;
 #[cfg(feature = "mcap")]
 mod mcap_log;
 
+pub use checks::Emptied;
 pub use cloud::Cloud;
 pub use cloud_files::{CLOUD_FORMATS, CloudFormat, write_ply};
 pub use depth_files::{DepthPng, depth_png, depth_tiff};

@@ -233,6 +233,16 @@ impl<'a> RectifiedPair<'a> {
         [least, last.max(least + 1.0)]
     }
 
+    /// Whether a disparity that somebody else found is one of those that are searched, of a point in front of the cameras.
+    pub(crate) fn searches(&self, disparity: f64) -> bool {
+        /// Matching to a fraction of a pixel leads so far beyond whole disparities.
+        const REFINED: f64 = 1.0;
+        let [start, last] = [self.range.start, self.range.end - 1].map(f64::from);
+        // Many matchers write 0 where there is no match: that would be a point at infinity.
+        let infinite = infinite(&self.rectification).min(start);
+        disparity > infinite.max(start - REFINED) && disparity <= last + REFINED
+    }
+
     /// Where the virtual camera of one of the pair's cameras looks at a pixel of that camera's own picture, in the world.
     pub(crate) fn direction(&self, camera: usize, pixel: Pixel) -> Option<Vector3<f64>> {
         let pair = &self.rectification.pair;

@@ -75,6 +75,7 @@ impl<'a> SceneReconstructor<'a> {
         };
         let first = of([settings.cameras[0], settings.cameras[1]], None)?;
         let reference = first.cameras[0];
+        settings.check_region(reference)?;
         let mut pairs = vec![first];
         for other in &settings.cameras[2..] {
             pairs.push(of([reference, *other], Some(reference))?);
@@ -190,7 +191,7 @@ impl<'a> SceneReconstructor<'a> {
     }
 
     /// The points of disparities that another matcher found in the rectified pictures of the first two cameras, those of
-    /// the left one.
+    /// the left one. Those at depths that are not searched are left out, of the map as well.
     ///
     /// # Errors
     ///
@@ -198,7 +199,7 @@ impl<'a> SceneReconstructor<'a> {
     /// [`SceneReconstructor::reconstruct`] for pictures.
     pub fn locate(
         &self,
-        map: DisparityMap,
+        mut map: DisparityMap,
         pictures: &[&ColourImage],
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
@@ -207,9 +208,20 @@ impl<'a> SceneReconstructor<'a> {
         if found != self.pair().size {
             return Err(other_size("size of the disparities", self.pair().size, found));
         }
+        self.drop_unsearched(&mut map);
         let mut maps = vec![None; self.pairs.len()];
         maps[0] = Some(map);
         self.of_maps(maps, self.reference(pictures), progress)
+    }
+
+    /// Takes out what lies at depths that are not searched.
+    fn drop_unsearched(&self, map: &mut DisparityMap) {
+        for (at, disparity) in map.disparity.iter_mut().enumerate() {
+            if !self.pairs[0].searches(f64::from(*disparity)) {
+                *disparity = f32::NAN;
+                (map.confidence[at], map.sigma[at]) = (0.0, f32::NAN);
+            }
+        }
     }
 
     /// The points of pixels that were matched by somebody else, one row a point: a pixel of each of the settings' cameras

@@ -70,6 +70,25 @@ impl ReconstructionSettings {
         Ok(())
     }
 
+    /// Whether the region has something of the reference camera's picture.
+    pub(crate) fn check_region(&self, reference: usize) -> Result<()> {
+        let mut sizes = self.cameras.iter().zip(&self.sizes);
+        let size = sizes.find(|(camera, _)| **camera == reference).map(|(_, size)| *size);
+        let Some(([left, top, width, height], [across, down])) = self.region.zip(size) else {
+            return Ok(());
+        };
+        if left < across && top < down {
+            return Ok(());
+        }
+        Err(Error::Setting {
+            setting: "region".into(),
+            value: format!(
+                "{left},{top},{width},{height}: it lies wholly outside of the picture of {across} x {down} pixels"
+            ),
+            need: "left, top, width and height of a part of the left camera's picture".into(),
+        })
+    }
+
     /// What can be said before any work.
     pub(crate) fn check(&self) -> Result<()> {
         let refuse = |setting: &str, value: String, need: &str| {

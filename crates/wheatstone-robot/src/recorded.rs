@@ -2,11 +2,8 @@
 
 use super::{Vehicle, Velocity};
 use std::path::{Path, PathBuf};
-use wheatstone_charts::imaging::{GrayImage, Limits, read_image, read_size};
+use wheatstone_charts::imaging::{GrayImage, Limits, is_picture, read_image, read_size};
 use wheatstone_core::{Error, Result};
-
-/// Pictures are files with one of these endings.
-const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm"];
 
 /// A vehicle that shows what was recorded and does not move.
 ///
@@ -92,11 +89,7 @@ fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
     let failed = |source| Error::Io { action: "read", path: folder.into(), source };
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        if ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
-            found.push(path);
-        }
+        found.extend(Some(entry.map_err(failed)?.path()).filter(|path| is_picture(path)));
     }
     found.sort();
     Ok(found)

@@ -219,3 +219,14 @@ fn to_gray(picture: &DynamicImage) -> GrayImage {
     }
     GrayImage { width: width as usize, height: height as usize, values }
 }
+
+/// Whether a file's name is that of a picture which can be read: one with a usual ending. What systems put beside pictures
+/// (`.DS_Store`, `._001.png`, `Thumbs.db`) is none.
+#[must_use]
+pub fn is_picture(path: &Path) -> bool {
+    const ENDINGS: [&str; 10] =
+        ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm", "ppm", "pbm", "pnm"];
+    let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    !is_hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
+}

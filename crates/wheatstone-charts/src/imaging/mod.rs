@@ -9,7 +9,7 @@ mod rounding;
 
 pub use annotate::{Annotated, Colour};
 pub use colour::ColourImage;
-pub use decode::{Limits, decode_image, read_colour_image, read_image, read_size};
+pub use decode::{Limits, decode_image, is_picture, read_colour_image, read_image, read_size};
 
 use std::path::Path;
 use wheatstone_core::{Result, geometry::Pixel, storage};

@@ -145,6 +145,13 @@ fn faults_are_named() {
         assert!(error.to_string().contains(words), "{words}: {error}");
         assert!(error.hint().is_some());
     }
+    // What systems leave beside pictures is none.
+    let every = HEAD.replace("*.png", "*");
+    let (_dir, with_others) = capture(
+        &every,
+        &[&both[..], &["left/.DS_Store", "left/Thumbs.db", "right/._a.png"]].concat(),
+    );
+    assert!(with_others.unwrap().views.len() == both.len() / 2);
     // One camera alone can be calibrated.
     let (_dir, one) = capture(&HEAD.replace("right = \"right/*.png\"\n", ""), &both[..1]);
     assert_eq!(one.unwrap().cameras.len(), 1);

@@ -1,6 +1,6 @@
 //! `wheatstone check --against`: whether cameras still stand as they did.
 
-use super::print_json;
+use super::{locate::refuse_other_order, print_json};
 use crate::{
     failure::Outcome,
     input::{Reading, load_any},
@@ -15,6 +15,9 @@ use wheatstone::{
     evaluate::camera_motion::{CameraChange, CameraMotion, Change, Known},
 };
 
+/// Share of correct matches that may be called a mismatch, as `locate` has it.
+const FALSE_ALARM: f64 = 0.001;
+
 /// Compares what cameras see now with what the model expects.
 pub(super) fn check(input: &Path, model: &Path, mut reading: Reading, as_json: bool) -> Outcome {
     let bar = Bar::new();
@@ -22,6 +25,8 @@ pub(super) fn check(input: &Path, model: &Path, mut reading: Reading, as_json: b
     // A points file's numbers are in the model's unit unless it says otherwise.
     reading.unit.get_or_insert_with(|| calibration.unit.clone());
     let data = load_any(input, &reading, &bar)?.data;
+    let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
+    refuse_other_order(&calibration, &pixels, FALSE_ALARM)?;
     let found = calibration.camera_motion(&data, &bar)?;
     drop(bar);
     if calibration.imported.is_some() {

@@ -94,9 +94,10 @@ impl Fit {
         }
         let loaded = load(&self.input, &self.reading, &bar)?;
         method.takes(loaded.data.cameras)?;
+        let sizes = self.told.of_pixels(loaded.sizes(), &loaded.data)?;
         let prepared = self.preparing.run(&loaded, Some(&method), self.seed, &bar)?;
         let mut model = Calibration::fit(&method, &prepared, self.seed, !self.no_validation, &bar)?;
-        model.sizes = self.told.sizes(loaded.sizes(), prepared.data.cameras);
+        model.sizes = sizes;
         model.source = Some(Source {
             name: name_of(&self.input),
             frame: world_frame(&self.input, &loaded, &prepared),

@@ -200,6 +200,26 @@ pub(crate) fn needs_two_cameras(model: &Calibration, what: &str) -> Outcome {
 /// Rows that speak for all of a table.
 const CHECKED: usize = 512;
 
+/// Refuses pixels that would match with two cameras exchanged, and do not as they are.
+pub(crate) fn refuse_other_order(
+    model: &Calibration,
+    pixels: &[Vec<Option<Pixel>>],
+    rate: f64,
+) -> Outcome {
+    let rows = &pixels[..pixels.len().min(CHECKED)];
+    let Some((a, b)) = exchanged_cameras(&*model.reconstructor, rows, rate) else { return Ok(()) };
+    Err(Error::Faulty {
+        code: "cameras-swapped".into(),
+        problem: format!(
+            "the pixels are mismatched, but would match with cameras {} and {} exchanged",
+            a + 1,
+            b + 1
+        ),
+        hint: "give the columns in the order of the cameras that the model was fitted to".into(),
+    }
+    .into())
+}
+
 /// Refuses pixels whose columns stand for other cameras than those of the model; warns where most do
 /// not belong together anyway. The first rows speak for all.
 pub(crate) fn refuse_exchanged(
@@ -207,20 +227,8 @@ pub(crate) fn refuse_exchanged(
     pixels: &[Vec<Option<Pixel>>],
     rate: f64,
 ) -> Outcome {
+    refuse_other_order(model, pixels, rate)?;
     let rows = &pixels[..pixels.len().min(CHECKED)];
-    if let Some((a, b)) = exchanged_cameras(&*model.reconstructor, rows, rate) {
-        return Err(Error::Faulty {
-            code: "cameras-swapped".into(),
-            problem: format!(
-                "the pixels are mismatched, but would match with cameras {} and {} exchanged",
-                a + 1,
-                b + 1
-            ),
-            hint: "give the columns in the order of the cameras that the model was fitted to"
-                .into(),
-        }
-        .into());
-    }
     match mismatched_share(&*model.reconstructor, rows, rate) {
         Some(share) if share > 0.5 => remark!(
             "warning",

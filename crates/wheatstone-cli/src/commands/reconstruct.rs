@@ -1,21 +1,25 @@
 //! `wheatstone reconstruct`.
 
 pub(super) mod depths;
+mod empty;
+mod fault;
+mod given;
 mod log;
 pub(super) mod results;
 
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
     failure::{Failure, Outcome},
-    matches::GivenMatches,
-    output::refuse_inputs,
+    output::{refuse_folders, refuse_inputs},
     picture_sets::frames,
     progress::Bar,
     table::figure,
     verbosity::{remark, say},
 };
 use clap::{Args, builder::PossibleValuesParser};
-use depths::{depths, searched};
+use depths::depths;
+use empty::Empty;
+use fault::{listed, named, way_out};
 use log::Log;
 use results::{pretty, sigmas, summary, whole, write, write_mesh};
 use serde_json::{Value, json};
@@ -31,7 +35,6 @@ use wheatstone::{
         CLOUD_FORMATS, CloudFormat, FrameFusion, Reconstruction, ReconstructionSettings,
         SceneReconstructor,
     },
-    stereo::PairFault,
     storage::write_folder,
 };
 
@@ -210,15 +213,7 @@ impl Reconstruct {
         let pictures: Vec<&ColourImage> = pictures.iter().collect();
         let found = match &self.matches {
             Some(path) => {
-                match GivenMatches::read(path, self.matches_sigma, &made.settings().cameras)? {
-                    GivenMatches::Disparities(map) => made.locate(map, &pictures, bar)?,
-                    GivenMatches::Pixels(rows) => {
-                        let found =
-                            made.locate_matches(&rows, self.matches_sigma, &pictures, bar)?;
-                        tell_left_out(rows.len(), &found, made, model);
-                        found
-                    }
-                }
+                given::located((path, self.matches_sigma), (made, model), &pictures, bar)?
             }
             None => made.reconstruct(&pictures, bar)?,
         };
@@ -232,6 +227,13 @@ impl Reconstruct {
             if !self.force {
                 return Ok(json!({ "images": frame, "fault": fault.to_string() }));
             }
+        }
+        if let Some(reason) = self.empty(&found, (made, model)) {
+            if count == 1 {
+                return Err(reason.into());
+            }
+            remark!("warning", "{}: {}", listed(frame), reason.problem);
+            return Ok(json!({ "images": frame, "fault": reason.problem }));
         }
         log.frame(frame, &found)?;
         let title = frame[0].display().to_string();
@@ -261,12 +263,24 @@ impl Reconstruct {
             }
         }
         let found = fusion.finish(bar)?;
+        if let Some(reason) = self.empty(&found, (made, model)) {
+            return Err(reason.into());
+        }
         log.frame(used[0], &found)?;
         let title = format!("{}, {} frames", used[0][0].display(), used.len());
         let mut told = summary(&found);
         told["images"] = json!(used);
         let told = self.write((made, model), &found, (&title, told), &self.output)?;
         Ok(whole(&self.model, (made, model), vec![told]))
+    }
+
+    /// Why there is no point, where there is none.
+    fn empty(
+        &self,
+        found: &Reconstruction,
+        (made, model): (&SceneReconstructor, &Calibration),
+    ) -> Option<Empty> {
+        Some(Empty::of(made.emptied_by(found)?, (made, model), self.matches.is_some()))
     }
 
     /// Writes the results of pictures taken at once, and says what they are; gives back what is told of them.
@@ -280,9 +294,12 @@ impl Reconstruct {
         let whole = whole(&self.model, (made, model), vec![told.clone()]);
         let formats: Vec<_> =
             self.cloud.iter().filter_map(|name| CloudFormat::named(name)).collect();
-        write_folder(place, |folder| {
+        write_folder(place, |folder| -> Outcome {
             write(found, (made, model), (title, &whole), (folder, &formats))?;
-            if self.mesh { write_mesh(found, (made, model), folder) } else { Ok(()) }
+            if self.mesh {
+                write_mesh(found, (made, model), folder)?;
+            }
+            refuse_folders(folder, place)
         })?;
         tell(found, model, place);
         Ok(told)
@@ -325,18 +342,6 @@ fn read(frame: &[PathBuf]) -> Result<Vec<ColourImage>, Error> {
     frame.iter().map(|path| read_colour_image(path, Limits::default())).collect()
 }
 
-/// A fault, after the names of the pictures that it is between.
-fn named(
-    made: &SceneReconstructor,
-    (cameras, fault): ([usize; 2], PairFault),
-    frame: &[PathBuf],
-) -> String {
-    let order = &made.settings().cameras;
-    let at_fault = order.iter().zip(frame).filter(|(camera, _)| cameras.contains(camera));
-    let at_fault: Vec<String> = at_fault.map(|(_, path)| path.display().to_string()).collect();
-    format!("{}: {fault}", at_fault.join(" and "))
-}
-
 fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
     let cloud = &found.cloud;
     say!(
@@ -361,40 +366,5 @@ fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
             "{:.0} % of the points lie where the calibration had no data: their standard deviations are extrapolated",
             100.0 * (1.0 - cloud.trusted())
         );
-    }
-}
-
-/// Says how many of somebody else's matches mean no point.
-fn tell_left_out(
-    rows: usize,
-    found: &Reconstruction,
-    made: &SceneReconstructor,
-    model: &Calibration,
-) {
-    let left_out = rows - found.cloud.len();
-    if left_out > 0 {
-        remark!(
-            "note",
-            "{left_out} of {rows} matches are left out: pixels far from their epipolar lines, or points outside of the \
-             pictures and the depths of {}",
-            searched(made, model)
-        );
-    }
-}
-
-/// What to do about a fault.
-fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) -> String {
-    match fault {
-        PairFault::Vertical(_) => {
-            "nothing was written; fit again if a camera has moved (`wheatstone check POINTS --against MODEL` says which), \
-             with another method if the model does not fit the optics (`wheatstone evaluate`), or go on with `--force`"
-                .into()
-        }
-        PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
-        PairFault::SamePicture => "nothing was written; give the pictures of two cameras".into(),
-        _ => format!(
-            "nothing was written; depths of {} were searched: `--range NEAR:FAR` names others; `--force` goes on",
-            searched(made, model)
-        ),
     }
 }

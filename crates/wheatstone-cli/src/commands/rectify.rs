@@ -79,7 +79,7 @@ impl Rectify {
         needs_two_cameras(&model, "rectify")?;
         let pictures = self.pictures()?;
         let cameras = self.cameras.map(|camera| camera - 1);
-        let mut sizes = self.told.sizes(model.sizes.clone(), model.volume.cameras());
+        let mut sizes = self.told.sizes(model.sizes.clone(), model.volume.cameras())?;
         sizes.resize(model.volume.cameras().max(sizes.len()), None);
         if let Some(first) = pictures.first() {
             for (path, camera) in first.iter().zip(cameras) {

@@ -199,6 +199,8 @@ fn several_pairs_have_a_folder_each() {
             fs::copy(from, at.join(format!("{side}/{name}.png"))).unwrap();
         }
     }
+    // What systems leave in folders is no picture.
+    fs::write(at.join("left/.DS_Store"), "x").unwrap();
     done(at, &["reconstruct", "model.json", "--images", "left", "right", "-o", "folders"]);
     // Both frames as one, and the surface.
     let fused = ["--fuse", "--mesh", "-o", "fused", "--json"];
@@ -299,4 +301,94 @@ fn pairs_that_do_not_fit_are_refused_in_one_sentence() {
     // Said, and done, for who insists.
     let command = ["reconstruct", "model.json", "--images", RIGHT, LEFT, "-o", "out", "--force"];
     assert!(done(at, &command).1.contains("exchanged"));
+}
+
+/// Changes the disparities of a NumPy file of single precision.
+fn changed(from: &Path, to: &Path, change: impl Fn(f32) -> f32) {
+    let bytes = fs::read(from).unwrap();
+    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let number = |four: &[u8]| f32::from_le_bytes(four.try_into().unwrap());
+    let values = bytes[start..].chunks_exact(4).flat_map(|four| change(number(four)).to_le_bytes());
+    let all: Vec<u8> = bytes[..start].iter().copied().chain(values).collect();
+    fs::write(to, all).unwrap();
+}
+
+#[test]
+fn without_points_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    let told = |pair: [&str; 2], more: &[&str]| {
+        let command = ["reconstruct", "model.json", "--images", pair[0], pair[1], "-o", "out"];
+        let told = refused(at, &[&command[..], more].concat());
+        assert!(!at.join("out").exists(), "{told}");
+        told
+    };
+    let region = told([LEFT, RIGHT], &["--region", "1000,400,100,100"]);
+    assert!(region.contains("wholly outside of the picture of 640 x 480"), "{region}");
+    let sigma = told([LEFT, RIGHT], &["--max-sigma", "0.00001"]);
+    assert!(sigma.contains("0.00001 cm") && sigma.contains("`--max-sigma`"), "{sigma}");
+
+    let command = ["reconstruct", "model.json", "--images", LEFT, RIGHT, "-o", "own"];
+    done(at, &command);
+    let summary = fs::read_to_string(at.join("own/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let rows = summary["rectified"]["rectified_from_world"]["rotation"].as_array().unwrap();
+    assert!(rows.len() == 3 && rows.iter().all(|row| row.as_array().unwrap().len() == 3));
+
+    // Disparities of another program, in other ways of writing them.
+    let own = at.join("own/disparity.npy");
+    changed(&own, &at.join("negative.npy"), |disparity| -disparity);
+    changed(&own, &at.join("sixteenths.npy"), |disparity| 16.0 * disparity);
+    changed(&own, &at.join("none.npy"), |_| f32::NAN);
+    let given = |name: &str| told([LEFT, RIGHT], &["--matches", name]);
+    let negative = given("negative.npy");
+    assert!(negative.contains("change their sign"), "{negative}");
+    let sixteenths = given("sixteenths.npy");
+    assert!(sixteenths.contains("divide them by 16"), "{sixteenths}");
+    let none = given("none.npy");
+    assert!(none.contains("all of its values are NaN"), "{none}");
+    let near = told([LEFT, RIGHT], &["--matches", "own/disparity.npy", "--range", "400:800"]);
+    assert!(near.contains("none of the") && near.contains("`--range NEAR:FAR`"), "{near}");
+    let zero = |disparity: f32| if disparity.is_nan() { 0.0 } else { disparity };
+    changed(&own, &at.join("zeros.npy"), zero);
+    let zeros = ["--matches", "zeros.npy", "-o", "zeros"];
+    let (_, said) = done(at, &[&command[..5], &zeros].concat());
+    assert!(said.contains("matches are left out: points outside of the depths of"), "{said}");
+
+    // Pictures are looked at, too.
+    let matches = ["--matches", "own/disparity.npy"];
+    assert!(told([LEFT, LEFT], &matches).contains("both pictures are the same"));
+    assert!(told([RIGHT, LEFT], &matches).contains("the pictures are exchanged"));
+
+    fs::create_dir_all(at.join("taken/cloud.ply")).unwrap();
+    let taken = refused(at, &[&command[..5], &["-o", "taken"]].concat());
+    assert!(taken.contains("cloud.ply is a folder"), "{taken}");
+    assert_eq!(fs::read_dir(at.join("taken")).unwrap().count(), 1);
+}
+
+#[test]
+fn a_frame_without_points_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    for side in ["left", "right"] {
+        fs::create_dir(at.join(side)).unwrap();
+        let seen = image::open(at.join(format!("capture/scene/{side}.png"))).unwrap().to_luma8();
+        seen.save(at.join(format!("{side}/a.png"))).unwrap();
+        // Of the second pair the region is blank.
+        let blank = |x: u32, y: u32| {
+            if (120..260).contains(&y) { image::Luma([120]) } else { *seen.get_pixel(x, y) }
+        };
+        let blank = image::GrayImage::from_fn(640, 480, blank);
+        blank.save(at.join(format!("{side}/b.png"))).unwrap();
+    }
+    let region = ["--region", "250,180,60,20", "-o", "out"];
+    let command = [&["reconstruct", "model.json", "--images", "left", "right"][..], &region];
+    let (_, said) = done(at, &command.concat());
+    assert!(said.contains("b.png: no p") && said.contains(" in the region "), "{said}");
+    assert!(at.join("out/a/cloud.ply").is_file() && !at.join("out/b").exists());
+    let told = fs::read_to_string(at.join("out/summary.json")).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert!(told["frames"][0]["points"].is_u64() && told["frames"][1]["fault"].is_string());
 }

@@ -202,7 +202,7 @@ fn what_a_slow_producer_gives_goes_on_before_it_ends() {
 
 #[test]
 fn tables_of_other_names_and_units_go_through() {
-    let (folder, pixels) = fitted();
+    let (folder, _) = fitted();
     let at = folder.path();
     let unit = std::fs::read_to_string(at.join("train.csv")).unwrap();
     let rows: Vec<&str> = unit.lines().skip(1).collect();
@@ -231,13 +231,33 @@ fn tables_of_other_names_and_units_go_through() {
     assert!(near(rms(&["evaluate", "model.json", "silent.csv", names, "--unit", "m", "--json"])));
     let message = refused(at, &["evaluate", "model.json", "silent.csv", names]);
     assert!(message.contains("these lengths look like m, but were read as cm"), "{message}");
-    assert!(message.contains("`--unit cm`"), "{message}");
+    assert!(message.contains("say that the points are in m (`--unit`)"), "{message}");
+    // Brought together by a rigid motion they are in the model's unit before.
+    let aligned = ["evaluate", "model.json", "silent.csv", names, "--align"];
+    let message = refused(at, &aligned);
+    assert!(message.contains("these lengths look like m, but were read as cm"), "{message}");
+    let best = rms(&["evaluate", "model.json", "own.csv", "--align", "--json"]);
+    for unit in ["m", "metres"] {
+        let found = rms(&[&aligned[..], &["--unit", unit, "--json"]].concat());
+        assert!((found / best - 1.0).abs() < 1e-6, "{unit}: {found} against {best}");
+    }
+    let message = refused(at, &["fit", "own.csv", "--size", "64x48", "-o", "other.json"]);
+    assert!(message.contains("lie outside of 64x48 pictures"), "{message}");
+    let sizes = ["fit", "own.csv", "--size", "640x480,640x480,64x48", "-o", "other.json"];
+    let message = refused(at, &sizes);
+    assert!(message.contains("`--size` gives 3 sizes, and there are 2 cameras"), "{message}");
     let message = refused(at, &["fit", "silent.csv", "-o", "other.json"]);
     assert!(
         message.contains("no column `x1`, `y1`, `x2`, `y2`; found: a, b, c, d, X"),
         "{message}"
     );
     assert!(message.contains("--columns"), "{message}");
+}
+
+#[test]
+fn decimal_commas_go_through() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
     // German spreadsheets: what is added is written as the rest is.
     let text = pixels[..50].join("\n").replace(',', ";").replace('.', ",");
     std::fs::write(at.join("in.csv"), format!("# unit: cm\nx1;y1;x2;y2\n{text}\n")).unwrap();

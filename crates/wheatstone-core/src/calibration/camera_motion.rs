@@ -6,6 +6,7 @@ use crate::{
     dataset::Dataset,
     error::{Hint, Remedy},
     evaluate::{CameraMotion, Ellipsoids, Reference, camera_motion, refuse_mistaken_unit},
+    geometry::Vector3,
     method::Reconstructor,
 };
 use wheatstone_numeric::progress::Progress;
@@ -31,14 +32,15 @@ impl Calibration {
                 data: data.cameras.to_string(),
             });
         }
+        let given = &data.unit;
         let data = data.clone().in_unit(&self.unit)?;
         let map: &dyn Reconstructor = &*self.reconstructor;
-        refuse_mistaken_unit(map, &data)?;
+        refuse_mistaken_unit(map, &data, given)?;
         if map.fit_errors().is_some() {
             // Whoever errs more than it says on views held out does so on others.
             let told = Ellipsoids::NORMAL.radius2_95;
             let widened = (self.ellipsoids.radius2_95 / told).max(1.0);
-            return camera_motion(map, &data, widened, progress);
+            return camera_motion((map, &self.axes()), &data, widened, progress);
         }
         let reference = if self.data.world.is_empty() {
             None
@@ -49,6 +51,12 @@ impl Calibration {
             problem: "this model is no camera, and holds no points to fit cameras to".into(),
             hint: Hint::new("fit it to the points of a chart", Remedy::Fit),
         })?;
-        camera_motion(reference.cameras(), &data, 1.0, progress)
+        camera_motion((reference.cameras(), &[]), &data, 1.0, progress)
+    }
+
+    /// The optical axes of its cameras in the world; none for a map without cameras.
+    fn axes(&self) -> Vec<Vector3> {
+        let cameras = self.reconstructor.intrinsics().unwrap_or_default();
+        cameras.into_iter().map(|camera| camera.axis.into()).collect()
     }
 }

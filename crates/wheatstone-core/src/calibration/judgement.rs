@@ -52,12 +52,7 @@ impl Calibration {
     /// [`Error::Faulty`](crate::Error::Faulty) for places in another unit than was said; those of
     /// [`evaluate`](crate::evaluate::evaluate()), [`evaluate_boards`] and [`evaluate_one_camera`];
     /// [`Error::Cancelled`](crate::Error::Cancelled).
-    pub fn judge(
-        &self,
-        mut data: Dataset,
-        align: bool,
-        progress: &dyn Progress,
-    ) -> Result<Judgement> {
+    pub fn judge(&self, data: Dataset, align: bool, progress: &dyn Progress) -> Result<Judgement> {
         let map: &dyn Reconstructor = &*self.reconstructor;
         if map.cameras() == 1 {
             return Ok(Judgement::Pixels(evaluate_one_camera(map, &data)?));
@@ -67,11 +62,12 @@ impl Calibration {
             let found = evaluate_boards(&self.map(), &data, &self.ellipsoids)?;
             return Ok(Judgement::Boards(found));
         }
+        let given = data.unit.clone();
+        let mut data = data.in_unit(&self.unit)?;
         if align {
             data = aligned(map, &data).unwrap_or(data);
         }
-        let data = data.in_unit(&self.unit)?;
-        refuse_mistaken_unit(map, &data)?;
+        refuse_mistaken_unit(map, &data, &given)?;
         Ok(Judgement::Points(PointJudgement {
             evaluation: evaluate(map, &data, self.viewpoint)?,
             budget: self.budget(&data, progress)?,

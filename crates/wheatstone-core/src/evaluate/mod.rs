@@ -126,45 +126,52 @@ pub fn point_errors(
         .collect()
 }
 
-/// The unit that lengths of `data` seem to be in, where that is not the one that they were taken for: located
-/// points are spread as widely once it is put right, and lie ten times as near.
+/// The unit that lengths of `data` seem to be in, where that is not the `given` one, for which they were taken: located
+/// points are spread as widely once it is put right, and lie ten times as near about their middle.
 #[must_use]
-fn mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Option<&'static str> {
+fn mistaken_unit(
+    reconstructor: &dyn Reconstructor,
+    data: &Dataset,
+    given: &str,
+) -> Option<&'static str> {
     let errors = point_errors(reconstructor, data, None);
     let world = |error: &PointError| data.correspondences[error.row].world;
     let pairs: Vec<(Point3, Point3)> =
         errors.iter().filter_map(|e| world(e).map(|at| (at, at + e.difference))).collect();
-    let spread = |points: Vec<Point3>| {
-        let sum: Vector3 = points.iter().map(|point| point.coords).sum();
-        let centre = Point3::from(sum / points.len() as f64);
-        mean(&points.iter().map(|point| (point - centre).norm()).collect::<Vec<_>>())
-    };
-    let [true_spread, found_spread] = [
-        spread(pairs.iter().map(|pair| pair.0).collect()),
-        spread(pairs.iter().map(|pair| pair.1).collect()),
-    ];
-    let unit = unit::mistaken(&data.unit, found_spread / true_spread)?;
-    let factor = unit::factor(unit, &data.unit)?;
+    let count = pairs.len() as f64;
+    let sums = pairs.iter().fold((Vector3::zeros(), Vector3::zeros()), |(at, found), pair| {
+        (at + pair.0.coords, found + pair.1.coords)
+    });
+    let from_middle: Vec<(Vector3, Vector3)> = pairs
+        .iter()
+        .map(|(at, found)| (at.coords - sums.0 / count, found.coords - sums.1 / count))
+        .collect();
+    let true_spread = mean(&from_middle.iter().map(|(at, _)| at.norm()).collect::<Vec<_>>());
+    let found_spread = mean(&from_middle.iter().map(|(_, found)| found.norm()).collect::<Vec<_>>());
+    let unit = unit::mistaken(given, found_spread / true_spread)?;
+    let factor = unit::factor(unit, given)?;
     let off = |scale: f64| {
-        median(&pairs.iter().map(|(at, found)| (found - at * scale).norm()).collect::<Vec<_>>())
+        let apart = from_middle.iter().map(|(at, found)| (found - at * scale).norm());
+        median(&apart.collect::<Vec<_>>())
     };
     (off(factor) < 0.1 * off(1.0)).then_some(unit)
 }
 
-/// Refuses places that seem to be in another unit than they were taken for.
+/// Refuses places that seem to be in another unit than the `given` one; `data` are converted from that.
 ///
 /// # Errors
 ///
 /// [`Error::Faulty`], with the unit.
-pub fn refuse_mistaken_unit(reconstructor: &dyn Reconstructor, data: &Dataset) -> Result<()> {
-    mistaken_unit(reconstructor, data).map_or(Ok(()), |unit| {
+pub fn refuse_mistaken_unit(
+    reconstructor: &dyn Reconstructor,
+    data: &Dataset,
+    given: &str,
+) -> Result<()> {
+    mistaken_unit(reconstructor, data, given).map_or(Ok(()), |unit| {
         Err(Error::Faulty {
             code: "unit".into(),
-            problem: format!(
-                "these lengths look like {unit}, but were read as {}, the model's unit",
-                data.unit
-            ),
-            hint: Hint::new("say the unit of the points file", Remedy::Unit),
+            problem: format!("these lengths look like {unit}, but were read as {given}"),
+            hint: Hint::new(format!("say that the points are in {unit}"), Remedy::Unit),
         })
     })
 }

@@ -6,6 +6,7 @@
 //! little. So the first stays where its lens, by `auto`'s own rule, predicts views left out as well as the
 //! model-free camera does, all charts being where that one puts them.
 
+use super::outliers;
 use crate::{
     Error, Result,
     camera::AnyCamera,
@@ -63,7 +64,7 @@ pub(super) fn place(
     };
     let mut freed = None;
     if lenses.is_empty() && bundle_settings.lenses == Lenses::Either {
-        freed = model_free(&solved, bundle_settings.always_model_free, progress)?;
+        freed = model_free(&solved, bundle_settings, progress)?;
     }
     let is_free = freed.is_some();
     let known = data.known().next().is_some();
@@ -88,7 +89,7 @@ pub(super) fn place(
 /// as well.
 fn model_free(
     solved: &SolvedPoses,
-    always: bool,
+    bundle_settings: BundleSettings,
     progress: &dyn Progress,
 ) -> Result<Option<Dataset>> {
     let held = |view: usize| {
@@ -102,14 +103,42 @@ fn model_free(
         // Known places are kept.
         views: names.filter(|(view, _)| held(*view)).map(|(_, name)| (name.clone(), 0.0)).collect(),
     };
-    match stage::solve(&solved.data, &prior, progress) {
-        Ok(freed) if always => Ok(Some(freed.data)),
+    let clean = if bundle_settings.keep_gross {
+        solved.data.clone()
+    } else {
+        without_outliers(&solved.data, progress)?
+    };
+    match stage::solve(&clean, &prior, progress) {
+        Ok(freed) if bundle_settings.always_model_free => {
+            Ok(Some(with_pixels_of(freed.data, &solved.data)))
+        }
         Ok(freed) => {
             let lens = if solved.lens == "kannala-brandt" { "kannala-brandt" } else { "brown" };
             let does_as_well = auto::does_as_well(lens, "neural-camera", &freed.data, progress)?;
-            Ok((!does_as_well).then_some(freed.data))
+            Ok((!does_as_well).then(|| with_pixels_of(freed.data, &solved.data)))
         }
         Err(Error::Degenerate { .. } | Error::TooFew { .. }) => Ok(None),
         Err(other) => Err(other),
     }
+}
+
+/// The data without the pixels of outliers, which would bend charts and cameras alike: no error is cut off there.
+fn without_outliers(data: &Dataset, progress: &dyn Progress) -> Result<Dataset> {
+    // Of many points of a camera some are chosen at random.
+    const SEED: u64 = 0;
+    let mut clean = data.clone();
+    for outlier in outliers::screen(data, SEED, progress)?.outliers {
+        for camera in outlier.cameras {
+            clean.correspondences[outlier.row].pixels[camera] = None;
+        }
+    }
+    Ok(clean)
+}
+
+/// Charts that were moved, with all the pixels again: what is an outlier is judged anew.
+fn with_pixels_of(mut moved: Dataset, data: &Dataset) -> Dataset {
+    for (row, own) in moved.correspondences.iter_mut().zip(&data.correspondences) {
+        row.pixels.clone_from(&own.pixels);
+    }
+    moved
 }

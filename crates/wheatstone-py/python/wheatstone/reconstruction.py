@@ -224,7 +224,8 @@ class Reconstructor:
         ----------
         matches : (n, 2 * cameras) or (height, width)
             Matched pixels, one row a point: x and y of each camera, in the order of `cameras`; or disparities of the
-            left rectified picture, which has another number of columns. NaN where there is none.
+            left rectified picture, which has another number of columns. NaN where there is none. Those at depths that
+            are not searched are left out.
         images : arrays
             As in `reconstruct`; the points' colours are from the left camera's.
         sigma : float

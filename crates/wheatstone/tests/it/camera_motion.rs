@@ -7,7 +7,7 @@ use wheatstone::{
     evaluate::camera_motion::{CameraMotion, Change, Known},
     geometry::{Pose, Vector3},
     method::{AnyMethod, AnyReconstructor, Reconstructor},
-    numeric::{progress::Silent, random::Random},
+    numeric::{progress::Silent, random::Random, statistics::percentile},
     preparation::Prepared,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
@@ -106,6 +106,27 @@ fn a_small_knock_is_named_and_measured() {
     assert!(count >= 3 * 36, "{count}");
     let mean = squares / f64::from(count);
     assert!((0.6..1.6).contains(&mean), "{mean}");
+}
+
+/// A roll is about the optical axis wherever in the pictures the points are.
+#[test]
+fn turns_are_about_the_cameras_own_axes_where_points_fill_a_corner() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let model = calibrated(&staged(&rig, Stage::default(), 1), "brown");
+    let all = again(&knocked(&rig, 1, [0.0, 0.0, 0.3], [0.0; 3]), 2);
+    let middle = |axis: usize| {
+        let pixels = all.correspondences.iter().filter_map(|row| row.pixels[1]);
+        percentile(&pixels.map(|pixel| pixel[axis]).collect::<Vec<_>>(), 0.5)
+    };
+    let (x, y) = (middle(0), middle(1));
+    let corner = all.subset(|_, row| row.pixels[1].is_some_and(|pixel| pixel.x > x && pixel.y > y));
+    let found = found(&model, &corner);
+    let [change] = &found.changes[..] else { panic!("{found:#?}") };
+    assert_eq!((&change.cameras[..], change.change), (&[1][..], Change::Turn));
+    for (axis, truth) in [0.0, 0.0, 0.3].into_iter().enumerate() {
+        let off = (change.turn[axis] - truth).abs();
+        assert!(off < 4.0 * change.turn_sigma[axis] && off < 0.02, "{change:#?}");
+    }
 }
 
 /// A large knock, and two cameras at once.

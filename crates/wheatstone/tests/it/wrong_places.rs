@@ -1,9 +1,10 @@
 //! Points whose places are not where the file says: a stage that was misread, a sign, a column in another unit.
 
-use std::cell::RefCell;
+use crate::hand_held::waved;
+use std::{cell::RefCell, collections::BTreeMap};
 use wheatstone::{
     chart::line_grid::LineGrid,
-    dataset::Dataset,
+    dataset::{Correspondence, Dataset},
     geometry::{Point3, Vector3},
     numeric::{random::Random, statistics::percentile},
     preparation::checks::{Severity, examine, repair_all},
@@ -38,6 +39,28 @@ fn sound_charts_near_cameras_with_other_optics_are_no_fault() {
             assert!(fatal.is_none(), "{rig} {seed}: {fatal:?}");
         }
     }
+}
+
+/// Poses that were given for the other end of the board: all views of all cameras are wrong alike, and none stands out.
+#[test]
+fn a_board_that_every_camera_reads_from_its_other_end_is_named_and_put_right() {
+    let (mut data, places) = waved(&Rig::named("paper", 2).unwrap(), 9, Noise::Normal(0.1), 1);
+    let name = |row: &Correspondence, from_end: bool| {
+        let id: usize = row.id.as_ref().unwrap().parse().unwrap();
+        (row.view, if from_end { 98 - id } else { id })
+    };
+    let rows = data.correspondences.iter();
+    let at: BTreeMap<_, _> = rows.map(|row| name(row, false)).zip(places).collect();
+    for row in &mut data.correspondences {
+        (row.world, row.board) = (at.get(&name(row, true)).copied(), None);
+    }
+    let found = examine(&data).findings;
+    let fatal: Vec<_> = found.iter().filter(|one| one.severity == Severity::Fatal).collect();
+    assert!(fatal.iter().all(|one| one.code == "board-turned"), "{fatal:#?}");
+    let told: usize = fatal.iter().map(|one| one.cameras.len()).sum();
+    assert_eq!(told, 2, "{fatal:#?}");
+    assert!(fatal[0].hint.contains("give the poses of the chart as it is read"), "{fatal:#?}");
+    assert_eq!(codes(&repair_all(&data, &found)), []);
 }
 
 /// The data with the places of a view changed.

@@ -12,6 +12,7 @@ use wheatstone::{
         CloudFormat, DepthPng, Mesh, Reconstruction, SceneReconstructor, depth_png, depth_tiff,
         write_ply,
     },
+    rectification::VirtualPair,
     report::{CloudCamera, SceneCloud, SceneFigures},
     stereo::PairFault,
 };
@@ -52,12 +53,21 @@ pub(in crate::commands) fn whole(
     json!({
         "model": file,
         "unit": model.unit,
-        "rectified": made.pair(),
+        "rectified": rectified(made.pair()),
         "Q": rows,
         "disparities": [range.start, range.end],
         "confidence": made.settings().least_confidence,
         "frames": frames,
     })
+}
+
+/// The virtual cameras; their rotation row by row as all matrices, which would be written column by column.
+fn rectified(pair: &VirtualPair) -> Value {
+    let rotation = &pair.rectified_from_world.rotation;
+    let row = |row: usize| [0, 1, 2].map(|column| rotation[(row, column)]);
+    let mut told = json!(pair);
+    told["rectified_from_world"]["rotation"] = json!([0, 1, 2].map(row));
+    told
 }
 
 pub(super) fn pretty(value: &Value) -> Vec<u8> {

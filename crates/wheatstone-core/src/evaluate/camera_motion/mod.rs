@@ -123,7 +123,8 @@ pub struct Noticeable {
     pub focal_length: f64,
 }
 
-/// Looks for motions of the cameras of `map` since it was fitted, by what they see in `data`. Covariances are taken for
+/// Looks for motions of the cameras of `map` since it was fitted, by what they see in `data`. `axes` are the cameras' optical
+/// axes in the world (unit vectors), about which they roll; without them it is where the middle of their pixels looks. Covariances are taken for
 /// `widened` times what noise and fit make them: 1, or more for a map whose errors at points held out are larger than it
 /// says.
 ///
@@ -132,13 +133,13 @@ pub struct Noticeable {
 /// [`Error::Degenerate`] for maps that are no cameras, or do not know how uncertain they are, and where the cameras do not
 /// see what they saw, or too few points; [`Error::Cancelled`].
 pub fn camera_motion(
-    map: &dyn Reconstructor,
+    (map, axes): (&dyn Reconstructor, &[Vector3]),
     data: &Dataset,
     widened: f64,
     progress: &dyn Progress,
 ) -> Result<CameraMotion> {
     let Scene { groups, mut places } = Scene::of(map, data);
-    let mut rig = Rig { map, frames: frames(map, data)?, middle: middle(data), groups };
+    let mut rig = Rig { map, frames: frames((map, axes), data)?, middle: middle(data), groups };
     let given = rig.middle.is_some();
     if !given && rig.frames.len() == 1 {
         return Err(Error::Degenerate {
@@ -191,11 +192,14 @@ fn degenerate(problem: &str) -> Error {
 }
 
 /// Where the cameras stand.
-fn frames(map: &dyn Reconstructor, data: &Dataset) -> Result<Vec<CameraFrame>> {
+fn frames(
+    (map, axes): (&dyn Reconstructor, &[Vector3]),
+    data: &Dataset,
+) -> Result<Vec<CameraFrame>> {
     let frame = |camera: usize| {
         let pixels = data.correspondences.iter().filter_map(|row| *row.pixels.get(camera)?);
         let pixels: Vec<Pixel> = pixels.collect();
-        CameraFrame::of(map, camera, &pixels).ok_or_else(|| {
+        CameraFrame::of(map, (camera, axes.get(camera).copied()), &pixels).ok_or_else(|| {
             degenerate(&format!("the pixels of camera {} do not tell where it stands", camera + 1))
         })
     };

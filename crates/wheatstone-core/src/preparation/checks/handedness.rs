@@ -9,7 +9,7 @@ use super::{
     coverage::{THIN, pixel_box, thickness},
     evidence::{Cell, Evidence},
     finding::{Proposal, Severity},
-    pairs::Pair,
+    pairs::{Pair, sides},
     unsynchronised::overall_figures,
 };
 use crate::geometry::Point3;
@@ -26,6 +26,12 @@ impl Fault for Handedness {
                 found.push(proposal);
             }
         }
+        if found.len() > 1
+            && told.iter().all(|told| *told)
+            && found.iter().all(|one| one.what == found[0].what)
+        {
+            found.iter_mut().for_each(|one| one.hint = OF_ALL.into());
+        }
         // In a slab or on a plane near and far cannot be told apart.
         if thickness(evidence).is_some_and(|share| share >= THIN) {
             found.extend(mirrored(evidence, &told));
@@ -34,6 +40,9 @@ impl Fault for Handedness {
         found
     }
 }
+
+/// What is alike in all cameras is the poses' doing.
+const OF_ALL: &str = "give the poses of the chart as it is read, from the corner at id 0 (of a chessboard one whose square is light), or let the labels be corrected";
 
 fn everywhere(evidence: &Evidence, camera: usize) -> Vec<(usize, usize)> {
     (0..evidence.views.len()).map(|view| (view, camera)).collect()
@@ -56,7 +65,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
     // Lenses differ; a camera that errs several times as much as another has another reason.
     let agreeing = evidence.cells.iter().filter(|view| !view[camera].suspicious).count();
     let disagrees = evidence.is_lost(camera) || 4 * agreeing < 3 * evidence.views.len();
-    if !disagrees {
+    if !disagrees && !errs_beyond_lenses(evidence, camera) {
         return None;
     }
     // Labels so wrong that no camera fits at all leave the sound views' error.
@@ -101,6 +110,15 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
             "read the board in the same order in every camera, or let the labels be corrected",
         )
     })
+}
+
+/// Whether a camera errs by more of its picture than any optics: then all views are bad alike, and none stands out.
+fn errs_beyond_lenses(evidence: &Evidence, camera: usize) -> bool {
+    const BEYOND: f64 = 0.02;
+    let pairs: Vec<Pair> =
+        evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
+    let [width, height] = sides(&pairs);
+    evidence.mean_error(camera) > BEYOND * width.min(height)
 }
 
 /// Whether places that are read in some way are those that were, moved as one body, or its mirror image: a camera
