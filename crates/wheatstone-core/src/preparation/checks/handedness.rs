@@ -118,7 +118,8 @@ fn errs_beyond_lenses(evidence: &Evidence, camera: usize) -> bool {
     let pairs: Vec<Pair> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
     let [width, height] = sides(&pairs);
-    evidence.mean_error(camera) > BEYOND * width.min(height)
+    let typical = evidence.seen[camera].as_ref().map_or(0.0, |seen| seen.typical);
+    typical > BEYOND * width.min(height)
 }
 
 /// Whether places that are read in some way are those that were, moved as one body, or its mirror image: a camera
