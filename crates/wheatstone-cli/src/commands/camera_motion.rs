@@ -1,6 +1,9 @@
 //! `wheatstone check --against`: whether cameras still stand as they did.
 
-use super::{locate::refuse_other_order, print_json};
+use super::{
+    locate::{FALSE_ALARM, refuse_other_order},
+    print_json,
+};
 use crate::{
     failure::Outcome,
     input::{Reading, load_any},
@@ -14,9 +17,6 @@ use wheatstone::{
     Calibration, Error,
     evaluate::camera_motion::{CameraChange, CameraMotion, Change, Known},
 };
-
-/// Share of correct matches that may be called a mismatch, as `locate` has it.
-const FALSE_ALARM: f64 = 0.001;
 
 /// Compares what cameras see now with what the model expects.
 pub(super) fn check(input: &Path, model: &Path, mut reading: Reading, as_json: bool) -> Outcome {

@@ -1,6 +1,10 @@
 //! `wheatstone evaluate`.
 
-use super::{compare::budget_as_text, locate::refuse_exchanged, print_json};
+use super::{
+    compare::budget_as_text,
+    locate::{FALSE_ALARM, refuse_exchanged},
+    print_json,
+};
 use crate::{
     failure::Outcome,
     input::{Reading, load},
@@ -37,9 +41,6 @@ pub(crate) struct Evaluate {
     #[command(flatten)]
     reading: Reading,
 }
-
-/// Share of correct matches that may be called a mismatch, as `locate` has it.
-const FALSE_ALARM: f64 = 0.001;
 
 impl Evaluate {
     pub(crate) fn run(mut self) -> Outcome {

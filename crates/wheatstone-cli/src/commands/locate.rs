@@ -58,7 +58,7 @@ pub(crate) struct Locate {
     #[arg(long, value_name = "NAMES", value_parser = columns)]
     columns: Option<ColumnNames>,
     /// Share of correct matches that may be called a mismatch
-    #[arg(long, value_name = "RATE", default_value = "0.001", value_parser = rate)]
+    #[arg(long, value_name = "RATE", default_value_t = FALSE_ALARM, value_parser = rate)]
     false_alarm: f64,
 }
 
@@ -199,6 +199,9 @@ pub(crate) fn needs_two_cameras(model: &Calibration, what: &str) -> Outcome {
 
 /// Rows that speak for all of a table.
 const CHECKED: usize = 512;
+
+/// Share of correct matches that may be called a mismatch, unless said otherwise.
+pub(super) const FALSE_ALARM: f64 = 0.001;
 
 /// Refuses pixels that would match with two cameras exchanged, and do not as they are.
 pub(crate) fn refuse_other_order(

@@ -44,13 +44,15 @@ impl CameraFrame {
     }
 }
 
-/// The pixel that looks along an axis: Newton's method on the plane at unit depth.
+/// The pixel that looks along an axis, a unit vector in the world: Newton's method on the plane at unit depth.
 fn pixel_along(
     look: &impl Fn(Pixel) -> Option<Vector3>,
     axis: Vector3,
     start: Pixel,
 ) -> Option<Pixel> {
+    /// A few are enough for lenses that bend little; others leave it at that.
     const STEPS: usize = 30;
+    /// Pixels: no camera's axis is known so well.
     const NEAR: f64 = 1e-3;
     let across = axis.cross(&if axis.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() });
     let (first, second) = (across.normalize(), axis.cross(&across).normalize());

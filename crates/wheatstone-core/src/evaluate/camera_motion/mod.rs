@@ -123,10 +123,10 @@ pub struct Noticeable {
     pub focal_length: f64,
 }
 
-/// Looks for motions of the cameras of `map` since it was fitted, by what they see in `data`. `axes` are the cameras' optical
-/// axes in the world (unit vectors), about which they roll; without them it is where the middle of their pixels looks. Covariances are taken for
-/// `widened` times what noise and fit make them: 1, or more for a map whose errors at points held out are larger than it
-/// says.
+/// Looks for motions of the cameras of `map` since it was fitted, by what they see in `data`. `axes` are the optical axes in
+/// the world (unit vectors, one a camera) about which cameras roll; where they are not known they are taken to lead through
+/// the middle of a camera's pixels. Covariances are taken for `widened` times what noise and fit make them: 1, or more for a
+/// map whose errors at points held out are larger than it says.
 ///
 /// # Errors
 ///

@@ -114,6 +114,7 @@ fn relabelled_throughout(evidence: &Evidence, camera: usize) -> Option<Proposal>
 
 /// Whether a camera errs by more of its picture than any optics: then all views are bad alike, and none stands out.
 fn errs_beyond_lenses(evidence: &Evidence, camera: usize) -> bool {
+    /// Of the shorter side of its points' box. The worst optics that were simulated leave 0.011.
     const BEYOND: f64 = 0.02;
     let pairs: Vec<Pair> =
         evidence.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
