@@ -20,7 +20,9 @@ use wheatstone::{
         calibration, gather, save,
     },
     geometry::Pixel,
-    rectification::{AtDepth, ErrorSummary, PairSettings, Rectification, VerticalErrors},
+    rectification::{
+        AtDepth, ErrorSummary, PairSettings, Rectification, VerticalErrors, VirtualPair,
+    },
 };
 
 /// What files do not say of themselves.
@@ -64,13 +66,7 @@ impl PictureSizes {
         if self.size.is_empty() {
             return Ok(known);
         }
-        let count = self.size.len();
-        if count > 1 && count != cameras {
-            return Err(Failure::usage(
-                format!("`--size` gives {count} sizes, and there are {cameras} cameras"),
-                "give one size for all cameras, or one for each, separated by commas",
-            ));
-        }
+        refuse_count(self.size.len(), cameras)?;
         let given = self.given(None, None);
         Ok((0..cameras).map(|camera| given.size(camera)).collect())
     }
@@ -89,6 +85,17 @@ impl PictureSizes {
         }
         Ok(sizes)
     }
+}
+
+/// Refuses sizes that are neither one for all cameras nor one for each.
+fn refuse_count(sizes: usize, cameras: usize) -> Outcome {
+    if sizes > 1 && sizes != cameras {
+        return Err(Failure::usage(
+            format!("`--size` gives {sizes} sizes, and there are {cameras} cameras"),
+            "give one size for all cameras, or one for each, separated by commas",
+        ));
+    }
+    Ok(())
 }
 
 /// Refuses a size that the pixels of a camera exceed, but for gross errors.
@@ -125,6 +132,13 @@ pub(crate) enum Cameras {
 }
 
 impl Cameras {
+    fn count(&self) -> usize {
+        match self {
+            Self::Model(model) => model.volume.cameras(),
+            Self::Rig(rig) => rig.cameras.len(),
+        }
+    }
+
     /// As a model, be it one that was imported on the spot.
     fn as_model(&self) -> Outcome<Cow<'_, Calibration>> {
         Ok(match self {
@@ -147,21 +161,22 @@ impl Cameras {
     pub(crate) fn fitted(&self, format: &Format, given: &Given) -> Outcome<Approximation> {
         let bar = Bar::new();
         // A lens must hold all over the picture, so that its size counts.
-        Ok(match self {
+        let found = match self {
             Self::Model(model) => {
                 let mut model = (**model).clone();
                 let size = |camera| given.size(camera).or(model.picture_size(camera));
                 model.sizes = (0..model.volume.cameras()).map(size).collect();
-                approximate(&model, format.forms(), &bar)?
+                approximate(&model, format.forms(), &bar)
             }
             Self::Rig(rig) => {
                 let mut rig = rig.clone();
                 for (index, camera) in rig.cameras.iter_mut().enumerate() {
                     camera.size = given.size(index).or(camera.size);
                 }
-                approximate_rig(&rig, format.forms(), &bar)?
+                approximate_rig(&rig, format.forms(), &bar)
             }
-        })
+        };
+        Ok(found.map_err(|refused| refused.of_format(format.name))?)
     }
 }
 
@@ -172,6 +187,7 @@ pub(crate) fn write_cameras(
     given: &Given,
     output: &Path,
 ) -> Outcome<Value> {
+    refuse_count(given.sizes.len(), cameras.count())?;
     if format.is_pair() {
         let model = cameras.as_model()?;
         let sizes = (0..model.volume.cameras()).map(|camera| given.size(camera)).collect();
@@ -193,7 +209,7 @@ pub(crate) fn write_cameras(
         );
     }
     let unit = found.rig.unit.clone();
-    say!("Wrote {} cameras to {}", found.rig.cameras.len(), listed(&files));
+    say!("Wrote {} to {}", counted(found.rig.cameras.len()), listed(&files));
     Ok(json!({
         "format": format.name,
         "files": shown(&files),
@@ -201,6 +217,19 @@ pub(crate) fn write_cameras(
         "unit": unit,
         "loss": found.loss.or(own),
     }))
+}
+
+fn counted(cameras: usize) -> String {
+    if cameras == 1 { "1 camera".into() } else { format!("{cameras} cameras") }
+}
+
+/// The virtual cameras; their rotation row by row as all matrices, which would be written column by column.
+pub(crate) fn virtual_pair(pair: &VirtualPair) -> Value {
+    let rotation = &pair.rectified_from_world.rotation;
+    let row = |row: usize| [0, 1, 2].map(|column| rotation[(row, column)]);
+    let mut told = json!(pair);
+    told["rectified_from_world"]["rotation"] = json!([0, 1, 2].map(row));
+    told
 }
 
 /// Writes a rectified pair and tells of it.
@@ -231,7 +260,7 @@ pub(crate) fn write_pair(made: &Rectification, format: &Format, output: &Path) -
         "left": left,
         "right": right,
         "unit": pair.unit,
-        "pair": pair,
+        "pair": virtual_pair(pair),
         "leftover": made.leftover,
     }))
 }
@@ -298,7 +327,7 @@ pub(crate) fn write_model(
     };
     let model = calibration(rig, imported)?;
     model.save(output)?;
-    say!("Wrote {} cameras to {}", rig.cameras.len(), output.display());
+    say!("Wrote {} to {}", counted(rig.cameras.len()), output.display());
     remark!(
         "note",
         "the accuracy of this calibration is unknown: `locate` assumes a pixel noise of {pixel_sigma} px (--pixel-sigma) and lengths in {}, and reports every point as `outside`; `evaluate` measures the error on known points",

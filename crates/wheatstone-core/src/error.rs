@@ -173,6 +173,15 @@ impl Error {
         Self::Io { action: "write", path: path.into(), source }
     }
 
+    /// The same refusal in the name of the format that was to be written.
+    #[must_use]
+    pub fn of_format(mut self, name: &str) -> Self {
+        if let Self::Unsupported { format, .. } = &mut self {
+            *format = name.into();
+        }
+        self
+    }
+
     /// A name that stays, in kebab case: of a fault of the data its own, of other errors their kind.
     #[must_use]
     pub fn code(&self) -> &str {

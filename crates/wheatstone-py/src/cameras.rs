@@ -147,7 +147,7 @@ impl PyModel {
         fisheye: bool,
         sizes: Vec<Option<[u32; 2]>>,
     ) -> PyResult<(Vec<Bound<'py, PyDict>>, String)> {
-        let form = if fisheye { Form::KannalaBrandt } else { Form::Brown(14) };
+        let form = if fisheye { Form::KannalaBrandt(4) } else { Form::Brown(14) };
         let found = self.approximated(py, &[form], &sizes)?;
         let camera = |camera: &RigCamera| -> PyResult<Bound<'py, PyDict>> {
             let told = PyDict::new(py);

@@ -17,7 +17,9 @@ use std::path::PathBuf;
 use wheatstone::{
     Calibration,
     calibration::{Judgement, PointJudgement},
+    dataset::Dataset,
     evaluate::{BoardEvaluation, BoardView, Coverage, Deviation, Evaluation},
+    numeric::progress::Silent,
 };
 
 /// Measure the error of a model on points with known coordinates
@@ -69,12 +71,36 @@ impl Evaluate {
             Judgement::Boards(found) => tell_boards(found),
             Judgement::Points(found) => tell(found),
         }
-        let fitted = model.data.share_of(&data.in_unit(&model.unit)?);
+        let data = data.in_unit(&model.unit)?;
+        let fitted = model.data.share_of(&data);
         if fitted > 0.5 && is_located {
             tell_fitted(&model, fitted);
         }
+        if let (Judgement::Points(found), false) = (&found, self.align) {
+            tell_other_frame(&model, data, found)?;
+        }
         Ok(())
     }
+}
+
+/// Says so where the points' frame is another than the model's: moved as a whole they nearly agree.
+fn tell_other_frame(model: &Calibration, data: Dataset, found: &PointJudgement) -> Outcome {
+    /// An alignment that leaves this share of the error has explained it; it takes a part of any.
+    const LEFT: f64 = 0.1;
+    if found.coverage.is_some_and(|held| held.p95 > 0.5) {
+        return Ok(());
+    }
+    let Judgement::Points(aligned) = model.judge(data, true, &Silent)? else { return Ok(()) };
+    let (rms, before) = (aligned.evaluation.rms, found.evaluation.rms);
+    if rms < LEFT * before {
+        remark!(
+            "note",
+            "moved as a whole, the points agree with the model to {} {}: their world frame is not the model's; a model from a board in the hand has a frame of its own (`--align`)",
+            figure(rms),
+            model.unit
+        );
+    }
+    Ok(())
 }
 
 /// Says that points are not new to the model, and what is known of its error on new ones.

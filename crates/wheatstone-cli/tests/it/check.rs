@@ -86,6 +86,21 @@ fn a_fault_of_a_board_in_the_hand_is_put_right_too() {
     let fit = wheatstone(at, &["fit", "bad.csv", "--fix", "--method", "brown", "-o", "model.json"]);
     assert!(fit.status.success(), "{}", said(&fit));
     assert!(said(&fit).contains("corrected: cameras 1, 2, view `004`"), "{}", said(&fit));
+    // Its world frame is none that a table of a stage has.
+    let stage = ["synth", "--points", "--noise", "0.1", "-o", "stage.csv"];
+    assert!(wheatstone(at, &stage).status.success());
+    let judged = wheatstone(at, &["evaluate", "model.json", "stage.csv"]);
+    assert!(said(&judged).contains("their world frame is not the model's"), "{}", said(&judged));
+    let judged = wheatstone(at, &["evaluate", "model.json", "stage.csv", "--align"]);
+    assert!(!said(&judged).contains("their world frame"), "{}", said(&judged));
+    let of_no_view = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        cells[..6].join(",")
+    };
+    let bare: Vec<String> = text.lines().map(of_no_view).collect();
+    std::fs::write(at.join("bare.csv"), bare.join("\n") + "\n").unwrap();
+    let fit = wheatstone(at, &["fit", "bare.csv", "-o", "other.json"]);
+    assert!(said(&fit).contains("no column `view`"), "{}", said(&fit));
 }
 
 /// A picture of another instant cannot be corrected: the file is written without it, and the exit status tells.

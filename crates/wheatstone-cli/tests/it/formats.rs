@@ -61,12 +61,41 @@ fn a_model_goes_out_comes_back_and_locates_the_same_points() {
     assert!(errors.contains("--size") && !here.join("k.yaml").exists(), "{errors}");
     done(here, &[&fit[..], &["sized.json", "--size", "640x480"]].concat());
     done(here, &["export", "sized.json", "--format", "kalibr", "-o", "k.yaml"]);
+    let three = ["--size", "640x480,640x480,64x48"];
+    let errors = refused(
+        here,
+        &[&["export", "bare.json", "--format", "opencv", "-o", "o.yml"], &three[..]].concat(),
+    );
+    assert!(errors.contains("`--size` gives 3 sizes, and there are 2 cameras"), "{errors}");
     let errors = refused(here, &["convert", "points.csv", "cloud.xyz"]);
     assert!(errors.contains("--to"), "{errors}");
     let errors = refused(here, &["convert", "nothing.yml", "model.json"]);
     assert!(errors.contains("nothing.yml"), "{errors}");
     std::fs::write(here.join("table.parquet"), b"PAR1").unwrap();
     assert!(refused(here, &["convert", "table.parquet", "a.csv"]).contains("table.parquet"));
+}
+
+#[test]
+fn fisheyes_leave_as_lenses_of_few_terms_that_hold_over_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let synth = ["synth", "--rig", "fisheye", "--points", "--count", "400", "--noise", "0.1"];
+    done(here, &[&synth[..], &["-o", "points.csv"]].concat());
+    let fit = ["fit", "points.csv", "--method", "neural-camera", "--no-validation"];
+    done(here, &[&fit[..], &["--size", "640x480", "-o", "model.json"]].concat());
+    // What a fisheye with one term follows within hundredths, others follow within what its points show.
+    for (format, most) in [("opencv-fisheye", 0.1), ("opencv", 0.3)] {
+        let export = ["export", "model.json", "--format", format, "-o", "rig.yml", "--json"];
+        let (told, _) = done(here, &export);
+        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+        let loss = told["loss"].clone();
+        assert!(loss["rms"].as_f64().unwrap() < most, "{format}: {loss}");
+        let form = loss["form"].as_str().unwrap();
+        assert!(
+            form.ends_with("coefficient") || form.ends_with("with 2 distortion coefficients"),
+            "{form}"
+        );
+    }
 }
 
 #[test]

@@ -258,6 +258,12 @@ fn tables_of_other_names_and_units_go_through() {
 fn decimal_commas_go_through() {
     let (folder, pixels) = fitted();
     let at = folder.path();
+    // Commas cannot be both.
+    let text = pixels[..50].join("\n").replace('.', ",");
+    std::fs::write(at.join("cut.csv"), format!("x1,y1,x2,y2\n{text}\n")).unwrap();
+    let message = refused(at, &["locate", "model.json", "cut.csv"]);
+    assert!(message.contains("cut.csv:2: 8 cells, the header has 4"), "{message}");
+    assert!(message.contains("decimal commas, separate the columns by semicolons"), "{message}");
     // German spreadsheets: what is added is written as the rest is.
     let text = pixels[..50].join("\n").replace(',', ";").replace('.', ",");
     std::fs::write(at.join("in.csv"), format!("# unit: cm\nx1;y1;x2;y2\n{text}\n")).unwrap();

@@ -12,6 +12,7 @@
 //! has a pole or a fold there is none at all.
 
 mod exact;
+mod known_pose;
 mod lens_fit;
 mod samples;
 
@@ -19,12 +20,17 @@ pub use exact::exact;
 
 use super::{Error, Form, Optics, Rig, RigCamera};
 use exact::named;
-use lens_fit::{Distances, cannot_follow, distances, follow, with_own_pose};
+use known_pose::distortion;
+use lens_fit::{Distances, cannot_follow, distances, follow};
 use samples::{Samples, areas, of_model, of_rig};
 use serde::Serialize;
 use wheatstone_core::{
     Calibration, Result,
-    camera::picture_domain::{Area, has_rays, undistorts},
+    camera::{
+        picture_domain::{Area, has_rays, undistorts},
+        pinhole::Pinhole,
+    },
+    geometry::Pose,
 };
 use wheatstone_numeric::{progress::Progress, statistics::root_mean_square};
 
@@ -68,7 +74,7 @@ pub fn approximate(
             return approximate_rig(&rig, forms, progress);
         }
         let areas = areas(model);
-        let holds = |(camera, areas): (&RigCamera, &[Area; 2])| holds_over(&camera.optics, *areas);
+        let holds = |(camera, areas): (&RigCamera, &[Area; 2])| is_usable(&camera.optics, *areas);
         let usable = |rig: &Rig| rig.cameras.iter().zip(&areas).all(holds);
         if let Some(rig) = within(&rig, forms).filter(usable) {
             return Ok(Approximation { rig, loss: None });
@@ -123,6 +129,8 @@ struct Candidate {
     form: Form,
     optics: Vec<Optics>,
     off: Distances,
+    /// Whether they hold all over their pictures.
+    is_whole: bool,
 }
 
 /// The simplest of the forms that follow nearly best.
@@ -135,17 +143,19 @@ fn nearest(
     let (mut candidates, mut why) = (Vec::new(), None);
     for form in forms.iter().flat_map(|form| simpler(*form)) {
         progress.check()?;
-        for optics in
-            with_own(lesson, form).into_iter().map(Ok).chain([follow(lesson, form, progress)])
-        {
-            let judged = optics.and_then(|optics| {
-                let off = distances(exam, &optics)?;
-                let holds = optics.iter().zip(&lesson.areas).all(|(o, area)| holds_over(o, *area));
-                holds.then_some(Candidate { form, optics, off }).ok_or_else(cannot_follow)
-            });
-            match judged {
+        let anew = follow(lesson, form, progress);
+        if let Err(Error::Cancelled) = anew {
+            return Err(Error::Cancelled);
+        }
+        let bent = anew.as_ref().ok().and_then(|anew| {
+            let folds = anew.iter().zip(&lesson.areas).any(|(o, area)| !holds_over(o, area[0]));
+            let own = anew.iter().map(|optics| optics.pose().zip(optics.pinhole()));
+            with_poses(lesson, &own.collect::<Option<Vec<_>>>()?, form).filter(|_| folds)
+        });
+        let own = lesson.own.as_ref().and_then(|own| with_poses(lesson, own, form));
+        for optics in own.into_iter().chain(bent).map(Ok).chain([anew]) {
+            match optics.and_then(|optics| Candidate::judged(form, optics, lesson, exam)) {
                 Ok(candidate) => candidates.push(candidate),
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Err(other) => why = why.or(Some(other)),
             }
         }
@@ -154,28 +164,36 @@ fn nearest(
     let noise = lesson.noise.iter().copied().fold(f64::INFINITY, f64::min);
     let noise = if noise.is_finite() { noise } else { 0.0 };
     let more = UNSEEN.max(UNSEEN_OF_NOISE * noise).max(SHARE_OF_LOSS * least);
+    candidates.retain(|found| found.off.worst() <= least + more);
+    // The first that holds in the corners too, where a fisheye may be dark.
+    let first = candidates.iter().position(|found| found.is_whole).unwrap_or(0);
     candidates
         .into_iter()
-        .find(|found| found.off.worst() <= least + more)
+        .nth(first)
         .map(Candidate::with_loss)
         .ok_or_else(|| why.unwrap_or_else(cannot_follow))
 }
 
-/// The model's own cameras, where it has them, behind a lens of this form.
-fn with_own(samples: &Samples, form: Form) -> Option<Vec<Optics>> {
-    let Form::Brown(count) = form else { return None };
-    let own = samples.own.as_ref()?.iter().zip(&samples.pairs);
-    own.map(|(own, pairs)| with_own_pose(*own, pairs, count)).collect()
+/// Cameras whose poses and pinholes are known, behind a lens of this form.
+fn with_poses(samples: &Samples, own: &[(Pose, Pinhole)], form: Form) -> Option<Vec<Optics>> {
+    let cameras = own.iter().zip(&samples.pairs).zip(&samples.areas);
+    cameras.map(|((own, pairs), [picture, _])| distortion(*own, pairs, form, *picture)).collect()
 }
 
-/// Whether a camera can be used all over the area. A fisheye has no light in the corners of its picture, and
-/// rays that no undistorted picture holds: it is asked only where points were seen.
-fn holds_over(optics: &Optics, [picture, shown]: [Area; 2]) -> bool {
+/// Whether a camera can be used all over the area.
+fn holds_over(optics: &Optics, area: Area) -> bool {
     match optics {
-        Optics::Brown(camera) => undistorts(&camera.model, picture),
-        Optics::KannalaBrandt(camera) => has_rays(&camera.model, shown),
+        Optics::Brown(camera) => undistorts(&camera.model, area),
+        Optics::KannalaBrandt(camera) => has_rays(&camera.model, area),
         Optics::Linear(_) => true,
     }
+}
+
+/// Whether it can be used where it must. A fisheye has no light in the corners of its picture, and rays that no
+/// undistorted picture holds: it is asked only where points were seen.
+fn is_usable(optics: &Optics, [picture, shown]: [Area; 2]) -> bool {
+    let is_fisheye = matches!(optics, Optics::KannalaBrandt(_));
+    holds_over(optics, if is_fisheye { shown } else { picture })
 }
 
 /// A form and what it holds that is simpler, the simplest first.
@@ -186,11 +204,21 @@ fn simpler(form: Form) -> Vec<Form> {
             .filter(|count| *count <= most)
             .map(Form::Brown)
             .collect(),
-        other => vec![other],
+        Form::KannalaBrandt(most) => (0..=most).map(Form::KannalaBrandt).collect(),
+        Form::Linear => vec![Form::Linear],
     }
 }
 
 impl Candidate {
+    /// Refuses cameras that cannot be used where the model was shown points.
+    fn judged(form: Form, optics: Vec<Optics>, lesson: &Samples, exam: &Samples) -> Result<Self> {
+        let off = distances(exam, &optics)?;
+        let mut cameras = optics.iter().zip(&lesson.areas);
+        let is_usable = cameras.clone().all(|(optics, areas)| is_usable(optics, *areas));
+        let is_whole = cameras.all(|(optics, [picture, _])| holds_over(optics, *picture));
+        is_usable.then_some(Self { form, optics, off, is_whole }).ok_or_else(cannot_follow)
+    }
+
     fn with_loss(self) -> (Vec<Optics>, Loss) {
         let all = self.off.cameras.concat();
         let loss = Loss {
@@ -198,7 +226,11 @@ impl Candidate {
                 Form::Brown(0) => "pinhole without distortion".into(),
                 Form::Brown(1) => "pinhole with 1 distortion coefficient".into(),
                 Form::Brown(count) => format!("pinhole with {count} distortion coefficients"),
-                Form::KannalaBrandt => "fisheye".into(),
+                Form::KannalaBrandt(0) => "fisheye without distortion".into(),
+                Form::KannalaBrandt(1) => "fisheye with 1 distortion coefficient".into(),
+                Form::KannalaBrandt(count) => {
+                    format!("fisheye with {count} distortion coefficients")
+                }
                 Form::Linear => "projection matrix".into(),
             },
             rms: root_mean_square(&all),

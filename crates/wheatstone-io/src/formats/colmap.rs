@@ -20,7 +20,7 @@ pub(super) const FORMAT: Format = Format {
     content: Content::Calibration {
         read: Some(read),
         write: Some(write),
-        forms: &[Form::Brown(8), Form::KannalaBrandt],
+        forms: &[Form::Brown(8), Form::KannalaBrandt(4)],
         unit: None,
         loss: None,
     },

@@ -22,7 +22,7 @@ pub(super) const FORMAT: Format = Format {
     content: Content::Calibration {
         read: Some(read),
         write: Some(write),
-        forms: &[Form::Brown(4), Form::KannalaBrandt],
+        forms: &[Form::Brown(4), Form::KannalaBrandt(4)],
         unit: Some("m"),
         loss: None,
     },

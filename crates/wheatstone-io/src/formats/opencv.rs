@@ -38,7 +38,7 @@ pub(super) const FISHEYE: Format = Format {
     content: Content::Calibration {
         read: Some(|files, _| read(files, true)),
         write: Some(write),
-        forms: &[Form::KannalaBrandt],
+        forms: &[Form::KannalaBrandt(4)],
         unit: None,
         loss: None,
     },

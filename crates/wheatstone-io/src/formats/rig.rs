@@ -46,8 +46,8 @@ pub enum Optics {
 pub enum Form {
     /// A pinhole with so many of OpenCV's coefficients: 0, 4, 5, 8, 12 or 14.
     Brown(usize),
-    /// OpenCV's fisheye.
-    KannalaBrandt,
+    /// OpenCV's fisheye with up to so many coefficients: 0 to 4.
+    KannalaBrandt(usize),
     /// A projection matrix.
     Linear,
 }
@@ -76,8 +76,9 @@ impl Optics {
             (Self::Brown(camera), Form::Brown(most)) => (!camera.mirrored
                 && coefficients(&camera.model, 0).len() <= most)
                 .then(|| self.clone()),
-            (Self::KannalaBrandt(camera), Form::KannalaBrandt) => {
-                (!camera.mirrored).then(|| self.clone())
+            (Self::KannalaBrandt(camera), Form::KannalaBrandt(most)) => {
+                let used = camera.model.coefficients.iter().rposition(|value| *value != 0.0);
+                (!camera.mirrored && used.is_none_or(|last| last < most)).then(|| self.clone())
             }
             (Self::Linear(_), Form::Linear) => Some(self.clone()),
             (Self::Brown(camera), Form::Linear) => {

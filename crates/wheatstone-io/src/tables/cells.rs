@@ -72,10 +72,20 @@ impl Fault {
     }
 }
 
-/// A row of another length than the header.
-pub(super) fn unequal(path: &Path, line: u64, cells: usize, header: usize) -> Error {
+/// A row of another length than the header; `may_split` where commas are the separator, and would cut numbers that
+/// have a decimal comma in two.
+pub(super) fn unequal(
+    path: &Path,
+    line: u64,
+    (cells, header): (usize, usize),
+    may_split: bool,
+) -> Error {
     let problem = format!("{cells} cells, the header has {header}");
-    let hint = "give every line as many cells as the header; leave unknown ones empty";
+    let hint = if may_split && cells > header {
+        "give every line as many cells as the header, unknown ones empty; where numbers have decimal commas, separate the columns by semicolons or tabs"
+    } else {
+        "give every line as many cells as the header; leave unknown ones empty"
+    };
     malformed(path, Some(line), problem, hint)
 }
 

@@ -123,7 +123,7 @@ impl TextTable {
                 break;
             };
             if self.record.len() != columns {
-                return Err(cells::unequal(path, line, self.record.len(), columns));
+                return Err(cells::unequal(path, line, (self.record.len(), columns), !comma));
             }
             bytes += self.record.as_slice().len() as u64;
             let record = StringRecord::from_byte_record(std::mem::take(&mut self.record))

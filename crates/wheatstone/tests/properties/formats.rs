@@ -42,7 +42,7 @@ const MOST: [f64; 14] =
 fn optics(form: Form, (pinhole, shares, pose): (Pinhole, Vec<f64>, Pose)) -> Option<Optics> {
     let (count, shares): Lens = match form {
         Form::Brown(most) => (Some(most), shares),
-        Form::KannalaBrandt => (None, shares),
+        Form::KannalaBrandt(_) => (None, shares),
         Form::Linear => (Some(0), shares),
     };
     let terms: Vec<f64> = shares.iter().zip(MOST).map(|(share, most)| share * most).collect();

@@ -1,6 +1,7 @@
 //! What `wheatstone reconstruct` writes.
 
 use super::depths::searched;
+use crate::conversion::virtual_pair;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use wheatstone::{
@@ -12,7 +13,6 @@ use wheatstone::{
         CloudFormat, DepthPng, Mesh, Reconstruction, SceneReconstructor, depth_png, depth_tiff,
         write_ply,
     },
-    rectification::VirtualPair,
     report::{CloudCamera, SceneCloud, SceneFigures},
     stereo::PairFault,
 };
@@ -53,21 +53,12 @@ pub(in crate::commands) fn whole(
     json!({
         "model": file,
         "unit": model.unit,
-        "rectified": rectified(made.pair()),
+        "rectified": virtual_pair(made.pair()),
         "Q": rows,
         "disparities": [range.start, range.end],
         "confidence": made.settings().least_confidence,
         "frames": frames,
     })
-}
-
-/// The virtual cameras; their rotation row by row as all matrices, which would be written column by column.
-fn rectified(pair: &VirtualPair) -> Value {
-    let rotation = &pair.rectified_from_world.rotation;
-    let row = |row: usize| [0, 1, 2].map(|column| rotation[(row, column)]);
-    let mut told = json!(pair);
-    told["rectified_from_world"]["rotation"] = json!([0, 1, 2].map(row));
-    told
 }
 
 pub(super) fn pretty(value: &Value) -> Vec<u8> {

@@ -72,6 +72,13 @@ impl Gathered {
         let used = gathered.shots.iter().filter(|shot| shot.iter().any(|seen| !seen.is_empty()));
         let got = used.count();
         let need = if lenses_are_known { 1 } else { VIEWS_NEEDED };
+        if got < need && data.views.is_empty() {
+            return Err(Error::Degenerate {
+                problem: "no column `view` tells which picture each point of the board is from"
+                    .into(),
+                hint: format!("add it: at least {need} views, each tilted differently").into(),
+            });
+        }
         if got < need {
             return Err(Error::TooFew {
                 method: "a hand-held chart".into(),

@@ -2,14 +2,12 @@
 
 use super::samples::Samples;
 use crate::formats::{Error, Form, Optics};
-use nalgebra::{DMatrix, DVector};
 use wheatstone_core::{
     Result,
-    camera::{brown_conrady::BrownConrady, pinhole::Pinhole},
     dataset::{Correspondence, Dataset},
-    geometry::{Pixel, Point3, Pose},
+    geometry::{Pixel, Point3},
     method::{
-        AnyReconstructor, FittedCamera, Method, Reconstructor, brown::Brown, dlt::Dlt,
+        AnyReconstructor, Method, Reconstructor, brown::Brown, dlt::Dlt,
         kannala_brandt::KannalaBrandt,
     },
 };
@@ -94,7 +92,7 @@ fn met(locate: &dyn Reconstructor, optics: &[Optics], points: &[Point3]) -> Vec<
 }
 
 /// Which terms come with so many of them, the most useful first.
-fn terms(count: usize) -> Brown {
+pub(super) fn terms(count: usize) -> Brown {
     Brown {
         radial: match count {
             0 => 0,
@@ -115,8 +113,9 @@ fn fit(pairs: &[Pairs], form: Form, progress: &dyn Progress) -> Result<Vec<Optic
     let data = dataset(pairs);
     let fitted = match form {
         Form::Brown(count) => terms(count).fit(&data, 0, progress),
-        Form::KannalaBrandt => {
-            KannalaBrandt { choose: false, ..KannalaBrandt::default() }.fit(&data, 0, progress)
+        Form::KannalaBrandt(terms) => {
+            KannalaBrandt { terms, choose: false, ..KannalaBrandt::default() }
+                .fit(&data, 0, progress)
         }
         Form::Linear => Dlt::default().fit(&data, 0, progress),
     }?;
@@ -142,54 +141,6 @@ fn fit(pairs: &[Pairs], form: Form, progress: &dyn Progress) -> Result<Vec<Optic
         });
     }
     Ok(optics)
-}
-
-/// The model's own camera behind the distortion that follows it best. With pose and pinhole known the pixel
-/// is linear in the first five coefficients. `None` for more of them, and where points do not tell.
-pub(super) fn with_own_pose(
-    (camera_from_world, pinhole): (Pose, Pinhole),
-    pairs: &Pairs,
-    count: usize,
-) -> Option<Optics> {
-    let Brown { radial, tangential, rational, .. } = terms(count);
-    if rational {
-        return None;
-    }
-    let unknowns = radial + if tangential { 2 } else { 0 };
-    let mut matrix = DMatrix::zeros(2 * pairs.len(), unknowns);
-    let mut vector = DVector::zeros(2 * pairs.len());
-    for (index, (world, pixel)) in pairs.iter().enumerate() {
-        let point = camera_from_world.transform(*world);
-        let (x, y) = (point.x / point.z, point.y / point.z);
-        let s = x * x + y * y;
-        let mut columns: Vec<[f64; 2]> =
-            [s, s * s, s * s * s][..radial].iter().map(|power| [x * power, y * power]).collect();
-        if tangential {
-            columns.extend([[2.0 * x * y, s + 2.0 * y * y], [s + 2.0 * x * x, 2.0 * x * y]]);
-        }
-        let ideal = pinhole.pixel(x, y);
-        for axis in 0..2 {
-            let row = 2 * index + axis;
-            vector[row] = pixel[axis] - ideal[axis];
-            for (column, value) in columns.iter().enumerate() {
-                matrix[(row, column)] = pinhole.focal[axis] * value[axis];
-            }
-        }
-        if point.z <= 0.0 {
-            return None;
-        }
-    }
-    let found = if unknowns == 0 {
-        DVector::zeros(0)
-    } else {
-        matrix.svd(true, true).solve(&vector, f64::EPSILON).ok()?
-    };
-    let mut model = BrownConrady::ideal(pinhole);
-    model.radial[..radial].copy_from_slice(&found.as_slice()[..radial]);
-    if tangential {
-        model.tangential.copy_from_slice(&found.as_slice()[radial..]);
-    }
-    Some(Optics::Brown(FittedCamera { model, camera_from_world, mirrored: false }))
 }
 
 /// Every pair a point that one camera saw.

@@ -16,7 +16,7 @@ fn rigs(name: &str, forms: &[Form]) -> Vec<Rig> {
             Form::Brown(most) => {
                 kinds.extend([0, 4, 5, 8, 12, 14].iter().filter(|c| *c <= most).map(|c| Some(*c)));
             }
-            Form::KannalaBrandt => kinds.push(None),
+            Form::KannalaBrandt(_) => kinds.push(None),
             Form::Linear => kinds.push(Some(0)),
         }
     }
@@ -117,7 +117,7 @@ fn an_imported_model_locates_survives_its_file_and_leaves_as_it_came() {
             assert_eq!(model.volume.trust(&pixels), wheatstone::dataset::volume::Trust::Outside);
         }
         assert_eq!(exact(&model).unwrap().cameras[1].optics, rig.cameras[1].optics);
-        let forms = [Form::Brown(14), Form::KannalaBrandt];
+        let forms = [Form::Brown(14), Form::KannalaBrandt(4)];
         let found = approximate(&model, &forms, &Silent).unwrap();
         assert_eq!((found.loss, found.rig.cameras), (None, rig.cameras));
     }
