@@ -220,10 +220,8 @@ pub(crate) fn warn_of_stage(stage: Option<Significance>, unit: &str) {
     }
 }
 
-fn tell_outliers(outliers: &[Outlier], points: usize) {
-    if outliers.is_empty() {
-        return;
-    }
+/// The first of the outliers by name.
+pub(crate) fn named_outliers(outliers: &[Outlier], rest: &str) -> String {
     let name = |outlier: &Outlier| {
         let id = outlier.id.clone().unwrap_or_else(|| format!("row {}", outlier.row + 1));
         let view =
@@ -232,13 +230,19 @@ fn tell_outliers(outliers: &[Outlier], points: usize) {
     };
     let listed: Vec<String> = outliers.iter().take(LISTED).map(name).collect();
     let more = outliers.len().saturating_sub(LISTED);
-    let more =
-        if more > 0 { format!(" and {more} more, listed in the model") } else { String::new() };
+    let more = if more > 0 { format!(" and {more} more{rest}") } else { String::new() };
+    listed.join(", ") + &more
+}
+
+fn tell_outliers(outliers: &[Outlier], points: usize) {
+    if outliers.is_empty() {
+        return;
+    }
     let share = 100.0 * outliers.len() as f64 / points as f64;
     let text = format!(
-        "excluded {} of {points} points as outliers: {}{more}",
+        "excluded {} of {points} points as outliers: {}",
         outliers.len(),
-        listed.join(", ")
+        named_outliers(outliers, ", listed in the model")
     );
     if share > MANY {
         remark!(

@@ -5,12 +5,13 @@ use crate::{
     failure::{Failure, Outcome},
     input::{Reading, load},
     output::refuse_inputs,
-    prepare::{baseline, baseline_holds, pictures},
+    prepare::{baseline, baseline_holds, named_outliers, pictures},
     progress::Bar,
     table::figure,
     verbosity::say,
 };
 use clap::Args;
+use serde_json::{Value, json};
 use std::{
     io::Write,
     path::{Path, PathBuf},
@@ -22,6 +23,7 @@ use wheatstone::{
     preparation::{
         self,
         checks::{self, Examination, ExpectedDistance, Finding, Severity},
+        outliers::{Outlier, screen},
     },
     synthetic::fault_survey::{Recorded, Survey, Tally, survey},
     tables,
@@ -100,11 +102,14 @@ impl Check {
         let bar = Bar::new();
         let data = load(input, &self.reading, &bar)?.data;
         let examination = self.examine(&data, &bar)?;
+        let outliers = outliers(&data, &examination, &bar)?;
         drop(bar);
         if self.json {
-            print_json(&examination.to_json(1))?;
+            let mut told = examination.to_json(1);
+            told["outliers"] = outliers.iter().map(outlier_as_json).collect();
+            print_json(&told)?;
         } else {
-            say!("{}", as_text(&examination, &data).trim_end());
+            say!("{}", as_text(&examination, &data, &outliers).trim_end());
             if let Some(holds) = baseline_holds(&examination, self.expect_baseline, &data.unit) {
                 say!("{holds}");
             }
@@ -221,8 +226,28 @@ fn is_on_a_stage(examination: &Examination) -> bool {
     examination.findings.iter().any(|finding| finding.code == "planes-parallel")
 }
 
+/// Points that no camera saw where they are said to be, unless a fault explains that. Of charts held by hand they show
+/// once these are placed, which a fit does.
+fn outliers(data: &Dataset, examination: &Examination, bar: &Bar) -> Outcome<Vec<Outlier>> {
+    if !fatal(examination).is_empty() {
+        return Ok(Vec::new());
+    }
+    Ok(screen(data, 0, bar)?.outliers)
+}
+
+/// Rows and cameras counted from 1.
+fn outlier_as_json(outlier: &Outlier) -> Value {
+    json!({
+        "row": outlier.row + 1,
+        "view": outlier.view,
+        "id": outlier.id,
+        "cameras": outlier.cameras.iter().map(|camera| camera + 1).collect::<Vec<_>>(),
+        "residual": outlier.residual,
+    })
+}
+
 /// What people read.
-fn as_text(examination: &Examination, data: &Dataset) -> String {
+fn as_text(examination: &Examination, data: &Dataset, outliers: &[Outlier]) -> String {
     let mut text = String::new();
     for finding in &examination.findings {
         text += &format!("{}[{}]: {}\n", word(finding.severity), finding.code, finding.explanation);
@@ -237,6 +262,14 @@ fn as_text(examination: &Examination, data: &Dataset) -> String {
             "No fault found in {} points of {} cameras\n",
             data.correspondences.len(),
             data.cameras
+        );
+    }
+    if !outliers.is_empty() {
+        text += &format!(
+            "{} of {} points lie elsewhere than their pixels say, and `fit` excludes them as outliers: {}\n",
+            outliers.len(),
+            data.correspondences.len(),
+            named_outliers(outliers, " (`--json` lists them)")
         );
     }
     text += "What these data cannot show:\n";

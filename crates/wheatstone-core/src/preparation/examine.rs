@@ -2,8 +2,8 @@
 
 use super::{
     after_placing::{Repair, add_findings, put_right, rows_placed},
-    chart_poses,
-    checks::{self, Examination, Statement},
+    chart_poses, chart_shape,
+    checks::{self, Examination, Severity, Statement},
     worst_apart::examine_placed,
 };
 use crate::{
@@ -62,6 +62,10 @@ fn examine_views(
             let from = (&sample, &*of_sample);
             let after = examine_placed(from, &placed.0, &checks::examine, &place)?;
             let rows: Vec<usize> = of_sample.iter().map(|row| sampled_from[*row]).collect();
+            if after.worst() < Some(Severity::Fatal) {
+                let shape = chart_shape::examine(&sample, &placed, bundle_settings, progress)?;
+                examination.findings.extend(shape);
+            }
             add_findings(&mut examination, after, &placed, (data, &rows));
             let (taken, views) = (sample.views.len(), data.views.len());
             if taken < views {

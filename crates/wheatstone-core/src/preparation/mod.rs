@@ -3,6 +3,7 @@
 
 mod after_placing;
 mod chart_poses;
+mod chart_shape;
 pub mod checks;
 mod examine;
 pub mod outliers;
@@ -267,6 +268,10 @@ impl Preparation {
             &|data| self.examine(data),
             &place,
         )?;
+        if self.lenses.is_empty() && after.worst() < Some(Severity::Fatal) {
+            let shape = chart_shape::examine(recorded, &placed, self.bundle_settings, progress)?;
+            faults.examination.findings.extend(shape);
+        }
         let found = add_findings(&mut faults.examination, after, &placed, (recorded, &rows));
         let asked: &[Finding] = if self.repair { found } else { &[] };
         match put_right(recorded, asked, &place)? {

@@ -7,6 +7,7 @@
 //! the set stands. Judging by neighbours: Westerweel & Scarano 2005 (doi:10.1007/s00348-005-0016-6).
 
 mod decision;
+mod misplaced;
 mod start;
 
 use crate::{
@@ -16,7 +17,9 @@ use crate::{
     method::{AnyReconstructor, Method, neural_camera::NeuralCamera},
 };
 use decision::{Decision, Fitted, Verdict};
+use misplaced::misplaced;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use wheatstone_numeric::{
     progress::{Muted, Progress},
     random::Random,
@@ -112,6 +115,14 @@ pub fn screen(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Scre
     for (camera, one) in screened.iter().enumerate() {
         found.extend(one.accused.iter().map(|(row, residual)| (*row, camera, *residual)));
     }
+    let accused = found.iter().map(|(row, _, _)| *row).collect();
+    let unsure: BTreeSet<usize> =
+        screened.iter().flat_map(|one| one.unsure.iter().map(|(row, _)| *row)).collect();
+    let lost: BTreeSet<usize> = misplaced(data, &unsure, &accused).into_iter().collect();
+    for (camera, one) in screened.iter().enumerate() {
+        let lost = one.unsure.iter().filter(|(row, _)| lost.contains(row));
+        found.extend(lost.map(|(row, residual)| (*row, camera, *residual)));
+    }
     found.sort_by_key(|(row, camera, _)| (*row, *camera));
     let outliers = found.chunk_by(|a, b| a.0 == b.0).map(|pixels| {
         let row = pixels[0].0;
@@ -142,6 +153,8 @@ struct PosedObservations {
 struct Screened {
     /// Row and residual.
     accused: Vec<(usize, f64)>,
+    /// The same of those that the camera can neither accuse nor vouch for.
+    unsure: Vec<(usize, f64)>,
     pixel_sigma: f64,
 }
 
@@ -163,7 +176,7 @@ impl PosedObservations {
         progress: &dyn Progress,
     ) -> Result<Screened> {
         progress.check()?;
-        let nobody = Screened { accused: Vec::new(), pixel_sigma: f64::NAN };
+        let nobody = Screened { accused: Vec::new(), unsure: Vec::new(), pixel_sigma: f64::NAN };
         if self.pairs.len() < POINTS_NEEDED {
             return Ok(nobody);
         }
@@ -180,11 +193,12 @@ impl PosedObservations {
         if accused.len() as f64 > MOST_ACCUSED * self.rows.len() as f64 {
             return Ok(nobody);
         }
+        let named = |indices: Vec<usize>| {
+            indices.into_iter().map(|index| (self.rows[index], verdict.errors[index])).collect()
+        };
         Ok(Screened {
-            accused: accused
-                .into_iter()
-                .map(|index| (self.rows[index], verdict.errors[index]))
-                .collect(),
+            unsure: named(verdict.unsure(FIRST_REACH)),
+            accused: named(accused),
             pixel_sigma: verdict.pixel_sigma,
         })
     }

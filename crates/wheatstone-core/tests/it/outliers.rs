@@ -109,6 +109,27 @@ fn the_guilty_camera_is_named_and_the_others_keep_their_pixels() {
     assert_eq!(screening.clean(&data), expected);
 }
 
+/// So far away that a camera fitted to the others cannot tell where it would see it: a typing error, or what stands
+/// for "unknown". Pixels of all cameras tell; a point that lies apart in them too is no outlier.
+#[test]
+fn places_beyond_all_others_are_named() {
+    for (rig, seed) in [("paper", 1), ("fisheye", 2), ("water", 3), ("scheimpflug", 4)] {
+        let clean = charts(rig, 2, Noise::Normal(0.1), 400);
+        assert_eq!(named(&screen(&clean, 1, &Silent).unwrap()), [0; 0], "{rig}");
+        for place in [[999.0; 3], [-999.0; 3], [-999.0, 0.0, 0.0], [60.0, 0.0, 90.0]] {
+            for bad in [vec![100], vec![3, 150, 250]] {
+                let mut data = clean.clone();
+                for row in &bad {
+                    data.correspondences[*row].world = Some(Point3::from(place));
+                }
+                let screening = screen(&data, seed, &Silent).unwrap();
+                assert_eq!(named(&screening), bad, "{rig} {place:?}");
+                assert!(screening.outliers.iter().all(|o| o.cameras == [0, 1]), "{rig} {place:?}");
+            }
+        }
+    }
+}
+
 /// The same world in other words: left-handed, in thousandths of the unit, far from the origin.
 #[test]
 fn neither_unit_nor_handedness_nor_place_nor_a_name_matters() {

@@ -227,4 +227,13 @@ impl Verdict {
         let judged = self.good.iter().zip(&self.shares);
         judged.map(|(good, share)| *good && *share < reach * reach).collect()
     }
+
+    /// Those that are good for want of a prediction.
+    pub(super) fn unsure(&self, reach: f64) -> Vec<usize> {
+        let judged = self.good.iter().zip(&self.shares).enumerate();
+        judged
+            .filter(|(_, (good, share))| **good && **share >= reach * reach)
+            .map(|(i, _)| i)
+            .collect()
+    }
 }

@@ -1,0 +1,62 @@
+//! Points that are said to lie so far away that no camera can tell where it would see them.
+//!
+//! A camera fitted to the other points predicts their pixels within nothing: it accuses none of them. But two
+//! pixels determine a place: points whose pixels are neighbours in all cameras are neighbours in the world.
+
+use crate::{
+    dataset::Dataset,
+    geometry::{Pixel, Point3},
+};
+use std::collections::BTreeSet;
+
+/// Neighbours in the pixels of all cameras that a place is compared with.
+const NEIGHBOURS: usize = 8;
+
+/// A place is wrong if it is farther from that of the nearest neighbour by so many times than the others are.
+const TIMES: f64 = 5.0;
+
+/// The rows among those whose pixels are `unsure` that lie elsewhere than their pixels' neighbours, none of which is
+/// among the `accused`.
+pub(super) fn misplaced(
+    data: &Dataset,
+    unsure: &BTreeSet<usize>,
+    accused: &BTreeSet<usize>,
+) -> Vec<usize> {
+    let sound = |row: &usize| !unsure.contains(row) && !accused.contains(row);
+    let sound: Vec<usize> = (0..data.correspondences.len()).filter(sound).collect();
+    unsure.iter().copied().filter(|row| is_misplaced(data, *row, &sound)).collect()
+}
+
+fn is_misplaced(data: &Dataset, row: usize, sound: &[usize]) -> bool {
+    let own = &data.correspondences[row];
+    let Some(place) = own.world.filter(|_| own.seen_by() >= 2) else { return false };
+    let mut near: Vec<(f64, &[Option<Pixel>], Point3)> = sound
+        .iter()
+        .filter_map(|other| {
+            let other = &data.correspondences[*other];
+            Some((apart(&own.pixels, &other.pixels)?, &*other.pixels, other.world?))
+        })
+        .collect();
+    if near.len() < NEIGHBOURS {
+        return false;
+    }
+    near.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| a.0.total_cmp(&b.0));
+    near.truncate(NEIGHBOURS);
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (nearest, pixels, middle) = near[0];
+    let reach = near.iter().filter_map(|other| apart(pixels, other.1)).fold(0.0, f64::max);
+    let spread = near.iter().map(|other| (other.2 - middle).norm()).fold(0.0, f64::max);
+    // Beyond its neighbours it is extrapolated, and may be anywhere.
+    nearest < reach && (place - middle).norm() > TIMES * spread
+}
+
+/// How far pixels are from others in all cameras that saw the first; `None` where one did not see the others.
+fn apart(own: &[Option<Pixel>], other: &[Option<Pixel>]) -> Option<f64> {
+    let mut square = 0.0;
+    for (own, other) in own.iter().zip(other) {
+        if let Some(own) = own {
+            square += (own - (*other)?).norm_squared();
+        }
+    }
+    Some(square.sqrt())
+}
