@@ -42,6 +42,51 @@ def test_pictures_of_any_form_give_the_same():
             ws.detect(bad, chart)
 
 
+def test_pictures_of_other_types_are_not_clipped():
+    chart, gray = ws.Chart.chessboard(9, 6, 30.0), board().astype(np.uint8)
+    wanted = ws.detect(gray, chart).pixels
+    wide = gray.astype(np.uint16) * 257
+    types = [">u2", "<u2", "i4", ">i4", "u4", "i8", "u8"]
+    forms = [wide.astype(kind) for kind in types] + [np.dstack([wide] * 3).astype(">u2"), (gray.astype("i2") * 16)]
+    forms += [gray.astype(kind) for kind in ("i2", "i4", ">i2", ">f4", ">f8", "f2")]
+    for form in forms:
+        found = ws.detect(form, chart).pixels
+        assert found.shape == wanted.shape and np.abs(found - wanted).max() < 0.02, form.dtype
+        data = ws.detect_all([[form], [gray]], chart)
+        assert len(data) == 54 and not np.isnan(data.pixels).any()
+
+
+def test_pictures_that_have_no_scale_are_refused():
+    chart, gray = ws.Chart.chessboard(9, 6, 30.0), board()
+    bad = {
+        "uint16": [gray * 257.0, (gray * 16.0).astype(np.float32), (gray * 257.0).astype(">f4")],
+        "0..65535": [gray.astype(np.int32) * 300, gray.astype(np.int16) - 100, gray.astype(np.uint32) << 20],
+    }
+    for way_out, forms in bad.items():
+        for form in forms:
+            calls = [
+                lambda: ws.detect(form, chart),
+                lambda: ws.detect_all([[form], [form]], chart),
+                lambda: ws.match_pair(form, form, (0, 16)),
+            ]
+            for call in calls:
+                with pytest.raises(ws.errors.ArgumentError, match="with values") as raised:
+                    call()
+                assert way_out in str(raised.value.hint)
+    holes = gray.copy()
+    holes[:9, :9], holes[-9:, -9:] = np.nan, np.inf
+    assert len(ws.detect(holes, chart)) == 54
+
+
+def test_a_pair_is_matched_whatever_its_type():
+    texture = np.random.default_rng(3).integers(0, 256, (60, 120)).astype(np.uint16) * 257
+    left, right = texture[:, :100], texture[:, 5:105]
+    wanted = ws.match_pair(left, right, (0, 16)).disparity
+    for kind in (">u2", "i4", "u4", "i8"):
+        found = ws.match_pair(left.astype(kind), right.astype(kind), (0, 16)).disparity
+        assert np.array_equal(found, wanted, equal_nan=True), kind
+
+
 def test_charts_have_their_points():
     charts = [
         (ws.Chart.chessboard(9, 6, 30), 54),

@@ -6,20 +6,18 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Union, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
 from ._arrays import FloatArray, is_path, places_array
+from ._pictures import Image, as_picture
 from .data import Dataset, Progress
 from .errors import ArgumentError
 
 __all__ = ["Chart", "Detection", "Image", "detect", "detect_all"]
-
-Image = Union[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.floating[Any]]]
-"""A picture: (height, width) or (height, width, 3) of uint8, uint16, or floating-point numbers of 0 to 255."""
 
 Origin = Literal["centre", "first-point"]
 
@@ -212,31 +210,11 @@ class Detection:
         return len(self.ids)
 
 
-def _picture(image: Any) -> Any:
-    if is_path(image):
-        raise ArgumentError(f"{image} is a path", hint="read the picture, with `cv2.imread` or Pillow, say")
-    array: Any = np.asarray(image)
-    if array.ndim not in (2, 3):
-        raise ArgumentError(
-            f"a picture of shape {array.shape}", hint="give (height, width) or (height, width, 3)"
-        )
-    if array.dtype == np.bool_:
-        array = array.astype(np.uint8) * np.uint8(255)
-    elif array.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)):
-        if array.dtype.kind not in "fiu":
-            raise ArgumentError(
-                f"a picture of {array.dtype}", hint="give uint8, uint16, or floats of 0 to 255"
-            )
-        with np.errstate(over="ignore"):
-            array = array.astype(np.float32)
-    return cast("npt.NDArray[Any]", np.require(array, requirements="A"))
-
-
 def _seen(item: Any) -> Any:
     """What the extension module takes for a picture: a path, an array, or nothing."""
     if item is None:
         return None
-    return os.fspath(cast("os.PathLike[str]", item)) if is_path(item) else _picture(item)
+    return os.fspath(cast("os.PathLike[str]", item)) if is_path(item) else as_picture(item)
 
 
 def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
@@ -245,7 +223,8 @@ def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
     Parameters
     ----------
     image : array, (height, width) or (height, width, 3)
-        uint8, uint16, or floating-point numbers of 0 to 255. Any strides.
+        uint8, uint16, or floating-point numbers of 0 to 255. Any strides. Whole numbers of other types are taken for
+        uint8 where all are 0 to 255, otherwise for uint16.
     chart : Chart
         What to look for.
     bgr : bool
@@ -269,7 +248,7 @@ def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
     >>> len(found), found.pixels.min(axis=0).round(1).tolist()
     (42, [69.5, 69.5])
     """
-    return Detection(*_w.detect(_picture(image), chart.json, bgr))
+    return Detection(*_w.detect(as_picture(image), chart.json, bgr))
 
 
 def detect_all(

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import _wheatstone as _w
 from ._arrays import FloatArray
-from .charts import Image, _picture
+from ._pictures import Image, as_picture
 
 __all__ = ["DisparityMap", "match_pair"]
 
@@ -91,5 +91,5 @@ def match_pair(
     5.0
     """
     first, end = range
-    pair = (_picture(left), _picture(right))
+    pair = (as_picture(left), as_picture(right))
     return DisparityMap(*_w.match_pair(pair, (int(first), int(end)), refine, fill, bgr))

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from . import _wheatstone as _w
 from ._arrays import FloatArray, PathLike, doubles
+from ._pictures import Image, as_picture
 from .calibration import Calibration
-from .charts import Image, _picture
 from .errors import ArgumentError, DataWarning, DegenerateError
 
 __all__ = ["PointCloud", "Reconstructor", "reconstruct"]
@@ -175,7 +175,7 @@ class Reconstructor:
         DegenerateError
             For exchanged pictures, a camera that has moved, pictures with nothing in common.
         """
-        told = self._handle.reconstruct([_picture(image) for image in images], bgr)
+        told = self._handle.reconstruct([as_picture(image) for image in images], bgr)
         fault = cast("tuple[int, int, str] | None", told.pop("fault"))
         problem = None if fault is None else f"cameras {fault[0]} and {fault[1]}: {fault[2]}"
         if problem is not None and not force:
@@ -203,7 +203,7 @@ class Reconstructor:
             Where no frame could be matched.
         """
         told, faults = self._handle.fuse(
-            ([_picture(image) for image in frame] for frame in frames), bgr
+            ([as_picture(image) for image in frame] for frame in frames), bgr
         )
         for fault in faults:
             warnings.warn(f"a frame was left out: {fault}", DataWarning, stacklevel=2)
@@ -239,7 +239,7 @@ class Reconstructor:
                 f"matches of shape {array.shape} with a standard deviation of {sigma}",
                 hint="give rows of pixels or a map of disparities, and a standard deviation above 0",
             )
-        pictures = [_picture(image) for image in images]
+        pictures = [as_picture(image) for image in images]
         if array.shape[1] == 2 * len(self.cameras):
             told = self._handle.locate_pixels(array, sigma, pictures, bgr)
         else:
@@ -272,7 +272,7 @@ def reconstruct(
     >>> cloud = ws.reconstruct(cal, [left, right], range=(300, 1500))  # doctest: +SKIP
     >>> cloud.save("cloud.ply")  # doctest: +SKIP
     """
-    pictures = [_picture(image) for image in images]
+    pictures = [as_picture(image) for image in images]
     sizes = [(int(picture.shape[1]), int(picture.shape[0])) for picture in pictures]
     made = Reconstructor(
         cal,
