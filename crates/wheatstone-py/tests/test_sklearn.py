@@ -13,6 +13,7 @@ pytest.importorskip("sklearn", minversion="1.6")
 import sklearn
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut, cross_val_score
+from sklearn.multioutput import MultiOutputRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.estimator_checks import check_estimator
@@ -166,3 +167,21 @@ def test_an_affine_map_where_there_is_no_camera(data: ws.Dataset) -> None:
     assert 0.5 < np.mean(errors < sigmas[1:]) < 0.9
     with pytest.raises(ValueError, match="no row"):
         regressor.fit(np.full((5, 3), np.nan), data.points[:5])
+
+
+def test_what_is_predicted_has_the_shape_of_y(data: ws.Dataset) -> None:
+    regressor = StereoRegressor("brown")
+    for y in (data.points[:, 2], data.points[:, 2:], data.points[:, 1:]):
+        with pytest.warns(ws.DataWarning, match="affine map"):
+            regressor.fit(data.pixels, y)
+        points, sigmas = regressor.predict(data.pixels, return_std=True)
+        assert points.shape == sigmas.shape == regressor.predict(data.pixels).shape == y.shape
+        assert regressor.score(data.pixels, y) > 0.8
+    regressor.fit(data.pixels, data.points)
+    assert regressor.predict(data.pixels).shape == data.points.shape
+
+
+def test_one_regressor_an_output(data: ws.Dataset) -> None:
+    with pytest.warns(ws.DataWarning, match="affine map"):
+        several = MultiOutputRegressor(StereoRegressor("brown")).fit(data.pixels, data.points)
+    assert several.predict(data.pixels).shape == data.points.shape

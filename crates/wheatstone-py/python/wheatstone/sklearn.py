@@ -98,6 +98,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     affine_: FloatArray | None
     n_features_in_: int
     _spread: tuple[FloatArray, FloatArray] | None
+    _flat: bool
 
     def __init__(
         self,
@@ -137,7 +138,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         X : array, (n, 2 * cameras)
             x and y in each camera, in pixels; NaN for both where a camera did not see the point.
         y : array, (n, 3)
-            X, Y, Z of the points, in `unit`.
+            X, Y, Z of the points, in `unit`. What else there is, (n, outputs) or (n,), takes an affine map.
         groups : sequence of n labels, optional
             The view (placement of the chart) of each row; see `wheatstone.fit`.
 
@@ -163,6 +164,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             y_numeric=True,
         )
         self.calibration_, self.affine_, self._spread = None, None, None
+        self._flat = points.ndim == 1
         try:
             _require_cameras(pixels, points)
             self.calibration_ = fit(
@@ -226,7 +228,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         Returns
         -------
         points : array, (n, 3)
-            X, Y, Z in `unit`; NaN where a point cannot be located.
+            X, Y, Z in `unit`; NaN where a point cannot be located. In the shape that `y` had in `fit`.
         sigmas : array, (n, 3)
             Their standard deviations, in `unit`; only with `return_std`.
         """
@@ -242,12 +244,16 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             return located.points, located.sigmas
         assert self.affine_ is not None and self._spread is not None
         rows = _with_one(pixels)
-        points = rows @ self.affine_
+        points = self._shaped(rows @ self.affine_)
         if not return_std:
             return points
         sigmas, covariance = self._spread
         leverage = np.einsum("ij,jk,ik->i", rows, covariance, rows)
-        return points, np.sqrt(1.0 + leverage)[:, None] * sigmas
+        return points, self._shaped(np.sqrt(1.0 + leverage)[:, None] * sigmas)
+
+    def _shaped(self, values: FloatArray) -> FloatArray:
+        """One dimension where `y` had one."""
+        return values[:, 0] if self._flat else values
 
     def score(
         self, X: npt.ArrayLike, y: npt.ArrayLike, sample_weight: npt.ArrayLike | None = None
@@ -274,7 +280,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         true = true.reshape(len(true), -1)
         weights = None if sample_weight is None else doubles(sample_weight, "sample_weight")
         mean = np.average(true, axis=0, weights=weights)
-        found = self.predict(X)
+        found = self.predict(X).reshape(true.shape)
         found = np.where(np.isnan(found), mean, found)
         score = r2_score(true, found, sample_weight=weights, multioutput="variance_weighted")
         return float(score)
