@@ -128,6 +128,17 @@ def test_faults_are_named(data):
     assert fixed.findings[0].fixable
 
 
+def test_a_baseline_is_a_length_or_a_length_and_a_tolerance(data):
+    for good in (20, np.float64(20), (20.0, 0.5), [20.0, 0.5]):
+        ws.check(data, expect_baseline=good)
+    bad = ("20:5%", "20", (20,), (20, "5%"), (20, 0.1, 0.1), -20, (20, 0), float("nan"), True, {}, np.ones(2))
+    for value in bad:
+        for call in (ws.check, ws.fit):
+            with pytest.raises(ws.errors.ArgumentError, match="expect_baseline cannot be") as raised:
+                call(data, expect_baseline=value)
+            assert "a length and a relative tolerance" in str(raised.value.hint)
+
+
 def test_worthless_models_are_refused_unless_they_are_wanted(data):
     pixels = data.pixels
     pixels[:, 2:] = pixels[np.random.default_rng(1).permutation(len(pixels))][:, 2:]

@@ -145,6 +145,22 @@ def test_projections_and_rays_belong_together(cal, data):
         cal.project(data.points, 2)
 
 
+def test_settings_of_the_process_are_counts():
+    before = ws.get_threads()
+    for bad in (-1, 2.5, "two", None):
+        with pytest.raises(ws.errors.ArgumentError, match="count cannot be") as raised:
+            ws.set_threads(bad)
+        assert "0 is the default" in str(raised.value.hint)
+        with pytest.raises(ws.errors.ArgumentError, match="times cannot be"):
+            ws.raise_limits(bad)
+    assert ws.get_threads() == before
+    try:
+        ws.set_threads(2**70)
+        assert ws.get_threads() > 1
+    finally:
+        ws.set_threads(0)
+
+
 def test_eight_threads_on_one_model(data_of, model_of):
     cal, pixels = ws.Calibration.from_bytes(model_of("brown", "paper", 2).to_bytes()), data_of("paper", 2).pixels
     pixels = np.tile(pixels, (40, 1))

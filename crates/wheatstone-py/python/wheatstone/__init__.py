@@ -22,9 +22,8 @@ from ._wheatstone import (
     RIGS,
     __version__,
     get_threads,
-    raise_limits,
-    set_threads,
 )
+from ._process import raise_limits, set_threads
 from .calibration import Calibration
 from .cameras import from_opencv, read_cameras
 from .charts import Chart, Detection, detect, detect_all

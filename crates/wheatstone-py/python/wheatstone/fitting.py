@@ -6,6 +6,7 @@ import json
 import os
 import warnings
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any, Literal, Union
 
 import numpy as np
@@ -40,12 +41,18 @@ QUICK = ("dlt", "tsai", "brown", "kannala-brandt", "soloff", "neural-camera")
 def _baseline(value: Baseline | None) -> list[float] | None:
     if value is None:
         return None
-    length, tolerance = value if isinstance(value, tuple) else (value, 0.01)
-    if not (length > 0 and tolerance > 0):
+    given: Any = value if isinstance(value, (tuple, list)) else (value, 0.01)
+    if len(given) != 2 or not all(_is_positive(number) for number in given):
         raise ArgumentError(
-            f"expect_baseline cannot be {value}", hint="give a length, or a length and a relative tolerance"
+            f"expect_baseline cannot be {value!r}",
+            hint="give a length, or a length and a relative tolerance: (120.0, 0.05) for 120 +- 5 %",
         )
-    return [float(length), float(tolerance)]
+    return [float(number) for number in given]
+
+
+def _is_positive(value: Any) -> bool:
+    """Whether it is a finite number above 0."""
+    return not isinstance(value, bool) and isinstance(value, Real) and 0.0 < float(value) < np.inf
 
 
 def _settings(
