@@ -102,7 +102,7 @@ def read_cameras(
         One of `wheatstone.FORMATS`; guessed from the files otherwise.
     image_size : (width, height) or one a camera, optional
     unit : str, optional
-        Of the files' lengths, where they do not say it.
+        The unit of lengths in files that do not say it; files that say theirs are converted to it.
     pixel_sigma : float
         Standard deviation of a pixel coordinate, which such files do not tell.
     """
