@@ -15,6 +15,7 @@ import numpy.typing as npt
 from .errors import ArgumentError
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
+Numbers: TypeAlias = Union[npt.NDArray[np.float64], npt.NDArray[np.float32]]
 
 
 @runtime_checkable
@@ -48,7 +49,7 @@ def is_table(value: object) -> bool:
     )
 
 
-def floats(value: npt.ArrayLike, name: str) -> npt.NDArray[np.float64] | npt.NDArray[np.float32]:
+def floats(value: npt.ArrayLike, name: str) -> Numbers:
     """An array of float64 or float32, the given one wherever it is one already: nothing is copied then."""
     if isinstance(value, np.ma.MaskedArray):
         value = cast(Any, value).astype(np.float64).filled(np.nan)
@@ -70,9 +71,7 @@ def doubles(value: npt.ArrayLike, name: str) -> FloatArray:
     return floats(value, name).astype(np.float64, copy=False)
 
 
-def pixels_array(
-    value: npt.ArrayLike, cameras: int | None, rows: int | None = None
-) -> npt.NDArray[np.float64] | npt.NDArray[np.float32]:
+def pixels_array(value: npt.ArrayLike, cameras: int | None, rows: int | None = None) -> Numbers:
     """Matched pixels as (n, 2 * cameras).
 
     Taken as they are: (n, 2 * cameras), (n, cameras, 2), and (cameras, n, 2) as aniposelib has them, where the
@@ -139,15 +138,23 @@ def arrow_table(table: Table) -> Any:
     """A table that gives Arrow's capsules, whatever is installed."""
     if not isinstance(table, Mapping) and _gives_capsules(table):
         return table
-    columns = table_columns(table)
+    pa = pyarrow_for(library_of(table))
+    return pa.table({name: _arrow_column(column) for name, column in table_columns(table).items()})
+
+
+def library_of(table: object) -> str:
+    """The name of the library that a table is of."""
+    return type(table).__module__.partition(".")[0]
+
+
+def pyarrow_for(library: str) -> Any:
+    """The module, which tables of this library need."""
     try:
-        pa = pyarrow()
+        return pyarrow()
     except ImportError:
         raise ArgumentError(
-            f"a table of {type(table).__module__.split('.')[0]} needs pyarrow",
-            hint="pip install pyarrow, or give arrays",
+            f"a table of {library} needs pyarrow", hint="pip install pyarrow, or give arrays"
         ) from None
-    return pa.table({name: _arrow_column(column) for name, column in columns.items()})
 
 
 def _gives_capsules(table: object) -> bool:

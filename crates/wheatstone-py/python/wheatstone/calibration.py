@@ -20,13 +20,13 @@ from ._arrays import (
     arrow_table,
     is_path,
     is_table,
-    pixels_array,
     places_array,
     pyarrow,
     same_kind,
 )
+from ._named import Columns, column_names, has_names
 from ._sizes import ImageSize, image_sizes
-from .data import Columns, Data, Dataset, Progress, as_dataset, column_names
+from .data import Data, Dataset, Progress, as_dataset, pixels_of, places_of
 from .errors import ArgumentError
 from .evaluation import BoardEvaluation, Evaluation, Validation
 from .findings import CameraMotion, Finding
@@ -181,16 +181,21 @@ class Calibration:
 
     # Points
 
-    def predict(self, pixels: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
+    def predict(
+        self, pixels: Data, out: FloatArray | None = None, *, columns: Columns | None = None
+    ) -> FloatArray:
         """Places of matched pixels: points alone, the fast way.
 
         Parameters
         ----------
-        pixels : array, (n, 2 * cameras), (n, cameras, 2) or (cameras, n, 2)
+        pixels : array, (n, 2 * cameras), (n, cameras, 2) or (cameras, n, 2); or Dataset, table, or path
             In pixels; NaN where a camera did not see a point. float64 and float32 of any strides are read as they
-            stand, without a copy.
+            stand, without a copy. The columns of a table are found by their names, as in `fit`, and others passed over;
+            a DataFrame without names that say anything (0, 1, 2, 3) is read as an array is.
         out : array, (n, 3), optional
             float64 in C order, to be filled.
+        columns : mapping or sequence, optional
+            What a table calls its columns; see `read`.
 
         Returns
         -------
@@ -202,20 +207,26 @@ class Calibration:
         ArgumentError
             For arrays of the wrong shape.
         """
-        array = pixels_array(pixels, self.cameras)
+        array = pixels_of(pixels, self.cameras, columns)
         if out is None:
             out = np.empty((len(array), 3))
         self.handle.predict(array, _to_fill(out, len(array)))
         return out
 
     def locate(
-        self, pixels: npt.ArrayLike, *, covariance: bool = False, false_alarm: float = 0.001
+        self,
+        pixels: Data,
+        *,
+        covariance: bool = False,
+        false_alarm: float = 0.001,
+        columns: Columns | None = None,
     ) -> Located:
         """Places of matched pixels with error bars.
 
         Parameters
         ----------
-        pixels : array, as in `predict`
+        pixels, columns
+            As in `predict`.
         covariance : bool
             Whether to keep the whole covariance of each point.
         false_alarm : float
@@ -237,11 +248,11 @@ class Calibration:
         """
         if not 0.0 < false_alarm < 1.0:
             raise ArgumentError(f"false_alarm cannot be {false_alarm}", hint="give a value between 0 and 1")
-        array = pixels_array(pixels, self.cameras)
-        columns = np.empty((13 if covariance else 7, len(array)))
+        array = pixels_of(pixels, self.cameras, columns)
+        figures = np.empty((13 if covariance else 7, len(array)))
         codes = np.empty((2, len(array)), dtype=np.uint8)
-        self.handle.locate(array, columns, codes, false_alarm)
-        return Located(columns, codes, self.unit)
+        self.handle.locate(array, figures, codes, false_alarm)
+        return Located(figures, codes, self.unit)
 
     def locate_arrow(
         self,
@@ -267,7 +278,17 @@ class Calibration:
         table of the same kind
             For other Arrow streams an object with ``__arrow_c_stream__``, whose batches are located when they are
             asked for.
+
+        Raises
+        ------
+        ArgumentError
+            For an array, a path, and whatever else is no table.
         """
+        if not has_names(table):
+            raise ArgumentError(
+                f"a {type(table).__name__} is no table with named columns",
+                hint="give a DataFrame or a pyarrow table; `locate` takes arrays and paths",
+            )
         stream = self.handle.locate_stream(
             arrow_table(table), covariance, false_alarm, column_names(columns)
         )
@@ -277,12 +298,13 @@ class Calibration:
         """The pyarrow schema of what `locate_arrow` gives for a table of this schema."""
         return pyarrow().schema(self.handle.located_schema(schema, covariance))
 
-    def project(self, points: npt.ArrayLike, camera: int) -> FloatArray:
+    def project(self, points: Data, camera: int) -> FloatArray:
         """Where a camera sees points of the world.
 
         Parameters
         ----------
-        points : array, (n, 3), in `unit`
+        points : array, (n, 3), in `unit`; or Dataset, table, or path
+            Of a table the columns ``X, Y, Z``, as in `fit`, in `unit` unless it says its own.
         camera : int, from 0
 
         Returns
@@ -291,7 +313,7 @@ class Calibration:
             Pixels; NaN where the camera does not see the point, and for maps that are no cameras (`network`,
             `interpolation`).
         """
-        return self.handle.project(self._camera(camera), places_array(points, "points", 3, None))
+        return self.handle.project(self._camera(camera), places_of(points, self.unit))
 
     def rays(self, pixels: npt.ArrayLike, camera: int) -> tuple[FloatArray, FloatArray]:
         """Where pixels of a camera look.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Union
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 import wheatstone._wheatstone as _w
 from ._arrays import (
     FloatArray,
+    Numbers,
     PathLike,
     Table,
     arrow_table,
@@ -23,14 +23,13 @@ from ._arrays import (
     places_array,
     table_columns,
 )
+from ._named import Columns, has_names, in_unit, pixels_of_table, places_of_table, reading
 from .errors import ArgumentError
 
 __all__ = ["Dataset", "Progress", "read", "read_caliscope"]
 
 Progress = Callable[[str, int, int], object]
 """Called with the task, what is done of it, and the total; an exception that it raises cancels the work."""
-
-Columns = Union[Mapping[str, str], Sequence[str], str]
 
 
 class Dataset:
@@ -213,31 +212,8 @@ def read(
     -------
     Dataset
     """
-    reading = _reading(unit, columns, drop_duplicates, whole_pixels, follow)
-    return Dataset(_w.Dataset.read(path, reading, progress))
-
-
-def column_names(columns: Columns | None) -> str | None:
-    """What the table reader takes: ``x1=u_left,...``, or all names in order."""
-    if columns is None or isinstance(columns, str):
-        return columns
-    if isinstance(columns, Mapping):
-        return ",".join(f"{name}={column}" for name, column in columns.items())
-    return ",".join(columns)
-
-
-def _reading(
-    unit: str | None, columns: Columns | None, drop: bool, whole: bool = False, follow: bool = False
-) -> str:
-    return json.dumps(
-        {
-            "unit": unit,
-            "columns": column_names(columns),
-            "drop_duplicates": drop,
-            "whole_pixels": whole,
-            "follow": follow,
-        }
-    )
+    settings = reading(unit, columns, drop_duplicates, whole_pixels, follow)
+    return Dataset(_w.Dataset.read(path, settings, progress))
 
 
 CALISCOPE = ("sync_index", "cam_id", "keypoint_id", "img_loc_x", "img_loc_y")
@@ -327,7 +303,7 @@ def as_dataset(
 ) -> Dataset:
     """Data of any kind."""
     arrays = (points, board, views)
-    if isinstance(pixels, Dataset) or is_path(pixels) or is_table(pixels):
+    if isinstance(pixels, Dataset) or is_path(pixels) or has_names(pixels):
         if any(value is not None for value in arrays):
             raise ArgumentError(
                 "points, board and views go with an array of pixels",
@@ -351,8 +327,8 @@ def as_dataset(
         table: Any = pixels
         if is_caliscope(table):
             return read_caliscope(table, unit=unit or "m")
-        reading = _reading(unit, columns, drop_duplicates)
-        return Dataset(_w.Dataset.of_table(arrow_table(table), reading))
+        settings = reading(unit, columns, drop_duplicates)
+        return Dataset(_w.Dataset.of_table(arrow_table(table), settings))
     if points is not None and board is not None:
         raise ArgumentError(
             "points and board are both given",
@@ -361,3 +337,25 @@ def as_dataset(
         )
     given: Any = pixels
     return Dataset.from_arrays(given, points, board=board, views=views, unit=unit or "mm")
+
+
+def pixels_of(pixels: Data, cameras: int, columns: Columns | None) -> Numbers:
+    """Matched pixels of data of any kind, (n, 2 * cameras), a row each."""
+    found: Numbers | None = None
+    if isinstance(pixels, Dataset) or is_path(pixels) or is_caliscope(pixels):
+        found = as_dataset(pixels, columns=columns).pixels
+    elif has_names(pixels):
+        found = pixels_of_table(pixels, cameras, columns)  # type: ignore[arg-type]
+    return pixels_array(pixels, cameras) if found is None else found  # type: ignore[arg-type]
+
+
+def places_of(points: Data, unit: str) -> FloatArray:
+    """Places of data of any kind, (n, 3) in `unit`, a row each."""
+    found: FloatArray | None = None
+    if isinstance(points, Dataset):
+        found = in_unit(points.points, points.unit, unit)
+    elif is_path(points):
+        found = as_dataset(points, unit=unit).points
+    elif has_names(points):
+        found = places_of_table(points, unit)  # type: ignore[arg-type]
+    return places_array(points, "points", 3, None) if found is None else found  # type: ignore[arg-type]

@@ -14,10 +14,11 @@ import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
 from ._arrays import is_path
+from ._named import Columns
 from ._sizes import ImageSize, image_sizes
 from .calibration import Calibration
 from .charts import Chart, detect_in_pictures
-from .data import Columns, Data, Dataset, Progress, as_dataset
+from .data import Data, Dataset, Progress, as_dataset
 from .errors import ArgumentError, DataWarning, FaultyError
 from .evaluation import Comparison
 from .findings import Examination

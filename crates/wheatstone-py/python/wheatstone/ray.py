@@ -16,9 +16,10 @@ import ray
 import ray.data
 from ray.exceptions import RayError
 
+from ._named import Columns
 from ._workers import Model, check_false_alarm, loaded, model_bytes, use_threads
 from .calibration import Calibration
-from .data import Columns, Data, Dataset
+from .data import Data, Dataset
 from .errors import ArgumentError
 from .fitting import fit
 

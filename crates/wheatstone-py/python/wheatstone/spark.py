@@ -17,8 +17,8 @@ import pyarrow as pa
 from pyspark.sql import DataFrame
 from pyspark.sql.types import DoubleType, StringType, StructField, StructType
 
+from ._named import Columns
 from ._workers import Model, check_false_alarm, loaded, model_bytes, use_threads
-from .data import Columns
 from .errors import ArgumentError
 
 __all__ = ["locate"]

@@ -1,0 +1,182 @@
+"""Columns of tables, found by their names as the reader of tables finds them."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Union
+
+import numpy as np
+
+import wheatstone._wheatstone as _w
+from ._arrays import FloatArray, Table, doubles, is_table, library_of, pyarrow_for
+from .errors import ArgumentError, MalformedError
+
+Columns = Union[Mapping[str, str], Sequence[str], str]
+
+PIXELS = ("x1", "y1", "x2", "y2")
+
+_AXIS = re.compile(r"(?<![a-z])[uvxyz](?![a-z])|^[uvxy][a-hlr]$", re.IGNORECASE)
+"""An axis in the name of a column: x1, u_left, X [mm], xa."""
+
+
+def column_names(columns: Columns | None) -> str | None:
+    """What the table reader takes: ``x1=u_left,...``, or all names in order."""
+    if columns is None or isinstance(columns, str):
+        return columns
+    if isinstance(columns, Mapping):
+        return ",".join(f"{name}={column}" for name, column in columns.items())
+    return ",".join(columns)
+
+
+def reading(
+    unit: str | None,
+    columns: Columns | None,
+    drop_duplicates: bool = False,
+    whole_pixels: bool = False,
+    follow: bool = False,
+) -> str:
+    """How the extension module reads a table."""
+    return json.dumps(
+        {
+            "unit": unit,
+            "columns": column_names(columns),
+            "drop_duplicates": drop_duplicates,
+            "whole_pixels": whole_pixels,
+            "follow": follow,
+        }
+    )
+
+
+class _Frame:
+    """The columns of a table of any library, in order."""
+
+    def __init__(self, table: Table) -> None:
+        given: Any = table
+        self.metadata: Any = None
+        self.library = library_of(table)
+        self.labels: list[object]
+        self._column: Callable[[int], Any]
+        if isinstance(table, Mapping):
+            self.labels = list(table)
+            self._column = list(table.values()).__getitem__
+        elif self.library == "pandas":
+            self.labels = list(given.columns)
+            self._column = lambda index: _of_pandas(given.iloc[:, index])
+        elif self.library == "polars":
+            self.labels = list(given.columns)
+            self._column = given.to_series
+        else:
+            whole = pyarrow_for(self.library).table(given)
+            self.labels, self.metadata = list(whole.schema.names), whole.schema.metadata
+            self._column = whole.column
+
+    @property
+    def names(self) -> list[str]:
+        return [str(label) for label in self.labels]
+
+    def rows(self, columns: Sequence[int]) -> FloatArray:
+        """These columns as an array, (n, columns)."""
+        found = [self._numbers(column) for column in columns]
+        if len({column.shape for column in found}) != 1 or found[0].ndim != 1:
+            shapes = ", ".join(str(column.shape) for column in found)
+            raise ArgumentError(f"the columns have shapes {shapes}", hint="give columns of one length")
+        stacked: Any = np.stack(found)
+        rows: FloatArray = stacked.T
+        return rows
+
+    def _numbers(self, index: int) -> FloatArray:
+        column = self._column(index)
+        values = column.to_numpy() if hasattr(column, "to_numpy") else column
+        return doubles(values, f"column `{self.labels[index]}`")
+
+    def like(self, names: Sequence[str], values: FloatArray) -> Any:
+        """A table with these names that says as much of its unit."""
+        columns: list[FloatArray] = [np.ascontiguousarray(values[:, index]) for index in range(len(names))]
+        if self.library == "polars":
+            return importlib.import_module("polars").DataFrame(dict(zip(names, columns)))
+        pa = pyarrow_for(self.library)
+        made = pa.Table.from_arrays([pa.array(column) for column in columns], list(names))
+        return made.replace_schema_metadata(self.metadata)
+
+
+def _of_pandas(column: Any) -> Any:
+    """Its values; what is missing is NaN in columns of objects and of nullable types, too."""
+    if column.dtype.kind in "fiub" and isinstance(column.dtype, np.dtype):
+        return column.to_numpy()
+    return column.to_numpy(dtype=object, na_value=np.nan)
+
+
+def has_names(value: object) -> bool:
+    """Whether it is a table, and not one column of one."""
+    is_column = hasattr(type(value), "type") if library_of(value) == "pyarrow" else hasattr(type(value), "dtype")
+    return is_table(value) and not is_column
+
+
+def _by_position(frame: _Frame, table: Table, width: int) -> bool:
+    """Whether no column has a name that says what it holds."""
+    if isinstance(table, Mapping) or any(_AXIS.search(name) for name in frame.names):
+        return False
+    return len(frame.labels) == width or not any(isinstance(label, str) for label in frame.labels)
+
+
+def _own(names: Sequence[str], wanted: Sequence[str], alike: Callable[[str], object]) -> list[int] | None:
+    """The columns that have our own names, where these are all that are like them: the reader need not be asked."""
+    if sorted(filter(alike, names)) != sorted(wanted):
+        return None
+    return [names.index(name) for name in wanted]
+
+
+def _probe(frame: _Frame, names: list[str], settings: str) -> _w.Dataset:
+    """What the reader makes of a row of ones, and of one where each column holds its own number."""
+    values = np.stack([np.ones(len(names)), np.arange(len(names), dtype=np.float64)])
+    return _w.Dataset.of_table(frame.like(names, values), settings)
+
+
+def pixels_of_table(table: Table, cameras: int, columns: Columns | None) -> FloatArray | None:
+    """Matched pixels (n, 2 * cameras), a row each; None where no column has a name that says what it holds."""
+    frame = _Frame(table)
+    if columns is None and _by_position(frame, table, 2 * cameras):
+        return None
+    ours = [f"{axis}{camera}" for camera in range(1, cameras + 1) for axis in "xy"]
+    own = _own(frame.names, ours, re.compile(r"[xy]\d+").fullmatch)
+    if columns is None and own is not None:
+        return frame.rows(own)
+    found = _probe(frame, frame.names, reading(None, columns))
+    return frame.rows([int(column) for column in found.pixels()[1]])
+
+
+def places_of_table(table: Table, unit: str) -> FloatArray | None:
+    """X, Y, Z (n, 3) in `unit`, a row each; None where no column has a name that says what it holds."""
+    frame = _Frame(table)
+    if _by_position(frame, table, 3):
+        return None
+    own = _own(frame.names, "XYZ", "XYZ".__contains__)
+    if frame.metadata is None and own is not None:
+        return frame.rows(own)
+    # The reader takes no table without pixels.
+    names = [*frame.names, *(name for name in PIXELS if name not in frame.names)]
+    try:
+        found = _probe(frame, names, reading(unit, None)).points()
+    except MalformedError as problem:
+        told = str(problem.args[0]).replace(", ".join(names), ", ".join(frame.names))
+        raise MalformedError(told, hint=problem.hint, code=problem.code) from None
+    if np.isnan(found).any():
+        raise ArgumentError(
+            f"no column `X`, `Y`, `Z`; found: {', '.join(frame.names)}",
+            hint="give a table with these columns, or an array, (n, 3)",
+        )
+    factor = found[0, 0]
+    places: FloatArray = factor * frame.rows([round(column / factor) for column in found[1]])
+    return places
+
+
+def in_unit(places: FloatArray, own: str, unit: str) -> FloatArray:
+    """Places that are in a unit of their own, in another one."""
+    if own == unit:
+        return places
+    axes = {f"{axis} [{own}]": places[:, column] for column, axis in enumerate("XYZ")}
+    found = places_of_table(axes, unit)
+    return places if found is None else found

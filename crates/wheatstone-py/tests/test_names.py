@@ -1,0 +1,138 @@
+"""The columns of a table are found by their names wherever a table is taken."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import wheatstone as ws
+
+pa = pytest.importorskip("pyarrow")
+pd = pytest.importorskip("pandas")
+pl = pytest.importorskip("polars")
+
+NAMES = ["x1", "y1", "x2", "y2"]
+
+
+@pytest.fixture
+def frame(data):
+    """Pixels in an order that is not ours, and what else a table has."""
+    columns = pd.DataFrame(data.pixels, columns=NAMES)[["x1", "x2", "y1", "y2"]]
+    return columns.assign(key="k", Z=data.points[:, 2], view=data.views, Y=data.points[:, 1], X=data.points[:, 0])
+
+
+def kinds(frame):
+    yield frame
+    yield pl.from_pandas(frame)
+    yield pa.Table.from_pandas(frame)
+    yield pa.Table.from_pandas(frame).combine_chunks().to_batches()[0]
+    yield {name: frame[name].tolist() for name in frame}
+
+
+def test_points_are_located_by_names(cal, data, frame):
+    wanted = cal.predict(data.pixels)
+    for given in kinds(frame):
+        assert np.array_equal(cal.predict(given), wanted), type(given)
+        located = cal.locate(given, covariance=True)
+        assert np.array_equal(located.points, wanted), type(given)
+    swapped = frame[["x2", "y2", "x1", "y1"]]
+    assert np.array_equal(cal.predict(swapped), wanted)
+    assert np.array_equal(cal.locate_arrow(swapped)["X"], wanted[:, 0])
+    out = np.empty((len(data), 3))
+    assert cal.predict(swapped, out) is out and np.array_equal(out, wanted)
+
+
+def test_data_of_every_kind_are_located(cal, data, tmp_path):
+    data.save(tmp_path / "points.csv")
+    wanted = cal.predict(data.pixels)
+    for given in (data, tmp_path / "points.csv", str(tmp_path / "points.csv")):
+        assert np.array_equal(cal.predict(given), wanted)
+        assert np.array_equal(cal.locate(given).points, wanted)
+
+
+def test_frames_without_names_are_read_by_position(cal, data):
+    wanted = cal.predict(data.pixels)
+    for given in (pd.DataFrame(data.pixels), pl.DataFrame(data.pixels), pd.DataFrame(data.pixels, columns=list("abcd"))):
+        assert np.array_equal(cal.predict(given), wanted)
+    assert np.array_equal(cal.project(pd.DataFrame(data.points), 1), cal.project(data.points, 1))
+    with pytest.raises(ws.errors.ArgumentError, match="6 columns"):
+        cal.predict(pd.DataFrame(np.zeros((3, 6))))
+
+
+def test_other_names_are_known_and_told(cal, data):
+    wanted = cal.predict(data.pixels)
+    sides = pd.DataFrame(data.pixels, columns=["left_x", "left_y", "right_x", "right_y"])
+    assert np.array_equal(cal.predict(sides[["right_y", "left_x", "right_x", "left_y"]]), wanted)
+    told = pd.DataFrame(data.pixels, columns=list("abcd"))[list("dcba")]
+    columns = {"x1": "a", "y1": "b", "x2": "c", "y2": "d"}
+    assert np.array_equal(cal.predict(told, columns=columns), wanted)
+    assert np.array_equal(cal.locate(told, columns=["y2", "x2", "y1", "x1"]).points, wanted)
+
+
+def test_every_row_keeps_its_place(cal, data, frame):
+    frame.loc[3, ["x1", "y1", "x2", "y2"]] = np.nan
+    frame.loc[5, "x1"] = np.nan
+    frame.loc[7, ["x2", "y2"]] = np.nan
+    frame = pd.concat([frame, frame[:2]]).set_index(np.arange(len(frame) + 2)[::-1])
+    wanted = cal.predict(frame[NAMES].to_numpy())
+    for given in (*kinds(frame), frame.convert_dtypes(), frame.astype(object)):
+        found = cal.predict(given)
+        assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == [3, 5, 7]
+        assert np.array_equal(found, wanted, equal_nan=True)
+    assert cal.predict(frame[:0]).shape == (0, 3)
+
+
+def test_missing_columns_are_named(cal, frame):
+    for given in kinds(frame.drop(columns="y2")):
+        with pytest.raises(ws.errors.MalformedError, match="no column `y2`; found: x1, x2, y1, key"):
+            cal.predict(given)
+    with pytest.raises(ws.errors.MalformedError, match="no column `Z`; found: x1, y1, X, Y") as raised:
+        cal.project(frame[["x1", "y1", "X", "Y"]], 0)
+    assert raised.value.args[0].endswith("found: x1, y1, X, Y")
+    with pytest.raises(ws.errors.ArgumentError, match="no column `X`, `Y`, `Z`; found: x1, y1"):
+        cal.project(frame[["x1", "y1"]], 0)
+    with pytest.raises(ws.errors.ArgumentError, match="3 cameras|6 columns"):
+        cal.predict(frame.assign(x3=1.0, y3=2.0))
+    with pytest.raises(ws.errors.ArgumentError, match="column `x1`"):
+        cal.predict(frame.assign(x1="text"))
+    with pytest.raises(ws.errors.ArgumentError, match="one length"):
+        cal.predict({**{name: frame[name].tolist() for name in NAMES}, "x1": [1.0]})
+
+
+def test_places_are_projected_by_names_and_units(cal, data, frame, tmp_path):
+    wanted = cal.project(data.points, 1)
+    for given in kinds(frame):
+        assert np.array_equal(cal.project(given, 1), wanted)
+    assert np.array_equal(cal.project(frame[["Z", "X", "Y"]], 1), wanted)
+    data.save(tmp_path / "points.csv")
+    assert np.array_equal(cal.project(data, 1), wanted)
+    assert np.array_equal(cal.project(tmp_path / "points.csv", 1), wanted)
+    millimetres = pd.DataFrame(10 * data.points, columns=["X [mm]", "Y [mm]", "Z [mm]"])
+    assert np.allclose(cal.project(millimetres, 1), wanted, atol=1e-9)
+    other = ws.Dataset.from_arrays(data.pixels, 10 * data.points, unit="mm")
+    assert np.allclose(cal.project(other, 1), wanted, atol=1e-9)
+
+
+def test_what_is_no_table_is_not_appended_to(cal, data, frame):
+    for given in (data.pixels, data.pixels.tolist(), "points.csv", data, frame["x1"], None):
+        with pytest.raises(ws.errors.ArgumentError, match="no table") as raised:
+            cal.locate_arrow(given)
+        assert "locate" in str(raised.value.hint)
+
+
+def test_one_column_is_no_table(frame):
+    for given in (frame["x1"], pl.from_pandas(frame)["x1"]):
+        with pytest.raises(ws.errors.ArgumentError, match="shape"):
+            ws.fit(given)
+
+
+def test_our_own_names_need_no_pyarrow(cal, data, frame, monkeypatch):
+    wanted, seen = cal.predict(data.pixels), cal.project(data.points, 0)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert np.array_equal(cal.predict(frame), wanted)
+    assert np.array_equal(cal.project(frame, 0), seen)
+    assert np.array_equal(cal.predict({name: frame[name].tolist() for name in frame}), wanted)
+    with pytest.raises(ws.errors.ArgumentError, match="needs pyarrow"):
+        cal.predict(frame.rename(columns={"x1": "u1", "y1": "v1", "x2": "u2", "y2": "v2"}))
