@@ -14,7 +14,7 @@ use wheatstone_core::{
     Error, Result,
     error::{Hint, Remedy},
     geometry::{Pose, Vector3},
-    limits, storage,
+    limits, storage, unit,
 };
 
 /// The name of the file that describes a capture.
@@ -181,6 +181,10 @@ impl Capture {
     }
 
     fn resolve(path: PathBuf, file: CaptureFile, reach: Reach) -> Result<Self> {
+        if unit::is_of_other_kind(&file.unit) {
+            let problem = format!("`{}` is given for the unit of lengths", file.unit);
+            return Err(refuse(&path, problem, "give a unit such as mm"));
+        }
         let (mut names, mut files) = (Vec::new(), Vec::new());
         for (name, pattern) in &file.cameras {
             let Some(pattern) = pattern.as_str() else {

@@ -1,12 +1,13 @@
 //! Units of length.
 
 /// Names of the units that convert, with their lengths in micrometres, which are whole numbers.
-const UNITS: [(&str, f64); 7] = [
+const UNITS: [(&str, f64); 8] = [
     ("um", 1.0),
     ("mm", 1e3),
     ("cm", 1e4),
     ("dm", 1e5),
     ("m", 1e6),
+    ("km", 1e9),
     ("in", 25_400.0),
     ("ft", 304_800.0),
 ];
@@ -28,10 +29,19 @@ pub fn canonical(name: &str) -> &str {
         "centimetre" => "cm",
         "decimetre" => "dm",
         "metre" => "m",
+        "kilometre" => "km",
         "inch" | "inche" | "\"" => "in",
         "foot" | "feet" => "ft",
         _ => name,
     }
+}
+
+/// Whether a name is that of a unit of something else than lengths: pixels, or angles.
+#[must_use]
+pub fn is_of_other_kind(name: &str) -> bool {
+    let plain = name.trim().to_lowercase();
+    let singular = plain.strip_suffix('s').unwrap_or(&plain);
+    ["px", "pix", "pixel", "deg", "degree", "°", "rad", "radian"].contains(&singular)
 }
 
 /// What a length in one unit is multiplied by to give it in another, by any of their names; `None` where one is not known.

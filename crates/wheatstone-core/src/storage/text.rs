@@ -9,6 +9,8 @@ use std::{path::Path, str::Utf8Error};
 /// Kinds of files that are given for text, by their first bytes.
 enum Kind {
     Workbook,
+    Arrays,
+    Array,
     Utf16,
     Picture,
 }
@@ -16,6 +18,8 @@ enum Kind {
 impl Kind {
     fn of(first: &[u8]) -> Option<Self> {
         match first {
+            [b'P', b'K', 3, 4, ..] if holds_arrays(first) => Some(Self::Arrays),
+            [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Some(Self::Array),
             // A ZIP archive, and the compound file of older programs.
             [b'P', b'K', 3, 4, ..] | [0xD0, 0xCF, 0x11, 0xE0, ..] => Some(Self::Workbook),
             [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => Some(Self::Utf16),
@@ -29,6 +33,14 @@ impl Kind {
     }
 }
 
+/// Whether the first file in a ZIP archive is an array of NumPy's. Its name begins at byte 30, and its length stands
+/// at byte 26 (APPNOTE.TXT, 4.3.7).
+fn holds_arrays(first: &[u8]) -> bool {
+    let length =
+        first.get(26..28).map_or(0, |two| usize::from(u16::from_le_bytes([two[0], two[1]])));
+    first.get(30..30 + length).is_some_and(|name| name.ends_with(b".npy"))
+}
+
 /// Refuses a file of a kind that is known for no text, by its first bytes.
 ///
 /// # Errors
@@ -38,6 +50,11 @@ pub fn refuse_other_kinds(path: &Path, first: &[u8]) -> crate::Result<()> {
     let Some(kind) = Kind::of(first) else { return Ok(()) };
     let (problem, hint) = match kind {
         Kind::Workbook => ("a workbook, not a text file", "save the table as CSV".into()),
+        Kind::Arrays => (
+            "an archive of NumPy arrays (.npz)",
+            "save one matrix of x1 y1 x2 y2 … X Y Z with `numpy.save`, as .npy".into(),
+        ),
+        Kind::Array => ("a NumPy array, not a text file", "save it as text, such as CSV".into()),
         Kind::Utf16 => ("text in UTF-16", "save it as UTF-8".into()),
         Kind::Picture => (
             "a picture, not a text file",
@@ -81,6 +98,17 @@ mod tests {
     fn what_is_no_text_is_told_by_its_first_bytes() {
         for (bytes, problem, hint) in [
             (&b"PK\x03\x04\xff"[..], "f: a workbook", "save the table as CSV"),
+            (
+                b"PK\x03\x04..............................\xff",
+                "f: a workbook",
+                "save the table as CSV",
+            ),
+            (
+                b"PK\x03\x04......................\x05\0\0\0a.npy\xff",
+                "f: an archive of NumPy arrays",
+                "save one matrix",
+            ),
+            (b"\x93NUMPY\x01\0", "f: a NumPy array", "save it as text"),
             (b"\xD0\xCF\x11\xE0", "f: a workbook", "save the table as CSV"),
             (b"\xFF\xFEx\0", "f: text in UTF-16", "save it as UTF-8"),
             (b"\xFE\xFF\0x", "f: text in UTF-16", "save it as UTF-8"),
