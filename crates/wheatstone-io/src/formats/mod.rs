@@ -28,6 +28,7 @@ mod table;
 mod targets;
 mod text;
 mod tree;
+mod units;
 mod vnl;
 mod yaml;
 
@@ -123,7 +124,8 @@ pub enum Content {
 /// What some files do not say of themselves.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Given {
-    /// The unit of world lengths.
+    /// The unit of world lengths: files that say theirs, or whose format has only one, are converted to it, others
+    /// are in it.
     pub unit: Option<String>,
     /// Width and height of each camera's pictures in pixels; one for all cameras, or one each.
     pub sizes: Vec<[u32; 2]>,
@@ -330,8 +332,8 @@ impl Format {
                 "is this the file that you meant?",
             ));
         }
-        let told = given.unit.clone().or(rig.unit);
-        rig.unit = told.or_else(|| unit.map(Into::into));
+        rig.unit = rig.unit.or_else(|| unit.map(Into::into));
+        rig = units::in_given(rig, given, first)?;
         for (index, camera) in rig.cameras.iter_mut().enumerate() {
             camera.size = camera.size.or_else(|| given.size(index));
         }

@@ -8,6 +8,7 @@ use wheatstone_core::{
     error::{Hint, Remedy},
     geometry::{Pixel, Point3, Pose, ProjectionMatrix},
     method::FittedCamera,
+    unit,
 };
 
 /// Cameras that stand in one world.
@@ -219,22 +220,26 @@ impl Rig {
     /// # Errors
     ///
     /// [`Error::Unsupported`] where one of the units is not known.
-    pub fn in_unit(&self, unit: &str, format: &str) -> Result<Self> {
-        let Some(own) = self.unit.as_deref().filter(|own| *own != unit) else {
+    pub fn in_unit(&self, wanted: &str, format: &str) -> Result<Self> {
+        let Some(own) = self.unit.as_deref().filter(|own| *own != wanted) else {
             return Ok(self.clone());
         };
-        let Some(factor) = wheatstone_core::unit::factor(own, unit) else {
+        let Some(factor) = unit::factor(own, wanted) else {
             return Err(Error::Unsupported {
                 format: format.into(),
-                what: format!("lengths in `{own}`: it needs `{unit}`"),
-                hint: "the units that convert are um, mm, cm, dm, m, in and ft".into(),
+                what: format!("lengths in `{own}`: it needs `{wanted}`"),
+                hint: format!(
+                    "units that convert are {}",
+                    unit::names().collect::<Vec<_>>().join(", ")
+                )
+                .into(),
             });
         };
         let camera = |camera: &RigCamera| RigCamera {
             optics: camera.optics.moved(factor, &Pose::default()),
             ..camera.clone()
         };
-        Ok(Self { unit: Some(unit.into()), cameras: self.cameras.iter().map(camera).collect() })
+        Ok(Self { unit: Some(wanted.into()), cameras: self.cameras.iter().map(camera).collect() })
     }
 
     /// The size of a camera's pictures, for formats that cannot do without.

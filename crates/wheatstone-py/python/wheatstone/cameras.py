@@ -102,7 +102,8 @@ def read_cameras(
         One of `wheatstone.FORMATS`; guessed from the files otherwise.
     image_size : (width, height) or one a camera, optional
     unit : str, optional
-        The unit of lengths in files that do not say it; files that say theirs are converted to it.
+        Of the model's lengths. Files that say theirs, and formats that have only one (Kalibr and ROS: metres), are
+        converted to it; others are in it. Without it the file's, else mm.
     pixel_sigma : float
         Standard deviation of a pixel coordinate, which such files do not tell.
     """

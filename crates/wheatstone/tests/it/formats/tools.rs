@@ -114,6 +114,10 @@ fn units_are_those_of_the_format_unless_told() {
     let moved = |optics: &Optics| optics.pose().unwrap().translation;
     let (metres, millimetres) = (moved(&rig.cameras[1].optics), moved(&near.cameras[1].optics));
     assert!((metres * 1000.0 - millimetres).norm() < 1e-9);
+    // A unit that is given converts, as the format says its own.
+    let given = Given { unit: Some("ft".into()), ..Given::default() };
+    let feet = format("kalibr").read_rig(&kalibr, &given).unwrap();
+    assert!((metres / 0.3048 - moved(&feet.cameras[1].optics)).norm() < 1e-9);
     assert!(matches!(rig.in_unit("cubit", "kalibr"), Err(Error::Unsupported { .. })));
 }
 
