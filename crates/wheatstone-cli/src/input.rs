@@ -156,6 +156,9 @@ fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> 
         ..TableOptions::default()
     };
     let reader = TableReader::open(path, &options)?;
+    if let Some(note) = reader.note() {
+        remark!("note", "{note}");
+    }
     if needs_places {
         reader.needs_points()?;
     }

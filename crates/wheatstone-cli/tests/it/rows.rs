@@ -284,3 +284,44 @@ fn decimal_commas_go_through() {
         }
     }
 }
+
+#[test]
+fn both_decimal_marks_in_one_table_are_refused() {
+    let (folder, pixels) = fitted();
+    let at = folder.path();
+    let mut rows: Vec<String> =
+        pixels[..20].iter().map(|row| row.replace(',', ";").replace('.', ",")).collect();
+    rows.push(pixels[20].replace(',', ";"));
+    std::fs::write(at.join("in.csv"), format!("x1;y1;x2;y2\n{}\n", rows.join("\n"))).unwrap();
+    let message = refused(at, &["locate", "model.json", "in.csv", "-o", "out.csv"]);
+    assert!(message.contains("in.csv:22: ") && message.contains("decimal comma"), "{message}");
+    assert!(message.contains("one decimal mark") && !at.join("out.csv").exists(), "{message}");
+}
+
+#[test]
+fn an_array_is_located_like_its_table() {
+    let (folder, _) = fitted();
+    let at = folder.path();
+    done(at, &["convert", "train.csv", "train.npy"]);
+    done(at, &["locate", "model.json", "train.npy", "-o", "located.csv"]);
+    let located = String::from_utf8(read(at, "located.csv")).unwrap();
+    let train = String::from_utf8(read(at, "train.csv")).unwrap();
+    assert!(located.starts_with("x1,y1,x2,y2,input_X,input_Y,input_Z,X,Y,Z,"), "{located}");
+    let rows = |text: &str| text.lines().filter(|line| !line.starts_with('#')).count();
+    assert_eq!(rows(&located), rows(&train));
+}
+
+#[test]
+fn a_unit_that_some_names_lack_is_noted() {
+    let (folder, _) = fitted();
+    let at = folder.path();
+    let train = String::from_utf8(read(at, "train.csv")).unwrap();
+    let rows: Vec<&str> =
+        train.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).collect();
+    let cells = |row: &&str| row.split(',').take(7).collect::<Vec<_>>().join(",");
+    let rows: Vec<String> = rows.iter().map(cells).collect();
+    let text = format!("x1,y1,x2,y2,X,Y,Z [cm]\n{}\n", rows.join("\n"));
+    std::fs::write(at.join("named.csv"), text).unwrap();
+    let (_, said) = done(at, &["evaluate", "model.json", "named.csv"]);
+    assert!(said.contains("`X`, `Y` are taken to be in cm, as `Z [cm]` says"), "{said}");
+}

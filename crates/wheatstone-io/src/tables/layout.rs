@@ -116,6 +116,11 @@ impl Layout {
         })
     }
 
+    /// Whether it has places, in the world or on a board.
+    pub(super) fn has_lengths(&self) -> bool {
+        self.world.is_some() || self.board.is_some()
+    }
+
     /// The columns that hold numbers.
     pub(super) fn numbers(&self) -> impl Iterator<Item = usize> + '_ {
         let world = self.world.iter().flatten();

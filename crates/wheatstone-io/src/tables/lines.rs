@@ -1,5 +1,6 @@
 //! A source of text in whole lines, which remembers enough of them to tell the line of a row.
 
+use super::head;
 use std::io::{Read, Result};
 use wheatstone_core::limits;
 
@@ -19,11 +20,28 @@ pub(super) struct Lines {
     ended: bool,
     /// What was given since a row ended.
     of_row: u64,
+    /// Line feeds before `held`.
+    feeds: u64,
+    /// Whether comments are looked at: the head was read.
+    watches: bool,
+    /// Comments below the head that say a unit, with their lines.
+    late: Vec<(u64, String)>,
 }
 
 impl Lines {
     pub(super) fn new(source: Box<dyn Read + Send>) -> Self {
-        Self { source, held: Vec::new(), whole: 0, given: 0, begin: 0, ended: false, of_row: 0 }
+        Self {
+            source,
+            held: Vec::new(),
+            whole: 0,
+            given: 0,
+            begin: 0,
+            ended: false,
+            of_row: 0,
+            feeds: 0,
+            watches: false,
+            late: Vec::new(),
+        }
     }
 
     /// The first lines, as many as `enough` asks for of those that have come; without the byte order mark
@@ -39,6 +57,31 @@ impl Lines {
             if self.ended || enough(&self.held[..self.whole]) {
                 return Ok(&self.held[..self.whole]);
             }
+        }
+    }
+
+    /// Looks from now on for comments that say a unit, below so many bytes of those that came first.
+    pub(super) fn watch_below(&mut self, head: usize) {
+        self.watches = true;
+        self.look_from(head);
+    }
+
+    /// Comments below the head that say a unit, with their lines; each once.
+    pub(super) fn late_units(&mut self) -> Vec<(u64, String)> {
+        std::mem::take(&mut self.late)
+    }
+
+    fn look_from(&mut self, place: usize) {
+        let (before, fresh) = self.held[..self.whole].split_at(place.min(self.whole));
+        if !fresh.contains(&b'#') {
+            return;
+        }
+        let mut line = self.feeds + feeds(before) + 1;
+        for text in head::split(fresh) {
+            if let Some(unit) = head::said_unit(text) {
+                self.late.push((line, unit));
+            }
+            line += u64::from(text.ends_with(b"\n"));
         }
     }
 
@@ -86,13 +129,21 @@ impl Lines {
     }
 }
 
+fn feeds(text: &[u8]) -> u64 {
+    text.iter().filter(|byte| **byte == b'\n').count() as u64
+}
+
 impl Read for Lines {
     fn read(&mut self, into: &mut [u8]) -> Result<usize> {
         if self.given == self.whole && !self.ended {
+            self.feeds += feeds(&self.held[..self.whole]);
             self.held.drain(..self.whole);
             self.begin += self.whole as u64;
             (self.whole, self.given) = (0, 0);
             self.read_more()?;
+            if self.watches {
+                self.look_from(0);
+            }
         }
         let count = into.len().min(self.whole - self.given);
         into[..count].copy_from_slice(&self.held[self.given..self.given + count]);

@@ -150,8 +150,7 @@ pub(super) fn lengths<const N: usize>(
     if exact.iter().all(Option::is_some) {
         return (exact, Vec::new());
     }
-    let known = |text: &str| unit::names().find(|name| *name == unit::canonical(text));
-    let read: Vec<_> = names.iter().map(|name| without_unit(name, known)).collect();
+    let read: Vec<_> = names.iter().map(|name| without_unit(name, known_unit)).collect();
     let usual = ours.map(|own| {
         let own = tokens(own);
         read.iter().position(|(name, _)| length_name(name) == own)
@@ -162,6 +161,20 @@ pub(super) fn lengths<const N: usize>(
     let mut said: Vec<_> = usual.iter().flatten().filter_map(|column| read[*column].1).collect();
     said.dedup();
     (usual, said)
+}
+
+fn known_unit(text: &str) -> Option<&'static str> {
+    unit::names().find(|name| *name == unit::canonical(text))
+}
+
+/// What to say of lengths of which some say a unit and some do not.
+pub(super) fn shared_unit(names: &[&str]) -> Option<String> {
+    let says = |name: &&str| without_unit(name, known_unit).1;
+    let (said, silent): (Vec<&str>, Vec<&str>) =
+        names.iter().partition(|name| says(name).is_some());
+    let first = said.first().filter(|_| !silent.is_empty())?;
+    let silent: Vec<String> = silent.iter().map(|name| format!("`{name}`")).collect();
+    Some(format!("{} are taken to be in {}, as `{first}` says", silent.join(", "), says(first)?))
 }
 
 /// The parts of a name of a length, without words that say where it is measured.
@@ -176,7 +189,7 @@ fn length_name(name: &str) -> Vec<String> {
     parts
 }
 
-/// A name and the unit behind it, where that is known: `X [mm]`, `X (mm)`, `X_mm`, `X mm`.
+/// A name and the unit behind it, where that is known: `X [mm]`, `X (mm)`, `X_mm`, `X mm`, `X in mm`.
 fn without_unit(
     name: &str,
     known: impl Fn(&str) -> Option<&'static str>,
@@ -184,7 +197,10 @@ fn without_unit(
     let name = name.trim();
     let parts = name.trim_end_matches([']', ')']).rsplit_once(['[', '(', '_', ' ', '/']);
     match parts.and_then(|(name, unit)| Some((name.trim_end(), known(unit)?))) {
-        Some((name, unit)) => (name, Some(unit)),
+        Some((name, unit)) => {
+            let before = name.strip_suffix("in").and_then(|name| name.strip_suffix([' ', '_']));
+            (before.map_or(name, str::trim_end), Some(unit))
+        }
         None => (name, None),
     }
 }

@@ -8,9 +8,9 @@ use super::{
 use arrow_array::{ArrayRef, Float64Array, StringArray};
 use std::{path::Path, sync::Arc};
 use wheatstone_core::{
-    Result,
+    Error, Result,
     dataset::{Correspondence, Dataset},
-    storage,
+    storage, unit,
 };
 
 /// Reads a whole table: text, Parquet or Arrow. Lengths are in `unit` where it does not say otherwise, and
@@ -51,6 +51,13 @@ impl TableReader {
     /// As [`read`].
     pub fn gather(mut self, options: &TableOptions) -> Result<Dataset> {
         let wanted = options.unit.as_deref();
+        if let Some(unit) = wanted.filter(|unit| unit::is_of_other_kind(unit)) {
+            return Err(Error::Setting {
+                setting: "the unit of lengths".into(),
+                value: format!("`{unit}`"),
+                need: "a unit such as mm".into(),
+            });
+        }
         let own = self.unit()?;
         let unit = own.as_deref().or(wanted).unwrap_or("mm").to_owned();
         let mut found = Collected::new(self.path(), &unit, self.cameras(), options.duplicates);

@@ -1,15 +1,17 @@
 //! Tables as they are read, whatever their kind.
 
 use super::{
+    cells::malformed,
     collected::Duplicates,
     columnar::{ColumnTable, in_memory},
     layout::Header,
-    names::ColumnNames,
+    names::{ColumnNames, shared_unit},
+    numpy,
     rows::{self, Rows},
     text::TextTable,
     writer::{Kind, TableStyle},
 };
-use arrow_array::RecordBatchReader;
+use arrow_array::{RecordBatchIterator, RecordBatchReader};
 use flate2::read::MultiGzDecoder;
 use std::{
     fs::File,
@@ -17,7 +19,7 @@ use std::{
     path::Path,
     sync::Arc,
 };
-use wheatstone_core::{Error, Result, storage};
+use wheatstone_core::{Error, Result, limits, storage, unit};
 
 /// How a table is read.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +34,8 @@ pub struct TableOptions {
     pub prompt: bool,
 }
 
-/// Reads a table of points, some rows at a time, in constant memory: text, gzipped or not, Parquet or Arrow.
+/// Reads a table of points, some rows at a time, in constant memory: text, gzipped or not, Parquet or Arrow; a NumPy
+/// array is read whole.
 pub struct TableReader {
     kind: Table,
     prompt: bool,
@@ -56,7 +59,10 @@ impl TableReader {
         }
         let mut file = storage::open(path)?;
         let mut first = Vec::new();
-        file.by_ref().take(6).read_to_end(&mut first).map_err(|e| Error::reading(path, e))?;
+        file.by_ref()
+            .take(FIRST as u64)
+            .read_to_end(&mut first)
+            .map_err(|e| Error::reading(path, e))?;
         // A pipe cannot be read from its beginning again.
         if file.rewind().is_err() {
             return Self::of_text(path, Box::new(Cursor::new(first).chain(file)), options);
@@ -112,6 +118,13 @@ impl TableReader {
                 return Self::of_text(path, Box::new(MultiGzDecoder::new(file)), options);
             }
             Sort::Text => return Self::of_text(path, Box::new(file), options),
+            Sort::Numpy => array(path, file, told)?,
+            Sort::OldFeather => {
+                let problem = "a Feather file of version 1".into();
+                let hint =
+                    "write version 2, which is an Arrow file: `pyarrow.feather.write_feather` does";
+                return Err(malformed(path, None, problem, hint));
+            }
         };
         Ok(Self { kind: Table::Columns(table), prompt: options.prompt })
     }
@@ -143,12 +156,19 @@ impl TableReader {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] where the names of the columns and what is said elsewhere differ.
+    /// [`Error::Malformed`] where the names of the columns and what is said elsewhere differ, or what is said is no unit
+    /// of lengths.
     pub fn unit(&self) -> Result<Option<String>> {
         let said = match &self.kind {
             Table::Text(text) => &text.unit,
             Table::Columns(columns) => &columns.unit,
         };
+        let other = said.as_deref().filter(|said| unit::is_of_other_kind(said));
+        if let (Some(said), true) = (other, self.table().layout.has_lengths()) {
+            let problem = format!("`{said}` is given for the unit of lengths");
+            let hint = "give a unit of X, Y, Z, such as mm; pixels need none";
+            return Err(malformed(self.path(), None, problem, hint));
+        }
         match (self.table().layout.unit, said) {
             (Some(named), Some(said)) if named != said => Err(Error::Malformed {
                 path: self.path().into(),
@@ -162,6 +182,19 @@ impl TableReader {
             }),
             (named, said) => Ok(named.map(str::to_owned).or_else(|| said.clone())),
         }
+    }
+
+    /// What the user should know of how the columns were understood: lengths without a unit in their names are
+    /// taken to be in the unit that the names of others say.
+    #[must_use]
+    pub fn note(&self) -> Option<String> {
+        let table = self.table();
+        let layout = &table.layout;
+        let lengths: Vec<&str> = (layout.world.iter().flatten())
+            .chain(layout.board.iter().flatten())
+            .map(|column| table.names[*column].as_str())
+            .collect();
+        shared_unit(&lengths)
     }
 
     /// A style in which rows go on as they came.
@@ -186,7 +219,7 @@ impl TableReader {
     /// [`Error::Malformed`].
     pub fn needs_points(&self) -> Result<()> {
         let table = self.table();
-        if table.layout.world.is_some() || table.layout.board.is_some() {
+        if table.layout.has_lengths() {
             return Ok(());
         }
         Err(Header { path: &table.path, line: None, names: &table.names }.no_points())
@@ -212,25 +245,44 @@ impl TableReader {
     }
 }
 
+/// Bytes that tell the kind of a file.
+const FIRST: usize = 6;
+
 /// Kinds of files, by their first bytes.
 enum Sort {
     Text,
     Gzip,
     Parquet,
     Arrow { stream: bool },
+    Numpy,
+    OldFeather,
 }
 
 impl Sort {
     fn of(first: &[u8], path: &Path) -> Self {
-        match (first, Kind::of(path)) {
+        match (&first[..first.len().min(FIRST)], Kind::of(path)) {
             ([b'P', b'A', b'R', b'1', ..], _) | (_, Kind::Parquet) => Self::Parquet,
             ([b'A', b'R', b'R', b'O', b'W', b'1', ..], _) => Self::Arrow { stream: false },
             ([0xFF, 0xFF, 0xFF, 0xFF, ..], _) => Self::Arrow { stream: true },
             ([0x1F, 0x8B, ..], _) => Self::Gzip,
+            (b"\x93NUMPY", _) => Self::Numpy,
+            ([b'F', b'E', b'A', b'1', ..], _) => Self::OldFeather,
             (_, Kind::Arrow) => Self::Arrow { stream: false },
             _ => Self::Text,
         }
     }
+}
+
+/// A matrix of NumPy's, whose columns have the names that their number tells.
+fn array(path: &Path, file: impl Read, told: Option<&ColumnNames>) -> Result<ColumnTable> {
+    let limit = limits::FILE_BYTES;
+    let mut bytes = Vec::new();
+    let mut whole = file.take(limit.most().saturating_add(1));
+    whole.read_to_end(&mut bytes).map_err(|e| Error::reading(path, e))?;
+    limit.allow(path, bytes.len() as u64)?;
+    let batch = numpy::table(path, &bytes)?;
+    let schema = batch.schema();
+    ColumnTable::batches(path, Box::new(RecordBatchIterator::new([Ok(batch)], schema)), told)
 }
 
 /// Where a table comes from.

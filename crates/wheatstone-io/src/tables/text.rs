@@ -2,8 +2,10 @@
 
 use super::{
     cells,
+    head::Head,
     layout::{Header, Layout},
     lines::Lines,
+    marks::Marks,
     names::ColumnNames,
     numbers::Reading,
     rows::{Rows, Table},
@@ -12,7 +14,7 @@ use arrow_array::{ArrayRef, RecordBatch, builder::StringBuilder};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use csv::{ByteRecord, StringRecord};
 use std::{io::Read, path::Path, sync::Arc};
-use wheatstone_core::{Error, Result, limits, storage, unit};
+use wheatstone_core::{Error, Result, limits, storage};
 
 /// Reads a table of text, some rows at a time.
 pub(super) struct TextTable {
@@ -23,6 +25,7 @@ pub(super) struct TextTable {
     pub(super) unit: Option<String>,
     schema: SchemaRef,
     record: ByteRecord,
+    marks: Marks,
     /// The line of `record` where it was read and not passed on: the first row of a table without a header.
     held: Option<u64>,
 }
@@ -34,10 +37,11 @@ impl TextTable {
         told: Option<&ColumnNames>,
     ) -> Result<Self> {
         let mut lines = Lines::new(source);
-        let first = lines.first(|lines| split(lines).any(|line| !is_aside(line)));
+        let first = lines.first(Head::is_whole);
         let first = first.map_err(|e| Error::reading(path, e))?.to_vec();
         storage::refuse_other_kinds(path, &first)?;
         let head = Head::of(&first);
+        lines.watch_below(head.bytes);
         let rows = csv::ReaderBuilder::new()
             .delimiter(head.delimiter)
             .comment(Some(b'#'))
@@ -52,8 +56,12 @@ impl TextTable {
             unit: head.unit,
             schema: Arc::new(Schema::empty()),
             record: ByteRecord::new(),
+            marks: Marks::default(),
             held: None,
         };
+        if head.has_separator {
+            table.next_record()?;
+        }
         table.read_header(told, head.comment)?;
         let field = |name: &String| Field::new(name, DataType::Utf8, true);
         let fields: Vec<Field> = table.table.names.iter().map(field).collect();
@@ -111,8 +119,8 @@ impl TextTable {
         let mut texts: Vec<StringBuilder> = (0..columns).map(|_| StringBuilder::new()).collect();
         let numbers: Vec<usize> = layout.pixels.iter().flatten().copied().collect();
         let mut pixels: Vec<Vec<f64>> = vec![Vec::with_capacity(most); numbers.len()];
-        let (mut lines, mut decimal_comma) = (Vec::new(), false);
-        let mut bytes = 0;
+        let marked: Vec<usize> = layout.numbers().filter(|_| comma).collect();
+        let (mut lines, mut bytes) = (Vec::new(), 0);
         while lines.len() < most && bytes < limits::BATCH_BYTES.most() {
             if prompt && !lines.is_empty() && self.waits() {
                 break;
@@ -133,9 +141,7 @@ impl TextTable {
                 builder.append_option((!cell.is_empty()).then_some(cell));
             }
             for (values, column) in pixels.iter_mut().zip(&numbers) {
-                let cell = record[*column].trim();
-                decimal_comma |= comma && cell.contains(',');
-                let value = cells::number(cell, comma)
+                let value = cells::number(record[*column].trim(), comma)
                     .map_err(|fault| fault.at(path, Some(line), &names[*column]))?;
                 values.push(value.unwrap_or(f64::NAN));
             }
@@ -147,9 +153,11 @@ impl TextTable {
                     return Err(cells::half().at(path, Some(line), name));
                 }
             }
+            self.marks.look(&table, &marked, (&record, line))?;
             self.record = record.into_byte_record();
             lines.push(line);
         }
+        self.refuse_late_unit()?;
         if lines.is_empty() {
             return Ok(None);
         }
@@ -158,7 +166,25 @@ impl TextTable {
             .map_err(|e| cells::malformed(path, None, e.to_string(), ""))?;
         let rows =
             Rows::new(Arc::clone(&table), batch, pixels.into_iter().map(Into::into).collect());
-        Ok(Some(rows.of_lines(lines, decimal_comma)))
+        Ok(Some(rows.of_lines(lines, self.marks.is_comma())))
+    }
+
+    /// Refuses a comment among the rows that were read so far which says a unit that the head does not.
+    fn refuse_late_unit(&mut self) -> Result<()> {
+        let late = self.rows.get_mut().late_units();
+        let Table { path, layout, .. } = &*self.table;
+        if !layout.has_lengths() {
+            return Ok(());
+        }
+        let own = layout.unit.or(self.unit.as_deref());
+        match late.into_iter().find(|(_, unit)| own != Some(unit)) {
+            Some((line, unit)) => {
+                let problem = format!("`# unit: {unit}` stands below the first row");
+                let hint = "say the unit above the header: lengths were read before";
+                Err(cells::malformed(path, Some(line), problem, hint))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Reads the next row into `record`; its line, none at the end.
@@ -194,74 +220,119 @@ impl TextTable {
     }
 }
 
-/// What the lines before the first row say.
-struct Head {
-    delimiter: u8,
-    unit: Option<String>,
-    /// The columns that the last comment before the first row may name, as NumPy writes a header.
-    comment: Option<Vec<String>>,
-}
+#[cfg(test)]
+mod tests {
+    use crate::tables::{TableOptions, TableReader, read_bytes};
+    use std::{fmt::Write, path::Path};
+    use wheatstone_core::{Result, dataset::Dataset};
 
-impl Head {
-    fn of(first: &[u8]) -> Self {
-        let mut head = Self { delimiter: b',', unit: None, comment: None };
-        let mut last = None;
-        let mut lines = split(first);
-        for line in lines.by_ref() {
-            if !is_aside(line) {
-                head.delimiter = delimiter(line);
-                break;
-            }
-            head.note_unit(line);
-            last = comment_text(line).or(last);
+    fn read_in(text: &str, unit: Option<&str>) -> Result<Dataset> {
+        let options = TableOptions { unit: unit.map(Into::into), ..TableOptions::default() };
+        read_bytes(Path::new("t.csv"), text.into(), &options)
+    }
+
+    fn read(text: &str) -> Result<Dataset> {
+        read_in(text, None)
+    }
+
+    fn refused(text: &str) -> String {
+        read(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_table_has_one_decimal_mark() {
+        let head = "x1;y1;x2;y2;X;Y;Z;note\n";
+        let comma = "`81.455` has a decimal point, but `743,5` in line 2 a decimal comma";
+        let rows = "743,5;1;2;3;81.455;4;5;\n";
+        assert_eq!(refused(&format!("{head}{rows}")), format!("t.csv:2: {comma}"));
+        let rows = "743.5;1;2;3;81,455;4;5;\n";
+        assert!(refused(&format!("{head}{rows}")).contains("`81,455` has a decimal comma, but"));
+        // What is no column of numbers may have whatever marks it likes.
+        let rows = "743,5;1;2;3;81;4;5;1.5\n1,5;1;2;3;;;;n.a.\n";
+        assert_eq!(
+            read(&format!("{head}{rows}")).unwrap().correspondences[0].pixels[0].unwrap().x,
+            743.5
+        );
+        assert!(
+            refused(&format!("{head}1.234,5;1;2;3;4;5;6;\n")).contains("which is not a number")
+        );
+        // Rows come in batches; the first of these has commas alone.
+        let mut text = head.to_owned();
+        (0..40_000).for_each(|row| writeln!(text, "{row},5;1;2;3;4;5;6;").unwrap());
+        text.push_str("7;1;2;3;4;5.5;6;\n");
+        let said = refused(&text);
+        assert!(
+            said.starts_with("t.csv:40002: `5.5` has a decimal point, but `0,5` in line 2"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_first_line_for_excel_says_the_separator() {
+        for text in [
+            "sep=;\r\nx1;y1;x2;y2;X;Y;Z\r\n1,5;2;3;4;5;6;7\r\n",
+            "\u{feff}sep=;\nx1;y1;x2;y2;X;Y;Z\n1,5;2;3;4;5;6;7\n",
+            "SEP=,\nx1,y1,x2,y2,X,Y,Z\n1.5,2,3,4,5,6,7\n",
+            "sep=|\n# unit: mm\nx1|y1|x2|y2|X|Y|Z\n1,5|2|3|4|5|6|7\n",
+        ] {
+            let data = read(text).unwrap();
+            assert_eq!(data.correspondences[0].pixels[0].unwrap().x, 1.5, "{text}");
         }
-        // Those behind the header count as well.
-        lines.take_while(|line| is_aside(line)).for_each(|line| head.note_unit(line));
-        head.comment = last.map(|text| {
-            let cells = text.split(char::from(head.delimiter));
-            cells.map(|cell| cell.trim().to_owned()).collect()
-        });
-        head
+        let said = refused("sep=;\nx1;y1;x2;y2;X;Y;Z\n1;2;3;4;5;6;right\n");
+        assert!(said.starts_with("t.csv:3: column `Z` is `right`"), "{said}");
     }
 
-    /// Reads `# unit: cm`.
-    fn note_unit(&mut self, line: &[u8]) {
-        let said = comment_text(line).and_then(|text| {
-            let (key, value) = text.split_once([':', '='])?;
-            let key = key.trim().to_lowercase();
-            (key == "unit" || key == "units").then(|| unit::canonical(value).to_owned())
-        });
-        self.unit = said.or(self.unit.take());
+    #[test]
+    fn a_unit_below_the_rows_is_not_passed_over() {
+        let table = |head: &str, tail: &str| {
+            format!("{head}x1,y1,x2,y2,X,Y,Z,id\n1,2,3,4,5,6,7,#1\n{tail}8,2,3,4,5,6,7,#2\n")
+        };
+        let said = refused(&table("", "# unit: m\n"));
+        assert_eq!(said, "t.csv:3: `# unit: m` stands below the first row");
+        assert_eq!(refused(&table("# unit: cm\n", "\n# unit: m\n")), said.replace(":3", ":5"));
+        assert_eq!(read(&table("# unit: m\n", "# unit: metres\n")).unwrap().unit, "m");
+        assert_eq!(read(&table("", "# from the left\n")).unwrap().correspondences.len(), 2);
+        assert!(read("x1,y1,x2,y2\n1,2,3,4\n# unit: m\n").is_ok());
+        assert!(refused("x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,7\n# unit: m").contains(":3: "));
+        // Lines are counted in what was given on, too.
+        let mut text = String::from("x1,y1,x2,y2,X,Y,Z\n");
+        (0..40_000).for_each(|row| writeln!(text, "{row},1,2,3,4,5,6").unwrap());
+        assert!(refused(&(text + "# unit: m\n")).starts_with("t.csv:40002: "));
     }
-}
 
-/// Lines, however they end.
-fn split(text: &[u8]) -> impl Iterator<Item = &[u8]> {
-    text.split(|byte| matches!(byte, b'\n' | b'\r'))
-}
+    #[test]
+    fn units_stand_in_names_with_and_without_a_preposition() {
+        for (header, unit) in [
+            ("X in cm,Y in cm,Z in cm", "cm"),
+            ("X_in_cm,Y_in_cm,Z_in_cm", "cm"),
+            ("X in,Y in,Z in", "in"),
+            ("X in in,Y in in,Z in in", "in"),
+            ("X [km],Y [km],Z [km]", "km"),
+        ] {
+            let data =
+                read(&format!("x1 in px,y1 in px,x2 in px,y2 in px,{header}\n1,2,3,4,5,6,7\n"));
+            assert_eq!(data.unwrap().unit, unit, "{header}");
+        }
+        let note = |header: &str| {
+            let text = format!("x1,y1,x2,y2,{header}\n1,2,3,4,5,6,7\n");
+            TableReader::of_bytes(Path::new("t.csv"), text.into(), &TableOptions::default())
+                .unwrap()
+                .note()
+        };
+        let told = "`X`, `Y` are taken to be in cm, as `Z [cm]` says";
+        assert_eq!(note("X,Y,Z [cm]").as_deref(), Some(told));
+        assert_eq!((note("X,Y,Z"), note("X_cm,Y_cm,Z_cm")), (None, None));
+    }
 
-/// Whether a line is empty or a comment.
-fn is_aside(line: &[u8]) -> bool {
-    line.is_empty() || line[0] == b'#'
-}
-
-fn comment_text(line: &[u8]) -> Option<String> {
-    let text = line.strip_prefix(b"#")?;
-    Some(String::from_utf8_lossy(text).trim_matches(['#', ' ', '\t']).to_owned())
-}
-
-/// The character that separates the cells of a line.
-fn delimiter(line: &[u8]) -> u8 {
-    let count = |wanted: u8| line.iter().filter(|byte| **byte == wanted).count();
-    // Between semicolons or tabs commas may be decimal ones.
-    let text = String::from_utf8_lossy(line);
-    let numbers = |delimiter: u8| {
-        let mut cells = text.split(char::from(delimiter));
-        count(delimiter) > 0 && cells.all(|cell| cells::number(cell.trim(), true).is_ok())
-    };
-    let surely = [b';', b'\t'].into_iter().find(|delimiter| numbers(*delimiter));
-    surely.unwrap_or_else(|| {
-        let most = [b';', b'\t', b','].into_iter().max_by_key(|delimiter| count(*delimiter));
-        most.unwrap_or(b',')
-    })
+    #[test]
+    fn pixels_are_no_unit_of_lengths() {
+        let row = "x1,y1,x2,y2,X,Y,Z\n1,2,3,4,5,6,7\n";
+        for unit in ["px", "Pixels", "deg"] {
+            assert!(refused(&format!("# unit: {unit}\n{row}")).contains("for the unit of lengths"));
+            let error = read_in(row, Some(unit)).unwrap_err().to_string();
+            assert_eq!(error, format!("the unit of lengths cannot be `{unit}`"));
+        }
+        assert!(read("# unit: px\nx1,y1,x2,y2\n1,2,3,4\n").is_ok());
+        assert_eq!(read(&format!("# unit: cubit\n{row}")).unwrap().unit, "cubit");
+    }
 }

@@ -96,7 +96,7 @@ fn columns_are_named_by_the_user() {
         let text = format!("{head}{rows}");
         assert_eq!(parse_with(text.as_bytes(), Some("x1,y1,x2,y2,X,Y,Z")).unwrap(), plain());
     }
-    let text = "1.5;2;0;3;4;5;6;7\n8;9;0;10;11;12,25;13;14\n";
+    let text = "1,5;2;0;3;4;5;6;7\n8;9;0;10;11;12,25;13;14\n";
     assert_eq!(parse_with(text.as_bytes(), Some("x1,y1,_,x2,y2,X,Y,Z")).unwrap(), plain());
     let error = parse_with(rows.as_bytes(), Some("x1,y1,x2,y2")).unwrap_err().to_string();
     assert!(error.contains("7 columns, 4 were named"), "{error}");
@@ -232,7 +232,7 @@ fn a_table_remembers_its_unit_and_is_converted() {
         let converted = ("mm".into(), Point3::new(5000.0, 6000.0, 7000.0));
         assert_eq!(read(path, Some("mm")).unwrap(), converted, "{path:?}");
         // Not what is no unit of length that we know.
-        assert!(matches!(read(path, Some("px")), Err(Error::Mismatch { what: "unit", .. })));
+        assert!(matches!(read(path, Some("cubit")), Err(Error::Mismatch { what: "unit", .. })));
     }
     let silent = file("g.csv", &format!("x1,y1,x2,y2,X,Y,Z\n{rows}"));
     assert_eq!(read(&silent, None).unwrap().0, "mm");
