@@ -102,7 +102,7 @@ pub fn detect_in(
     let all: Vec<&Picture> = pictures.iter().flatten().flatten().collect();
     let seen = all.iter().filter(|picture| picture.outcome.is_ok()).count();
     if 2 * seen < all.len() {
-        refusals::refuse_a_miscount(capture, &all, (seen, read))?;
+        refusals::refuse_a_mistake(capture, &all, (seen, read))?;
     }
     let dataset = assemble(capture, &pictures);
     if dataset.correspondences.is_empty() {

@@ -14,6 +14,7 @@ use super::{
 use crate::imaging::GrayImage;
 use calib_targets::aruco::{Dictionary, builtins};
 use serde::{Deserialize, Serialize};
+use std::cell::Cell;
 use wheatstone_core::{
     Result,
     geometry::{Pixel, Point3},
@@ -161,14 +162,30 @@ impl AprilGrid {
         ink
     }
 
-    /// Looks at one size of the picture.
-    fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Detection {
+    /// The tags that one size of the picture shows.
+    fn tags(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Vec<tags::Tag> {
         // A tag has up to 25 corners of its own beside its four.
         let most = (40 * self.columns * self.rows).clamp(1_500, MOST_CORNERS);
-        let corners = seed::corners(image, scale, most);
-        let tags = tags::find(image, &corners, words);
-        let Some(points) = grid::laid(self, &tags) else { return Detection::default() };
-        grid::completed(self, image, points)
+        tags::find(image, &seed::corners(image, scale, most), words)
+    }
+
+    /// Looks at one size of the picture; `None` where the tags lie on a grid of other counts.
+    fn look(&self, image: &GrayImage, scale: seed::Scale, words: &Dictionary) -> Option<Detection> {
+        let tags = self.tags(image, scale, words);
+        if grid::better_counts(self, &tags).is_some() {
+            return None;
+        }
+        let Some(points) = grid::laid(self, &tags) else { return Some(Detection::default()) };
+        Some(grid::completed(self, image, points))
+    }
+
+    /// What is told of a grid with other counts or another first tag.
+    fn told(&self, meant: &Self) -> String {
+        let mut told = format!("`columns = {}`, `rows = {}`", meant.columns, meant.rows);
+        if meant.first != self.first {
+            told += &format!(", `first = {}`", meant.first);
+        }
+        told
     }
 }
 
@@ -255,15 +272,35 @@ impl Chart for AprilGrid {
             return ChartSearch::NotFound(format!("no dictionary {}", self.dictionary));
         };
         let whole = 4 * self.columns * self.rows;
-        let best =
-            seed::Scale::most_of_markers(image, whole, |scale| self.look(image, scale, &words));
+        // Another size of the picture may show fewer tags, and these do not contradict.
+        let is_contradicted = Cell::new(false);
+        let best = seed::Scale::most_of_markers(image, whole, |scale| {
+            self.look(image, scale, &words).unwrap_or_else(|| {
+                is_contradicted.set(true);
+                Detection::default()
+            })
+        });
+        if is_contradicted.get() {
+            let (columns, rows) = (self.columns, self.rows);
+            return ChartSearch::NotFound(format!(
+                "the tags do not lie as on a grid of {columns} columns and {rows} rows with these numbers"
+            ));
+        }
         if best.points.is_empty() {
             return ChartSearch::NotFound(
-                "no two neighbouring tags of the grid found: are dictionary, counts and first tag as printed?"
+                "no two tags are side by side as on this grid: are dictionary, counts and first tag as printed?"
                     .into(),
             );
         }
         ChartSearch::Found(vec![best])
+    }
+
+    fn misdeclared(&self, image: &GrayImage) -> Option<String> {
+        let words = self.words()?;
+        [seed::Scale::Full, seed::Scale::Half].into_iter().find_map(|scale| {
+            let tags = self.tags(image, scale, &words);
+            grid::better_counts(self, &tags).map(|meant| self.told(&meant))
+        })
     }
 
     fn validate(&self) -> Result<()> {

@@ -2,6 +2,7 @@
 //! corner has a name of its own, whatever part of the board is seen.
 
 mod markers;
+mod misdeclared;
 
 use super::{
     Chart, ChartSearch, Detection, Shape,
@@ -246,6 +247,10 @@ impl Chart for Charuco {
             );
         }
         ChartSearch::Found(vec![best])
+    }
+
+    fn misdeclared(&self, image: &GrayImage) -> Option<String> {
+        misdeclared::told(self, image)
     }
 
     fn validate(&self) -> Result<()> {

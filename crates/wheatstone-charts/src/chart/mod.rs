@@ -146,6 +146,12 @@ pub trait Chart: Sync {
         None
     }
 
+    /// The settings with which a chart that was not found is there, as the user would write them:
+    /// "`columns = 6`, `rows = 5`". Asked of some pictures after the search has failed; it may take long.
+    fn misdeclared(&self, _image: &GrayImage) -> Option<String> {
+        None
+    }
+
     /// Refuses sizes that no chart has.
     ///
     /// # Errors

@@ -8,15 +8,46 @@ use wheatstone_core::{
     error::{Hint, Remedy},
 };
 
-/// Where the chart is in few pictures, looks for the one that is left when squares were counted instead
-/// of corners, and says so if it is there.
-pub(super) fn refuse_a_miscount(
+/// A few pictures tell; looking at all would take as long again.
+const LOOKED_AT: usize = 6;
+
+/// Where the chart is in few pictures, looks for what the user may have declared otherwise than it is, and
+/// says so.
+pub(super) fn refuse_a_mistake(
     capture: &Capture,
     pictures: &[&Picture],
     (seen, read): (usize, Read),
 ) -> Result<()> {
-    // A few pictures tell; looking at all would take as long again.
-    const LOOKED_AT: usize = 6;
+    refuse_a_miscount(capture, pictures, (seen, read))?;
+    let without = pictures.iter().filter(|picture| picture.outcome.is_err());
+    let few: Vec<&&Picture> = without.take(LOOKED_AT).collect();
+    let told: Vec<String> = few
+        .par_iter()
+        .filter_map(|picture| capture.chart.misdeclared(&read(&picture.path).ok()?))
+        .collect();
+    let mut counts: std::collections::BTreeMap<&str, usize> = std::collections::BTreeMap::new();
+    for meant in &told {
+        *counts.entry(meant).or_default() += 1;
+    }
+    // Pictures that show a part of the chart may tell of fewer rows.
+    let most = counts.iter().max_by_key(|(_, count)| **count);
+    let Some((meant, found)) = most.filter(|_| 2 * told.len() > few.len()) else { return Ok(()) };
+    Err(Error::Degenerate {
+        problem: format!("the chart was found in only {seen} of {} pictures", pictures.len()),
+        hint: format!(
+            "did you mean {meant}? So it is found in {found} of {} of the others",
+            few.len()
+        )
+        .into(),
+    })
+}
+
+/// Looks for the chart that is left when squares were counted instead of corners, and says so if it is there.
+fn refuse_a_miscount(
+    capture: &Capture,
+    pictures: &[&Picture],
+    (seen, read): (usize, Read),
+) -> Result<()> {
     let Some(meant) = capture.chart.miscounted() else { return Ok(()) };
     let few: Vec<&&Picture> = pictures.iter().take(LOOKED_AT).collect();
     let found = few

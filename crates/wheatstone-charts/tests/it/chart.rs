@@ -5,4 +5,5 @@ mod chessboard;
 mod kalibr_target;
 mod lattice;
 mod line_grid;
+mod misdeclared;
 mod sheet;

@@ -19,11 +19,37 @@ const AROUND: usize = 12;
 /// Contrast of a corner that was not read, as a share of the median.
 const LEAST_CONTRAST: f64 = 0.25;
 
+/// Neighbours that are not where the declared counts have them, as a share of those that are, from which on
+/// other counts are looked for. Sound pictures have hardly any, whatever the lens.
+const MISPLACED: f64 = 0.1;
+/// How many times as many neighbours must be in their places with other counts. With the right ones all are.
+const CLEARLY_MORE: f64 = 1.2;
+
 /// The corners of the tags that were read, if two neighbours agree on how tags are turned on the chart.
 ///
 /// Programs print the same word in any of four turns; which one this chart has follows from where each
 /// tag's neighbours are.
 pub(super) fn laid(chart: &AprilGrid, tags: &[Tag]) -> Option<Found> {
+    let by_place = placed(chart, tags);
+    let votes = [0, 1, 2, 3].map(|turn| agreeing(chart, &by_place, turn).0);
+    let turn = (0..4).max_by_key(|turn| (votes[*turn].len(), 4 - turn))?;
+    let best = &votes[turn];
+    if best.len() < 2 {
+        return None;
+    }
+    let corners = best.keys().flat_map(|(column, row)| {
+        // From the top left clockwise, rows counted from below.
+        let corners = on_chart(&by_place[&(*column, *row)], turn);
+        [(0, 1), (1, 1), (1, 0), (0, 0)]
+            .into_iter()
+            .zip(corners)
+            .map(move |((x, y), at)| ((2 * column + x, 2 * row + y), at))
+    });
+    Some(corners.collect())
+}
+
+/// The tags that are on the chart, by columns and rows.
+fn placed(chart: &AprilGrid, tags: &[Tag]) -> BTreeMap<(usize, usize), Tag> {
     let mut by_place: BTreeMap<(usize, usize), Tag> = BTreeMap::new();
     let mut twice = Vec::new();
     for tag in tags {
@@ -35,21 +61,45 @@ pub(super) fn laid(chart: &AprilGrid, tags: &[Tag]) -> Option<Found> {
     }
     // Two of one name: neither can be believed.
     by_place.retain(|place, _| !twice.contains(place));
-    let votes = [0, 1, 2, 3].map(|turn| agreeing(chart, &by_place, turn));
-    let turn = (0..4).max_by_key(|turn| (votes[*turn].len(), 4 - turn))?;
-    let best = &votes[turn];
-    (best.len() >= 2).then(|| {
-        let corners = best.iter().flat_map(|(column, row)| {
-            // From the top left clockwise, rows counted from below.
-            let corners = on_chart(&by_place[&(*column, *row)], turn);
-            [(0, 1), (1, 1), (1, 0), (0, 0)]
-                .into_iter()
-                .zip(corners)
-                .map(move |((x, y), at)| ((2 * column + x, 2 * row + y), at))
-        });
-        corners.collect()
-    })
+    by_place
 }
+
+/// The grid with other counts, or another first tag, on which clearly more of the tags that were read are
+/// neighbours, where the declared one is contradicted. With the right counts every two tags that are side by
+/// side are neighbours, so that no others have more, be the lens as it may.
+pub(super) fn better_counts(chart: &AprilGrid, tags: &[Tag]) -> Option<AprilGrid> {
+    let score = |chart: &AprilGrid| {
+        let by_place = placed(chart, tags);
+        let sides = |turn| {
+            let (agreeing, misplaced) = agreeing(chart, &by_place, turn);
+            (agreeing.values().sum::<usize>(), misplaced)
+        };
+        (0..4).map(sides).max_by_key(|(agreeing, _)| *agreeing).unwrap_or_default()
+    };
+    let (least, last) =
+        (tags.iter().map(|tag| tag.id).min()?, tags.iter().map(|tag| tag.id).max()?);
+    let (own, misplaced) = score(chart);
+    if own > 0 && (misplaced as f64) < MISPLACED * own as f64 {
+        return None;
+    }
+    let firsts = if least < chart.first { vec![least] } else { vec![chart.first, least] };
+    let others = firsts.into_iter().flat_map(|first| {
+        (1..=last - first + 1).map(move |columns| {
+            // As many rows as declared, if the tags do not show more.
+            let rows = (last - first) / columns + 1;
+            let exchanged = columns == chart.rows && rows <= chart.columns;
+            let rows = if exchanged { chart.columns } else { rows };
+            AprilGrid { columns, rows, first, ..chart.clone() }
+        })
+    });
+    let (most, best) = others
+        .map(|other| (score(&other).0, other))
+        .reduce(|best, other| if other.0 > best.0 { other } else { best })?;
+    (most >= LEAST_SIDES && most as f64 > CLEARLY_MORE * own as f64).then_some(best)
+}
+
+/// Sides at which neighbours agree, each counted from both, before other counts are believed: two by two tags.
+const LEAST_SIDES: usize = 8;
 
 /// The tag's corners from the chart's top left clockwise, if the chart has its words turned so.
 fn on_chart(tag: &Tag, turn: usize) -> [Pixel; 4] {
@@ -58,32 +108,39 @@ fn on_chart(tag: &Tag, turn: usize) -> [Pixel; 4] {
     corners
 }
 
-/// The tags that have a neighbour where they expect it.
+/// The tags that have neighbours where they expect them, with the number of these; and how many neighbours
+/// are elsewhere.
 fn agreeing(
     chart: &AprilGrid,
     tags: &BTreeMap<(usize, usize), Tag>,
     turn: usize,
-) -> Vec<(usize, usize)> {
+) -> (BTreeMap<(usize, usize), usize>, usize) {
     let unit = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Pixel::new(x, y));
-    let expects = |(column, row): (usize, usize), (x, y): (isize, isize)| -> Option<bool> {
-        let own = on_chart(&tags[&(column, row)], turn);
-        let next = (column.checked_add_signed(x)?, row.checked_add_signed(y)?);
-        let its = on_chart(tags.get(&next)?, turn);
+    let pitch = 1.0 + chart.spacing;
+    let mut misplaced = 0;
+    let mut found = BTreeMap::new();
+    for ((column, row), tag) in tags {
+        let own = on_chart(tag, turn);
         let pairs: Vec<(Pixel, Pixel)> = unit.into_iter().zip(own).collect();
-        let map = Homography::fit(&pairs)?;
-        let pitch = 1.0 + chart.spacing;
+        let Some(map) = Homography::fit(&pairs) else { continue };
         let size = (own[2] - own[0]).norm();
-        let close = unit.into_iter().zip(its).all(|(at, seen)| {
-            let place = Pixel::new(at.x + x as f64 * pitch, at.y - y as f64 * pitch);
-            map.map(place).is_some_and(|expected| (expected - seen).norm() < 0.2 * size)
-        });
-        Some(close)
-    };
-    let has = |place: &&(usize, usize)| {
-        let sides = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-        sides.into_iter().any(|side| expects(**place, side) == Some(true))
-    };
-    tags.keys().filter(has).copied().collect()
+        let expects = |(x, y): (isize, isize)| -> Option<bool> {
+            let next = (column.checked_add_signed(x)?, row.checked_add_signed(y)?);
+            let its = on_chart(tags.get(&next)?, turn);
+            let close = unit.into_iter().zip(its).all(|(at, seen)| {
+                let place = Pixel::new(at.x + x as f64 * pitch, at.y - y as f64 * pitch);
+                map.map(place).is_some_and(|expected| (expected - seen).norm() < 0.2 * size)
+            });
+            Some(close)
+        };
+        let sides = [(1, 0), (-1, 0), (0, 1), (0, -1)].into_iter().filter_map(expects);
+        let (close, elsewhere): (Vec<bool>, Vec<bool>) = sides.partition(|close| *close);
+        misplaced += elsewhere.len();
+        if !close.is_empty() {
+            found.insert((*column, *row), close.len());
+        }
+    }
+    (found, misplaced)
 }
 
 /// All corners that the picture shows, each at its saddle.

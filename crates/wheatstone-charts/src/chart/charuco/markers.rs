@@ -22,19 +22,42 @@ pub(super) fn place(
     grown: &Grown,
     words: &Dictionary,
 ) -> Option<Place> {
-    let matcher = Matcher::new(*words, words.max_correction_bits().min(MOST_WRONG));
+    let seen = codes(image, grown, (board.marker / board.pitch, words.marker_size()));
+    Some(agreed(board, &matched(&seen, words))?.0)
+}
+
+/// A square by its lowest labels, and the codes that its marker may have.
+pub(super) type Codes = ((i32, i32), [u64; 2]);
+
+/// The codes in the light squares, of markers with this share of a square's side and so many bits a row.
+pub(super) fn codes(image: &GrayImage, grown: &Grown, marker: (f64, usize)) -> Vec<Codes> {
     let labels = with_rim(&grown.labels);
+    let dark = (grown.dark_square.0 + grown.dark_square.1).rem_euclid(2);
+    let light = labels.keys().filter(|(column, row)| (column + row).rem_euclid(2) != dark);
+    light.filter_map(|square| Some((*square, code(image, &labels, *square, marker)?))).collect()
+}
+
+/// The markers of a dictionary among the codes.
+pub(super) fn matched(codes: &[Codes], words: &Dictionary) -> Vec<((i32, i32), Match)> {
+    let matcher = Matcher::new(*words, words.max_correction_bits().min(MOST_WRONG));
+    let best = |codes: &[u64; 2]| {
+        let found = codes.map(|code| matcher.match_code(code));
+        found.into_iter().flatten().min_by_key(|read| read.hamming)
+    };
+    codes.iter().filter_map(|(square, codes)| Some((*square, best(codes)?))).collect()
+}
+
+/// The one way to lay the board down that most markers agree with, and how many do.
+pub(super) fn agreed(board: &Charuco, markers: &[((i32, i32), Match)]) -> Option<(Place, usize)> {
     let layouts = [board.marked(false), board.marked(true)];
     // With an odd count of rows the layouts are the same.
     let layouts = if layouts[0] == layouts[1] { &layouts[..1] } else { &layouts };
-    let dark = (grown.dark_square.0 + grown.dark_square.1).rem_euclid(2);
     let mut votes: BTreeMap<(usize, Place), usize> = BTreeMap::new();
-    for (column, row) in labels.keys().filter(|(c, r)| (c + r).rem_euclid(2) != dark) {
-        let Some(read) = read(board, image, &labels, (*column, *row), &matcher) else { continue };
+    for (label, read) in markers {
         for (layout, marked) in layouts.iter().enumerate() {
             let Some(square) = marked.get(read.id as usize) else { continue };
             let square = (square.0 as i32, square.1 as i32);
-            let place = Place::by_square(read.rotation, (*column, *row), square);
+            let place = Place::by_square(read.rotation, *label, square);
             *votes.entry((layout, place)).or_default() += 1;
         }
     }
@@ -44,7 +67,7 @@ pub(super) fn place(
     // agree by chance.
     let all: usize =
         votes.iter().filter(|((layout, _), _)| *layout == best.0).map(|(_, count)| count).sum();
-    (rivals == 0 && *most >= 2 && 2 * most > all).then_some(best.1)
+    (rivals == 0 && *most >= 2 && 2 * most > all).then_some((best.1, *most))
 }
 
 /// The board under labels of which y turns from x as in the picture, since it is seen from its face and
@@ -77,14 +100,13 @@ fn with_rim(labels: &Labels) -> Labels {
     wider
 }
 
-/// The marker in the square with these lowest labels.
-fn read(
-    board: &Charuco,
+/// The codes that the marker in the square with these lowest labels may have.
+fn code(
     image: &GrayImage,
     labels: &Labels,
     (column, row): (i32, i32),
-    matcher: &Matcher,
-) -> Option<Match> {
+    (share, bits): (f64, usize),
+) -> Option<[u64; 2]> {
     let mut pairs = [(Pixel::origin(), Pixel::origin()); 4];
     for (pair, (x, y)) in pairs.iter_mut().zip([(0, 0), (1, 0), (1, 1), (0, 1)]) {
         let pixel = labels.get(&(column + x, row + y))?;
@@ -95,8 +117,6 @@ fn read(
     }
     let square = Homography::fit(&pairs)?;
     let look = |x: f64, y: f64| square.map(Pixel::new(x, y)).map(|at| f64::from(image.sample(at)));
-    let bits = matcher.dictionary().marker_size();
-    let share = board.marker / board.pitch;
     let begin = (1.0 - share) / 2.0;
     let cell = share / (bits + 2) as f64;
     // The mean of nine places in the cell's middle half.
@@ -136,8 +156,7 @@ fn read(
     let (low, high) = inner
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(*it), high.max(*it)));
-    let best = [threshold, (low + high) / 2.0].map(|it| matcher.match_code(word(it)));
-    best.into_iter().flatten().min_by_key(|read| read.hamming)
+    Some([threshold, (low + high) / 2.0].map(word))
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
