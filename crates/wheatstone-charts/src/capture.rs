@@ -2,6 +2,7 @@
 
 mod faults;
 mod pairing;
+mod passed_over;
 
 use crate::{
     chart::{AnyChart, kalibr_target},
@@ -137,6 +138,37 @@ impl Capture {
             let missing = of_views.filter(|(picture, _)| picture.is_none());
             missing.map(|(_, view)| (camera.name.as_str(), view.name.as_str()))
         })
+    }
+
+    /// Says which pictures were paired by the order of their names alone; none where their names, or those of
+    /// views, tell.
+    #[must_use]
+    pub fn order_of_pairs(&self) -> Option<String> {
+        let names: Vec<&str> = self.views.iter().map(|view| &*view.name).collect();
+        if !pairing::is_by_order(&self.files(), &names) {
+            return None;
+        }
+        let together = |view: usize| {
+            let pictures =
+                self.cameras.iter().filter_map(|camera| camera.pictures[view].as_deref());
+            pictures.map(pairing::stem).collect::<Vec<_>>().join(" with ")
+        };
+        let last = self.views.len().checked_sub(1)?;
+        let others = if last > 1 { ", …, " } else { ", " };
+        let last = if last > 0 { format!("{others}{}", together(last)) } else { String::new() };
+        Some(format!("pictures were paired in the order of their names: {}{last}", together(0)))
+    }
+
+    /// Says which files beside the pictures were passed over, as pictures of a kind that cannot be read.
+    #[must_use]
+    pub fn passed_over(&self) -> Option<String> {
+        passed_over::told(&passed_over::beside(&self.files()))
+    }
+
+    /// The pictures of each camera.
+    fn files(&self) -> Vec<Vec<PathBuf>> {
+        let own = |camera: &CameraPictures| camera.pictures.iter().flatten().cloned().collect();
+        self.cameras.iter().map(own).collect()
     }
 
     /// Width and height of each camera's pictures in pixels; all pictures of a camera have that of its

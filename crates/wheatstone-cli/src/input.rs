@@ -176,6 +176,9 @@ pub(crate) fn open_and_detect(
 ) -> Outcome<(Capture, Found)> {
     let reach = if follow { Reach::Anywhere } else { Reach::Folder };
     let capture = Capture::open_within(path, reach)?;
+    for told in [capture.order_of_pairs(), capture.passed_over()].into_iter().flatten() {
+        remark!("note", "{told}");
+    }
     tell_missing(&capture);
     let settings = DetectionSettings { whole_pixels, ..DetectionSettings::default() };
     let found = detect(&capture, settings, bar)?;

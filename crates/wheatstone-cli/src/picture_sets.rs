@@ -2,7 +2,10 @@
 
 use crate::failure::{Failure, Outcome};
 use std::path::{Path, PathBuf};
-use wheatstone::{Error, imaging::is_picture};
+use wheatstone::{
+    Error,
+    imaging::{in_counting_order, is_picture},
+};
 
 /// Pictures of so many cameras taken at once: a file a camera, a folder a camera in sorted order, or all files of the first
 /// camera, then as many of the next, as a shell makes them of `left/*.png right/*.png`.
@@ -47,6 +50,6 @@ fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
             "PNG, JPEG, TIFF, BMP and PNM pictures are known by the endings of their names",
         ));
     }
-    found.sort();
+    found.sort_by(|a, b| in_counting_order(a, b));
     Ok(found)
 }

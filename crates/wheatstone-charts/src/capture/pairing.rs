@@ -1,5 +1,7 @@
 //! Which pictures of different cameras show one view.
 
+use super::passed_over;
+use crate::imaging::in_counting_order;
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
@@ -22,7 +24,7 @@ pub(super) fn refuse(path: &Path, problem: String, hint: &str) -> Error {
 /// sorted order, where there are as many of each camera.
 pub(super) fn pair_up(
     path: &Path,
-    (cameras, files): (&[String], Vec<Files>),
+    (cameras, mut files): (&[String], Vec<Files>),
     names: Vec<String>,
 ) -> Result<(Vec<Pictures>, Vec<String>)> {
     if let Some(twice) = names.iter().enumerate().find(|(i, n)| names[..*i].contains(n)) {
@@ -41,7 +43,12 @@ pub(super) fn pair_up(
         }
         return Ok((found, names));
     }
-    let (mut pictures, found) = match KEYS.into_iter().find(|key| tells(&files, *key)) {
+    let key = KEYS.into_iter().find(|key| tells(&files, *key));
+    // Here order alone tells which pictures belong together, or to which view.
+    if key.is_none() || !names.is_empty() {
+        files.iter_mut().for_each(|all| all.sort_by(|a, b| in_counting_order(a, b)));
+    }
+    let (mut pictures, found) = match key {
         Some(key) => by_shared_key(files, key),
         None => in_order(path, (cameras, files))?,
     };
@@ -65,13 +72,21 @@ pub(super) fn pair_up(
     Ok((pictures, names))
 }
 
+/// Whether nothing in the names of these pictures, of cameras and views, tells which belong together.
+pub(super) fn is_by_order(files: &[Files], views: &[&str]) -> bool {
+    let named = |picture: &PathBuf| views.contains(&&*stem(picture));
+    files.len() > 1
+        && !files.iter().flatten().all(named)
+        && !KEYS.into_iter().any(|key| tells(files, key))
+}
+
 /// What of a picture's name may say which view it shows.
 type Key = fn(&Path) -> String;
 
 const KEYS: [Key; 3] = [stem, last_number, first_number];
 
 /// A picture's file name without its extension.
-fn stem(path: &Path) -> String {
+pub(super) fn stem(path: &Path) -> String {
     path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
@@ -142,9 +157,14 @@ fn in_order(
         let counts = cameras.iter().zip(&files);
         let list: Vec<String> =
             counts.map(|(name, all)| format!("`{name}` has {}", all.len())).collect();
+        let passed_over = passed_over::told(&passed_over::beside(&files));
+        let passed_over = passed_over.map(|told| format!("; {told}")).unwrap_or_default();
         return Err(refuse(
             path,
-            format!("the cameras have different numbers of pictures: {}", list.join(", ")),
+            format!(
+                "the cameras have different numbers of pictures: {}{passed_over}",
+                list.join(", ")
+            ),
             "pictures are paired in sorted order: remove those without a partner, or name those of one view alike",
         ));
     }

@@ -158,11 +158,35 @@ fn opened(path: &Path) -> Result<ImageReader<BufReader<std::fs::File>>> {
     guessed(path, BufReader::new(storage::open(path)?))
 }
 
-fn guessed<R: BufRead + Seek>(path: &Path, source: R) -> Result<ImageReader<R>> {
+fn guessed<R: BufRead + Seek>(path: &Path, mut source: R) -> Result<ImageReader<R>> {
+    if source.fill_buf().map_err(|e| Error::reading(path, e))?.is_empty() {
+        return Err(Error::Image {
+            path: path.into(),
+            problem: "the file is empty".into(),
+            hint: "copy it once more from the camera, or remove it".into(),
+        });
+    }
     ImageReader::new(source).with_guessed_format().map_err(|e| Error::reading(path, e))
 }
 
 fn not_whole(path: &Path, error: &image::ImageError) -> Error {
+    use image::error::{ImageError, ImageFormatHint, UnsupportedErrorKind as Kind};
+    if let ImageError::Unsupported(what) = error
+        && !matches!(what.kind(), Kind::Format(ImageFormatHint::Unknown))
+    {
+        let problem = match what.kind() {
+            Kind::Color(_) | Kind::ColorLayout(_) => {
+                "its pixels are stored as numbers that cannot be read, such as floating-point ones"
+                    .into()
+            }
+            Kind::Format(ImageFormatHint::Exact(format)) => {
+                format!("{} pictures cannot be read", format!("{format:?}").to_uppercase())
+            }
+            _ => format!("it cannot be read: {error}"),
+        };
+        let hint = "save it as PNG or TIFF of 8 or 16 bits a channel".into();
+        return Error::Image { path: path.into(), problem, hint };
+    }
     Error::Image {
         path: path.into(),
         problem: format!("not a complete picture: {error}"),
@@ -218,15 +242,4 @@ fn to_gray(picture: &DynamicImage) -> GrayImage {
         }
     }
     GrayImage { width: width as usize, height: height as usize, values }
-}
-
-/// Whether a file's name is that of a picture which can be read: one with a usual ending. What systems put beside pictures
-/// (`.DS_Store`, `._001.png`, `Thumbs.db`) is none.
-#[must_use]
-pub fn is_picture(path: &Path) -> bool {
-    const ENDINGS: [&str; 10] =
-        ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm", "ppm", "pbm", "pnm"];
-    let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    !is_hidden && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
 }

@@ -4,12 +4,14 @@ mod annotate;
 mod colour;
 mod decode;
 pub mod filter;
+mod names;
 mod raw;
 mod rounding;
 
 pub use annotate::{Annotated, Colour};
 pub use colour::ColourImage;
-pub use decode::{Limits, decode_image, is_picture, read_colour_image, read_image, read_size};
+pub use decode::{Limits, decode_image, read_colour_image, read_image, read_size};
+pub use names::{in_counting_order, is_other_picture, is_picture};
 
 use std::path::Path;
 use wheatstone_core::{Result, geometry::Pixel, storage};

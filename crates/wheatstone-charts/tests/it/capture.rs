@@ -96,6 +96,61 @@ fn pictures_pair_up_in_sorted_order_and_cameras_keep_theirs() {
 }
 
 #[test]
+fn where_order_alone_pairs_pictures_numbers_count_by_their_values_and_it_is_said() {
+    let pictures = [
+        "left/img_100.png",
+        "left/img_99.png",
+        "left/img_101.png",
+        "right/00.png",
+        "right/01.png",
+        "right/02.png",
+    ];
+    let (_dir, without) = capture(HEAD, &pictures);
+    let without = without.unwrap();
+    assert_eq!(names(&without, 0), ["img_99.png", "img_100.png", "img_101.png"]);
+    assert_eq!(names(&without, 1), ["00.png", "01.png", "02.png"]);
+    let told = without.order_of_pairs().unwrap();
+    assert!(told.ends_with(": img_99 with 00, …, img_101 with 02"), "{told}");
+    // Views in their order, too.
+    let views: String = ["near", "middle", "far"]
+        .map(|name| format!("[[views]]\nname = \"{name}\"\ntranslation = [0, 0, 50]\n"))
+        .concat();
+    let alike = pictures.map(|name| name.replace("right/0", "right/img_10").replace("_102", "_99"));
+    let alike: Vec<&str> = alike.iter().map(String::as_str).collect();
+    let (_dir, named) = capture(&(HEAD.to_owned() + &views), &alike);
+    let named = named.unwrap();
+    assert_eq!(names(&named, 0), names(&named, 1));
+    assert_eq!(names(&named, 0), names(&without, 0));
+    assert_eq!(named.order_of_pairs(), None);
+}
+
+#[test]
+fn pictures_of_other_kinds_are_named_where_they_lie() {
+    let text = HEAD.replace("*.png", "*.*");
+    // The second is a picture's own raw file.
+    let files = [
+        "left/00.png",
+        "left/00.CR2",
+        "left/01.webp",
+        "right/00.png",
+        "right/01.png",
+        "left/.x.gif",
+    ];
+    let (_dir, opened) = capture(&text, &files);
+    let opened = opened.unwrap();
+    assert_eq!(opened.missing().collect::<Vec<_>>(), [("left", "01")]);
+    let told = opened.passed_over().unwrap();
+    assert!(told.contains("01.webp` was passed over"), "{told}");
+    assert!(!told.contains("CR2") && !told.contains("gif"), "{told}");
+    let files = ["left/a.png", "left/b.heic", "right/3.png", "right/4.png"];
+    let (_dir, refused) = capture(&text, &files);
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("b.heic` was passed over"), "{refused}");
+    let (_dir, plain) = capture(HEAD, &["left/a.png", "right/a.png"]);
+    assert_eq!(plain.unwrap().passed_over(), None);
+}
+
+#[test]
 fn a_target_of_kalibr_declares_the_chart_in_the_unit_of_the_capture() {
     let dir = tempfile::tempdir().unwrap();
     let target = dir.path().join("board.yaml");

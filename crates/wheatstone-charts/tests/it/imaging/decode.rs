@@ -77,3 +77,45 @@ fn folders_and_missing_files_are_named() {
         assert!(error.to_string().contains(&path.display().to_string()));
     }
 }
+
+#[test]
+fn empty_files_and_pixels_of_other_kinds_are_named() {
+    let dir = folder();
+    let path = dir.path().join("empty.png");
+    std::fs::write(&path, b"").unwrap();
+    let error = read_image(&path, Limits::default()).unwrap_err();
+    assert!(error.to_string().contains("empty.png") && error.to_string().contains("is empty"));
+    let path = dir.path().join("float.tif");
+    std::fs::write(&path, float_tiff()).unwrap();
+    let error = read_image(&path, Limits::default()).unwrap_err();
+    assert!(error.to_string().contains("floating-point"), "{error}");
+    assert!(error.hint().unwrap().contains("8 or 16 bits"));
+    let path = dir.path().join("film.png");
+    std::fs::write(&path, b"\x76\x2f\x31\x01\x02\0\0\0").unwrap();
+    let error = read_image(&path, Limits::default()).unwrap_err();
+    assert!(error.to_string().contains("OPENEXR pictures cannot be read"), "{error}");
+}
+
+/// A TIFF of one grey pixel in 32-bit floating point.
+fn float_tiff() -> Vec<u8> {
+    // Tag, type (3: 16 bits, 4: 32 bits), value; one strip behind the directory.
+    let entries: [(u16, u16, u32); 9] = [
+        (256, 4, 1),
+        (257, 4, 1),
+        (258, 3, 32),
+        (259, 3, 1),
+        (262, 3, 1),
+        (273, 4, 8 + 2 + 9 * 12 + 4),
+        (277, 3, 1),
+        (279, 4, 4),
+        (339, 3, 3),
+    ];
+    let mut file = b"II*\0\x08\0\0\0\x09\0".to_vec();
+    for (tag, kind, value) in entries {
+        file.extend(tag.to_le_bytes().into_iter().chain(kind.to_le_bytes()));
+        file.extend(1_u32.to_le_bytes().into_iter().chain(value.to_le_bytes()));
+    }
+    file.extend([0; 4]);
+    file.extend(0.5_f32.to_le_bytes());
+    file
+}
