@@ -6,7 +6,7 @@ mod misdeclared;
 
 use super::{
     Chart, ChartSearch, Detection, Shape,
-    chessboard::{growth, seed},
+    chessboard::{growth, highlights, seed},
     lattice::{Lattice, Origin},
     length, refused,
 };
@@ -157,7 +157,7 @@ impl Charuco {
             .collect();
         points.sort_unstable_by_key(|(id, _)| *id);
         let seen = ChartSearch::Found(vec![Detection { points, ..Detection::default() }]);
-        match grown.sigmas.told(seen) {
+        match grown.sigmas.told(highlights::without(image, &grown.labels, seen)) {
             ChartSearch::Found(mut readings) => readings.pop(),
             ChartSearch::NotFound(_) => None,
         }

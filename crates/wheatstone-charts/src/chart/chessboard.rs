@@ -3,6 +3,7 @@
 mod edges;
 pub(super) mod fold;
 pub(super) mod growth;
+pub(super) mod highlights;
 mod response;
 pub(super) mod saddle;
 pub(super) mod seed;
@@ -127,7 +128,7 @@ impl Chessboard {
         let first_square = (dark_square.0 + beside, dark_square.1);
         let sighting =
             self.lattice().place(&found, image, self.colours_tell().then_some(first_square));
-        let sighting = sigmas.told(sighting);
+        let sighting = sigmas.told(highlights::without(image, &labels, sighting));
         let placed = matches!(sighting, ChartSearch::Found(_));
         let rank = found.len() + if placed { self.columns * self.rows } else { 0 };
         // A whole board of other counts is whole at every size of the picture.

@@ -161,7 +161,7 @@ pub(in crate::chart) fn settle(
     }
 }
 
-fn window(spacing: f64) -> f64 {
+pub(super) fn window(spacing: f64) -> f64 {
     (WINDOW.0 * spacing).clamp(WINDOW.1, WINDOW.2)
 }
 
@@ -229,7 +229,10 @@ pub(in crate::chart) fn predict(
 
 /// Steps to the next column and the next row at a corner: half of what lies between its neighbours,
 /// or to the one that there is.
-fn steps(labels: &Labels, (column, row): (i32, i32)) -> Option<(Vector2<f64>, Vector2<f64>)> {
+pub(super) fn steps(
+    labels: &Labels,
+    (column, row): (i32, i32),
+) -> Option<(Vector2<f64>, Vector2<f64>)> {
     let here = labels.get(&(column, row))?;
     let step = |(across, down): (i32, i32)| {
         let ahead = labels.get(&(column + across, row + down)).map(|next| next - here);

@@ -129,6 +129,44 @@ fn uneven_light_does_not_draw_corners_aside() {
     assert!(mean.norm() / (found.len() as f64) < 0.005, "{mean}");
 }
 
+/// The picture in so many times the light, with that of a highlight added, cut off as a camera does.
+fn lit(image: &GrayImage, light: impl Fn(f64, f64) -> f64, highlight: f64) -> GrayImage {
+    GrayImage::from_fn(image.width(), image.height(), |x, y| {
+        let at = Pixel::new(x as f64, y as f64);
+        let away = (at - Pixel::new(330.0, 240.0)).norm() / 35.0;
+        let added = highlight * libm::exp(-away * away / 2.0);
+        (f64::from(image.row(y)[x]) * light(at.x, at.y) + added).min(255.0) as f32
+    })
+}
+
+#[test]
+fn corners_that_a_highlight_draws_aside_are_left_out() {
+    let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.1);
+    let truth = scene.truth(&BOARD);
+    let image = lit(&scene.render(&BOARD, 30), |_, _| 1.0, 290.0);
+    let found = &readings(&BOARD, &image)[0];
+    assert!((40..54).contains(&found.len()), "{}", found.len());
+    let worst = found.iter().map(|(id, at)| (at - truth[*id]).norm()).fold(0.0, f64::max);
+    assert!(worst < 0.3 && rms(found, &truth) < 0.08, "{worst} {}", rms(found, &truth));
+}
+
+#[test]
+fn an_overexposed_board_loses_no_corner() {
+    let scene = Scene::new(&BOARD, (640, 480), FRONTAL, 0.1);
+    let image = scene.render(&BOARD, 31);
+    let lamps: [fn(f64, f64) -> f64; 4] = [
+        |_, _| 1.3,
+        |_, _| 2.0,
+        // From one side; and a shadow over a half.
+        |x, _| 0.6 + 1.8 * x / 640.0,
+        |x, _| if x < 340.0 { 0.4 } else { 1.8 },
+    ];
+    for (lamp, light) in lamps.into_iter().enumerate() {
+        let found = readings(&BOARD, &lit(&image, light, 0.0));
+        assert_eq!(found[0].len(), 54, "{lamp}");
+    }
+}
+
 #[test]
 fn errors_are_what_sigmas_say() {
     let (mut squares, mut count) = (0.0, 0.0);
