@@ -5,6 +5,7 @@
 mod architecture;
 mod bodies;
 mod camera_motion;
+mod chart_shapes;
 mod charuco;
 mod clinic;
 mod contract;
