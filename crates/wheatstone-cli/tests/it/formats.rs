@@ -83,8 +83,8 @@ fn fisheyes_leave_as_lenses_of_few_terms_that_hold_over_the_picture() {
     done(here, &[&synth[..], &["-o", "points.csv"]].concat());
     let fit = ["fit", "points.csv", "--method", "neural-camera", "--no-validation"];
     done(here, &[&fit[..], &["--size", "640x480", "-o", "model.json"]].concat());
-    // What a fisheye with one term follows within hundredths, others follow within what its points show.
-    for (format, most) in [("opencv-fisheye", 0.1), ("opencv", 0.3)] {
+    // A lens of another kind follows less nearly, all over the picture; a pinhole would lose ten times as much.
+    for (format, most) in [("opencv-fisheye", 0.1), ("opencv", 0.5)] {
         let export = ["export", "model.json", "--format", format, "-o", "rig.yml", "--json"];
         let (told, _) = done(here, &export);
         let told: serde_json::Value = serde_json::from_str(&told).unwrap();

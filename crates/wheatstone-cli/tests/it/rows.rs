@@ -261,7 +261,7 @@ fn decimal_commas_go_through() {
     // Commas cannot be both.
     let text = pixels[..50].join("\n").replace('.', ",");
     std::fs::write(at.join("cut.csv"), format!("x1,y1,x2,y2\n{text}\n")).unwrap();
-    let message = refused(at, &["locate", "model.json", "cut.csv"]);
+    let message = refused(at, &["locate", "model.json", "cut.csv", "-o", "cut-located.csv"]);
     assert!(message.contains("cut.csv:2: 8 cells, the header has 4"), "{message}");
     assert!(message.contains("decimal commas, separate the columns by semicolons"), "{message}");
     // German spreadsheets: what is added is written as the rest is.

@@ -28,6 +28,9 @@ pub(super) fn add_findings<'a>(
     for finding in &mut after.findings {
         let changes = finding.changes.iter().map(|change| in_recorded(change, recorded, rows));
         finding.changes = changes.collect::<Option<_>>().unwrap_or_default();
+        if finding.views.len() == placed.1.views.len() {
+            doubt_mirrored(finding);
+        }
     }
     let (data, estimated) = placed;
     examination.findings.extend(after.findings);
@@ -38,6 +41,16 @@ pub(super) fn add_findings<'a>(
     examination.layout = after.layout;
     examination.cannot_be_seen = after.cannot_be_seen;
     &mut examination.findings[before..]
+}
+
+/// A flat chart whose labels are reversed in all pictures of a camera looks like one whose pictures are mirrored, in that
+/// camera or in the others: labels put right would make a mirrored rig of those.
+fn doubt_mirrored(finding: &mut Finding) {
+    if finding.code == "board-mirrored" {
+        finding.explanation += "; or its pictures are mirrored, or those of the other cameras: a flat chart shows them alike";
+        finding.hint = "turn off what mirrors the pictures, as video programs do; or read the board in the same order in every camera".into();
+        finding.changes.clear();
+    }
 }
 
 /// The same change of the recorded data; `None` for a place that is estimated.

@@ -11,7 +11,7 @@
 
 use super::{
     chart_poses::EstimatedPoses,
-    checks::{Finding, Severity},
+    checks::{self, Finding},
 };
 use crate::{
     Error, Result,
@@ -40,6 +40,12 @@ const LEAST: f64 = 0.01;
 
 /// By this the chart is stretched along its rows to see what the reprojection error does.
 const STRETCH: f64 = 0.01;
+
+/// Stretches that differ by less are one.
+const SETTLED: f64 = 5e-4;
+
+/// Stretches that are tried beside the first three, at most.
+const ROUNDS: usize = 6;
 
 /// A stretch is said that leaves less than this share of the squared residuals. Of five sets of real pictures the
 /// best stretch leaves 0.96 to 1.02.
@@ -181,19 +187,19 @@ impl Shape {
                 short(self.size(2))
             );
             let hint = "measure it: the pitch along rows and along columns, the size of its tags and the gaps between them";
-            warning(text, share, hint)
+            checks::other_shape(text, share, hint)
         } else {
             let text = format!(
                 "the chart is not flat: its points lie beside its plane by about {} {unit} rms, in every picture alike",
                 short(self.size(3))
             );
-            warning(text, share, "mount it on glass or a thick plate")
+            checks::other_shape(text, share, "mount it on glass or a thick plate")
         })
     }
 }
 
 /// By which factor the chart is longer along its rows than along its columns, against what was declared, where that
-/// explains the residuals: mean squares of three adjustments have their least there.
+/// explains the residuals: the mean square of an adjustment has its least there, by successive parabolas.
 fn stretch(
     recorded: &Dataset,
     estimated: &EstimatedPoses,
@@ -214,12 +220,30 @@ fn stretch(
             Err(_) => Ok(f64::NAN),
         }
     };
-    let [less, same, more] = [1.0 - STRETCH, 1.0, 1.0 + STRETCH].map(mean_square);
-    let (less, same, more) = (less?, same?, more?);
-    let curvature = less + more - 2.0 * same;
-    let best = 1.0 + 0.5 * STRETCH * (less - more) / curvature;
-    let is_known = curvature > 0.0 && (best - 1.0).abs() < 0.2;
-    Ok((is_known && mean_square(best)? < LEFT * same).then_some(best))
+    let mut tried = Vec::new();
+    for by in [1.0 - STRETCH, 1.0, 1.0 + STRETCH] {
+        tried.push((by, mean_square(by)?));
+    }
+    let same = tried[1].1;
+    for _ in 0..ROUNDS {
+        let is_new = |by: &f64| tried.iter().all(|one| (one.0 - by).abs() > SETTLED);
+        let Some(next) = least_of(&tried).filter(is_new) else { break };
+        tried.push((next, mean_square(next)?));
+        tried.sort_by(|a, b| a.1.total_cmp(&b.1));
+        tried.truncate(3);
+    }
+    let best = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(best.filter(|best| best.1 < LEFT * same).map(|best| best.0))
+}
+
+/// Where the parabola through three points has its least value, not far beyond them; `None` where it has none.
+fn least_of(points: &[(f64, f64)]) -> Option<f64> {
+    let [(a, at_a), (b, at_b), (c, at_c)] = *points else { return None };
+    let slopes = [(at_b - at_a) / (b - a), (at_c - at_b) / (c - b)];
+    let curvature = (slopes[1] - slopes[0]) / (c - a);
+    let least = 0.5 * (a + b - slopes[0] / curvature);
+    let ends = [a.min(b).min(c) - STRETCH, a.max(b).max(c) + STRETCH];
+    (curvature > 0.0).then(|| least.clamp(ends[0], ends[1]))
 }
 
 /// Two significant digits.
@@ -236,19 +260,5 @@ fn stretched(by: f64) -> Finding {
         if percent > 0.0 { "longer" } else { "shorter" }
     );
     let hint = "measure the pitch along rows and along columns, over as many squares as there are; print without scaling";
-    warning(text, ("stretch along x (%)", percent), hint)
-}
-
-fn warning(explanation: String, (name, value): (&str, f64), hint: &str) -> Finding {
-    Finding {
-        code: "chart-shape",
-        severity: Severity::Warning,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation,
-        figures: vec![(name.into(), value)],
-        hint: hint.into(),
-        changes: Vec::new(),
-        is_estimate: false,
-    }
+    checks::other_shape(text, ("stretch along x (%)", percent), hint)
 }

@@ -161,6 +161,29 @@ fn faults_of_boards_in_the_hand_are_put_right_in_what_was_recorded() {
     }
 }
 
+/// Labels that are put right make a mirrored rig of mirrored pictures: nothing of a flat chart tells them apart.
+#[test]
+fn mirrored_pictures_of_a_camera_are_not_put_right_by_their_labels() {
+    let mut data = held_by_hand("paper", (2, 10), 2);
+    for row in &mut data.correspondences {
+        row.pixels[0] = row.pixels[0].map(|p| Pixel::new(639.0 - p.x, p.y));
+    }
+    // A detector reads from left to right.
+    let before = data.clone();
+    for row in &mut data.correspondences {
+        let id: usize = row.id.as_ref().unwrap().parse().unwrap();
+        let other = (id / COLUMNS * COLUMNS + COLUMNS - 1 - id % COLUMNS).to_string();
+        let twin = before
+            .correspondences
+            .iter()
+            .find(|twin| twin.view == row.view && twin.id.as_ref() == Some(&other));
+        row.pixels[0] = twin.and_then(|twin| twin.pixels[0]);
+    }
+    let found = preparation::examine(&data, BundleSettings::default(), &Silent).unwrap();
+    let mirrored = found.findings.iter().find(|one| one.code == "board-mirrored").unwrap();
+    assert!(!mirrored.is_fixable() && mirrored.explanation.contains("pictures are mirrored"));
+}
+
 /// Of many views some are placed to look for faults: what is changed are still the rows of all.
 #[test]
 fn a_sample_of_many_boards_in_the_hand_tells_the_rows_of_all() {

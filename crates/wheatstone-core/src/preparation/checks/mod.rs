@@ -54,7 +54,7 @@ pub(super) use repair::{blames_most, fits_worse, not_corrected};
 pub use repair::{doubt, left_out, repair, repair_all};
 pub use unseeable::compare_baseline;
 pub(super) use unseeable::{
-    few_views, omitted_pose_uncertainty, undecided_poses, undetermined_poses,
+    few_views, omitted_pose_uncertainty, other_shape, undecided_poses, undetermined_poses,
 };
 
 use crate::dataset::Dataset;

@@ -205,6 +205,21 @@ pub(crate) fn few_views(views: usize, points: usize) -> Option<Finding> {
     })
 }
 
+/// A chart held by hand whose shape is not the one that was declared.
+pub(crate) fn other_shape(explanation: String, (name, value): (&str, f64), hint: &str) -> Finding {
+    Finding {
+        code: "chart-shape",
+        severity: Severity::Warning,
+        views: Vec::new(),
+        cameras: Vec::new(),
+        explanation,
+        figures: vec![(name.into(), value)],
+        hint: hint.into(),
+        changes: Vec::new(),
+        is_estimate: false,
+    }
+}
+
 /// A method whose error bars say nothing of chart poses that were estimated.
 pub(crate) fn omitted_pose_uncertainty() -> Finding {
     Finding {
