@@ -115,13 +115,15 @@ pub fn screen(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Scre
     for (camera, one) in screened.iter().enumerate() {
         found.extend(one.accused.iter().map(|(row, residual)| (*row, camera, *residual)));
     }
-    let accused = found.iter().map(|(row, _, _)| *row).collect();
-    let unsure: BTreeSet<usize> =
-        screened.iter().flat_map(|one| one.unsure.iter().map(|(row, _)| *row)).collect();
-    let lost: BTreeSet<usize> = misplaced(data, &unsure, &accused).into_iter().collect();
+    let suspects: BTreeSet<usize> = screened
+        .iter()
+        .flat_map(|one| one.rest.iter().filter(|row| row.is_unsure).map(|row| row.row))
+        .chain(found.iter().map(|(row, _, _)| *row))
+        .collect();
+    let lost = misplaced(data, &suspects);
     for (camera, one) in screened.iter().enumerate() {
-        let lost = one.unsure.iter().filter(|(row, _)| lost.contains(row));
-        found.extend(lost.map(|(row, residual)| (*row, camera, *residual)));
+        let lost = one.rest.iter().filter(|row| lost.contains(&row.row));
+        found.extend(lost.map(|row| (row.row, camera, row.residual)));
     }
     found.sort_by_key(|(row, camera, _)| (*row, *camera));
     let outliers = found.chunk_by(|a, b| a.0 == b.0).map(|pixels| {
@@ -153,9 +155,17 @@ struct PosedObservations {
 struct Screened {
     /// Row and residual.
     accused: Vec<(usize, f64)>,
-    /// The same of those that the camera can neither accuse nor vouch for.
-    unsure: Vec<(usize, f64)>,
+    /// Those that it did not accuse.
+    rest: Vec<Spared>,
     pixel_sigma: f64,
+}
+
+/// A pixel that its camera does not accuse.
+struct Spared {
+    row: usize,
+    residual: f64,
+    /// Whether that is for want of a prediction.
+    is_unsure: bool,
 }
 
 impl PosedObservations {
@@ -176,7 +186,7 @@ impl PosedObservations {
         progress: &dyn Progress,
     ) -> Result<Screened> {
         progress.check()?;
-        let nobody = Screened { accused: Vec::new(), unsure: Vec::new(), pixel_sigma: f64::NAN };
+        let nobody = Screened { accused: Vec::new(), rest: Vec::new(), pixel_sigma: f64::NAN };
         if self.pairs.len() < POINTS_NEEDED {
             return Ok(nobody);
         }
@@ -193,12 +203,17 @@ impl PosedObservations {
         if accused.len() as f64 > MOST_ACCUSED * self.rows.len() as f64 {
             return Ok(nobody);
         }
-        let named = |indices: Vec<usize>| {
-            indices.into_iter().map(|index| (self.rows[index], verdict.errors[index])).collect()
-        };
+        let rest = (0..self.rows.len()).filter(|index| verdict.good[*index]).map(|index| Spared {
+            row: self.rows[index],
+            residual: verdict.errors[index],
+            is_unsure: verdict.is_unsure(index, FIRST_REACH),
+        });
         Ok(Screened {
-            unsure: named(verdict.unsure(FIRST_REACH)),
-            accused: named(accused),
+            rest: rest.collect(),
+            accused: accused
+                .into_iter()
+                .map(|index| (self.rows[index], verdict.errors[index]))
+                .collect(),
             pixel_sigma: verdict.pixel_sigma,
         })
     }

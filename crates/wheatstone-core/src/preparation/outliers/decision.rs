@@ -228,12 +228,8 @@ impl Verdict {
         judged.map(|(good, share)| *good && *share < reach * reach).collect()
     }
 
-    /// Those that are good for want of a prediction.
-    pub(super) fn unsure(&self, reach: f64) -> Vec<usize> {
-        let judged = self.good.iter().zip(&self.shares).enumerate();
-        judged
-            .filter(|(_, (good, share))| **good && **share >= reach * reach)
-            .map(|(i, _)| i)
-            .collect()
+    /// Whether a pixel is good for want of a prediction.
+    pub(super) fn is_unsure(&self, index: usize, reach: f64) -> bool {
+        self.good[index] && self.shares[index] >= reach * reach
     }
 }

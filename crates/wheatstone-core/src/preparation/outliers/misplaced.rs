@@ -1,6 +1,6 @@
 //! Points that are said to lie so far away that no camera can tell where it would see them.
 //!
-//! A camera fitted to the other points predicts their pixels within nothing: it accuses none of them. But two
+//! A camera fitted to the other points predicts their pixels within nothing: it may accuse none of them. But two
 //! pixels determine a place: points whose pixels are neighbours in all cameras are neighbours in the world.
 
 use crate::{
@@ -15,16 +15,12 @@ const NEIGHBOURS: usize = 8;
 /// A place is wrong if it is farther from that of the nearest neighbour by so many times than the others are.
 const TIMES: f64 = 5.0;
 
-/// The rows among those whose pixels are `unsure` that lie elsewhere than their pixels' neighbours, none of which is
-/// among the `accused`.
-pub(super) fn misplaced(
-    data: &Dataset,
-    unsure: &BTreeSet<usize>,
-    accused: &BTreeSet<usize>,
-) -> Vec<usize> {
-    let sound = |row: &usize| !unsure.contains(row) && !accused.contains(row);
-    let sound: Vec<usize> = (0..data.correspondences.len()).filter(sound).collect();
-    unsure.iter().copied().filter(|row| is_misplaced(data, *row, &sound)).collect()
+/// The rows among the `suspects` that lie elsewhere than their pixels' neighbours, which are no suspects. One camera may
+/// have accused such a row already, and another have bent itself to a point that stands alone at its edge.
+pub(super) fn misplaced(data: &Dataset, suspects: &BTreeSet<usize>) -> BTreeSet<usize> {
+    let is_sound = |row: &usize| !suspects.contains(row);
+    let sound: Vec<usize> = (0..data.correspondences.len()).filter(is_sound).collect();
+    suspects.iter().copied().filter(|row| is_misplaced(data, *row, &sound)).collect()
 }
 
 fn is_misplaced(data: &Dataset, row: usize, sound: &[usize]) -> bool {
