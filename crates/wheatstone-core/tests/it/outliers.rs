@@ -116,8 +116,7 @@ fn places_beyond_all_others_are_named() {
     for (rig, seed) in [("paper", 1), ("fisheye", 2), ("water", 3), ("scheimpflug", 4)] {
         let clean = charts(rig, 2, Noise::Normal(0.1), 400);
         assert_eq!(named(&screen(&clean, 1, &Silent).unwrap()), [0; 0], "{rig}");
-        let far = [[999.0; 3], [-999.0; 3], [-999.0, 0.0, 0.0]];
-        for place in far.into_iter().chain([60.0, -45.0, 90.0].map(|x| [x, 0.0, 90.0])) {
+        for place in [[999.0; 3], [-999.0; 3], [-999.0, 0.0, 0.0], [60.0, 0.0, 90.0]] {
             for bad in [vec![100], vec![3, 150, 250]] {
                 let mut data = clean.clone();
                 for row in &bad {
