@@ -25,14 +25,14 @@ use std::collections::BTreeMap;
 use wheatstone_numeric::{progress::Progress, statistics::median};
 
 /// The share of the squared residuals that the chart's shape explains, from which on it is said: the reprojection
-/// error of a chart of the right shape would be 0.6 of what it is. Of printed boards that were mounted with care, a
-/// fifth to a half is explained.
+/// error of a chart of the right shape would be 0.6 of what it is. Five sets of real pictures stay below; two rendered
+/// grids of tags with wrong gaps come to 0.99.
 const EXPLAINED: f64 = 0.64;
 
 /// Residuals of so many times the median are gross errors.
 const GROSS: f64 = 5.0;
 
-/// Views needed to tell the chart from where it stood.
+/// Views needed to tell the chart from where it stood: of fewer, moves of its points could explain anything.
 const VIEWS: usize = 5;
 
 /// A reprojection error below this, in pixels, is none that anybody would mend.
@@ -79,6 +79,7 @@ pub(super) fn examine(
         Err(_) => return Ok(None),
     };
     let found = Shape::of(&residuals(placed, &*map), placed);
+    // Of the adjustment: a pose a chart; a pose, a focal length and two coefficients or so a camera.
     let numbers = 6 * estimated.views.len() + 9 * placed.cameras;
     Ok(found.and_then(|found| found.finding(numbers, &placed.unit)))
 }
