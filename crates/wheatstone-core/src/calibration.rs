@@ -24,7 +24,10 @@ use crate::{
     },
     fit::stage::ViewOffset,
     geometry::{Point3, StageCovariance},
-    method::{AnyMethod, AnyReconstructor, CalibratedMap, Choice, Fit, PointNoise, Reconstructor},
+    method::{
+        AnyMethod, AnyReconstructor, CalibratedMap, Choice, CovarianceScale, Fit, PointNoise,
+        Reconstructor,
+    },
     preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
 };
 use serde::{Deserialize, Serialize};
@@ -74,6 +77,9 @@ pub struct Calibration {
     /// `reconstructor`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point_noise: Option<PointNoise>,
+    /// By how much covariances of `reconstructor` are scaled where its camera model does not hold.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance_scale: Option<CovarianceScale>,
     /// Where charts of unknown place were found to have stood, where there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placed: Option<EstimatedPoses>,
@@ -123,9 +129,9 @@ impl Calibration {
             let (validation, held_out) = if validate { judge()? } else { None }.unzip();
             (training, validation, held_out.unwrap_or_default())
         };
-        let map = CalibratedMap::new(&*fit.reconstructor).with_noise_of(data);
+        let map = CalibratedMap::new(&*fit.reconstructor).with_noise_of(data).with_scale_of(data);
         let ellipsoids = Ellipsoids::estimate(&map, data, &held_out);
-        let point_noise = map.noise();
+        let (point_noise, covariance_scale) = (map.noise(), map.scale());
         Ok(Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -145,6 +151,7 @@ impl Calibration {
             stage: prepared.stage.clone(),
             stage_covariance: prepared.stage_covariance.clone(),
             point_noise,
+            covariance_scale,
             placed: prepared.placed.clone(),
             findings: prepared.findings(),
             sizes: Vec::new(),
@@ -237,6 +244,7 @@ impl Calibration {
             && self.volume.is_consistent()
             && self.stage_covariance.as_ref().is_none_or(StageCovariance::is_consistent)
             && self.point_noise.as_ref().is_none_or(PointNoise::is_consistent)
+            && self.covariance_scale.as_ref().is_none_or(CovarianceScale::is_consistent)
             && self.volume.cameras() == self.reconstructor.cameras()
             && (self.sizes.is_empty() || self.sizes.len() == self.volume.cameras())
     }

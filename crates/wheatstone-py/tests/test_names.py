@@ -136,3 +136,18 @@ def test_our_own_names_need_no_pyarrow(cal, data, frame, monkeypatch):
     assert np.array_equal(cal.predict({name: frame[name].tolist() for name in frame}), wanted)
     with pytest.raises(ws.errors.ArgumentError, match="needs pyarrow"):
         cal.predict(frame.rename(columns={"x1": "u1", "y1": "v1", "x2": "u2", "y2": "v2"}))
+
+
+def test_rays_and_arrays_of_data_are_found_by_names(cal, data, frame):
+    for camera in (0, 1):
+        expected = cal.rays(data.pixels[:, 2 * camera : 2 * camera + 2], camera)
+        own = frame[[f"y{camera + 1}", f"x{camera + 1}"]]
+        for given in (frame, own):
+            for found, truth in zip(cal.rays(given, camera), expected):
+                assert np.array_equal(found, truth)
+    with pytest.raises(ws.ArgumentError, match="no columns `x2`, `y2`; found: X, Y, Z"):
+        cal.rays(pd.DataFrame(data.points, columns=["X", "Y", "Z"]), 1)
+    places = pd.DataFrame(data.points, columns=["X", "Y", "Z"])[["Z", "X", "Y"]]
+    made = ws.Dataset.from_arrays(frame, places, views=data.views, unit=data.unit)
+    assert np.array_equal(made.pixels, data.pixels) and np.array_equal(made.points, data.points)
+    assert np.array_equal(ws.Dataset.from_arrays(pd.DataFrame(data.pixels)).pixels, data.pixels)

@@ -40,7 +40,7 @@ impl<'a> PointEstimator<'a> {
         let nothing = vec![f64::NAN; shown.len()];
         let columns = columns(model, &shown.cameras, &shown.pixels, &nothing);
         // How well pixels of charts agree says nothing of a match.
-        let full = locator().with_uncertainty(None, model.stage_covariance.as_ref());
+        let full = locator().with_uncertainty(None, None, model.stage_covariance.as_ref());
         let points = Locator::new(&*model.reconstructor, None).points_only();
         Self { model, full: full.settled(&columns), points: points.settled(&columns) }
     }

@@ -10,7 +10,8 @@ use wheatstone_core::{
     evaluate::FoldScore,
     geometry::{Pixel, Point3, ProjectionMatrix, Vector3},
     method::{
-        AnyMethod, AnyReconstructor, CalibratedMap, Fit, PointNoise, Reconstructor,
+        AnyMethod, AnyReconstructor, CalibratedMap, CovarianceScale, Fit, PointNoise,
+        Reconstructor,
         network::{Network, Training},
     },
 };
@@ -71,7 +72,7 @@ pub(super) struct Scene<'a> {
     pub(super) viewpoint: Option<Point3>,
     pub(super) forward: Option<Vector3>,
     /// What scales the covariances of maps.
-    noise: Option<PointNoise>,
+    uncertainty: (Option<PointNoise>, Option<CovarianceScale>),
     /// The linear cameras.
     matrices: Vec<Option<ProjectionMatrix>>,
 }
@@ -80,8 +81,9 @@ impl<'a> Scene<'a> {
     pub(super) fn new(data: &'a Dataset, model: &Calibration, forward: Option<Vector3>) -> Self {
         let matrix = |camera| ProjectionMatrix::fit(&data.seen_by_camera(camera));
         let matrices = (0..data.cameras).map(matrix).collect();
-        let (viewpoint, noise) = (model.viewpoint, model.point_noise);
-        Self { data, viewpoint, forward, noise, matrices }
+        let (viewpoint, uncertainty) =
+            (model.viewpoint, (model.point_noise, model.covariance_scale));
+        Self { data, viewpoint, forward, uncertainty, matrices }
     }
 
     /// How far before the cameras a point lies.
@@ -116,8 +118,9 @@ impl<'a> Scene<'a> {
         if row.pixels.len() != map.cameras() {
             return None;
         }
-        let found =
-            CalibratedMap::new(&**map).with_uncertainty(self.noise, None).locate(&row.pixels)?;
+        let (noise, scale) = self.uncertainty;
+        let calibrated = CalibratedMap::new(&**map).with_uncertainty(noise, scale, None);
+        let found = calibrated.locate(&row.pixels)?;
         let c = found.covariance;
         let covariance = [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]];
         let all_finite = found.point.iter().chain(&covariance).all(|value| value.is_finite());

@@ -14,7 +14,10 @@ pub use wheatstone_core::{
 pub use wheatstone_core::{
     dataset::volume::{Trust, Volume},
     geometry::PixelColumns,
-    method::{CalibratedMap, LocatedBatch, Locator, PointNoise, SettledLocator, locate_all},
+    method::{
+        CalibratedMap, CovarianceScale, LocatedBatch, Locator, PointNoise, SettledLocator,
+        locate_all,
+    },
 };
 
 /// Example: `examples/locate_batch.rs`.

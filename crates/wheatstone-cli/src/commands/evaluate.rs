@@ -19,6 +19,8 @@ use wheatstone::{
     calibration::{Judgement, PointJudgement},
     dataset::Dataset,
     evaluate::{BoardEvaluation, BoardView, Coverage, Deviation, Evaluation},
+    geometry::Pixel,
+    method::{Reconstructor, mismatch::MismatchTest},
     numeric::progress::Silent,
 };
 
@@ -76,11 +78,46 @@ impl Evaluate {
         if fitted > 0.5 && is_located {
             tell_fitted(&model, fitted);
         }
-        if let (Judgement::Points(found), false) = (&found, self.align) {
-            tell_other_frame(&model, data, found)?;
+        if let Judgement::Points(found) = &found {
+            tell_mismatches(&model, &data, self.align, found)?;
+            if !self.align {
+                tell_other_frame(&model, data, found)?;
+            }
         }
         Ok(())
     }
+}
+
+/// Says so where most of the error is of a few points whose pixels do not belong together.
+fn tell_mismatches(
+    model: &Calibration,
+    data: &Dataset,
+    align: bool,
+    found: &PointJudgement,
+) -> Outcome {
+    /// Without them this share of the error is left at most.
+    const LEFT: f64 = 0.5;
+    let (test, map) = (MismatchTest::new(FALSE_ALARM, data.cameras), model.map());
+    let matches = |pixels: &[Option<Pixel>]| {
+        let seen = pixels.iter().flatten().count();
+        map.locate(pixels).is_some_and(|found| !test.is_mismatch(&found, seen))
+    };
+    let rest = data.subset(|_, row| matches(&row.pixels));
+    let (count, whole) = (rest.known().count(), data.known().count());
+    if count == whole || 2 * count < whole {
+        return Ok(());
+    }
+    let Judgement::Points(others) = model.judge(rest, align, &Silent)? else { return Ok(()) };
+    if others.evaluation.rms < LEFT * found.evaluation.rms {
+        remark!(
+            "note",
+            "{} of {whole} points are mismatches: their pixels show no one point. Without them the error is {} {} rms. Where a camera did not see a point, leave its cells empty",
+            whole - count,
+            figure(others.evaluation.rms),
+            model.unit
+        );
+    }
+    Ok(())
 }
 
 /// Says so where the points' frame is another than the model's: moved as a whole they nearly agree.

@@ -120,6 +120,7 @@ fn as_json(
         "fitted_rms": model.training.rms,
         "held_out": model.validation.as_ref().map(|validation| &validation.all),
         "point_noise": model.point_noise,
+        "sigma_scale": model.covariance_scale.map(|scale| scale.range()),
         "intrinsics": cameras,
         "baselines": each(|beside| json!(beside.baseline)),
         "angles": each(|beside| json!({ "axes": beside.axes, "rays": beside.rays })),
@@ -176,6 +177,12 @@ fn heading(model: &Calibration, has_intrinsics: bool) -> String {
         let freedom = noise.freedom();
         text += &format!(
             "Pixel noise differs from point to point: Student's t with {freedom:.1} degrees of freedom\n"
+        );
+    }
+    if let Some(scale) = model.covariance_scale {
+        let [least, most] = scale.range();
+        text += &format!(
+            "The camera model does not hold: by their errors on these points, error bars are scaled by {least:.1} to {most:.1}\n"
         );
     }
     if !has_intrinsics {

@@ -32,6 +32,8 @@ fn info_works_on_every_method_and_preset() {
             let angle = told["angles"][0]["rays"].as_f64().unwrap();
             assert!((angle - 4.2).abs() < 0.3, "{name} {preset}: {angle}");
             assert_eq!(told["source"]["name"], "points.csv");
+            // No lens without distortion explains these.
+            assert_eq!(told["sigma_scale"].is_array(), name == "dlt", "{name} {preset}: {told}");
             let without =
                 ["network", "soloff", "interpolation"].contains(&told["method"].as_str().unwrap());
             assert_eq!(told["intrinsics"].is_null(), without, "{name} {preset}");
@@ -42,4 +44,27 @@ fn info_works_on_every_method_and_preset() {
             }
         }
     }
+}
+
+#[test]
+fn evaluate_names_mismatches_that_make_the_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "--count", "150", "-o", "points.csv"]);
+    done(at, &["fit", "points.csv", "--method", "brown", "--no-validation", "-o", "model.json"]);
+    done(at, &["synth", "--random", "200", "--noise", "0.1", "--seed", "5", "-o", "exam.csv"]);
+    let (_, said) = done(at, &["evaluate", "model.json", "exam.csv"]);
+    assert!(!said.contains("mismatches"), "{said}");
+    // As programs write what a camera did not see.
+    let unseen = |(row, line): (usize, &str)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        if row % 20 == 1 { [&cells[..2], &["-1", "-1"], &cells[4..]].concat() } else { cells }
+    };
+    let text = std::fs::read_to_string(at.join("exam.csv")).unwrap();
+    let rows: Vec<String> =
+        text.lines().enumerate().map(|row| unseen(row).join(",") + "\n").collect();
+    std::fs::write(at.join("unseen.csv"), rows.concat()).unwrap();
+    let (_, said) = done(at, &["evaluate", "model.json", "unseen.csv"]);
+    assert!(said.contains("10 of 200 points are mismatches"), "{said}");
+    assert!(said.contains("leave its cells empty"), "{said}");
 }

@@ -17,15 +17,21 @@ impl Calibration {
     /// The same for many points, with the trust that the volume gives each.
     #[must_use]
     pub fn locator(&self) -> Locator<'_> {
-        Locator::new(&*self.reconstructor, Some(&self.volume))
-            .with_uncertainty(self.point_noise, self.stage_covariance.as_ref())
+        Locator::new(&*self.reconstructor, Some(&self.volume)).with_uncertainty(
+            self.point_noise,
+            self.covariance_scale,
+            self.stage_covariance.as_ref(),
+        )
     }
 
     /// The fitted map with all that is uncertain of a point in its covariances.
     #[must_use]
     pub fn map(&self) -> CalibratedMap<'_> {
-        CalibratedMap::new(&*self.reconstructor)
-            .with_uncertainty(self.point_noise, self.stage_covariance.as_ref())
+        CalibratedMap::new(&*self.reconstructor).with_uncertainty(
+            self.point_noise,
+            self.covariance_scale,
+            self.stage_covariance.as_ref(),
+        )
     }
 
     /// A locator made ready once, by the points that the model was fitted to (or, of cameras that another program

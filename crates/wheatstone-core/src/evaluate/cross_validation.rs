@@ -68,7 +68,9 @@ fn run(
         Ok(fit) => Outcome {
             errors: in_whole(fold, point_errors(&*fit.reconstructor, &exam, from)),
             distances: mahalanobis2(
-                &CalibratedMap::new(&*fit.reconstructor).with_noise_of(&train),
+                &CalibratedMap::new(&*fit.reconstructor)
+                    .with_noise_of(&train)
+                    .with_scale_of(&train),
                 &exam,
             )
             .into_iter()

@@ -16,7 +16,7 @@ pub use homography::Homography;
 pub use pixel_columns::{PixelColumns, columns_of};
 pub(crate) use planar_pose::{LEAST_ON_PLANE, planar_pose};
 pub use pose::Pose;
-pub(crate) use principal_axes::principal_axes;
+pub(crate) use principal_axes::{axes_of, principal_axes};
 pub use projection::ProjectionMatrix;
 pub use stage_covariance::StageCovariance;
 pub use two_fold_pose::other_tilt;

@@ -10,9 +10,15 @@ pub(crate) fn principal_axes(places: &[Point3]) -> (Point3, [Vector3; 3], [f64; 
     let scatter: Matrix3<f64> =
         places.iter().map(|p| (p - middle) * (p - middle).transpose()).sum::<Matrix3<f64>>()
             / count;
-    let eigen = SymmetricEigen::new(scatter);
+    let (axes, variances) = axes_of(scatter);
+    (middle, axes, variances.map(|variance| variance.max(0.0).sqrt()))
+}
+
+/// The axes of a covariance from the longest to the shortest, and the variances along them.
+pub(crate) fn axes_of(covariance: Matrix3<f64>) -> ([Vector3; 3], [f64; 3]) {
+    let eigen = SymmetricEigen::new(covariance);
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let axes = order.map(|index| eigen.eigenvectors.column(index).into_owned());
-    (middle, axes, order.map(|index| eigen.eigenvalues[index].max(0.0).sqrt()))
+    (axes, order.map(|index| eigen.eigenvalues[index]))
 }

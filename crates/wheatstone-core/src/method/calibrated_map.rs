@@ -1,7 +1,7 @@
-//! A map whose error bars hold what its own do not: noise that differs from point to point, and what is
-//! uncertain of the charts that it was fitted to.
+//! A map whose error bars hold what its own do not: noise that differs from point to point, what a
+//! camera model lacks, and what is uncertain of the charts that it was fitted to.
 
-use super::{FitErrors, Located, PointNoise, Reconstructor};
+use super::{CovarianceScale, FitErrors, Located, PointNoise, Reconstructor};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, Ray, StageCovariance},
@@ -12,6 +12,7 @@ use nalgebra::Matrix2x3;
 pub struct CalibratedMap<'a> {
     map: &'a dyn Reconstructor,
     noise: Option<PointNoise>,
+    scale: Option<CovarianceScale>,
     stage: Option<&'a StageCovariance>,
 }
 
@@ -19,18 +20,19 @@ impl<'a> CalibratedMap<'a> {
     /// A map as it is.
     #[must_use]
     pub fn new(map: &'a dyn Reconstructor) -> Self {
-        Self { map, noise: None, stage: None }
+        Self { map, noise: None, scale: None, stage: None }
     }
 
-    /// With noise that differs from point to point, and what is uncertain of the places of the charts that the map
+    /// With noise that differs from point to point, a scale of covariances, and what is uncertain of the places of the charts that the map
     /// was fitted to, as [`super::Locator::with_uncertainty`].
     #[must_use]
     pub fn with_uncertainty(
         mut self,
         noise: Option<PointNoise>,
+        scale: Option<CovarianceScale>,
         stage: Option<&'a StageCovariance>,
     ) -> Self {
-        (self.noise, self.stage) = (noise, stage);
+        (self.noise, self.scale, self.stage) = (noise, scale, stage);
         self
     }
 
@@ -39,6 +41,19 @@ impl<'a> CalibratedMap<'a> {
     pub fn with_noise_of(mut self, train: &Dataset) -> Self {
         self.noise = PointNoise::fit(self.map, train);
         self
+    }
+
+    /// With the scale of covariances that the errors of the points show to which the map was fitted.
+    #[must_use]
+    pub fn with_scale_of(mut self, train: &Dataset) -> Self {
+        self.scale = CovarianceScale::fit(&self, train);
+        self
+    }
+
+    /// By how much its covariances are scaled.
+    #[must_use]
+    pub fn scale(&self) -> Option<CovarianceScale> {
+        self.scale
     }
 
     /// How much its noise differs from point to point.
@@ -57,6 +72,9 @@ impl Reconstructor for CalibratedMap<'_> {
         let mut located = self.map.locate(pixels)?;
         if let Some(noise) = self.noise {
             located = noise.scaled(located, pixels.iter().flatten().count());
+        }
+        if let Some(scale) = self.scale {
+            located.covariance = scale.of(located.covariance);
         }
         if let Some(stage) = self.stage {
             located.covariance += stage.at(located.point);

@@ -20,7 +20,7 @@ pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 pub use settled::SettledLocator;
 
-use super::{PointNoise, Reconstructor};
+use super::{CovarianceScale, PointNoise, Reconstructor};
 use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns, StageCovariance},
@@ -42,6 +42,7 @@ pub struct Locator<'a> {
     map: Map<'a>,
     volume: Option<&'a Volume>,
     noise: Option<PointNoise>,
+    scale: Option<CovarianceScale>,
     stage: Option<&'a StageCovariance>,
     with_covariance: bool,
     covariances: Option<CovarianceTable>,
@@ -113,6 +114,7 @@ impl<'a> Locator<'a> {
             map,
             volume,
             noise: None,
+            scale: None,
             stage: None,
             with_covariance: true,
             covariances,
@@ -140,15 +142,16 @@ impl<'a> Locator<'a> {
         self.covariances.as_ref().map_or(0, CovarianceTable::made_eighths)
     }
 
-    /// With noise that differs from point to point, and what is uncertain of the places of the charts that the map
-    /// was fitted to, in every covariance.
+    /// With noise that differs from point to point, a scale of covariances, and what is uncertain of the places of the
+    /// charts that the map was fitted to, in every covariance.
     #[must_use]
     pub fn with_uncertainty(
         mut self,
         noise: Option<PointNoise>,
+        scale: Option<CovarianceScale>,
         stage: Option<&'a StageCovariance>,
     ) -> Self {
-        (self.noise, self.stage) = (noise, stage);
+        (self.noise, self.scale, self.stage) = (noise, scale, stage);
         self
     }
 
@@ -279,6 +282,7 @@ impl<'a> Locator<'a> {
         }
         if full {
             self.noise.into_iter().for_each(|noise| slots.scale(noise, pixels));
+            self.scale.into_iter().for_each(|scale| slots.rescale(scale));
             self.stage.into_iter().for_each(|stage| slots.widen(stage));
         }
         if let Some(volume) = self.volume {

@@ -115,12 +115,9 @@ pub fn screen(data: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Scre
     for (camera, one) in screened.iter().enumerate() {
         found.extend(one.accused.iter().map(|(row, residual)| (*row, camera, *residual)));
     }
-    let suspects: BTreeSet<usize> = screened
-        .iter()
-        .flat_map(|one| one.rest.iter().filter(|row| row.is_unsure).map(|row| row.row))
-        .chain(found.iter().map(|(row, _, _)| *row))
-        .collect();
-    let lost = misplaced(data, &suspects);
+    let accused: BTreeSet<usize> = found.iter().map(|(row, _, _)| *row).collect();
+    let unsure = screened.iter().flat_map(|one| one.rest.iter().filter(|row| row.is_unsure));
+    let lost = misplaced(data, &accused, &unsure.map(|row| row.row).collect());
     for (camera, one) in screened.iter().enumerate() {
         let lost = one.rest.iter().filter(|row| lost.contains(&row.row));
         found.extend(lost.map(|row| (row.row, camera, row.residual)));

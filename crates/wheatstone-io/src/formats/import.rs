@@ -72,6 +72,7 @@ pub fn calibration(rig: &Rig, imported: Imported) -> Result<Calibration> {
         stage: Vec::new(),
         stage_covariance: None,
         point_noise: None,
+        covariance_scale: None,
         placed: None,
         findings: Vec::new(),
         sizes: Vec::new(),

@@ -1,6 +1,7 @@
 //! Tables as they are written: text, Parquet or Arrow.
 
 use super::{
+    cells::malformed,
     columnar::UNIT,
     parquet_checksums::{CheckedOutput, CheckedStores},
     rows::Rows,
@@ -57,6 +58,23 @@ impl Kind {
     }
 }
 
+/// Endings of files that hold tables, but not as they are written here: text under such a name would be refused, or
+/// misread, by whoever opens it.
+const NOT_WRITTEN: &[&str] =
+    &["npy", "npz", "mat", "h5", "hdf5", "xlsx", "xls", "ods", "json", "jsonl", "db", "sqlite"];
+
+/// Refuses a name that says what is not written.
+fn writable(path: &Path) -> Result<()> {
+    let ending =
+        path.extension().map(|end| end.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if !NOT_WRITTEN.contains(&ending.as_str()) {
+        return Ok(());
+    }
+    let problem = format!("tables are not written as .{ending}");
+    let hint = "end the name in .csv, .csv.gz, .parquet or .arrow, which say how it is written";
+    Err(malformed(path, None, problem, hint))
+}
+
 /// How a table is written.
 #[derive(Clone, Debug)]
 pub struct TableStyle {
@@ -98,8 +116,9 @@ impl<W: Write + Send> TableWriter<W> {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`].
+    /// [`Error::Io`]; [`Error::Malformed`] for a name that asks for another kind of file.
     pub fn new(path: &Path, output: W, names: Vec<String>, style: TableStyle) -> Result<Self> {
+        writable(path)?;
         let to = match Kind::of(path) {
             Kind::Text => To::Text(output),
             Kind::GzippedText => To::Gzipped(GzEncoder::new(output, Gzip::fast())),

@@ -115,7 +115,7 @@ def has_names(value: object) -> bool:
     return is_table(value) and not is_column
 
 
-def _by_position(frame: _Frame, table: Table, width: int) -> bool:
+def _by_position(frame: _Frame, table: Table, width: int | None) -> bool:
     """Whether no column has a name that says what it holds."""
     if isinstance(table, Mapping) or any(_AXIS.search(name) for name in frame.names):
         return False
@@ -135,17 +135,34 @@ def _probe(frame: _Frame, names: list[str], settings: str) -> _w.Dataset:
     return _w.Dataset.of_table(frame.like(names, values), settings)
 
 
-def pixels_of_table(table: Table, cameras: int, columns: Columns | None) -> FloatArray | None:
-    """Matched pixels (n, 2 * cameras), a row each; None where no column has a name that says what it holds."""
+def pixels_of_table(table: Table, cameras: int | None, columns: Columns | None) -> FloatArray | None:
+    """Matched pixels (n, 2 * cameras), a row each, of so many cameras or all that are named; None where no column has a
+    name that says what it holds."""
     frame = _Frame(table)
-    if columns is None and _by_position(frame, table, 2 * cameras):
+    if columns is None and _by_position(frame, table, None if cameras is None else 2 * cameras):
         return None
+    if cameras is None:
+        cameras = len([name for name in frame.names if re.fullmatch(r"x\d+", name)])
     ours = [f"{axis}{camera}" for camera in range(1, cameras + 1) for axis in "xy"]
     own = _own(frame.names, ours, re.compile(r"[xy]\d+").fullmatch)
     if columns is None and own is not None:
         return frame.rows(own)
     found = _probe(frame, frame.names, reading(None, columns))
     return frame.rows([int(column) for column in found.pixels()[1]])
+
+
+def pixels_of_camera(table: Table, camera: int) -> FloatArray:
+    """Pixels of one camera (n, 2), a row each: of its own columns, or of those of the only camera that is named."""
+    frame = _Frame(table)
+    for x, y in ((f"x{camera + 1}", f"y{camera + 1}"), ("x1", "y1"), ("x", "y"), ("u", "v")):
+        if x in frame.names and y in frame.names:
+            return frame.rows([frame.names.index(x), frame.names.index(y)])
+    if len(frame.labels) != 2 or any(_AXIS.search(name) for name in frame.names):
+        raise ArgumentError(
+            f"no columns `x{camera + 1}`, `y{camera + 1}`; found: {', '.join(frame.names)}",
+            hint="give a table with these columns, or an array, (n, 2)",
+        )
+    return frame.rows([0, 1])
 
 
 def places_of_table(table: Table, unit: str) -> FloatArray | None:

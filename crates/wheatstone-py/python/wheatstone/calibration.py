@@ -24,7 +24,7 @@ from ._arrays import (
     pyarrow,
     same_kind,
 )
-from ._named import Columns, column_names, has_names
+from ._named import Columns, column_names, has_names, pixels_of_camera
 from ._sizes import ImageSize, image_sizes
 from .data import Data, Dataset, Progress, as_dataset, pixels_of, places_of
 from .errors import ArgumentError
@@ -321,6 +321,7 @@ class Calibration:
         Parameters
         ----------
         pixels : array, (n, 2)
+            Columns of a table are found by their names: x2, y2 for camera 1, or x, y.
         camera : int, from 0
 
         Returns
@@ -328,6 +329,9 @@ class Calibration:
         origins, directions : arrays, (n, 3)
             A point of each ray, in `unit`, and its direction, a unit vector; NaN for maps that are no cameras.
         """
+        if has_names(pixels):
+            table: Any = pixels
+            pixels = pixels_of_camera(table, self._camera(camera))
         rays = self.handle.rays(self._camera(camera), places_array(pixels, "pixels", 2, None))
         return rays[:, :3], rays[:, 3:]
 

@@ -73,9 +73,9 @@ class Dataset:
         ----------
         pixels : array, (n, 2 * cameras), (n, cameras, 2) or (cameras, n, 2)
             x and y in each camera, in pixels; (0, 0) is the centre of the top-left pixel. NaN for both where a camera
-            did not see the point.
+            did not see the point. Columns of a table are found by their names, in whatever order they are.
         points : array, (n, 3), optional
-            X, Y, Z in the world, in `unit`; NaN where they are not known.
+            X, Y, Z in the world, in `unit`; NaN where they are not known. Columns of a table are found by their names.
         board : array, (n, 2), optional
             Places on a board whose pose is not known, in `unit`: a board in the hand.
         views : sequence of n labels, optional
@@ -94,6 +94,14 @@ class Dataset:
         ArgumentError
             For arrays of the wrong shape, and numbers that are no pixels or places.
         """
+        if has_names(pixels):
+            # By its names or, where they say nothing, by position.
+            table: Any = pixels
+            found = pixels_of_table(table, None, None)
+            pixels = pixels if found is None else found
+        if has_names(points):
+            places: Any = points
+            points = places_of(places, unit)
         known = None if points is None else doubles(points, "points")
         count = len(known) if known is not None and known.ndim == 2 else None
         array = pixels_array(pixels, None, count)

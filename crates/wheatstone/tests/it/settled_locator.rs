@@ -30,8 +30,17 @@ fn a_model_s_points_are_those_of_each_by_itself_whoever_made_it() {
     };
     let noise: PointNoise = serde_json::from_str("4.0").unwrap();
     let noisy = Calibration { point_noise: Some(noise), ..fitted.clone() };
-    let models =
-        [fitted.clone(), noisy, imported(vec![Some([640, 480]); 2]), imported(vec![None; 2])];
+    // Of a lens that this model lacks.
+    let linear = AnyMethod::named("dlt").unwrap();
+    let scaled = Calibration::fit(&linear, &prepared, 0, false, &Silent).unwrap();
+    assert!(scaled.covariance_scale.is_some());
+    let models = [
+        fitted.clone(),
+        noisy,
+        scaled,
+        imported(vec![Some([640, 480]); 2]),
+        imported(vec![None; 2]),
+    ];
     let rows: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
     let columns = columns_of(&rows, 2);
     let pixels =

@@ -132,7 +132,7 @@ impl World {
         let exam = random_correspondences(&self.rig, &self.chart, range, (NOISE, 78), 400);
         let method = AnyMethod::named("neural-camera").unwrap();
         let fit = method.fit_checked(data, 0, &Silent).unwrap().reconstructor;
-        let map = CalibratedMap::new(&*fit).with_uncertainty(None, stage);
+        let map = CalibratedMap::new(&*fit).with_uncertainty(None, None, stage);
         let mut held = Held::default();
         for (world, row) in exam.known() {
             let found = map.locate(&row.pixels).unwrap();

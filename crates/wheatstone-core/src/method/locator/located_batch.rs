@@ -1,7 +1,7 @@
 //! Located points in columns, and the parts of those that a task fills.
 
 use super::{
-    super::{Located, PointNoise, Residual},
+    super::{CovarianceScale, Located, PointNoise, Residual},
     piece::TASK,
 };
 use crate::{
@@ -78,6 +78,17 @@ impl Slots<'_> {
             if let Some(misfit) = residual.misfit(seen) {
                 let scale = noise.scale(misfit);
                 self.covariance.iter_mut().for_each(|column| column[index] *= scale);
+            }
+        }
+    }
+
+    /// Scales covariances where a camera model does not hold.
+    pub(super) fn rescale(&mut self, scale: CovarianceScale) {
+        for index in 0..self.point[0].len() {
+            let [xx, xy, xz, yy, yz, zz] = self.covariance.each_ref().map(|column| column[index]);
+            let scaled = scale.of(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
+            for (place, column) in LOWER.into_iter().zip(&mut self.covariance) {
+                column[index] = scaled[place];
             }
         }
     }

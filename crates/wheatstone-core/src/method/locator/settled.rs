@@ -19,9 +19,9 @@ impl<'a> Locator<'a> {
     /// like those that are to be located); whatever it was asked before counts for nothing.
     #[must_use]
     pub fn settled(self, shown: &PixelColumns) -> SettledLocator<'a> {
-        let Self { map, volume, noise, stage, with_covariance, .. } = self;
+        let Self { map, volume, noise, scale, stage, with_covariance, .. } = self;
         let fresh = Self::new(map.reconstructor, volume);
-        let mut locator = Self { noise, stage, with_covariance, ..fresh };
+        let mut locator = Self { noise, scale, stage, with_covariance, ..fresh };
         let check = locator.map.epipolar_check.as_mut().filter(|_| with_covariance);
         locator.map.base.iter_mut().chain(check).for_each(|rig| rig.settle(shown));
         if with_covariance {

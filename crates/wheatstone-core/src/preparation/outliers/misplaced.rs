@@ -14,19 +14,27 @@ const NEIGHBOURS: usize = 8;
 
 /// A place is wrong if it is farther from that of the nearest neighbour by so many times than the others are. Points whose
 /// pixels are neighbours may lie in charts one behind the other, several pitches apart; nearer faults are left to the
-/// cameras. No sound table of the tests loses a point by it; a place off by four times as much stays where one camera
-/// bends itself to it.
+/// cameras.
 const TIMES: f64 = 5.0;
 
-/// The rows among the `suspects` that lie elsewhere than their pixels' neighbours, which are no suspects. One camera may
-/// have accused such a row already, and another have bent itself to a point that stands alone at its edge.
-pub(super) fn misplaced(data: &Dataset, suspects: &BTreeSet<usize>) -> BTreeSet<usize> {
-    let is_sound = |row: &usize| !suspects.contains(row);
+/// The same for a place that a camera accuses already: the question is only whether the others have bent themselves to it.
+const TIMES_ACCUSED: f64 = 2.0;
+
+/// The rows that lie elsewhere than their pixels' neighbours, among those that cameras accuse and those that a camera is
+/// `unsure` of. One camera may accuse a row, and another have bent itself to a point that stands alone at its edge.
+pub(super) fn misplaced(
+    data: &Dataset,
+    accused: &BTreeSet<usize>,
+    unsure: &BTreeSet<usize>,
+) -> BTreeSet<usize> {
+    let is_sound = |row: &usize| !accused.contains(row) && !unsure.contains(row);
     let sound: Vec<usize> = (0..data.correspondences.len()).filter(is_sound).collect();
-    suspects.iter().copied().filter(|row| is_misplaced(data, *row, &sound)).collect()
+    let times = |row: &usize| if accused.contains(row) { TIMES_ACCUSED } else { TIMES };
+    let suspects = accused.union(unsure).copied();
+    suspects.filter(|row| is_misplaced(data, *row, &sound, times(row))).collect()
 }
 
-fn is_misplaced(data: &Dataset, row: usize, sound: &[usize]) -> bool {
+fn is_misplaced(data: &Dataset, row: usize, sound: &[usize], times: f64) -> bool {
     let own = &data.correspondences[row];
     let Some(place) = own.world.filter(|_| own.seen_by() >= 2) else { return false };
     let mut near: Vec<(f64, &[Option<Pixel>], Point3)> = sound
@@ -46,7 +54,7 @@ fn is_misplaced(data: &Dataset, row: usize, sound: &[usize]) -> bool {
     let reach = near.iter().filter_map(|other| apart(pixels, other.1)).fold(0.0, f64::max);
     let spread = near.iter().map(|other| (other.2 - middle).norm()).fold(0.0, f64::max);
     // Beyond its neighbours it is extrapolated, and may be anywhere.
-    nearest < reach && (place - middle).norm() > TIMES * spread
+    nearest < reach && (place - middle).norm() > times * spread
 }
 
 /// How far pixels are from others in all cameras that saw the first; `None` where one did not see the others.

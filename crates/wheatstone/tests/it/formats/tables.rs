@@ -328,3 +328,22 @@ fn parts_longer_than_the_file_are_refused() {
         assert!(refused > good.len() / 20, "{refused} of {} {name}", good.len());
     }
 }
+
+#[test]
+fn names_that_ask_for_another_kind_of_file_are_refused() {
+    for (name, written) in [
+        ("points.npy", false),
+        ("points.XLSX", false),
+        ("points.json", false),
+        ("points", true),
+        ("points.txt", true),
+        ("points.csv.gz", true),
+    ] {
+        let names = vec!["x1".to_owned()];
+        let made = TableWriter::new(Path::new(name), Vec::new(), names, TableStyle::default());
+        assert_eq!(made.is_ok(), written, "{name}");
+        if let Err(error) = made {
+            assert!(error.to_string().contains("tables are not written as ."), "{error}");
+        }
+    }
+}
