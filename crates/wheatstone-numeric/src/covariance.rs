@@ -158,9 +158,16 @@ impl LeastSquaresCovariance {
         let factors = unit.clone().cholesky().or_else(|| {
             (unit + DMatrix::from_diagonal_element(scales.len(), scales.len(), UNKNOWN)).cholesky()
         })?;
-        let inverse = scaled(scales.as_slice(), factors.inverse());
-        let carried = matrix_product::product(&inverse, &self.errors);
-        let covariance = matrix_product::product(&carried, &inverse);
+        // From both sides of the errors by the factor: where unknowns hardly differ in what they do, the inverse has
+        // large numbers that cancel, and twice the inverse would leave nothing but their rounding.
+        let factor = factors.unpack();
+        let errors = scaled(scales.as_slice(), self.errors);
+        let half = factor.solve_lower_triangular(&errors)?;
+        let own = factor.solve_lower_triangular(&half.transpose())?;
+        let back = factor.solve_lower_triangular(&DMatrix::identity(scales.len(), scales.len()))?;
+        let spread =
+            matrix_product::product(&matrix_product::product(&back.transpose(), &own), &back);
+        let covariance = scaled(scales.as_slice(), spread);
         covariance.iter().all(|value| value.is_finite()).then(|| Covariance::of(&covariance))
     }
 }

@@ -45,3 +45,22 @@ fn a_lines_covariance_is_that_of_repeated_fits() {
     let scatter = root_mean_square(&draws);
     assert!((covariance.of_one(&[1.0, 2.0]).sqrt() / scatter - 1.0).abs() < 0.05);
 }
+
+/// Two unknowns that do nearly the same: their own variances are a ten thousand millionth of what rounding would have to
+/// leave alone, and what they predict together is known as well as ever.
+#[test]
+fn predictions_of_unknowns_that_are_nearly_one_are_known() {
+    const APART: f64 = 1e-5;
+    let (mut near, mut plain) = (LeastSquaresCovariance::new(2), LeastSquaresCovariance::new(2));
+    for index in 0..200 {
+        let x = f64::from(index) / 100.0 - 1.0;
+        let variance = 1.0 + 0.5 * x;
+        near.add(&[1.0, 1.0 + APART * x], variance);
+        plain.add(&[1.0, x], variance);
+    }
+    let (near, plain) = (near.covariance().unwrap(), plain.covariance().unwrap());
+    for x in [-1.0, -0.3, 0.4, 1.0] {
+        let (told, truth) = (near.of_one(&[1.0, 1.0 + APART * x]), plain.of_one(&[1.0, x]));
+        assert!((told / truth - 1.0).abs() < 1e-3, "{x}: {told} {truth}");
+    }
+}
