@@ -1,6 +1,7 @@
 //! The clinic on captures with known faults, on captures without, and on real data.
 
 use super::data;
+use rayon::prelude::*;
 use wheatstone::{
     chart::{AnyChart, line_grid::LineGrid},
     dataset::{Correspondence, Dataset},
@@ -40,6 +41,24 @@ fn faults_are_named_with_their_place_and_nothing_is_cried_of_clean_captures() {
     for row in &found.clean {
         assert_eq!(row.otherwise, 0, "{}: {:#?}", row.fault, row.wrong);
     }
+}
+
+/// Of 128 coordinates of pixels a second place of a camera, and the lens fitted anew, take up a third of the noise.
+#[test]
+fn noise_of_small_tables_is_no_move_of_a_camera() {
+    let rig = Rig::named("pinhole", 2).unwrap();
+    let pitch = 2.0 * rig.chart_pitch();
+    let chart = LineGrid { pitch, columns: 4, rows: 4, ..LineGrid::default() }.into();
+    let views = Stage { near: 60.0, far: 120.0, step: 20.0 }.views().unwrap();
+    let accused: Vec<(u64, Vec<&str>)> = (0..60)
+        .into_par_iter()
+        .map(|seed| {
+            let noise = (Noise::Normal(0.2), seed);
+            (seed, codes(&chart_correspondences(&rig, &chart, &views, noise, None)))
+        })
+        .filter(|(_, codes)| codes.contains(&"camera-moved"))
+        .collect();
+    assert!(accused.is_empty(), "{accused:?}");
 }
 
 /// Points at random places have no twins in other views: no explanation may live on that.

@@ -20,7 +20,7 @@ pub(super) struct CameraMoved;
 /// part of what lenses and stages do.
 const CLEARLY: f64 = 3.0;
 
-/// Points of a cell that are used: more take time only.
+/// So many points of a cell are used, and less than twice as many: more take time only.
 const USED: usize = 14;
 
 impl Fault for CameraMoved {
@@ -122,15 +122,12 @@ fn is_of_views(evidence: &Evidence, camera: usize, explained: &[Proposal]) -> bo
         (0..evidence.views.len()).filter(|view| evidence.at(*view, camera).is_some()).collect();
     let is_bad = |view: &usize| evidence.cells[*view][camera].suspicious;
     let bad: Vec<usize> = present.iter().copied().filter(is_bad).collect();
-    if bad.is_empty() {
-        return false;
-    }
     let is_shared = |view: &usize| {
         let cameras = evidence.present(*view).len();
         cameras > 1 && evidence.suspects(*view).len() == cameras
     };
     if bad.iter().all(is_shared) {
-        return true;
+        return !bad.is_empty();
     }
     let is_explained =
         |view: &usize| explained.iter().any(|one| one.cells.contains(&(*view, camera)));
@@ -195,7 +192,7 @@ fn parting(views: usize, error: impl Fn(usize) -> f64) -> Option<usize> {
 fn used(evidence: &Evidence, camera: usize, views: &[usize]) -> Vec<Vec<Pair>> {
     let of_view = |view: &usize| {
         let pairs = &evidence.cells[*view][camera].pairs;
-        pairs.iter().step_by(pairs.len().div_ceil(USED).max(1)).copied().collect()
+        pairs.iter().step_by((pairs.len() / USED).max(1)).copied().collect()
     };
     views.iter().map(of_view).collect()
 }
@@ -214,6 +211,8 @@ struct Split {
     views: Vec<usize>,
     /// The first of the second part.
     at: usize,
+    /// Coordinates of pixels that both errors are of.
+    numbers: usize,
     /// Mean over the views of the median error, of one camera for all of them.
     whole: f64,
     /// The same with a place for each part.
@@ -239,7 +238,8 @@ impl Split {
             .map(|start| halves(start, &pairs, at, true))
             .into_iter()
             .min_by(|a, b| a.error.total_cmp(&b.error))?;
-        Some(Self { views, at, whole, found })
+        let numbers = 2 * pairs.iter().map(Vec::len).sum::<usize>();
+        Some(Self { views, at, numbers, whole, found })
     }
 
     /// The same as pixels counted otherwise in the part with fewer views, where that explains as much: it has one number
@@ -293,9 +293,12 @@ fn is_clear(evidence: &Evidence, camera: usize, splits: &[Option<Split>]) -> boo
     /// captures with and without stage errors.
     const BY_CHANCE: f64 = 0.1;
     const MORE: f64 = 3.0;
+    /// Of few pixels the numbers of a second place, and of a lens for either part, take up more of the noise.
+    const TAKEN_UP: f64 = 18.0;
+    let by_chance = BY_CHANCE.max(TAKEN_UP / split.numbers as f64);
     let others = splits.iter().enumerate().filter(|(other, _)| *other != camera);
     let gains = others.filter_map(|(other, split)| Some(split.as_ref()?.gain(evidence, other)));
-    let most = gains.fold(BY_CHANCE, f64::max);
+    let most = gains.fold(by_chance, f64::max);
     splits.len() > 1
         && split.gain(evidence, camera) > MORE * most
         && split.found.error <= 1.3 * worst_of_others(evidence, camera).max(0.05)
@@ -321,7 +324,7 @@ fn alone(evidence: &Evidence, camera: usize, (whole, error): (f64, f64)) -> bool
 }
 
 fn proposal(evidence: &Evidence, camera: usize, split: &Split) -> Proposal {
-    let Split { views, at, whole, found } = split;
+    let Split { views, at, whole, found, .. } = split;
     let distance = (found.after.centre() - found.before.centre()).norm() * evidence.frame.size;
     let turn = found.after.rotation() * found.before.rotation().transpose();
     let angle = libm::acos(((turn.trace() - 1.0) / 2.0).clamp(-1.0, 1.0)).to_degrees();
