@@ -12,11 +12,16 @@ pub fn doubt_factor(confidence: f32) -> f32 {
     1.0 + PER_DOUBT * (1.0 - confidence).min(MOST_DOUBT)
 }
 
-/// Of refined disparities, from what residuals of least squares tell. NaN where there is no confidence.
-pub(crate) fn refined(from_residuals: &[f32], confidence: &[f32]) -> Vec<f32> {
+/// What errors are of those that residuals tell where noise is independent, on renders with exact truth: some of the
+/// residuals are no noise, but the same in both rounds.
+const OF_TOLD: f32 = 0.9;
+
+/// Of refined disparities, from what residuals of least squares tell, and by how much their noise scatters more than
+/// independent one. NaN where there is no confidence.
+pub(crate) fn refined(from_residuals: &[f32], confidence: &[f32], excess: f32) -> Vec<f32> {
     let both = from_residuals.iter().zip(confidence);
     both.map(|(sigma, &confidence)| {
-        let sigma = sigma * doubt_factor(confidence);
+        let sigma = OF_TOLD * excess * sigma * doubt_factor(confidence);
         if confidence > 0.0 { sigma } else { f32::NAN }
     })
     .collect()

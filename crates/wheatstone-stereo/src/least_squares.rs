@@ -1,8 +1,8 @@
 //! Disparities to a fraction of a pixel: least-squares matching (Förstner 1982; Grün 1985) along the row.
 //!
-//! The pixels around one lie on a plane: their disparities follow from its own and from the surface's slopes. That disparity is sought
-//! which makes both pictures most alike, in the sense of least squares, where the differences are linear in it;
-//! pixels that are not on the plane have no say. What neighbours say of the disparity is a prior, which decides where there
+//! The pixels around one lie on a surface: their disparities follow from its own and from the surface's slopes and curvatures. That
+//! disparity is sought which makes both pictures most alike, in the sense of least squares, where the differences are linear in it;
+//! pixels that are not on the surface have no say. What neighbours say of the disparity is a prior, which decides where there
 //! is no texture. The residuals tell how exact the result is.
 
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
 use rayon::prelude::*;
 use wheatstone_numeric::simd::{Simd, WithSimd, on_widest};
 
-/// Pixels that are farther from the plane than this, in pixels of disparity, are not on it.
+/// Pixels that are farther from the surface than this, in pixels of disparity, are not on it.
 const MOST_DISTANCE: f32 = 1.0;
 /// How far from the mean of its surroundings a disparity is expected, in pixels.
 const PRIOR_SIGMA: f32 = 0.2;
@@ -76,7 +76,7 @@ struct Row<'a> {
 struct Normal {
     /// Of weights.
     weight: Floats,
-    /// Of weighted distances from the plane.
+    /// Of weighted distances from the surface.
     distance: Floats,
     /// Of weighted squares of gradients.
     gradients: Floats,
@@ -115,13 +115,14 @@ impl Row<'_> {
     #[inline(always)]
     fn accumulate(&self, x: usize, centre: &Floats) -> Normal {
         let &Round { disparity, gradient, residual, radius } = self.round;
-        let [along, down] = self.slopes.at(x);
+        let ([along, down], [bend, sag]) = (self.slopes.at(x), self.slopes.bends_at(x));
         let mut normal = Normal::default();
         let rows = self.y.saturating_sub(radius)..(self.y + radius + 1).min(disparity.height);
         for row in rows {
             let weights = &self.weights[row + RADIUS - self.y];
             let below = row as f32 - self.y as f32;
-            let plane: Floats = std::array::from_fn(|lane| centre[lane] + down[lane] * below);
+            let middle: Floats =
+                std::array::from_fn(|lane| centre[lane] + (down[lane] + sag[lane] * below) * below);
             let columns = weights[RADIUS - radius..=RADIUS + radius].iter();
             for (column, &weight) in columns.enumerate() {
                 let at = MARGIN + x + column - radius;
@@ -129,8 +130,9 @@ impl Row<'_> {
                 let found = floats(disparity.row(row), at);
                 let gradient = floats(gradient.row(row), at);
                 let residual = floats(residual.row(row), at);
-                let distance =
-                    std::array::from_fn(|lane| found[lane] - (plane[lane] + along[lane] * right));
+                let distance = std::array::from_fn(|lane| {
+                    found[lane] - (middle[lane] + (along[lane] + bend[lane] * right) * right)
+                });
                 normal.add(weight, distance, gradient, residual);
             }
         }
@@ -144,7 +146,7 @@ impl Normal {
         // No comparison with NaN holds.
         let weight = each(distance, |d| if d.abs() < MOST_DISTANCE { weight } else { 0.0 });
         let distance = each(distance, |d| if d.abs() < MOST_DISTANCE { d } else { 0.0 });
-        // What the residual would be, were the pixel's disparity the plane's.
+        // What the residual would be, were the pixel's disparity the surface's.
         let residual = lanes(residual, lanes(gradient, distance, times), |r, moved| r - moved);
         let weighted = lanes(weight, gradient, times);
         self.weight = lanes(self.weight, weight, plus);

@@ -66,6 +66,7 @@ mod evidence;
 mod confidence;
 mod slopes;
 mod least_squares;
+mod noise_correlation;
 mod error_bars;
 mod filling;
 mod map;

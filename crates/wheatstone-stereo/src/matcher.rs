@@ -18,7 +18,7 @@ use crate::{
     least_squares::Round,
     left_right,
     map::DisparityMap,
-    median,
+    median, noise_correlation,
     pair::Pair,
     picture::Picture,
     search_range::SearchRange,
@@ -141,7 +141,8 @@ impl Matcher {
             let round = Round { disparity: &first, gradient, residual, radius: RADIUS };
             let (second, from_residuals) = round.refine();
             disparity = second;
-            error_bars::refined(&from_residuals, &confidence)
+            let excess = noise_correlation::excess(residual, &confidence);
+            error_bars::refined(&from_residuals, &confidence, excess)
         } else {
             error_bars::unrefined(&scatter, &confidence)
         };
