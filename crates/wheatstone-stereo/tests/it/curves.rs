@@ -22,7 +22,7 @@ fn scenes() -> Vec<Scene> {
             let slope = 0.02 * seed as f64 - 0.03;
             let mut scene = Scene::slanted(slope, -slope, seed);
             let at_origin = 34.3 + 3.1 * seed as f64;
-            let plane = Plane { at_origin, along: 0.02, down: -0.01 };
+            let plane = Plane { at_origin, along: 0.02, down: -0.01, bend: 0.0 };
             scene.front = Some((plane, [120.0, 250.0, 60.0, 190.0]));
             scene
         })

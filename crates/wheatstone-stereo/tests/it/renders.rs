@@ -19,7 +19,8 @@ fn scenes() -> Vec<Scene> {
             let mut scene = Scene::slanted(along, down, seed);
             scene.contrast = 12.0 + 4.0 * seed as f64;
             scene.noise = 0.5 + 0.25 * seed as f64;
-            let plane = Plane { at_origin: 34.3 + 0.1 * seed as f64, along: 0.02, down: -0.01 };
+            let plane =
+                Plane { at_origin: 34.3 + 0.1 * seed as f64, along: 0.02, down: -0.01, bend: 0.0 };
             scene.front = Some((plane, [120.0, 250.0, 60.0, 190.0]));
             scene
         })
@@ -58,6 +59,36 @@ fn errors_are_as_large_as_their_bars() {
         let within = |sigmas: f64| share(&part, |j| j.error.abs() < sigmas * j.sigma);
         assert!((0.64..0.8).contains(&within(1.0)), "{}", within(1.0));
         assert!((least..0.975).contains(&within(2.0)), "{}", within(2.0));
+    }
+}
+
+/// As a rectification resamples them: neighbours share noise, which is half as large.
+#[test]
+fn errors_are_as_large_as_their_bars_where_pictures_were_resampled() {
+    let judged: Vec<Judged> = scenes()
+        .iter()
+        .flat_map(|scene| {
+            let pair = scene.render().between_pixels();
+            let map = pair.compute(&Matcher::new(0..64));
+            confident(&map, 0.9, |x, y| Some(scene.disparity(x as f64 + 0.5, y as f64 + 0.5)))
+        })
+        .collect();
+    let within = |sigmas: f64| share(&judged, |j| j.error.abs() < sigmas * j.sigma);
+    assert!((0.62..0.82).contains(&within(1.0)), "{}", within(1.0));
+    assert!((0.91..0.985).contains(&within(2.0)), "{}", within(2.0));
+}
+
+/// A window that takes what it sees for a plane finds a ball too far away.
+#[test]
+fn curved_surfaces_are_where_they_are() {
+    for bend in [-0.003, 0.003] {
+        let mut scene = Scene::slanted(0.0, 0.0, 9);
+        scene.back = Plane { at_origin: 30.0, along: 0.0, down: 0.0, bend };
+        let inner = |x: usize, y: usize| (90..230).contains(&x) && (50..190).contains(&y);
+        let truth = |x: usize, y: usize| inner(x, y).then(|| scene.disparity(x as f64, y as f64));
+        let judged = confident(&scene.render().compute(&Matcher::new(0..90)), 0.9, truth);
+        let bias = judged.iter().map(|judged| judged.error).sum::<f64>() / judged.len() as f64;
+        assert!(judged.len() > 15_000 && (bias / bend).abs() < 2.5, "{bend}: {bias}");
     }
 }
 

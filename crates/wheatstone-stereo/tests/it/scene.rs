@@ -6,22 +6,29 @@ use wheatstone_stereo::{DisparityMap, EpipolarCurves, Matcher, Picture};
 /// Samples of a pixel along each axis.
 const SAMPLES: usize = 4;
 
-/// disparity = at_origin + along x + down y, in pixels.
+/// disparity = at_origin + along x + down y + bend (squared distance from (160, 120)) / 2, in pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
     pub(crate) at_origin: f64,
     pub(crate) along: f64,
     pub(crate) down: f64,
+    pub(crate) bend: f64,
 }
 
 impl Plane {
     pub(crate) fn disparity(&self, x: f64, y: f64) -> f64 {
-        self.at_origin + self.along * x + self.down * y
+        let squared = (x - 160.0).powi(2) + (y - 120.0).powi(2);
+        self.at_origin + self.along * x + self.down * y + 0.5 * self.bend * squared
     }
 
     /// Where the left picture shows what the right one shows at x.
     fn left_of(&self, x: f64, y: f64) -> f64 {
-        (x + self.at_origin + self.down * y) / (1.0 - self.along)
+        let mut left = (x + self.at_origin + self.down * y) / (1.0 - self.along);
+        // Disparities of what is curved here change by less than a third of a pixel per pixel.
+        for _ in 0..if self.bend == 0.0 { 0 } else { 30 } {
+            left = x + self.disparity(left, y);
+        }
+        left
     }
 }
 
@@ -62,9 +69,26 @@ impl Pair {
     }
 }
 
+impl Pair {
+    /// The means of four neighbours each: both pictures half a pixel farther right and down.
+    pub(crate) fn between_pixels(&self) -> Self {
+        let (width, height) = (self.width - 1, self.height - 1);
+        let mean = |picture: &[u8]| -> Vec<u8> {
+            let of = |at: usize| {
+                let first = at / width * self.width + at % width;
+                let four =
+                    [0, 1, self.width, self.width + 1].map(|k| u32::from(picture[first + k]));
+                ((four.iter().sum::<u32>() + 2) / 4) as u8
+            };
+            (0..width * height).map(of).collect()
+        };
+        Self { width, height, left: mean(&self.left), right: mean(&self.right) }
+    }
+}
+
 impl Scene {
     pub(crate) fn slanted(along: f64, down: f64, seed: u64) -> Self {
-        let back = Plane { at_origin: 20.0, along, down };
+        let back = Plane { at_origin: 20.0, along, down, bend: 0.0 };
         Self {
             width: 320,
             height: 240,

@@ -12,8 +12,10 @@ fn bits(map: &DisparityMap) -> Vec<u32> {
 fn results_do_not_depend_on_the_number_of_threads() {
     let mut scene = Scene::slanted(0.02, 0.01, 4);
     scene.height = 600;
-    scene.front =
-        Some((Plane { at_origin: 40.0, along: 0.0, down: 0.01 }, [100.0, 200.0, 100.0, 500.0]));
+    scene.front = Some((
+        Plane { at_origin: 40.0, along: 0.0, down: 0.01, bend: 0.0 },
+        [100.0, 200.0, 100.0, 500.0],
+    ));
     let pair = scene.render();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
