@@ -288,7 +288,7 @@ impl Chart for AprilGrid {
         }
         if best.points.is_empty() {
             return ChartSearch::NotFound(
-                "no two tags are side by side as on this grid: are dictionary, counts and first tag as printed?"
+                "no two tags are side by side as on this grid: are dictionary, counts and first tag as printed, and black squares between the corners of tags?"
                     .into(),
             );
         }
