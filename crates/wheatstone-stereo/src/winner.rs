@@ -112,6 +112,22 @@ impl Winners {
         i16::from(least(&lowest)) - i16::from(costs[winner])
     }
 
+    /// The least sum and the least cost that other pixels of the left picture have with the right pixel of a match, but for
+    /// those beside the match.
+    fn rivals(&self, row: &SearchRow<'_>, x: usize, winner: usize) -> Rivals {
+        let SearchRange { count, slots, .. } = self.range;
+        let mut found = Rivals { sum: u16::MAX, cost: u8::MAX };
+        for other in (0..count).filter(|other| other.abs_diff(winner) > 1) {
+            let there = (x + other).checked_sub(winner).filter(|there| *there < self.width);
+            if let Some(at) = there.map(|there| there * slots + other) {
+                let sum = u16::from(row.forward[at]) + u16::from(row.backward[at]);
+                found.sum = found.sum.min(sum);
+                found.cost = found.cost.min(row.costs[at]);
+            }
+        }
+        found
+    }
+
     /// The least packed value whose index is not beside that of the best.
     #[inline(always)]
     fn second_best(&self, best: u16) -> u16 {
@@ -124,6 +140,12 @@ impl Winners {
         }
         lowest.into_iter().fold(u16::MAX, u16::min)
     }
+}
+
+/// What else a pixel of the right picture could be.
+struct Rivals {
+    sum: u16,
+    cost: u8,
 }
 
 /// Zeros, with three of the largest number among them: a part of `slots` numbers that begins at `slots + 1 - winner` has these
@@ -157,13 +179,23 @@ impl WithSimd for Find<'_> {
             let gap = (winners.second_best(best) >> bits).saturating_sub(best >> bits);
             let sum = |index: usize| u16::from(forward[index]) + u16::from(backward[index]);
             let index = lowest_beside(usize::from(best & ((1 << bits) - 1)), count, &sum);
-            let lead = winners.lead(&row.costs[here], index);
-            out.clarity[x] = Clarity { gap: gap << coarse, lead };
-            out.disparity[x] = if winners.range.inside(x, winners.width).contains(&index) {
+            let lead = winners.lead(&row.costs[here.clone()], index);
+            let mut clarity = Clarity { gap: gap << coarse, lead };
+            let inside = winners.range.inside(x, winners.width);
+            out.disparity[x] = if inside.contains(&index) {
                 (first + index as i32) as f32 + fraction(index, count, &sum)
             } else {
                 f32::NAN
             };
+            // Beside the picture's border the right one does not show all candidates: what repeats itself may be another
+            // period, as only the right pixel tells, which may be seen better elsewhere.
+            if inside.contains(&index) && inside.len() < count {
+                let rivals = winners.rivals(&row, x, index);
+                clarity.gap = clarity.gap.min(rivals.sum.saturating_sub(sum(index)));
+                let own = row.costs[here.start + index];
+                clarity.lead = clarity.lead.min(i16::from(rivals.cost) - i16::from(own));
+            }
+            out.clarity[x] = clarity;
         }
         for (x, out) in out.right.iter_mut().enumerate() {
             let at = winners.width as i64 - 1 - i64::from(first) - x as i64;
