@@ -62,9 +62,8 @@ fn matched(
     read: &Read,
     point: impl FnOnce((f64, f64), f64) -> Option<PairPoint>,
 ) -> Option<Found> {
-    let Read { disparity, confidence, .. } = *read;
+    let Read { disparity, sigma, confidence } = *read;
     let shown = pair.shown(at, disparity)?;
-    let sigma = read.sigma * shown.resampling();
     let point = point(at, disparity);
     let doubt = f64::from(doubt_factor(confidence));
     Some(Found { at: shown.matched(sigma), disparity, sigma, confidence, doubt, point })

@@ -142,18 +142,7 @@ impl Shown {
             direction: [along / length, across / length],
         }
     }
-
-    /// By how much standard deviations of disparities grow, as rectified pictures are not as they were taken: their pixels
-    /// share noise with each other, the more the farther they are drawn apart.
-    pub(crate) fn resampling(&self) -> f64 {
-        let [left, right] = [self.reference, self.other].map(|own| own.stretch().max(1.0));
-        RESAMPLED * (0.5 * (left + right)).sqrt()
-    }
 }
-
-/// Cubic interpolation takes noise away between pixels, which the matcher takes for pictures with less of it: the factor
-/// by which its standard deviations are then too small, as measured on rendered scenes.
-const RESAMPLED: f64 = 1.15;
 
 #[cfg(test)]
 mod tests {
