@@ -16,8 +16,8 @@ use wheatstone::{
     Calibration, Error,
     dataset::Dataset,
     formats::{
-        self, Approximation, Format, Given, Imported, InputFile, Rig, approximate, approximate_rig,
-        calibration, gather, save,
+        self, Approximation, Fold, Format, Given, Imported, InputFile, Loss, Rig, approximate,
+        approximate_rig, calibration, gather, save,
     },
     geometry::Pixel,
     rectification::{
@@ -198,16 +198,7 @@ pub(crate) fn write_cameras(
     let found = cameras.fitted(format, given)?;
     let files = save(&format.write_rig(&found.rig)?, output)?;
     let own = format.loss(&found.rig);
-    for loss in found.loss.iter().chain(&own) {
-        remark!(
-            "warning",
-            "`{}` cannot hold this model: a {} was fitted to it instead, which differs by {} px rms, {} px at most",
-            format.name,
-            loss.form,
-            figure(loss.rms),
-            figure(loss.largest)
-        );
-    }
+    tell_losses(&found, own.as_ref(), format.name);
     let unit = found.rig.unit.clone();
     say!("Wrote {} to {}", counted(found.rig.cameras.len()), listed(&files));
     Ok(json!({
@@ -217,6 +208,35 @@ pub(crate) fn write_cameras(
         "unit": unit,
         "loss": found.loss.or(own),
     }))
+}
+
+/// Says in what written cameras are not those of the model.
+fn tell_losses(found: &Approximation, own: Option<&Loss>, format: &str) {
+    let cannot = format!("`{format}` cannot hold this model");
+    let mut why = cannot.clone();
+    if let Some(Fold { camera, is_within }) = found.fold {
+        let camera = camera + 1;
+        if is_within {
+            why = format!(
+                "the lens of camera {camera} folds in its picture, where no points were seen (`{format}` could hold it)"
+            );
+        } else {
+            remark!(
+                "warning",
+                "the lens of camera {camera} folds within a tenth of the picture's size beyond its edge, where no points were seen: it is exported as it is, and is of no use there"
+            );
+        }
+    }
+    let fitted = found.loss.iter().map(|loss| (&why, loss));
+    for (why, loss) in fitted.chain(own.map(|loss| (&cannot, loss))) {
+        remark!(
+            "warning",
+            "{why}: a {} was fitted to it instead, which differs by {} px rms, {} px at most",
+            loss.form,
+            figure(loss.rms),
+            figure(loss.largest)
+        );
+    }
 }
 
 fn counted(cameras: usize) -> String {

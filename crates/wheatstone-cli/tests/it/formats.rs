@@ -321,3 +321,28 @@ fn a_model_without_cameras_becomes_a_rectified_pair() {
     let errors = refused(here, &["rectify", "model.json", "--cameras", "1,3", "-o", "no"]);
     assert!(errors.contains("counted from 1") && !here.join("no").exists(), "{errors}");
 }
+
+#[test]
+fn a_lens_that_no_format_of_pinholes_holds_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let matrix = |name: &str, [rows, columns]: [usize; 2], data: &str| {
+        format!(
+            "{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {columns}\n   dt: d\n   data: [ {data} ]\n"
+        )
+    };
+    let lens = |camera: usize| {
+        matrix(&format!("K{camera}"), [3, 3], "300, 0, 640, 0, 300, 512, 0, 0, 1")
+            + &matrix(&format!("D{camera}"), [1, 4], "-0.03, 0.012, -0.006, 0.001")
+    };
+    let rig = "%YAML:1.0\n---\nimage_width: 1280\nimage_height: 1024\n".to_owned()
+        + &lens(1)
+        + &lens(2)
+        + &matrix("R", [3, 3], "1, 0, 0, 0, 1, 0, 0, 0, 1")
+        + &matrix("T", [3, 1], "-160, 0, 0");
+    std::fs::write(here.join("rig.yml"), rig).unwrap();
+    let told =
+        refused(here, &["convert", "--from", "opencv-fisheye", "rig.yml", "--to", "mrcal", "out"]);
+    assert!(told.contains("`mrcal` cannot hold cameras like these"), "{told}");
+    assert!(told.contains("`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold"), "{told}");
+}

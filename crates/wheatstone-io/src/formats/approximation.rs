@@ -27,7 +27,7 @@ use serde::Serialize;
 use wheatstone_core::{
     Calibration, Result,
     camera::{
-        picture_domain::{Area, has_rays, undistorts},
+        picture_domain::{Area, has_rays, undistorts, without_margin},
         pinhole::Pinhole,
     },
     geometry::Pose,
@@ -54,10 +54,22 @@ pub struct Approximation {
     pub rig: Rig,
     /// How far they are from where they come from.
     pub loss: Option<Loss>,
+    /// Which lens of the model folds, though the form has its terms.
+    pub fold: Option<Fold>,
 }
 
-/// A model's cameras in one of several forms: without loss where any of them allows it and the lens holds all
-/// over the picture, otherwise the simplest that comes nearly as near as any. Picture sizes are the model's.
+/// A lens that folds (or has a pole, or a jump) where no point was seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fold {
+    /// The camera, counted from 0: the first of which it is so.
+    pub camera: usize,
+    /// Whether that is in its picture, so that another lens was fitted; otherwise it is in the tenth beyond, and the lens is
+    /// as it was.
+    pub is_within: bool,
+}
+
+/// A model's cameras in one of several forms: without loss where any of them allows it and the lens does not fold in
+/// the picture, otherwise the simplest that comes nearly as near as any. Picture sizes are the model's.
 ///
 /// # Errors
 ///
@@ -68,20 +80,37 @@ pub fn approximate(
     forms: &[Form],
     progress: &dyn Progress,
 ) -> Result<Approximation> {
+    let mut fold = None;
     if let Some(rig) = exact(model) {
         // A model that came from a file has no points of its own to be followed at.
         if model.data.world.is_empty() {
             return approximate_rig(&rig, forms, progress);
         }
-        let areas = areas(model);
-        let holds = |(camera, areas): (&RigCamera, &[Area; 2])| is_usable(&camera.optics, *areas);
-        let usable = |rig: &Rig| rig.cameras.iter().zip(&areas).all(holds);
-        if let Some(rig) = within(&rig, forms).filter(usable) {
-            return Ok(Approximation { rig, loss: None });
+        if let Some(rig) = within(&rig, forms) {
+            fold = folds(model, &rig);
+            if fold.is_none_or(|fold| !fold.is_within) {
+                return Ok(Approximation { rig, loss: None, fold });
+            }
         }
     }
     let (optics, loss) = nearest(&of_model(model, 0), &of_model(model, 1), forms, progress)?;
-    Ok(Approximation { rig: named(model, optics), loss: Some(loss) })
+    Ok(Approximation { rig: named(model, optics), loss: Some(loss), fold })
+}
+
+/// Which camera's lens does not hold where it must, if one does not.
+fn folds(model: &Calibration, rig: &Rig) -> Option<Fold> {
+    let areas = areas(model);
+    let of = |beyond: bool| {
+        let mut cameras = rig.cameras.iter().zip(&areas).enumerate();
+        cameras.position(|(index, (camera, [picture, shown]))| {
+            // Where the size is not known there is a picture beyond what was seen.
+            let is_known = !beyond && model.picture_size(index).is_some();
+            let picture = if is_known { without_margin(*picture) } else { *picture };
+            !is_usable(&camera.optics, [picture, *shown])
+        })
+    };
+    let within = of(false).map(|camera| Fold { camera, is_within: true });
+    within.or_else(|| of(true).map(|camera| Fold { camera, is_within: false }))
 }
 
 /// The same for cameras that came from a file, followed all over their pictures.
@@ -95,14 +124,14 @@ pub fn approximate_rig(
     progress: &dyn Progress,
 ) -> Result<Approximation> {
     if let Some(rig) = within(rig, forms) {
-        return Ok(Approximation { rig, loss: None });
+        return Ok(Approximation { rig, loss: None, fold: None });
     }
     let (optics, loss) = nearest(&of_rig(rig, 0), &of_rig(rig, 1), forms, progress)?;
     let mut near = rig.clone();
     for (camera, optics) in near.cameras.iter_mut().zip(optics) {
         camera.optics = optics;
     }
-    Ok(Approximation { rig: near, loss: Some(loss) })
+    Ok(Approximation { rig: near, loss: Some(loss), fold: None })
 }
 
 /// The rig with each camera in a form that holds it, if there is one for each.
@@ -141,6 +170,10 @@ fn nearest(
     progress: &dyn Progress,
 ) -> Result<(Vec<Optics>, Loss)> {
     let (mut candidates, mut why) = (Vec::new(), None);
+    // A fit that fails speaks of points and methods, which who converts has not; and cameras that have poses see no mirrored
+    // world, whatever a lens that cannot follow them makes of it.
+    let is_told =
+        |error: &Error| lesson.own.is_none() && matches!(error, Error::Unsupported { .. });
     for form in forms.iter().flat_map(|form| simpler(*form)) {
         progress.check()?;
         let anew = follow(lesson, form, progress);
@@ -156,7 +189,7 @@ fn nearest(
         for optics in own.into_iter().chain(bent).map(Ok).chain([anew]) {
             match optics.and_then(|optics| Candidate::judged(form, optics, lesson, exam)) {
                 Ok(candidate) => candidates.push(candidate),
-                Err(other) => why = why.or(Some(other)),
+                Err(other) => why = why.or(Some(other).filter(is_told)),
             }
         }
     }

@@ -32,7 +32,7 @@ mod units;
 mod vnl;
 mod yaml;
 
-pub use approximation::{Approximation, Loss, approximate, approximate_rig, exact};
+pub use approximation::{Approximation, Fold, Loss, approximate, approximate_rig, exact};
 pub use files::{InputFile, OutputFile, gather, save};
 pub use guess::guess;
 pub use import::{Imported, calibration};

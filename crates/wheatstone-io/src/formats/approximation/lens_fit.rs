@@ -34,7 +34,7 @@ impl Distances {
 pub(super) fn cannot_follow() -> Error {
     Error::Unsupported {
         format: "this format".into(),
-        what: "anything like this model".into(),
+        what: "cameras like these".into(),
         hint: wheatstone_core::error::Hint::new(
             "`opencv-fisheye`, `kalibr`, `colmap` and `anipose` hold fisheyes; for other models fit a parametric one, such as `brown`",
             wheatstone_core::error::Remedy::Method,

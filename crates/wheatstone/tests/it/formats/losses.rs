@@ -4,9 +4,9 @@ use wheatstone::{
     Calibration,
     camera::picture_domain::undistorts,
     chart::AnyChart,
-    formats::{Form, Optics, approximate, approximate_rig, coefficients},
+    formats::{Fold, Form, Optics, approximate, approximate_rig, coefficients},
     geometry::Pixel,
-    method::AnyMethod,
+    method::{AnyMethod, AnyReconstructor},
     numeric::progress::Silent,
     preparation::Preparation,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
@@ -67,6 +67,28 @@ fn exact_models_lose_nothing_and_smaller_forms_say_what_they_lose() {
     let loss = found.loss.unwrap();
     assert!(loss.rms > 1e-3 && loss.largest < 20.0, "{loss:?}");
     assert_eq!(approximate_rig(&rig, &[Form::Brown(12)], &Silent).unwrap().loss, None);
+}
+
+/// The corner of the picture is at a radius of 0.575, that of a tenth beyond at 0.69; r + k r^3 turns round at
+/// 2 / 3 / sqrt(3 |k|).
+#[test]
+fn a_lens_that_folds_beyond_the_picture_leaves_as_it_is_and_one_that_folds_within_does_not() {
+    let (mut model, _) = model("brown", "brown");
+    model.sizes = vec![Some([640, 480]); 2];
+    let forms = [Form::Brown(5)];
+    assert_eq!(approximate(&model, &forms, &Silent).unwrap().fold, None);
+    for (k, is_within) in [(-0.35, false), (-0.6, true)] {
+        let AnyReconstructor::Brown(fitted) = &mut model.reconstructor else { panic!() };
+        fitted.cameras[1].model.radial = [k, 0.0, 0.0];
+        let lens = fitted.cameras[1].clone();
+        let found = approximate(&model, &forms, &Silent).unwrap();
+        assert_eq!(found.fold, Some(Fold { camera: 1, is_within }), "{k}");
+        assert_eq!(found.loss.is_some(), is_within, "{k}");
+        assert_eq!(found.rig.cameras[1].optics == Optics::Brown(lens), !is_within, "{k}");
+    }
+    // Where the size is not known, a tenth beyond what was seen stands for the picture.
+    model.sizes.clear();
+    assert!(approximate(&model, &forms, &Silent).unwrap().fold.is_none_or(|fold| fold.is_within));
 }
 
 #[test]
