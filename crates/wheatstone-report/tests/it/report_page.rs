@@ -8,7 +8,7 @@ use wheatstone_report::{Material, Report, Wording};
 use wheatstone_synthetic::{Noise, Rig, Stage, chart_correspondences};
 
 fn html() -> String {
-    let rig = Rig::named("paper", 2).unwrap();
+    let rig = Rig::named("paper", 3).unwrap();
     let chart = LineGrid::default().into();
     let views = Stage::default().views().unwrap();
     let data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), Some(150));
@@ -31,5 +31,15 @@ fn html() -> String {
 #[test]
 fn the_page_works_on_a_phone_and_on_a_desk_and_asks_nobody() {
     let Some(chromium) = chromium() else { return };
-    works_on_a_phone_and_on_a_desk(&chromium, &html(), "");
+    // The panels of a figure are drawn to one scale, the last one alone in its row too.
+    let act = "const uneven = (panels) => {
+        const widths = [...panels.querySelectorAll('svg')].map((plot) => plot.getBoundingClientRect().width);
+        return Math.max(...widths) - Math.min(...widths) > 1;
+    };
+    told.panels = page.querySelectorAll('.panels').length;
+    told.uneven = [...page.querySelectorAll('.panels:not(.natural)')].filter(uneven).length;";
+    for frame in works_on_a_phone_and_on_a_desk(&chromium, &html(), act) {
+        assert!(frame["panels"].as_u64().unwrap() > 1, "{frame}");
+        assert_eq!(frame["uneven"], 0, "{frame}");
+    }
 }
