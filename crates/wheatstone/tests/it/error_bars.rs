@@ -6,7 +6,7 @@ use wheatstone::{
     dataset::Dataset,
     evaluate::{Ellipsoids, coverage, hold_out},
     geometry::{Pixel, Point3},
-    method::{AnyMethod, AnyReconstructor, CalibratedMap},
+    method::{AnyMethod, AnyReconstructor, CalibratedMap, Reconstructor},
     numeric::progress::Silent,
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
