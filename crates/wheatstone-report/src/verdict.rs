@@ -7,7 +7,7 @@ use super::{
     text::{figure, percent, round},
 };
 use wheatstone_core::{
-    dataset::split::FoldKind,
+    dataset::split::{FoldKind, grouped},
     error::{Hint, Remedy},
     evaluate::Comparison,
     method::Choice,
@@ -117,9 +117,12 @@ fn reasons(report: &Report, accuracy: &Accuracy, choice: Option<&Choice>) -> Vec
     let unit = &report.unit;
     let mut reasons = vec![match report.judgement {
         Validation::HeldOut => format!(
-            "All errors are held-out errors (leave-one-out cross-validation): {} points in {} views or slabs, each left out once.",
+            "All errors are held-out errors (leave-one-out cross-validation): {} points in {}, each left out once.",
             accuracy.located,
-            report.views.len()
+            match grouped(report.views.iter().map(|view| view.name.as_str())) {
+                Some([views, groups]) => format!("{groups} groups of {views} views"),
+                None => format!("{} views or slabs", report.views.len()),
+            }
         ),
         _ => format!(
             "The {} points are those that were fitted, and errors on new points are larger: by how much, {}.",

@@ -18,7 +18,7 @@ use clap::Args;
 use std::path::PathBuf;
 use wheatstone::{
     Calibration, Error,
-    dataset::split::FoldKind,
+    dataset::split::{FoldKind, grouped},
     evaluate::{Budget, Comparison, MethodScore, Part, compare},
     method::AnyMethod,
     numeric::statistics::root_mean_square,
@@ -162,9 +162,16 @@ pub(crate) fn as_text(found: &Comparison) -> String {
     let folds: Vec<&str> =
         found.methods.iter().flat_map(|m| m.folds.iter().map(|f| f.view.as_str())).collect();
     let count = folds.len() / found.methods.len().max(1);
+    let folds = &folds[..count.min(folds.len())];
+    let scheme = match grouped(folds.iter().copied()) {
+        Some([views, groups]) => {
+            format!("Leave-one-group-out cross-validation over {views} views in {groups} groups")
+        }
+        None => format!("Leave-one-view-out cross-validation over {count} views"),
+    };
     let mut text = format!(
-        "Leave-one-view-out cross-validation over {count} views, errors in {unit} ({})\n\n{}\n",
-        folds[..count.min(folds.len())].join("; "),
+        "{scheme}, errors in {unit} ({})\n\n{}\n",
+        folds.join("; "),
         table(&heading, &rows)
     );
     text += "between, beyond: rms of views within the range of the fitted ones, and of the outermost (extrapolated)\n";

@@ -144,7 +144,8 @@ fn tell_other_frame(model: &Calibration, data: Dataset, found: &PointJudgement) 
 fn tell_fitted(model: &Calibration, share: f64) {
     let held_out = match &model.validation {
         Some(validation) => format!(
-            "the held-out error (leave-one-view-out) is {} {} rms",
+            "the held-out error ({}) is {} {} rms",
+            validation.scheme(),
             figure(validation.all.rms),
             model.unit
         ),

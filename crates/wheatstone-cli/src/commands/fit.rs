@@ -149,12 +149,14 @@ impl Fit {
         }
         match &model.validation {
             Some(validation) if prepared.data.cameras == 1 => say!(
-                "Held-out error (leave-one-view-out): {} {unit} rms, {} {unit} median; half of a view's points determine its chart pose, the other half is evaluated",
+                "Held-out error ({}): {} {unit} rms, {} {unit} median; half of a view's points determine its chart pose, the other half is evaluated",
+                validation.scheme(),
                 figure(validation.all.rms),
                 figure(validation.all.median)
             ),
             Some(validation) => say!(
-                "Held-out error (leave-one-view-out): {} {unit} rms, {} {unit} median, {} % of the distance on average",
+                "Held-out error ({}): {} {unit} rms, {} {unit} median, {} % of the distance on average",
+                validation.scheme(),
                 figure(validation.all.rms),
                 figure(validation.all.median),
                 figure(validation.all.mean_percent)

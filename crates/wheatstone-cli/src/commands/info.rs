@@ -166,7 +166,7 @@ fn heading(model: &Calibration, has_intrinsics: bool) -> String {
     text += &match &model.validation {
         Some(validation) => {
             let rms = figure(validation.all.rms);
-            format!("Held-out error (leave-one-view-out): {rms} {error_unit} rms\n")
+            format!("Held-out error ({}): {rms} {error_unit} rms\n", validation.scheme())
         }
         None => "Not cross-validated: the held-out error is unknown\n".into(),
     };

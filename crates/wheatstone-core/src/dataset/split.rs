@@ -109,6 +109,17 @@ pub fn fewest_layers(data: &Dataset) -> Option<usize> {
 
 type Group = (String, Vec<usize>);
 
+/// Between the names of views that share a fold.
+const BETWEEN: &str = ", ";
+
+/// How many views there are in how many folds of these names, where some of them share one.
+pub fn grouped<'n>(folds: impl IntoIterator<Item = &'n str>) -> Option<[usize; 2]> {
+    let (views, folds) = folds
+        .into_iter()
+        .fold((0, 0), |(views, folds), name| (views + name.split(BETWEEN).count(), folds + 1));
+    (views > folds).then_some([views, folds])
+}
+
 /// The middle of each view's known points, where it has any.
 fn view_centres(data: &Dataset) -> Vec<Option<Vector3>> {
     let mut sums = vec![(Vector3::zeros(), 0.0); data.views.len()];
@@ -219,7 +230,7 @@ fn merge<T>(groups: Vec<(String, Vec<T>)>, most: usize) -> Vec<(String, Vec<T>)>
         if merged.is_empty() || place >= merged.len() {
             merged.push((name, members));
         } else if let Some((names, all)) = merged.last_mut() {
-            *names = format!("{names}, {name}");
+            *names = format!("{names}{BETWEEN}{name}");
             all.extend(members);
         }
     }

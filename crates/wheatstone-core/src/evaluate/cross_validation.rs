@@ -6,7 +6,7 @@ use crate::{
     Error, Result,
     dataset::{
         Dataset,
-        split::{Fold, FoldKind, folds, sample},
+        split::{Fold, FoldKind, folds, grouped, sample},
     },
     geometry::Point3,
     method::{AnyMethod, CalibratedMap, Fit},
@@ -43,6 +43,19 @@ pub struct CrossValidation {
     pub all: Evaluation,
     /// View by view.
     pub folds: Vec<FoldScore>,
+}
+
+impl CrossValidation {
+    /// What was left out at a time, in words.
+    #[must_use]
+    pub fn scheme(&self) -> String {
+        match grouped(self.folds.iter().map(|fold| fold.view.as_str())) {
+            Some([views, groups]) => {
+                format!("leave-one-group-out, {views} views in {groups} groups")
+            }
+            None => "leave-one-view-out".into(),
+        }
+    }
 }
 
 /// What one fit without one fold came to.

@@ -3,7 +3,7 @@
 use wheatstone_core::{
     dataset::{
         Correspondence, Dataset,
-        split::{FoldKind, fewest_layers, folds},
+        split::{FoldKind, fewest_layers, folds, grouped},
     },
     geometry::{Pixel, Point3},
 };
@@ -86,4 +86,6 @@ fn many_views_share_folds() {
     let folds = folds(&data);
     assert_eq!(folds.len(), 12);
     assert!(folds.iter().all(|f| (4..=5).contains(&f.held_out.len())));
+    assert_eq!(grouped(folds.iter().map(|fold| fold.view.as_str())), Some([50, 12]));
+    assert_eq!(grouped(["front", "back"]), None);
 }

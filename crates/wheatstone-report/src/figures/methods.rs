@@ -51,7 +51,7 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
         name: "methods",
         title: "Methods compared",
         how: format!(
-            "Each bar is the held-out error of one method (leave-one-view-out).{floor} Bars longer than eight times the shortest are cut off and hatched."
+            "Each bar is the held-out error of one method (whole views left out).{floor} Bars longer than eight times the shortest are cut off and hatched."
         ),
         good: "Several short bars of nearly equal length: the result does not depend on the method. The simplest of the best is recommended.",
         panels: vec![bars(&rows, legend, (&axis, cut), &alternative)],
