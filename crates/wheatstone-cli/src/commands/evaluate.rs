@@ -56,7 +56,7 @@ impl Evaluate {
         // A points file's numbers are in the model's unit unless it says otherwise.
         self.reading.unit.get_or_insert_with(|| model.unit.clone());
         let data = load(&self.input, &self.reading, &bar)?.data;
-        let found = model.judge(data.clone(), self.align, &bar)?;
+        let mut found = model.judge(data.clone(), self.align, &bar)?;
         let is_located = !matches!(found, Judgement::Pixels(_));
         if is_located {
             // A model of other cameras, or of these in another order, shows in the pixels alone.
@@ -64,6 +64,15 @@ impl Evaluate {
                 data.correspondences.iter().map(|row| row.pixels.clone()).collect();
             refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
         }
+        let framed = match &mut found {
+            Judgement::Points(found) if !self.align => {
+                let rms = agreement_when_moved(&model, data.clone(), found)?;
+                // A frame that is off as a whole would count as an error of the lens model.
+                found.budget.take_if(|_| rms.is_some());
+                rms
+            }
+            _ => None,
+        };
         drop(bar);
         if self.json {
             return print_json(&found);
@@ -80,9 +89,9 @@ impl Evaluate {
         }
         if let Judgement::Points(found) = &found {
             tell_mismatches(&model, &data, self.align, found)?;
-            if !self.align {
-                tell_other_frame(&model, data, found)?;
-            }
+        }
+        if let Some(rms) = framed {
+            tell_other_frame(rms, &model.unit);
         }
         Ok(())
     }
@@ -120,24 +129,28 @@ fn tell_mismatches(
     Ok(())
 }
 
-/// Says so where the points' frame is another than the model's: moved as a whole they nearly agree.
-fn tell_other_frame(model: &Calibration, data: Dataset, found: &PointJudgement) -> Outcome {
+/// The error of the points moved as a whole, where that explains nearly all of it: their frame is not the model's.
+fn agreement_when_moved(
+    model: &Calibration,
+    data: Dataset,
+    found: &PointJudgement,
+) -> Outcome<Option<f64>> {
     /// An alignment that leaves this share of the error has explained it; it takes a part of any.
     const LEFT: f64 = 0.1;
     if found.coverage.is_some_and(|held| held.p95 > 0.5) {
-        return Ok(());
+        return Ok(None);
     }
-    let Judgement::Points(aligned) = model.judge(data, true, &Silent)? else { return Ok(()) };
-    let (rms, before) = (aligned.evaluation.rms, found.evaluation.rms);
-    if rms < LEFT * before {
-        remark!(
-            "note",
-            "moved as a whole, the points agree with the model to {} {}: their world frame is not the model's; a model from a board in the hand has a frame of its own (`--align`)",
-            figure(rms),
-            model.unit
-        );
-    }
-    Ok(())
+    let Judgement::Points(aligned) = model.judge(data, true, &Silent)? else { return Ok(None) };
+    let rms = aligned.evaluation.rms;
+    Ok((rms < LEFT * found.evaluation.rms).then_some(rms))
+}
+
+fn tell_other_frame(rms: f64, unit: &str) {
+    remark!(
+        "note",
+        "moved as a whole, the points agree with the model to {} {unit}: their world frame is not the model's; a model from a board in the hand has a frame of its own (`--align`)",
+        figure(rms)
+    );
 }
 
 /// Says that points are not new to the model, and what is known of its error on new ones.

@@ -91,8 +91,10 @@ fn a_fault_of_a_board_in_the_hand_is_put_right_too() {
     assert!(wheatstone(at, &stage).status.success());
     let judged = wheatstone(at, &["evaluate", "model.json", "stage.csv"]);
     assert!(said(&judged).contains("their world frame is not the model's"), "{}", said(&judged));
+    assert!(!said(&judged).contains("Contributions to its squared error"), "{}", said(&judged));
     let judged = wheatstone(at, &["evaluate", "model.json", "stage.csv", "--align"]);
     assert!(!said(&judged).contains("their world frame"), "{}", said(&judged));
+    assert!(said(&judged).contains("Contributions to its squared error"), "{}", said(&judged));
     let of_no_view = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         cells[..6].join(",")
