@@ -212,8 +212,7 @@ pub(crate) fn write_cameras(
 
 /// Says in what written cameras are not those of the model.
 fn tell_losses(found: &Approximation, own: Option<&Loss>, format: &str) {
-    let cannot = format!("`{format}` cannot hold this model");
-    let mut why = cannot.clone();
+    let mut why = format!("`{format}` cannot hold this model");
     if let Some(Fold { camera, is_within }) = found.fold {
         let camera = camera + 1;
         if is_within {
@@ -227,8 +226,7 @@ fn tell_losses(found: &Approximation, own: Option<&Loss>, format: &str) {
             );
         }
     }
-    let fitted = found.loss.iter().map(|loss| (&why, loss));
-    for (why, loss) in fitted.chain(own.map(|loss| (&cannot, loss))) {
+    for loss in found.loss.iter().chain(own) {
         remark!(
             "warning",
             "{why}: a {} was fitted to it instead, which differs by {} px rms, {} px at most",

@@ -43,6 +43,11 @@ pub(crate) fn columns(text: &str) -> Result<ColumnNames, String> {
     })
 }
 
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("give a value above 0".into()) }
+}
+
 /// Correspondences with what is known of their truth.
 pub(crate) struct Loaded {
     pub(crate) data: Dataset,

@@ -82,16 +82,17 @@ impl PyModel {
     }
 
     /// Into the rows of `out` (7 or 13, n): X, Y, Z, their standard deviations, the residual, and the six numbers of
-    /// the covariance; codes of trust and of mismatch into `codes` (2, n).
+    /// the covariance; codes of trust and of mismatch into `codes` (2, n). `test` is the share of correct matches that may
+    /// be called a mismatch, and the standard deviation of the pixels, where it is known.
     fn locate<'py>(
         &self,
         py: Python<'py>,
         pixels: &Bound<'py, PyAny>,
         out: &Bound<'py, PyArray2<f64>>,
         codes: &Bound<'py, PyArray2<u8>>,
-        false_alarm: f64,
+        test: (f64, Option<f64>),
     ) -> PyResult<()> {
-        with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), false_alarm))
+        with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), test))
     }
 
     /// Pixels (n, 2) at which a camera sees places (n, 3); not numbers where it does not see them.
@@ -206,7 +207,7 @@ impl PyModel {
         py: Python,
         pixels: &PyReadonlyArray2<T>,
         (out, codes): (&Bound<PyArray2<f64>>, &Bound<PyArray2<u8>>),
-        false_alarm: f64,
+        (false_alarm, pixel_sigma): (f64, Option<f64>),
     ) -> PyResult<()> {
         let rows = pixels.as_array();
         self.needs(rows.ncols())?;
@@ -236,7 +237,7 @@ impl PyModel {
                         let end = start + slots.figures[0].len();
                         gather(own.slice(s![start..end, ..]), &mut scratch.columns);
                         let pixels = paired(&scratch.columns);
-                        ready.locator().locate_into(&pixels, &mut scratch.found);
+                        ready.locator().locate_noisy_into(&pixels, pixel_sigma, &mut scratch.found);
                         slots.fill(&pixels, &scratch.found, (&test, figures));
                     });
                 };

@@ -214,3 +214,15 @@ def test_errors_say_what_to_do(cal):
     for rate in (0, 1, -1, float("nan")):
         with pytest.raises(ws.errors.ArgumentError):
             cal.locate(np.zeros((1, 4)), false_alarm=rate)
+
+
+def test_pixel_sigma_is_the_noise_of_the_pixels(cal, data):
+    known = cal.locate(data.pixels, covariance=True)
+    noisy = cal.locate(data.pixels, covariance=True, pixel_sigma=1.0)
+    assert np.array_equal(noisy.points, known.points)
+    assert (noisy.sigmas > known.sigmas).all()
+    assert (np.linalg.eigvalsh(noisy.covariance) > 0).all()
+    assert noisy.mismatch.sum() <= known.mismatch.sum()
+    for sigma in (0.0, -0.1, float("nan"), float("inf")):
+        with pytest.raises(ws.errors.ArgumentError):
+            cal.locate(data.pixels, pixel_sigma=sigma)

@@ -12,11 +12,8 @@ use wheatstone_core::{
     Calibration,
     dataset::volume::Trust,
     geometry::{Pixel, PixelColumns, Point3},
-    method::{LocatedBatch, Locator, SettledLocator},
+    method::{LocatedBatch, Locator, PIXEL_STEP, PixelShare, SettledLocator, without_pixel_noise},
 };
-
-/// The step of derivatives, in pixels: small against a lens, large against rounding.
-const STEP: f64 = 0.125;
 
 /// A located point.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +55,7 @@ impl<'a> PointEstimator<'a> {
         let located = self.full.locate(&pixels);
         let moved = |side: usize, axis: usize| {
             let mut pixels = matches.pixels.clone();
-            pixels[side][axis].iter_mut().for_each(|value| *value += STEP);
+            pixels[side][axis].iter_mut().for_each(|value| *value += PIXEL_STEP);
             self.places(&matches.cameras, &pixels)
         };
         let sides = 0..matches.cameras.len();
@@ -89,8 +86,7 @@ impl<'a> PointEstimator<'a> {
         (located, moved): (&LocatedBatch, &[[[Vec<f64>; 3]; 2]]),
     ) -> Option<Point> {
         let found = located.get(index)?;
-        let mut covariance = found.covariance;
-        let mut slopes_of = Vec::with_capacity(matches.cameras.len());
+        let (mut slopes_of, mut shares) = (Vec::with_capacity(matches.cameras.len()), Vec::new());
         for (side, camera) in matches.cameras.iter().enumerate() {
             let [x, y] = matches.pixel(side, index);
             if x.is_nan() {
@@ -100,17 +96,12 @@ impl<'a> PointEstimator<'a> {
             let variance = own.map_or(0.0, |own| own * own);
             let slopes = moved[side].each_ref().map(|to| {
                 let to = to.each_ref().map(|column| column[index]);
-                (Vector3::from(to) - found.point.coords) / STEP
+                (Vector3::from(to) - found.point.coords) / PIXEL_STEP
             });
-            for slope in slopes {
-                covariance -= slope * slope.transpose() * variance;
-            }
+            shares.extend(slopes.map(|slope| PixelShare { slope, variance }));
             slopes_of.push((side, slopes));
         }
-        // What is left is the calibration's; of numbers that nearly cancel it may be off a little.
-        for axis in 0..3 {
-            covariance[(axis, axis)] = covariance[(axis, axis)].max(0.0);
-        }
+        let mut covariance = without_pixel_noise(found.covariance, &shares);
         covariance += match matches.pixel_sigma {
             Some(sigma) => {
                 let slopes = slopes_of.iter().flat_map(|(_, slopes)| slopes);

@@ -26,7 +26,7 @@ pub(super) fn check(input: &Path, model: &Path, mut reading: Reading, as_json: b
     reading.unit.get_or_insert_with(|| calibration.unit.clone());
     let data = load_any(input, &reading, &bar)?.data;
     let pixels: Vec<_> = data.correspondences.iter().map(|row| row.pixels.clone()).collect();
-    refuse_other_order(&calibration, &pixels, FALSE_ALARM)?;
+    refuse_other_order(&*calibration.reconstructor, &pixels, FALSE_ALARM)?;
     let found = calibration.camera_motion(&data, &bar)?;
     drop(bar);
     if calibration.imported.is_some() {

@@ -7,7 +7,7 @@ use crate::{
         write_model,
     },
     failure::{Failure, Outcome},
-    input::columns,
+    input::{columns, positive},
     output::refuse_inputs,
     verbosity::{remark, say},
 };
@@ -65,11 +65,6 @@ pub(crate) struct Convert {
 fn names(which: fn(&Format) -> bool) -> PossibleValuesParser {
     let formats = FORMATS.iter().filter(move |format| which(format)).map(|format| format.name);
     PossibleValuesParser::new(std::iter::once("model").chain(formats))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("give a value above 0".into()) }
 }
 
 impl Convert {

@@ -62,7 +62,7 @@ impl Evaluate {
             // A model of other cameras, or of these in another order, shows in the pixels alone.
             let pixels: Vec<_> =
                 data.correspondences.iter().map(|row| row.pixels.clone()).collect();
-            refuse_exchanged(&model, &pixels, FALSE_ALARM)?;
+            refuse_exchanged(&*model.reconstructor, &pixels, FALSE_ALARM)?;
         }
         let framed = match &mut found {
             Judgement::Points(found) if !self.align => {

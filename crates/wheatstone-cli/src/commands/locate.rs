@@ -2,10 +2,11 @@
 
 use crate::{
     failure::Outcome,
-    input::columns,
+    input::{columns, positive},
     interruption,
     output::refuse_inputs,
     progress::Counter,
+    table::two_digits,
     tables::{self, Sink},
     verbosity::remark,
 };
@@ -21,8 +22,10 @@ use wheatstone::{
     Calibration, Error,
     geometry::{Pixel, PixelColumns},
     method::{
-        LocatedBatch,
-        mismatch::{MismatchTest, exchanged_cameras, mismatched_share},
+        CalibratedMap, LocatedBatch, Reconstructor,
+        mismatch::{
+            MismatchTest, PixelScatter, exchanged_cameras, mismatched_share, noisier_pixels,
+        },
     },
     tables::{ColumnNames, LocatedColumns, Rows, TableOptions, TableReader, TableStyle, is_text},
 };
@@ -60,6 +63,10 @@ pub(crate) struct Locate {
     /// Share of correct matches that may be called a mismatch
     #[arg(long, value_name = "RATE", default_value_t = FALSE_ALARM, value_parser = rate)]
     false_alarm: f64,
+    /// Standard deviation of a pixel coordinate in the points file, for error bars and mismatches [default:
+    /// that of the model's own points]
+    #[arg(long, value_name = "PIXELS", value_parser = positive)]
+    pixel_sigma: Option<f64>,
 }
 
 /// A probability that leaves both answers possible.
@@ -101,11 +108,12 @@ impl Locate {
         let sink = Sink::create(&self.output, names, style)?;
         let (mut counter, mut done) =
             (Counter::new(standard && std::io::stdout().is_terminal()), 0);
-        let mut locator = model.locator();
+        let mut locator = model.locator().with_pixel_sigma(self.pixel_sigma);
         let mut rows = Arriving { rows: tables::start(input), first: VecDeque::new() };
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
-        refuse_exchanged(&model, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
+        let map = CalibratedMap::new(&*model.reconstructor).with_pixel_sigma(self.pixel_sigma);
+        refuse_exchanged(&map, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
         // Columns that are not written come back, for the next rows: new memory costs as much as what fills it.
         let (back, spare) = channel::<LocatedBatch>();
         let writing = sink.start(move |rows, mut places: LocatedBatch| {
@@ -205,12 +213,12 @@ pub(super) const FALSE_ALARM: f64 = 0.001;
 
 /// Refuses pixels that would match with two cameras exchanged, and do not as they are.
 pub(crate) fn refuse_other_order(
-    model: &Calibration,
+    map: &dyn Reconstructor,
     pixels: &[Vec<Option<Pixel>>],
     rate: f64,
 ) -> Outcome {
     let rows = &pixels[..pixels.len().min(CHECKED)];
-    let Some((a, b)) = exchanged_cameras(&*model.reconstructor, rows, rate) else { return Ok(()) };
+    let Some((a, b)) = exchanged_cameras(map, rows, rate) else { return Ok(()) };
     Err(Error::Faulty {
         code: "cameras-swapped".into(),
         problem: format!(
@@ -226,13 +234,22 @@ pub(crate) fn refuse_other_order(
 /// Refuses pixels whose columns stand for other cameras than those of the model; warns where most do
 /// not belong together anyway. The first rows speak for all.
 pub(crate) fn refuse_exchanged(
-    model: &Calibration,
+    map: &dyn Reconstructor,
     pixels: &[Vec<Option<Pixel>>],
     rate: f64,
 ) -> Outcome {
-    refuse_other_order(model, pixels, rate)?;
+    refuse_other_order(map, pixels, rate)?;
     let rows = &pixels[..pixels.len().min(CHECKED)];
-    match mismatched_share(&*model.reconstructor, rows, rate) {
+    if let Some(PixelScatter { sigma, assumed }) = noisier_pixels(map, rows) {
+        let sigma = two_digits(sigma);
+        remark!(
+            "warning",
+            "the pixels scatter by about {sigma} px, and the error bars are for {} px: they are too short, and correct matches are called mismatches. `locate --pixel-sigma {sigma}` has both for such pixels; if they should be as good as those of the calibration, a camera may have moved (`check --against`)",
+            two_digits(assumed)
+        );
+        return Ok(());
+    }
+    match mismatched_share(map, rows, rate) {
         Some(share) if share > 0.5 => remark!(
             "warning",
             "{:.0} % of the first {} points have rays that do not intersect: does this model belong to these cameras?",

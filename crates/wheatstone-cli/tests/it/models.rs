@@ -68,3 +68,36 @@ fn evaluate_names_mismatches_that_make_the_error() {
     assert!(said.contains("10 of 200 points are mismatches"), "{said}");
     assert!(said.contains("leave its cells empty"), "{said}");
 }
+
+#[test]
+fn noisier_pixels_are_named_once_and_can_be_given() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "-o", "points.csv"]);
+    done(at, &["fit", "points.csv", "--method", "brown", "--no-validation", "-o", "model.json"]);
+    done(at, &["synth", "--random", "600", "--noise", "0.4", "--seed", "5", "-o", "noisy.csv"]);
+    done(at, &["synth", "--random", "600", "--noise", "0.1", "--seed", "6", "-o", "good.csv"]);
+    let named = |said: &str| said.matches("the pixels scatter by about 0.4").count();
+    let (plain, said) = done(at, &["locate", "model.json", "noisy.csv"]);
+    assert_eq!(named(&said), 1, "{said}");
+    assert!(!said.contains("belong to these cameras"), "{said}");
+    let (given, said) = done(at, &["locate", "model.json", "noisy.csv", "--pixel-sigma", "0.4"]);
+    assert!(said.is_empty(), "{said}");
+    let mismatches = |table: &str| table.lines().filter(|line| line.ends_with(",yes")).count();
+    assert!(mismatches(&plain) > 150 && mismatches(&given) < 6, "{}", mismatches(&given));
+    let (_, said) = done(at, &["evaluate", "model.json", "noisy.csv"]);
+    assert_eq!(named(&said), 1, "{said}");
+    let (_, said) = done(at, &["locate", "model.json", "good.csv"]);
+    assert!(said.is_empty(), "{said}");
+}
+
+#[test]
+fn views_that_are_left_out_together_are_called_groups() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--step", "5", "--count", "300", "-o", "points.csv"]);
+    let (_, said) = done(at, &["fit", "points.csv", "--method", "dlt", "-o", "model.json"]);
+    assert!(said.contains("(leave-one-group-out, 19 views in 12 groups)"), "{said}");
+    let (_, said) = done(at, &["compare", "points.csv", "--methods", "dlt"]);
+    assert!(said.contains("cross-validation over 19 views in 12 groups, errors in cm"), "{said}");
+}

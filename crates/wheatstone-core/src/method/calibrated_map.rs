@@ -1,7 +1,7 @@
 //! A map whose error bars hold what its own do not: noise that differs from point to point, what a
 //! camera model lacks, and what is uncertain of the charts that it was fitted to.
 
-use super::{CovarianceScale, FitErrors, Located, PointNoise, Reconstructor};
+use super::{CovarianceScale, FitErrors, Located, PointNoise, Reconstructor, given_noise};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, Ray, StageCovariance},
@@ -14,13 +14,14 @@ pub struct CalibratedMap<'a> {
     noise: Option<PointNoise>,
     scale: Option<CovarianceScale>,
     stage: Option<&'a StageCovariance>,
+    pixel_sigma: Option<f64>,
 }
 
 impl<'a> CalibratedMap<'a> {
     /// A map as it is.
     #[must_use]
     pub fn new(map: &'a dyn Reconstructor) -> Self {
-        Self { map, noise: None, scale: None, stage: None }
+        Self { map, noise: None, scale: None, stage: None, pixel_sigma: None }
     }
 
     /// With noise that differs from point to point, a scale of covariances, and what is uncertain of the places of the charts that the map
@@ -33,6 +34,13 @@ impl<'a> CalibratedMap<'a> {
         stage: Option<&'a StageCovariance>,
     ) -> Self {
         (self.noise, self.scale, self.stage) = (noise, scale, stage);
+        self
+    }
+
+    /// For pixels with this standard deviation of a coordinate, whatever those were that the map was fitted to.
+    #[must_use]
+    pub fn with_pixel_sigma(mut self, sigma: Option<f64>) -> Self {
+        self.pixel_sigma = sigma;
         self
     }
 
@@ -70,11 +78,16 @@ impl Reconstructor for CalibratedMap<'_> {
 
     fn locate(&self, pixels: &[Option<Pixel>]) -> Option<Located> {
         let mut located = self.map.locate(pixels)?;
-        if let Some(noise) = self.noise {
+        // How points of the fit differ in noise says nothing of pixels whose noise is given.
+        if let (Some(noise), None) = (self.noise, self.pixel_sigma) {
             located = noise.scaled(located, pixels.iter().flatten().count());
         }
         if let Some(scale) = self.scale {
             located.covariance = scale.of(located.covariance);
+        }
+        if let Some(sigma) = self.pixel_sigma {
+            let shares = given_noise::shares(self.map, pixels, located.point);
+            located = located.for_pixels(shares, (sigma, self.scale.is_none()));
         }
         if let Some(stage) = self.stage {
             located.covariance += stage.at(located.point);
@@ -87,7 +100,7 @@ impl Reconstructor for CalibratedMap<'_> {
     }
 
     fn pixel_sigma(&self, camera: usize, pixel: Pixel, world: Point3) -> Option<f64> {
-        self.map.pixel_sigma(camera, pixel, world)
+        self.pixel_sigma.or_else(|| self.map.pixel_sigma(camera, pixel, world))
     }
 
     fn project(&self, camera: usize, world: Point3) -> Option<(Pixel, Matrix2x3<f64>)> {

@@ -9,7 +9,9 @@ mod covariance_table;
 mod indices;
 mod located_batch;
 mod piece;
+mod pixel_noise;
 mod plan;
+mod request;
 mod rig;
 mod settled;
 mod undistortion_table;
@@ -30,6 +32,7 @@ use indices::indices_where;
 use located_batch::{LOWER, Slots};
 use piece::{PIECES, Piece};
 use rayon::prelude::*;
+use request::{Built, Request};
 use rig::{BatchOutputs, Rig};
 use std::{collections::BTreeMap, ops::Range};
 
@@ -44,6 +47,7 @@ pub struct Locator<'a> {
     noise: Option<PointNoise>,
     scale: Option<CovarianceScale>,
     stage: Option<&'a StageCovariance>,
+    pixel_sigma: Option<f64>,
     with_covariance: bool,
     covariances: Option<CovarianceTable>,
     /// Points located so far.
@@ -72,27 +76,6 @@ const MANY: usize = 4 * PIECES[0];
 /// follow to a thousandth of a standard deviation: judged from how far weights change over so many pixels.
 const MOST_RESIDUAL: f64 = 4.0;
 
-/// What may be made on demand: a patch of the base's or the epipolar_check's camera, or a box of covariances; each by
-/// its slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Request {
-    Base(usize, u32),
-    EpipolarCheck(usize, u32),
-    Covariance(u32),
-}
-
-impl Request {
-    /// As many points must ask for it as it takes to make it.
-    fn pays(self, points: u32) -> bool {
-        points as usize
-            >= if matches!(self, Self::Covariance(_)) {
-                covariance_table::NODES
-            } else {
-                undistortion_tiles::NODES
-            }
-    }
-}
-
 impl<'a> Locator<'a> {
     /// Of a map, and the volume by which trust is judged.
     #[must_use]
@@ -116,6 +99,7 @@ impl<'a> Locator<'a> {
             noise: None,
             scale: None,
             stage: None,
+            pixel_sigma: None,
             with_covariance: true,
             covariances,
             done: 0,
@@ -155,6 +139,13 @@ impl<'a> Locator<'a> {
         self
     }
 
+    /// For pixels with this standard deviation of a coordinate, whatever those were that the map was fitted to.
+    #[must_use]
+    pub fn with_pixel_sigma(mut self, sigma: Option<f64>) -> Self {
+        self.pixel_sigma = sigma;
+        self
+    }
+
     /// Without covariances and residuals.
     #[must_use]
     pub fn points_only(mut self) -> Self {
@@ -181,7 +172,9 @@ impl<'a> Locator<'a> {
             let others = tasks.split_off(tasks.partition_point(|(of, _)| of.start < first + left));
             let own = std::mem::replace(&mut tasks, others);
             self.done += own.iter().map(|(of, _)| of.len()).sum::<usize>();
-            let run = |(of, slots): (Range<usize>, Slots)| self.task(&pixels.part(of), slots);
+            let run = |(of, slots): (Range<usize>, Slots)| {
+                self.task(&pixels.part(of), slots, self.pixel_sigma)
+            };
             let wanted: Vec<_> = own.into_par_iter().with_max_len(1).map(run).collect();
             for (what, points) in wanted.into_iter().flatten() {
                 *self.wanted.entry(what).or_default() += points;
@@ -256,8 +249,13 @@ impl<'a> Locator<'a> {
     }
 
     /// Some points; what would have helped, and how many of them.
-    fn task(&self, pixels: &PixelColumns, mut slots: Slots) -> BTreeMap<Request, u32> {
-        let (full, map) = (self.with_covariance, &self.map);
+    fn task(
+        &self,
+        pixels: &PixelColumns,
+        mut slots: Slots,
+        pixel_sigma: Option<f64>,
+    ) -> BTreeMap<Request, u32> {
+        let (full, map) = (slots.has_covariance(), &self.map);
         let has_rays = map.base.is_some() || (full && map.epipolar_check.is_some());
         let mut nearness = vec![f64::NAN; if has_rays { pixels.points() } else { 0 }];
         let lost = self.meet(pixels, &mut slots, &mut nearness);
@@ -281,11 +279,14 @@ impl<'a> Locator<'a> {
             one_by_one(index, true);
         }
         if full {
-            self.noise.into_iter().for_each(|noise| slots.scale(noise, pixels));
+            // How points of the fit differ in noise says nothing of pixels whose noise is given.
+            let noise = self.noise.filter(|_| pixel_sigma.is_none());
+            noise.into_iter().for_each(|noise| slots.scale(noise, pixels));
             self.scale.into_iter().for_each(|scale| slots.rescale(scale));
+            pixel_sigma.into_iter().for_each(|sigma| self.give_noise(pixels, &mut slots, sigma));
             self.stage.into_iter().for_each(|stage| slots.widen(stage));
         }
-        if let Some(volume) = self.volume {
+        if let Some(volume) = self.volume.filter(|_| !slots.trust.is_empty()) {
             slots.trust.copy_from_slice(&volume.trust_columns(pixels));
         }
         wanted
@@ -293,7 +294,7 @@ impl<'a> Locator<'a> {
 
     /// Where points are; those of which that is not known, in their order.
     fn meet(&self, pixels: &PixelColumns, slots: &mut Slots, nearness: &mut [f64]) -> Vec<usize> {
-        let (full, map) = (self.with_covariance, &self.map);
+        let (full, map) = (slots.has_covariance(), &self.map);
         let mut missed = vec![f64::NAN; if full { 0 } else { nearness.len() }];
         let residual = if full { &mut *slots.residual } else { &mut missed[..] };
         let mut lost = Vec::new();
@@ -371,12 +372,6 @@ impl<'a> Locator<'a> {
                 .for_each(|(camera, slot)| note(Request::EpipolarCheck(camera, slot)));
         }
     }
-}
-
-/// What was made on demand.
-enum Built {
-    Tile(undistortion_tiles::BuiltTile),
-    Covariance(covariance_table::BuiltCell),
 }
 
 impl<'a> Map<'a> {

@@ -2,7 +2,7 @@
 
 use super::{Located, LocatedBatch, Reconstructor, Residual, locate_all};
 use crate::geometry::{Pixel, PixelColumns};
-use wheatstone_numeric::statistics::chi_square_upper_quantile;
+use wheatstone_numeric::statistics::{chi_square_upper_quantile, median};
 
 /// No detector or matcher is better than this many pixels (sub-pixel detectors end at a hundredth), so
 /// that what misses by less is no sign of a wrong match, whatever the fit's own points say.
@@ -86,6 +86,62 @@ pub fn mismatched_share(
         }
     }
     (seen > 0).then(|| f64::from(wrong) / f64::from(seen))
+}
+
+/// How noisy pixels are, and how noisy a map takes them to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelScatter {
+    /// The standard deviation of a pixel coordinate that the residuals show, in pixels.
+    pub sigma: f64,
+    /// The one that the map's error bars assume, in pixels.
+    pub assumed: f64,
+}
+
+/// How noisy pixels are, where by the residuals of most points they are clearly noisier than a map takes them to be, and
+/// not so far off that something else than noise must be the matter. `None` too for fewer than 30 points seen by two
+/// cameras or more.
+///
+/// A few mismatches do not count: half of the residuals are below the median, whatever the others are.
+#[must_use]
+pub fn noisier_pixels(
+    map: &dyn Reconstructor,
+    pixels: &[Vec<Option<Pixel>>],
+) -> Option<PixelScatter> {
+    const LEAST_POINTS: usize = 30;
+    /// Times the standard deviation that is expected: by less, pixels of a calibration differ from others, too.
+    const CLEARLY: f64 = 1.3;
+    /// No detector and no matcher is so many times worse than that of a chart; a wrong model is.
+    const MOST: f64 = 30.0;
+    let located = pixels.iter().zip(locate_all(map, pixels));
+    let points: Vec<[f64; 3]> =
+        located.filter_map(|(row, found)| scatter(map, row, &found?)).collect();
+    if points.len() < LEAST_POINTS {
+        return None;
+    }
+    let of = |place: usize| median(&points.iter().map(|point| point[place]).collect::<Vec<_>>());
+    let (scale, expected, assumed) = (of(0), of(1), of(2));
+    // Two standard deviations of a count of halves.
+    let count = points.len() as f64;
+    let above = points.iter().filter(|[scale, ..]| *scale > CLEARLY * CLEARLY).count() as f64;
+    if above < 0.5 * count + count.sqrt() || scale > MOST * MOST {
+        return None;
+    }
+    let sigma = (assumed * assumed + (scale - 1.0) * expected * expected).max(0.0).sqrt();
+    Some(PixelScatter { sigma, assumed })
+}
+
+/// A point's squared residual over the median of what noise makes it; the standard deviation of a coordinate that is
+/// expected in it, and that of its pixels.
+fn scatter(map: &dyn Reconstructor, row: &[Option<Pixel>], found: &Located) -> Option<[f64; 3]> {
+    let Residual { rms, sigma } = found.residual?;
+    let sigma = sigma.max(LEAST_SIGMA);
+    let seen = row.iter().flatten().count();
+    let (square, freedom) = Residual { rms, sigma }.misfit(seen)?;
+    let seen_by = row.iter().enumerate().filter_map(|(camera, pixel)| Some((camera, (*pixel)?)));
+    let own = seen_by.map(|(camera, pixel)| map.pixel_sigma(camera, pixel, found.point));
+    let squares: Option<f64> = own.map(|own| own.map(|own| own * own)).sum();
+    let assumed = (squares? / seen as f64).sqrt().max(LEAST_SIGMA);
+    Some([square / chi_square_upper_quantile(0.5, freedom), sigma, assumed])
 }
 
 /// The two cameras whose exchange makes most pixels belong together, where hardly any do as they are

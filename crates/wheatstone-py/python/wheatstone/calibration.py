@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import threading
 import weakref
 from collections.abc import Callable, Sequence
@@ -219,6 +220,7 @@ class Calibration:
         *,
         covariance: bool = False,
         false_alarm: float = 0.001,
+        pixel_sigma: float | None = None,
         columns: Columns | None = None,
     ) -> Located:
         """Places of matched pixels with error bars.
@@ -231,6 +233,9 @@ class Calibration:
             Whether to keep the whole covariance of each point.
         false_alarm : float
             The share of correct matches that may be called a mismatch.
+        pixel_sigma : float, optional
+            Standard deviation of a coordinate of these pixels: error bars and mismatches are then for that noise, not
+            for that of the points to which the model was fitted.
 
         Returns
         -------
@@ -248,10 +253,12 @@ class Calibration:
         """
         if not 0.0 < false_alarm < 1.0:
             raise ArgumentError(f"false_alarm cannot be {false_alarm}", hint="give a value between 0 and 1")
+        if pixel_sigma is not None and not 0.0 < pixel_sigma < math.inf:
+            raise ArgumentError(f"pixel_sigma cannot be {pixel_sigma}", hint="give a value above 0, in pixels")
         array = pixels_of(pixels, self.cameras, columns)
         figures = np.empty((13 if covariance else 7, len(array)))
         codes = np.empty((2, len(array)), dtype=np.uint8)
-        self.handle.locate(array, figures, codes, false_alarm)
+        self.handle.locate(array, figures, codes, (false_alarm, pixel_sigma))
         return Located(figures, codes, self.unit)
 
     def locate_arrow(

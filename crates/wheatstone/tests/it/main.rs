@@ -12,6 +12,7 @@ mod contract;
 mod data;
 mod dot_grids;
 mod error_bars;
+mod given_noise;
 mod hand_held;
 mod hand_held_faults;
 mod hand_held_error_bars;

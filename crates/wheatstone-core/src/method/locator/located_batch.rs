@@ -43,6 +43,23 @@ pub(super) struct Slots<'p> {
 pub(super) const LOWER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl Slots<'_> {
+    /// Whether more than places is asked for.
+    pub(super) fn has_covariance(&self) -> bool {
+        !self.covariance[0].is_empty()
+    }
+
+    /// What is said of a point; `None` where it was not located.
+    pub(super) fn get(&self, index: usize) -> Option<Located> {
+        let point = self.point.each_ref().map(|column| column[index]);
+        let [xx, xy, xz, yy, yz, zz] = self.covariance.each_ref().map(|column| column[index]);
+        let residual = Residual { rms: self.residual[index], sigma: self.residual_sigma[index] };
+        point[0].is_finite().then(|| Located {
+            point: point.into(),
+            covariance: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            residual: residual.rms.is_finite().then_some(residual),
+        })
+    }
+
     /// Puts what the map said of a point; `keeps_place` where it is already known where the point is, so that it is at the
     /// same place with and without error bars.
     pub(super) fn put(&mut self, index: usize, found: Option<&Located>, keeps_place: bool) {
