@@ -171,10 +171,17 @@ fn guessed<R: BufRead + Seek>(path: &Path, mut source: R) -> Result<ImageReader<
 
 fn not_whole(path: &Path, error: &image::ImageError) -> Error {
     use image::error::{ImageError, ImageFormatHint, UnsupportedErrorKind as Kind};
-    if let ImageError::Unsupported(what) = error
-        && !matches!(what.kind(), Kind::Format(ImageFormatHint::Unknown))
-    {
+    if let ImageError::Unsupported(what) = error {
         let problem = match what.kind() {
+            Kind::Format(ImageFormatHint::Unknown) => {
+                return Error::Image {
+                    path: path.into(),
+                    problem: "not a picture: its first bytes are of no known format".into(),
+                    hint:
+                        "is this the file that you meant? PNG, JPEG, TIFF, BMP and PGM can be read"
+                            .into(),
+                };
+            }
             Kind::Color(_) | Kind::ColorLayout(_) => {
                 "its pixels are stored as numbers that cannot be read, such as floating-point ones"
                     .into()
