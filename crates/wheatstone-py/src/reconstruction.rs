@@ -208,7 +208,7 @@ fn rows<'py, T: numpy::Element + Copy, const N: usize>(
 #[pyfunction]
 pub(crate) fn save_cloud(
     path: PathBuf,
-    points: PyReadonlyArray2<'_, f32>,
+    points: PyReadonlyArray2<'_, f64>,
     sigmas: PyReadonlyArray2<'_, f32>,
     colours: PyReadonlyArray2<'_, u8>,
     confidence: PyReadonlyArray1<'_, f32>,

@@ -1,13 +1,14 @@
 //! Points in the world, with what is known of each.
 
 use wheatstone_core::dataset::volume::Trust;
+use wheatstone_numeric::statistics::median;
 
 /// Points in the world, column by column: entry `i` of every column belongs to one point.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Cloud {
     /// X, Y and Z in the world, in the model's unit.
-    pub points: Vec<[f32; 3]>,
+    pub points: Vec<[f64; 3]>,
     /// Standard deviations of X, Y and Z, in the model's unit: of the match and of the calibration.
     pub sigmas: Vec<[f32; 3]>,
     /// The probability that the disparity is less than a pixel off, 0 to 1; of several pairs, that those that agree are
@@ -64,14 +65,30 @@ impl Cloud {
 
     /// Least and largest X, Y and Z; none of no points.
     #[must_use]
-    pub fn bounds(&self) -> Option<[[f32; 3]; 2]> {
+    pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
         let first = *self.points.first()?;
         Some(self.points.iter().fold([first; 2], |[low, high], point| {
-            let by = |of: fn(f32, f32) -> f32, bound: [f32; 3]| {
+            let by = |of: fn(f64, f64) -> f64, bound: [f64; 3]| {
                 std::array::from_fn(|axis| of(bound[axis], point[axis]))
             };
-            [by(f32::min, low), by(f32::max, high)]
+            [by(f64::min, low), by(f64::max, high)]
         }))
+    }
+
+    /// By how much single precision rounds coordinates at most, where that is no longer small against error bars: more than a
+    /// tenth of the median standard deviation along the same axis. So it is far from the origin, as in the frame of a survey.
+    #[must_use]
+    pub fn float_rounding(&self) -> Option<f64> {
+        const MOST_SHARE: f64 = 0.1;
+        let farthest = self.bounds()?.map(|bound| bound.map(f64::abs));
+        let coarse = (0..3).filter_map(|axis| {
+            let farthest = farthest[0][axis].max(farthest[1][axis]) as f32;
+            let rounding = 0.5 * (f64::from(farthest.next_up()) - f64::from(farthest));
+            let sigmas: Vec<f64> = self.sigmas.iter().map(|own| f64::from(own[axis])).collect();
+            let sigma = median(&sigmas);
+            (sigma > 0.0 && rounding > MOST_SHARE * sigma).then_some(rounding)
+        });
+        coarse.reduce(f64::max)
     }
 
     /// The share of the points that lie where the calibration had data, 0 to 1.

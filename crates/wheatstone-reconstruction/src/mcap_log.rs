@@ -199,26 +199,37 @@ fn cloud(timestamp: Option<Timestamp>, cloud: &Cloud, metres: f64) -> PointCloud
         .enumerate()
         .map(|(at, name)| field(name, 4 * NUMBERS.len() + at, NumericType::Uint8));
     let stride = 4 * NUMBERS.len() + COLOURS.len();
+    let middle = middle(cloud);
     let mut data = Vec::with_capacity(stride * cloud.len());
     for index in 0..cloud.len() {
-        let lengths = cloud.points[index].iter().chain(&cloud.sigmas[index]);
-        let lengths = lengths.map(|length| (f64::from(*length) * metres) as f32);
+        let point = [0, 1, 2].map(|axis| cloud.points[index][axis] - middle[axis]);
+        let lengths = point.into_iter().chain(cloud.sigmas[index].map(f64::from));
+        let lengths = lengths.map(|length| (length * metres) as f32);
         let numbers = lengths.chain([cloud.confidence[index]]);
         data.extend(numbers.flat_map(f32::to_le_bytes));
         data.extend(cloud.colours[index]);
         data.push(u8::MAX);
     }
-    let identity = Pose {
-        position: Some(Vector3 { x: 0.0, y: 0.0, z: 0.0 }),
+    let [x, y, z] = middle.map(|length| length * metres);
+    let pose = Pose {
+        position: Some(Vector3 { x, y, z }),
         orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
     };
     PointCloud {
         timestamp,
         frame_id: WORLD.into(),
-        pose: Some(identity),
+        pose: Some(pose),
         point_stride: stride as u32,
         fields: numbers.chain(colours).collect(),
         data: data.into(),
+    }
+}
+
+/// What points are counted from: the middle of them where floats would be coarse in the world, else its origin.
+fn middle(cloud: &Cloud) -> [f64; 3] {
+    match cloud.bounds().filter(|_| cloud.float_rounding().is_some()) {
+        Some([low, high]) => [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis])),
+        None => [0.0; 3],
     }
 }
 

@@ -50,8 +50,7 @@ impl Mesh {
     }
 
     fn join(&mut self, cloud: &Cloud, mut triangle: [u32; 3], centre: Point3) {
-        let [a, b, c] =
-            triangle.map(|point| Vector3::from(cloud.points[point as usize].map(f64::from)));
+        let [a, b, c] = triangle.map(|point| Vector3::from(cloud.points[point as usize]));
         let sides = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
         let shortest = sides.iter().copied().fold(f64::INFINITY, f64::min);
         if sides.iter().any(|side| *side > MOST_STRETCH * shortest) {
@@ -83,7 +82,7 @@ mod tests {
         for place in (0..12_u32).filter(|place| *place != 4) {
             let (x, y) = (place % 4, place / 4);
             let z = if x < 2 { 10.0 } else { 30.0 };
-            cloud.points.push([x as f32, y as f32, z]);
+            cloud.points.push([f64::from(x), f64::from(y), z]);
             cloud.places.push(place);
         }
         let centre = Point3::new(1.5, 1.0, -5.0);

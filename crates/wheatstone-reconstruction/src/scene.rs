@@ -30,7 +30,7 @@ pub struct SceneReconstructor<'a> {
     pub(crate) pairs: Vec<RectifiedPair<'a>>,
     points: ScenePoints<'a>,
     /// Its memory serves all pairs.
-    matcher: Matcher,
+    pub(crate) matcher: Matcher,
     pub(crate) settings: ReconstructionSettings,
 }
 
@@ -340,7 +340,7 @@ impl<'a> SceneReconstructor<'a> {
                 continue;
             }
             depths.push(z as f32);
-            cloud.points.push([0, 1, 2].map(|axis| point.place[axis] as f32));
+            cloud.points.push(point.place.into());
             cloud.sigmas.push(sigmas.map(|sigma| sigma as f32));
             cloud.confidence.push(seen.confidence[index]);
             cloud.colours.push(reference.nearest(seen.reference[index]));

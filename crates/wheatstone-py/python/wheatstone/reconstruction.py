@@ -25,7 +25,7 @@ class PointCloud:
 
     Attributes
     ----------
-    points : (n, 3) float32
+    points : (n, 3) float64
         X, Y and Z in the world, in `unit`.
     sigmas : (n, 3) float32
         Their standard deviations, of the match and of the calibration.
@@ -50,7 +50,7 @@ class PointCloud:
         The unit of lengths.
     """
 
-    points: npt.NDArray[np.float32] = field(repr=False)
+    points: npt.NDArray[np.float64] = field(repr=False)
     sigmas: npt.NDArray[np.float32] = field(repr=False)
     colours: npt.NDArray[np.uint8] = field(repr=False)
     confidence: npt.NDArray[np.float32] = field(repr=False)
@@ -71,7 +71,7 @@ class PointCloud:
         or `.pcd` (binary), `.e57` or `.laz` (in metres). CloudCompare opens all of them."""
         _w.save_cloud(
             path,
-            np.ascontiguousarray(self.points, np.float32),
+            np.ascontiguousarray(self.points, np.float64),
             np.ascontiguousarray(self.sigmas, np.float32),
             np.ascontiguousarray(self.colours, np.uint8),
             np.ascontiguousarray(self.confidence, np.float32),

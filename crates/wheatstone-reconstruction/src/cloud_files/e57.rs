@@ -40,7 +40,7 @@ fn encoded(cloud: &Cloud, metres: f64) -> ::e57::Result<Vec<u8>> {
     let mut points = file.add_pointcloud(&cloud_id, prototype)?;
     points.set_name(Some("cloud".into()));
     for (index, (point, colour)) in cloud.points.iter().zip(&cloud.colours).enumerate() {
-        let place = point.iter().map(|length| RecordValue::Double(f64::from(*length) * metres));
+        let place = point.iter().map(|length| RecordValue::Double(length * metres));
         let colour = colour.iter().map(|value| RecordValue::Integer(i64::from(*value)));
         let own = scalars(cloud, index, metres).map(RecordValue::Single);
         points.add_point(place.chain(colour).chain(own).collect())?;
@@ -55,7 +55,10 @@ fn encoded(cloud: &Cloud, metres: f64) -> ::e57::Result<Vec<u8>> {
 /// files: UUIDs of version 8 (RFC 9562).
 fn identifiers(cloud: &Cloud) -> [String; 2] {
     let mut hash = Hash::new();
-    for value in cloud.points.iter().chain(&cloud.sigmas).flatten() {
+    for value in cloud.points.as_flattened() {
+        hash.update(value.to_le_bytes());
+    }
+    for value in cloud.sigmas.as_flattened() {
         hash.update(value.to_le_bytes());
     }
     let digest = hash.finalize();

@@ -36,12 +36,12 @@ fn encoded(cloud: &Cloud, metres: f64) -> las::Result<Vec<u8>> {
         data: SCALARS.iter().flat_map(|name| description(name)).collect(),
     });
     let [low, high] = cloud.bounds().unwrap_or_default();
-    let [x, y, z] = [0, 1, 2]
-        .map(|axis| transform([low, high].map(|bound: [f32; 3]| f64::from(bound[axis]) * metres)));
+    let [x, y, z] =
+        [0, 1, 2].map(|axis| transform([low, high].map(|bound: [f64; 3]| bound[axis] * metres)));
     builder.transforms = Vector { x, y, z };
     let mut writer = Writer::new(Cursor::new(Vec::new()), builder.into_header()?)?;
     for (index, (point, colour)) in cloud.points.iter().zip(&cloud.colours).enumerate() {
-        let [x, y, z] = point.map(|length| f64::from(length) * metres);
+        let [x, y, z] = point.map(|length| length * metres);
         // Eight bits become sixteen, as the standard has it.
         let [red, green, blue] = colour.map(|value| 257 * u16::from(value));
         writer.write_point(Point {

@@ -22,15 +22,27 @@ pub struct CloudFormat {
     pub name: &'static str,
     /// What it is, in a few words.
     pub about: &'static str,
+    /// Whether X, Y and Z have single precision, however far from the origin.
+    pub is_single: bool,
     write: fn(&Cloud, &str, &mut dyn Write) -> io::Result<()>,
 }
 
 /// The formats, the usual one first.
 pub const CLOUD_FORMATS: &[CloudFormat] = &[
-    CloudFormat { name: "ply", about: "Stanford PLY, binary", write: ply::write },
-    CloudFormat { name: "pcd", about: "of the Point Cloud Library, binary", write: pcd::write },
-    CloudFormat { name: "e57", about: "ASTM E57, in metres", write: e57::write },
-    CloudFormat { name: "laz", about: "compressed ASPRS LAS, in metres", write: laz::write },
+    CloudFormat { name: "ply", about: "Stanford PLY, binary", is_single: false, write: ply::write },
+    CloudFormat {
+        name: "pcd",
+        about: "of the Point Cloud Library, binary",
+        is_single: true,
+        write: pcd::write,
+    },
+    CloudFormat { name: "e57", about: "ASTM E57, in metres", is_single: false, write: e57::write },
+    CloudFormat {
+        name: "laz",
+        about: "compressed ASPRS LAS, in metres",
+        is_single: false,
+        write: laz::write,
+    },
 ];
 
 impl Debug for CloudFormat {

@@ -4,7 +4,8 @@ use super::{SCALARS, scalars};
 use crate::cloud::Cloud;
 use std::io::{self, Write};
 
-/// Writes x y z, the packed colour, standard deviations and confidence, all in four bytes. The format has no unit.
+/// Writes x y z, the packed colour, standard deviations and confidence, all in four bytes: readers of the
+/// format take x y z of no other kind. The format has no unit.
 pub(super) fn write(cloud: &Cloud, unit: &str, out: &mut dyn Write) -> io::Result<()> {
     let points = cloud.len();
     let unit = unit.replace(['\n', '\r'], " ");
@@ -18,7 +19,7 @@ pub(super) fn write(cloud: &Cloud, unit: &str, out: &mut dyn Write) -> io::Resul
     for (index, (point, [red, green, blue])) in cloud.points.iter().zip(&cloud.colours).enumerate()
     {
         for value in point {
-            out.write_all(&value.to_le_bytes())?;
+            out.write_all(&(*value as f32).to_le_bytes())?;
         }
         out.write_all(&[*blue, *green, *red, 0])?;
         for value in scalars(cloud, index, 1.0) {

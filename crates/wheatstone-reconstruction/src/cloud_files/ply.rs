@@ -9,18 +9,20 @@ use std::{
 use wheatstone_core::Result;
 
 /// Binary little-endian PLY: x y z, red green blue, standard deviations and confidence. What stands beside x y z and the
-/// colours opens as scalar fields. With a mesh, normals `nx` `ny` `nz` of the points, and triangles as faces.
+/// colours opens as scalar fields. x y z are doubles where floats would be coarse against the error bars. With a mesh, normals `nx` `ny` `nz` of the points, and triangles as faces.
 fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut dyn Write) -> io::Result<()> {
     let normals = "property float nx\nproperty float ny\nproperty float nz\n";
     let faces = mesh.map_or_else(String::new, |mesh| {
         let count = mesh.triangles.len();
         format!("element face {count}\nproperty list uchar uint vertex_indices\n")
     });
+    let is_double = cloud.float_rounding().is_some();
+    let kind = if is_double { "double" } else { "float" };
     let header = format!(
         "ply\nformat binary_little_endian 1.0\n\
          comment x, y, z and their standard deviations in {}; confidence: probability of a disparity error below 1 px\n\
          element vertex {}\n\
-         property float x\nproperty float y\nproperty float z\n\
+         property {kind} x\nproperty {kind} y\nproperty {kind} z\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\n\
          property float sigma_x\nproperty float sigma_y\nproperty float sigma_z\n\
          property float confidence\n{}{faces}end_header\n",
@@ -30,18 +32,19 @@ fn ply(cloud: &Cloud, mesh: Option<&Mesh>, unit: &str, out: &mut dyn Write) -> i
     );
     out.write_all(header.as_bytes())?;
     let columns = cloud.points.iter().zip(&cloud.colours).zip(&cloud.sigmas).zip(&cloud.confidence);
+    let mut row = Vec::new();
     for (index, (((point, colour), sigma), confidence)) in columns.enumerate() {
-        let mut row = [0_u8; 31];
-        let (place, rest) = row.split_at_mut(12);
-        let (shade, rest) = rest.split_at_mut(3);
-        shade.copy_from_slice(colour);
-        let numbers = place.chunks_exact_mut(4).chain(rest.chunks_exact_mut(4));
-        let values = point.iter().chain(sigma).chain([confidence]);
-        numbers.zip(values).for_each(|(bytes, value)| bytes.copy_from_slice(&value.to_le_bytes()));
-        out.write_all(&row)?;
-        for value in mesh.iter().flat_map(|mesh| mesh.normals[index]) {
-            out.write_all(&value.to_le_bytes())?;
+        row.clear();
+        if is_double {
+            row.extend(point.iter().flat_map(|value| value.to_le_bytes()));
+        } else {
+            row.extend(point.iter().flat_map(|value| (*value as f32).to_le_bytes()));
         }
+        row.extend(colour);
+        row.extend(sigma.iter().chain([confidence]).flat_map(|value| value.to_le_bytes()));
+        let normal = mesh.iter().flat_map(|mesh| mesh.normals[index]);
+        row.extend(normal.flat_map(f32::to_le_bytes));
+        out.write_all(&row)?;
     }
     for triangle in mesh.iter().flat_map(|mesh| &mesh.triangles) {
         out.write_all(&[3])?;

@@ -10,7 +10,7 @@ fn small_cloud() -> Cloud {
     let mut cloud = Cloud::default();
     for index in 0..3_u8 {
         let value = f32::from(index);
-        cloud.points.push([value, 2.0 * value, -value]);
+        cloud.points.push([1.0, 2.0, -1.0].map(|factor| factor * f64::from(value)));
         cloud.sigmas.push([0.1, 0.2, 0.3 + value]);
         cloud.confidence.push(0.9 + 0.01 * value);
         cloud.colours.push([index, 10, 200]);
@@ -43,6 +43,31 @@ fn a_cloud_is_a_binary_ply() {
     assert_eq!(cloud.bounds(), Some([[0.0, 0.0, -2.0], [2.0, 4.0, 0.0]]));
 }
 
+#[test]
+fn far_from_the_origin_a_ply_has_doubles() {
+    const FAR: f64 = 3e6;
+    let near = small_cloud();
+    let mut far = near.clone();
+    far.points.iter_mut().for_each(|point| point[1] += FAR);
+    // Floats are a quarter apart there.
+    assert_eq!([near.float_rounding(), far.float_rounding()], [None, Some(0.125)]);
+    let bytes = encoded("ply", &far);
+    let end = b"end_header\n";
+    let start = bytes.windows(end.len()).position(|part| part == end).unwrap() + end.len();
+    let header = String::from_utf8_lossy(&bytes[..start]).into_owned();
+    for property in ["double x", "double y", "double z", "float sigma_x"] {
+        assert!(header.contains(&format!("\nproperty {property}\n")), "{header}");
+    }
+    for (row, point) in bytes[start..].chunks_exact(43).zip(&far.points) {
+        let read = [0, 8, 16].map(|at| f64::from_le_bytes(row[at..at + 8].try_into().unwrap()));
+        assert_eq!(read, *point);
+    }
+    assert_eq!(bytes.len() - start, 3 * 43);
+    // Without error bars there is nothing to compare with.
+    far.sigmas.iter_mut().for_each(|sigmas| *sigmas = [0.0; 3]);
+    assert_eq!(far.float_rounding(), None);
+}
+
 /// What a format writes of a cloud in millimetres.
 fn encoded(name: &str, cloud: &Cloud) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -54,7 +79,7 @@ fn encoded(name: &str, cloud: &Cloud) -> Vec<u8> {
 fn rows(cloud: &Cloud, factor: f64) -> Vec<[f64; 10]> {
     let row = |index: usize| {
         let length = |value: f32| f64::from(value) * factor;
-        let [x, y, z] = cloud.points[index].map(length);
+        let [x, y, z] = cloud.points[index].map(|value| value * factor);
         let [red, green, blue] = cloud.colours[index].map(f64::from);
         let [a, b, c] = cloud.sigmas[index].map(length);
         [x, y, z, red, green, blue, a, b, c, f64::from(cloud.confidence[index])]

@@ -55,8 +55,7 @@ fn matches_of_somebody_else_are_located() {
     let mut inside = [0; 2];
     for index in 0..cloud.len() {
         let own = |place: &&[f64; 3]| {
-            let off =
-                [0, 1, 2].map(|axis| (place[axis] - f64::from(cloud.points[index][axis])).powi(2));
+            let off = [0, 1, 2].map(|axis| (place[axis] - cloud.points[index][axis]).powi(2));
             off.iter().sum::<f64>()
         };
         let place = places.iter().min_by(|a, b| own(a).total_cmp(&own(b))).unwrap();
@@ -64,7 +63,7 @@ fn matches_of_somebody_else_are_located() {
         for ((truth, found), sigma) in
             place.iter().zip(cloud.points[index]).zip(cloud.sigmas[index])
         {
-            let ratio = (f64::from(found) - truth).abs() / f64::from(sigma);
+            let ratio = (found - truth).abs() / f64::from(sigma);
             inside[0] += usize::from(ratio < 1.0);
             inside[1] += usize::from(ratio < 2.0);
         }

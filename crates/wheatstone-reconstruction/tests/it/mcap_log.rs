@@ -8,7 +8,7 @@ use foxglove::{
 use std::collections::BTreeMap;
 use wheatstone_numeric::progress::Silent;
 use wheatstone_reconstruction::{
-    EncodedPicture, McapLog, ReconstructionSettings, SceneReconstructor,
+    EncodedPicture, McapLog, Reconstruction, ReconstructionSettings, SceneReconstructor,
 };
 use wheatstone_synthetic::{Rig, Scene};
 
@@ -27,6 +27,7 @@ fn a_log_has_its_schemas_and_every_frame() {
         log.frame(f64::from(second), &[Some(picture), None], &found).unwrap();
     }
     let bytes = log.finish().unwrap();
+    far_points_are_counted_from_their_middle(&made, &found);
 
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     let mut centres: BTreeMap<String, f64> = BTreeMap::new();
@@ -42,7 +43,7 @@ fn a_log_has_its_schemas_and_every_frame() {
             assert_eq!(cloud.frame_id, "world");
             assert_eq!(cloud.data.len(), cloud.point_stride as usize * found.cloud.len());
             let z = f32::from_le_bytes(cloud.data[8..12].try_into().unwrap());
-            assert!((z - 0.01 * found.cloud.points[0][2]).abs() < 1e-6, "{z}");
+            assert!((f64::from(z) - 0.01 * found.cloud.points[0][2]).abs() < 1e-6, "{z}");
         }
         if topic == "/tf" {
             let motion = FrameTransform::decode(&message.data[..]).unwrap();
@@ -60,4 +61,19 @@ fn a_log_has_its_schemas_and_every_frame() {
     assert_eq!(counts, expected.map(|(topic, count)| (topic.to_owned(), count)).into());
     // Seven centimetres apart, in metres.
     assert!((centres["camera2"] - centres["camera1"] - 0.07).abs() < 0.002, "{centres:?}");
+}
+
+/// Single precision would round them as coarsely as they are uncertain.
+fn far_points_are_counted_from_their_middle(made: &SceneReconstructor, found: &Reconstruction) {
+    let mut far = found.clone();
+    far.cloud.points.iter_mut().for_each(|point| point[0] += 3e6);
+    let mut log = McapLog::new(made, "m", Vec::new()).unwrap();
+    log.frame(0.0, &[None, None], &far).unwrap();
+    let bytes = log.finish().unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let message = messages.into_iter().find(|message| message.channel.topic == "/cloud").unwrap();
+    let cloud = PointCloud::decode(&message.data[..]).unwrap();
+    let from = cloud.pose.unwrap().position.unwrap().x;
+    let x = f32::from_le_bytes(cloud.data[..4].try_into().unwrap());
+    assert!((from + f64::from(x) - far.cloud.points[0][0]).abs() < 1e-4, "{from} {x}");
 }

@@ -56,7 +56,7 @@ fn judged(
     for index in 0..cloud.len() {
         let [x, y] = cloud.pixels[order][index].map(f64::from);
         let Some(truth) = scene.place(&rig.cameras[camera], Pixel::new(x, y)) else { continue };
-        let off = [0, 1, 2].map(|axis| f64::from(cloud.points[index][axis]) - truth[axis]);
+        let off = [0, 1, 2].map(|axis| cloud.points[index][axis] - truth[axis]);
         let ratios = [0, 1, 2].map(|axis| off[axis].abs() / f64::from(cloud.sigmas[index][axis]));
         let size = off.iter().map(|off| off * off).sum::<f64>().sqrt();
         errors.push(100.0 * size / truth.coords.norm());

@@ -120,7 +120,7 @@ fn accuracy(
     for index in points {
         let Some(truth) = truth[*index] else { continue };
         for axis in 0..3 {
-            let off = f64::from(found.cloud.points[*index][axis]) - truth[axis];
+            let off = found.cloud.points[*index][axis] - truth[axis];
             let ratio = off.abs() / f64::from(found.cloud.sigmas[*index][axis]);
             within[0] += usize::from(ratio < 1.0);
             within[1] += usize::from(ratio < 2.0);

@@ -171,7 +171,7 @@ fn page(
     SceneCloud {
         title: title.into(),
         unit: model.unit.clone(),
-        points: cloud.points.clone(),
+        points: cloud.points.iter().map(|point| point.map(|length| length as f32)).collect(),
         colours: cloud.colours.clone(),
         sigmas: cloud.sigmas.clone(),
         confidence: cloud.confidence.clone(),
