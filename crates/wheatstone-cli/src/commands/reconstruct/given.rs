@@ -23,6 +23,7 @@ pub(super) fn located(
     let given = GivenMatches::read(path, sigma, &made.settings().cameras)?;
     let (mut found, [kept, all], why) = match given {
         GivenMatches::Disparities(map) => {
+            refuse_other_size(path, &map, made)?;
             let all = finite(&map).count();
             if !finite(&map).any(|disparity| made.searches(disparity)) {
                 return Err(none_searched(&map, made, model).into());
@@ -46,6 +47,30 @@ pub(super) fn located(
         remark!("note", "{} of {all} matches are left out: {why} {depths}", all - kept);
     }
     Ok(found)
+}
+
+/// Refuses an array of another size than the rectified pictures have.
+fn refuse_other_size(
+    path: &Path,
+    map: &DisparityMap,
+    made: &SceneReconstructor,
+) -> Result<(), Error> {
+    let [width, height] = made.pair().size;
+    if [map.width, map.height] == [width, height].map(|side| side as usize) {
+        return Ok(());
+    }
+    Err(Error::Malformed {
+        path: path.into(),
+        line: None,
+        problem: format!(
+            "an array of {} x {} disparities; the rectified pictures have {width} x {height} pixels",
+            map.width, map.height
+        ),
+        hint: format!(
+            "give {height} rows of {width} disparities, one a pixel of the left rectified picture"
+        )
+        .into(),
+    })
 }
 
 /// The disparities that there are.
