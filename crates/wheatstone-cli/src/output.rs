@@ -1,7 +1,13 @@
-//! Outputs that are no inputs, and files that are no folders.
+//! Outputs that are no inputs, files that are no folders, and what earlier runs have left.
 
-use crate::failure::{Failure, Outcome};
-use std::path::Path;
+use crate::{
+    failure::{Failure, Outcome},
+    verbosity::remark,
+};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 use wheatstone::{Error, capture::FILE_NAME};
 
 /// Refuses an output that is one of the inputs: what was read would be gone.
@@ -39,5 +45,42 @@ pub(crate) fn refuse_folders(filled: &Path, place: &Path) -> Outcome {
             "move it away, or give the output another name",
         )),
         None => Ok(()),
+    }
+}
+
+/// Files of an earlier run in the folders that a run writes to: beside new ones they are easily taken for its own.
+#[derive(Default)]
+pub(crate) struct Earlier(BTreeSet<PathBuf>);
+
+impl Earlier {
+    /// Looks, before the run, for files with these names in a folder. One of them, `mark`, is in every folder that is ours.
+    pub(crate) fn look(&mut self, folder: &Path, mark: &str, names: &BTreeSet<String>) {
+        if folder.join(mark).is_file() {
+            let files = names.iter().map(|name| folder.join(name));
+            self.0.extend(files.filter(|path| path.is_file()));
+        }
+    }
+
+    /// Says which of them this run has not written.
+    pub(crate) fn tell(&self, written: &BTreeSet<PathBuf>) {
+        const MOST: usize = 4;
+        let left: Vec<String> =
+            self.0.difference(written).map(|path| path.display().to_string()).collect();
+        match &left[..] {
+            [] => {}
+            [one] => remark!("note", "{one} is of an earlier run"),
+            [some @ .., last] if left.len() <= MOST => {
+                remark!("note", "{} and {last} are of an earlier run", some.join(", "));
+            }
+            all => {
+                let (some, more) = all.split_at(MOST);
+                remark!(
+                    "note",
+                    "{} and {} more files are of an earlier run",
+                    some.join(", "),
+                    more.len()
+                );
+            }
+        }
     }
 }

@@ -13,7 +13,7 @@ pub(crate) fn frames(named: &[PathBuf], cameras: usize) -> Outcome<Vec<Vec<PathB
     if !named.len().is_multiple_of(cameras) {
         return Err(Failure::usage(
             format!("{} pictures or folders of {cameras} cameras", named.len()),
-            "give the same number for each camera, and name the cameras with `--cameras 1,2`",
+            "give the same number for each camera that `--cameras` names",
         ));
     }
     let of_camera = |named: &[PathBuf]| -> Outcome<Vec<PathBuf>> {
@@ -52,4 +52,24 @@ fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
     }
     found.sort_by(|a, b| in_counting_order(a, b));
     Ok(found)
+}
+
+/// Refuses a picture of another size than its camera's: one that was scaled or cropped has other pixels than the model
+/// knows.
+pub(crate) fn refuse_another_cameras(
+    path: &Path,
+    found: [u32; 2],
+    known: Option<[u32; 2]>,
+) -> Result<(), Error> {
+    match known.filter(|known| *known != found) {
+        Some([width, height]) => Err(Error::Image {
+            path: path.into(),
+            problem: format!(
+                "{} x {} pixels, but the camera's pictures have {width} x {height}",
+                found[0], found[1]
+            ),
+            hint: "give unscaled pictures, of the cameras in the order of `--cameras`".into(),
+        }),
+        None => Ok(()),
+    }
 }

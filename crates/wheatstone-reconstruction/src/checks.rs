@@ -38,6 +38,36 @@ impl SceneReconstructor<'_> {
         Ok(fault.filter(|(_, fault)| !matches!(fault, PairFault::NothingInCommon { .. })))
     }
 
+    /// Two of the cameras that were left out whose pictures fit when they are exchanged, where there are such two.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneReconstructor::reconstruct`].
+    pub fn exchanged(
+        &self,
+        left_out: &[usize],
+        pictures: &[&ColourImage],
+        progress: &dyn Progress,
+    ) -> Result<Option<[usize; 2]>> {
+        let reference = self.reference(pictures);
+        let size = |camera: usize| self.settings.sizes[self.order(camera)];
+        let fits = |camera: usize, other: usize| -> Result<bool> {
+            progress.check()?;
+            let pair = self.pairs.iter().find(|pair| pair.cameras[1] == camera);
+            let Some(pair) = pair.filter(|_| size(camera) == size(other)) else { return Ok(false) };
+            let both = [reference, pictures[self.order(other)]];
+            Ok(pair.disparities(&self.matcher, both)?.1.is_none())
+        };
+        for (index, first) in left_out.iter().enumerate() {
+            for second in &left_out[index + 1..] {
+                if fits(*first, *second)? && fits(*second, *first)? {
+                    return Ok(Some([*first, *second]));
+                }
+            }
+        }
+        Ok(None)
+    }
+
     /// Whether a disparity of the first two cameras belongs to a depth that is searched. Others are left out of the
     /// matches that [`SceneReconstructor::locate`] is given.
     #[must_use]

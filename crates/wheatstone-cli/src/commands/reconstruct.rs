@@ -5,23 +5,24 @@ mod empty;
 mod fault;
 mod given;
 mod log;
+mod pictures;
 pub(super) mod results;
 
 use super::{locate::needs_two_cameras, print_json};
 use crate::{
     failure::{Failure, Outcome},
-    output::{refuse_folders, refuse_inputs},
+    output::{Earlier, refuse_folders, refuse_inputs},
     picture_sets::frames,
     progress::Bar,
-    table::figure,
-    verbosity::{remark, say},
+    verbosity::remark,
 };
 use clap::{Args, builder::PossibleValuesParser};
 use depths::depths;
 use empty::Empty;
-use fault::{listed, named, way_out};
+use fault::{listed, named, warn_left_out, way_out};
 use log::Log;
-use results::{pretty, sigmas, summary, whole, write, write_mesh};
+use pictures::{read, sizes};
+use results::{file_names, pretty, summary, tell, whole, write, write_mesh};
 use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
@@ -29,7 +30,7 @@ use std::{
 };
 use wheatstone::{
     Calibration, Error,
-    imaging::{ColourImage, Limits, read_colour_image, read_size},
+    imaging::ColourImage,
     progress::Progress,
     reconstruction::{
         CLOUD_FORMATS, CloudFormat, FrameFusion, Reconstruction, ReconstructionSettings,
@@ -146,59 +147,96 @@ impl Reconstruct {
         let bar = Bar::new();
         let model = Calibration::load(&self.model)?;
         needs_two_cameras(&model, "reconstruct")?;
-        let cameras = self.cameras(model.reconstructor.cameras());
+        let cameras = self.cameras(model.reconstructor.cameras())?;
         let frames = frames(&self.images, cameras.len())?;
         if self.matches.is_some() && frames.len() > 1 {
             let problem = "`--matches` names matches of pictures that were taken at once";
             return Err(Failure::usage(problem, "give one picture of each camera"));
         }
-        let Some(first) = frames.first() else {
-            return Err(Failure::usage(
-                "the folders hold no pictures",
-                "give pictures of every camera",
-            ));
-        };
-        let places: BTreeSet<PathBuf> =
-            frames.iter().map(|frame| self.place(frame, frames.len())).collect();
-        if places.len() < frames.len() {
-            return Err(Failure::usage(
-                "two pictures of the first camera have the same name, and their results would have the same folder",
-                "give them different names, or reconstruct them one after the other",
-            ));
-        }
-        let made = SceneReconstructor::new(&model, self.settings(cameras, first)?, &bar)?;
+        let places = self.places(&frames)?;
+        let sizes = sizes(&frames, &model, &cameras)?;
+        let made = SceneReconstructor::new(&model, self.settings(cameras, sizes), &bar)?;
         if let Some(path) = &self.mcap {
             let inputs = frames.iter().flatten().chain(&self.matches).chain([&self.model]);
             refuse_inputs(path, inputs.map(PathBuf::as_path))?;
         }
+        let ours = file_names(CLOUD_FORMATS.iter().map(|format| format.name), true);
+        let mut earlier = Earlier::default();
+        for place in places.iter().chain([&self.output]) {
+            earlier.look(place, "summary.json", &ours);
+        }
         let mut log = Log::create(self.mcap.as_deref(), &made, &model)?;
-        if self.fuse {
-            let whole = self.fused((&made, &model), &frames, (&bar, &mut log))?;
-            log.commit()?;
-            return if self.json { print_json(&whole) } else { Ok(()) };
-        }
-        let mut told = Vec::with_capacity(frames.len());
-        let mut written = 0;
-        for (index, frame) in frames.iter().enumerate() {
-            bar.report("reconstructing", index as u64, frames.len() as u64);
-            bar.check().map_err(Error::from)?;
-            let frame = self.frame((&made, &model), (frame, frames.len()), (&bar, &mut log))?;
-            written += usize::from(frame["points"].is_u64());
-            told.push(frame);
-        }
+        let told = if self.fuse {
+            vec![self.fused((&made, &model), &frames, (&bar, &mut log))?]
+        } else {
+            self.series((&made, &model), &frames, (&bar, &mut log))?
+        };
         drop(bar);
-        if written == 0 {
-            return Err(Failure::Library(Error::Degenerate {
-                problem: "no pictures could be reconstructed".into(),
-                hint: "are the pictures in the order of `--cameras`? Were the cameras moved since the calibration?".into(),
-            }));
-        }
         log.commit()?;
+        earlier.tell(&self.written(&frames, &told));
         let whole = whole(&self.model, (&made, &model), told);
-        if frames.len() > 1 {
+        if frames.len() > 1 && !self.fuse {
             wheatstone::storage::write(&self.output.join("summary.json"), &pretty(&whole))?;
         }
         if self.json { print_json(&whole) } else { Ok(()) }
+    }
+
+    /// Where the results of each frame go.
+    fn places(&self, frames: &[Vec<PathBuf>]) -> Outcome<BTreeSet<PathBuf>> {
+        let places: BTreeSet<PathBuf> =
+            frames.iter().map(|frame| self.place(frame, frames.len())).collect();
+        if places.len() == frames.len() {
+            return Ok(places);
+        }
+        Err(Failure::usage(
+            "two pictures of the first camera have the same name, and their results would have the same folder",
+            "give them different names, or reconstruct them one after the other",
+        ))
+    }
+
+    /// The files that this run writes, by what is told of frames.
+    fn written(&self, frames: &[Vec<PathBuf>], told: &[Value]) -> BTreeSet<PathBuf> {
+        let names = file_names(self.cloud.iter().map(String::as_str), self.mesh);
+        // What is fused is told as one frame.
+        let count = told.len();
+        let with_points = frames.iter().zip(told).filter(|(_, told)| told["points"].is_u64());
+        let places = with_points.map(|(frame, _)| self.place(frame, count));
+        let of_frames = places.flat_map(|place| names.iter().map(move |name| place.join(name)));
+        of_frames.chain([self.output.join("summary.json")]).collect()
+    }
+
+    /// Reconstructs one frame after the other, and says what of each. Of several those at fault are left out.
+    fn series(
+        &self,
+        both: (&SceneReconstructor, &Calibration),
+        frames: &[Vec<PathBuf>],
+        (bar, log): (&Bar, &mut Log),
+    ) -> Outcome<Vec<Value>> {
+        let mut told = Vec::with_capacity(frames.len());
+        let mut unread = None;
+        for (index, frame) in frames.iter().enumerate() {
+            bar.report("reconstructing", index as u64, frames.len() as u64);
+            bar.check().map_err(Error::from)?;
+            match read(frame, both.0) {
+                Ok(pictures) => {
+                    let frame = (&frame[..], frames.len());
+                    told.push(self.frame(both, (frame, &pictures), (bar, log))?);
+                }
+                Err(error) if frames.len() == 1 => return Err(error.into()),
+                Err(error) => {
+                    remark!("warning", "left out: {error}");
+                    told.push(json!({ "images": frame, "fault": error.to_string() }));
+                    unread.get_or_insert(error);
+                }
+            }
+        }
+        if told.iter().any(|frame| frame["points"].is_u64()) {
+            return Ok(told);
+        }
+        Err(Failure::Library(unread.unwrap_or_else(|| Error::Degenerate {
+            problem: "no pictures could be reconstructed".into(),
+            hint: "are the pictures in the order of `--cameras`? Were the cameras moved since the calibration?".into(),
+        })))
     }
 
     /// Reconstructs pictures taken at once, and says what of it. A single frame at fault is an error; of several it is
@@ -206,10 +244,9 @@ impl Reconstruct {
     fn frame(
         &self,
         (made, model): (&SceneReconstructor, &Calibration),
-        (frame, count): (&[PathBuf], usize),
+        ((frame, count), pictures): ((&[PathBuf], usize), &[ColourImage]),
         (bar, log): (&Bar, &mut Log),
     ) -> Outcome<Value> {
-        let pictures = read(frame)?;
         let pictures: Vec<&ColourImage> = pictures.iter().collect();
         let found = match &self.matches {
             Some(path) => {
@@ -235,6 +272,7 @@ impl Reconstruct {
             remark!("warning", "{}: {}", listed(frame), reason.problem);
             return Ok(json!({ "images": frame, "fault": reason.problem }));
         }
+        warn_left_out(&found, made, (Some(&pictures), bar))?;
         log.frame(frame, &found)?;
         let title = frame[0].display().to_string();
         let mut told = summary(&found);
@@ -251,9 +289,18 @@ impl Reconstruct {
     ) -> Outcome<Value> {
         let mut fusion = FrameFusion::new(made);
         let mut used = Vec::with_capacity(frames.len());
+        let mut unread = None;
         for (index, frame) in frames.iter().enumerate() {
             bar.report("matching", index as u64, frames.len() as u64);
-            let pictures = read(frame)?;
+            let pictures = match read(frame, made) {
+                Ok(pictures) => pictures,
+                Err(error) if frames.len() == 1 => return Err(error.into()),
+                Err(error) => {
+                    remark!("warning", "left out: {error}");
+                    unread.get_or_insert(error);
+                    continue;
+                }
+            };
             let pictures: Vec<&ColourImage> = pictures.iter().collect();
             match fusion.add(&pictures, bar)? {
                 None => used.push(frame),
@@ -262,16 +309,19 @@ impl Reconstruct {
                 }
             }
         }
+        if let Some(error) = unread.filter(|_| used.is_empty()) {
+            return Err(error.into());
+        }
         let found = fusion.finish(bar)?;
         if let Some(reason) = self.empty(&found, (made, model)) {
             return Err(reason.into());
         }
+        warn_left_out(&found, made, (None, bar))?;
         log.frame(used[0], &found)?;
         let title = format!("{}, {} frames", used[0][0].display(), used.len());
         let mut told = summary(&found);
         told["images"] = json!(used);
-        let told = self.write((made, model), &found, (&title, told), &self.output)?;
-        Ok(whole(&self.model, (made, model), vec![told]))
+        self.write((made, model), &found, (&title, told), &self.output)
     }
 
     /// Why there is no point, where there is none.
@@ -301,22 +351,34 @@ impl Reconstruct {
             }
             refuse_folders(folder, place)
         })?;
-        tell(found, model, place);
+        tell(found, model, (place, &formats));
         Ok(told)
     }
 
     /// The cameras whose pictures are named, counted from 0.
-    fn cameras(&self, of_model: usize) -> Vec<usize> {
+    fn cameras(&self, of_model: usize) -> Outcome<Vec<usize>> {
         let named = self.images.len();
-        let all = if named > 2 && named.is_multiple_of(of_model) { of_model } else { 2 };
-        let default = || (0..all).collect();
-        let counted = self.cameras.iter().map(|camera| usize::from(*camera) - 1);
-        if self.cameras.is_empty() { default() } else { counted.collect() }
+        if !self.cameras.is_empty() {
+            return Ok(self.cameras.iter().map(|camera| usize::from(*camera) - 1).collect());
+        }
+        if named > 2 && named.is_multiple_of(of_model) {
+            return Ok((0..of_model).collect());
+        }
+        if named.is_multiple_of(2) {
+            return Ok(vec![0, 1]);
+        }
+        let shared = (3..=of_model).rev().find(|count| named.is_multiple_of(*count));
+        let some: Vec<_> = (1..=shared.unwrap_or(2)).map(|camera| camera.to_string()).collect();
+        Err(Failure::usage(
+            format!("{named} pictures or folders for a model of {of_model} cameras"),
+            format!(
+                "give as many for each camera, or name the cameras that they are of: `--cameras {}`",
+                some.join(",")
+            ),
+        ))
     }
 
-    fn settings(&self, cameras: Vec<usize>, first: &[PathBuf]) -> Outcome<ReconstructionSettings> {
-        let sizes: Vec<[u32; 2]> =
-            first.iter().map(|path| read_size(path)).collect::<Result<_, Error>>()?;
+    fn settings(&self, cameras: Vec<usize>, sizes: Vec<[u32; 2]>) -> ReconstructionSettings {
         let mut settings = ReconstructionSettings::new(sizes);
         settings.cameras = cameras;
         settings.depths = self.range;
@@ -324,7 +386,7 @@ impl Reconstruct {
         settings.most_sigma = self.max_sigma;
         settings.region = self.region;
         settings.sparse = self.sparse;
-        Ok(settings)
+        settings
     }
 
     /// Where the results of pictures taken at once go.
@@ -334,37 +396,5 @@ impl Reconstruct {
         }
         let stem = frame[0].file_stem().unwrap_or_default().to_string_lossy();
         self.output.join(wheatstone::storage::file_name(&stem))
-    }
-}
-
-/// Pictures taken at once.
-fn read(frame: &[PathBuf]) -> Result<Vec<ColourImage>, Error> {
-    frame.iter().map(|path| read_colour_image(path, Limits::default())).collect()
-}
-
-fn tell(found: &Reconstruction, model: &Calibration, place: &Path) {
-    let cloud = &found.cloud;
-    say!(
-        "Wrote {}: {} points, {:.0} % of the pixels; median standard deviations of X, Y, Z: {} {}",
-        place.display(),
-        cloud.len(),
-        100.0 * cloud.len() as f64 / found.depth.len() as f64,
-        sigmas(found).map(figure).join(", "),
-        model.unit
-    );
-    for camera in &found.left_out {
-        remark!(
-            "warning",
-            "camera {} is left out: it shows hardly anything of the first picture",
-            camera + 1
-        );
-    }
-    // A model of another program has no volume.
-    if model.imported.is_none() && cloud.trusted() < 0.5 {
-        remark!(
-            "warning",
-            "{:.0} % of the points lie where the calibration had no data: their standard deviations are extrapolated",
-            100.0 * (1.0 - cloud.trusted())
-        );
     }
 }

@@ -4,14 +4,18 @@ use super::{locate::needs_two_cameras, print_json};
 use crate::{
     conversion::{PictureSizes, shown, size, write_pair},
     failure::{Failure, Outcome},
-    picture_sets::frames,
+    output::Earlier,
+    picture_sets::{frames, refuse_another_cameras},
     progress::Bar,
     table::figure,
     verbosity::say,
 };
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 use wheatstone::{
     Calibration, Error,
     formats::Format,
@@ -93,9 +97,14 @@ impl Rectify {
         let wanted = PairSettings { cameras, sizes, size: self.rectified_size, focal: self.focal };
         let made = Rectification::of(&model, &wanted, &bar)?;
         drop(bar);
+        let earlier = self.earlier();
+        let mut written = BTreeSet::new();
         let exchanged = made.pair.cameras != cameras;
-        let rectified = (!pictures.is_empty()).then(|| self.rectify(&made, &pictures, exchanged));
-        let rectified = rectified.transpose()?;
+        let rectified = if pictures.is_empty() {
+            None
+        } else {
+            Some(self.rectify((&made, exchanged), &pictures, &mut written)?)
+        };
         // After the pictures, which nobody takes for whole without it.
         let mut told = write_pair(&made, Format::named("remap")?, &self.output)?;
         if let Some(path) = &self.points {
@@ -104,6 +113,7 @@ impl Rectify {
         if let Some(rectified) = rectified {
             told["pictures"] = rectified;
         }
+        earlier.tell(&written);
         if self.json { print_json(&told) } else { Ok(()) }
     }
 
@@ -116,17 +126,32 @@ impl Rectify {
         Ok(pairs)
     }
 
+    /// The rectified pictures of an earlier run.
+    fn earlier(&self) -> Earlier {
+        let of_side = |side: &str| {
+            let files = self.output.join(side).read_dir().into_iter().flatten().flatten();
+            let names = files.map(|file| file.file_name().to_string_lossy().into_owned());
+            let pictures = names.filter(|name| name.ends_with(".png"));
+            pictures.map(|name| format!("{side}/{name}")).collect::<Vec<_>>()
+        };
+        let names = SIDES.iter().flat_map(|side| of_side(side)).chain([LINES.into()]).collect();
+        let mut earlier = Earlier::default();
+        earlier.look(&self.output, LINES, &names);
+        earlier
+    }
+
     fn rectify(
         &self,
-        made: &Rectification,
+        (made, exchanged): (&Rectification, bool),
         pictures: &[Vec<PathBuf>],
-        exchanged: bool,
+        written: &mut BTreeSet<PathBuf>,
     ) -> Outcome<Value> {
         let tables = [made.table(0), made.table(1)];
-        let written = write_folder(&self.output, |folder| {
+        let names = write_folder(&self.output, |folder| {
             write_pictures(&tables, pictures, exchanged, folder)
         })?;
-        let written: Vec<PathBuf> = written.iter().map(|name| self.output.join(name)).collect();
+        let files: Vec<PathBuf> = names.iter().map(|name| self.output.join(name)).collect();
+        written.extend(files.iter().cloned());
         let shares = tables.each_ref().map(|table: &Table| table.filled);
         say!(
             "Rectified {} pairs of pictures into {}; {:.0} % and {:.0} % of their pixels are covered",
@@ -135,9 +160,13 @@ impl Rectify {
             100.0 * shares[0],
             100.0 * shares[1]
         );
-        Ok(json!({ "files": shown(&written), "filled": shares }))
+        Ok(json!({ "files": shown(&files), "filled": shares }))
     }
 }
+
+/// The folders of the rectified pictures, and the first pair side by side.
+const SIDES: [&str; 2] = ["left", "right"];
+const LINES: &str = "lines.png";
 
 /// Rectified pictures in `left` and `right`, and the first pair side by side; gives their names in the folder.
 fn write_pictures(
@@ -146,7 +175,6 @@ fn write_pictures(
     exchanged: bool,
     folder: &Path,
 ) -> Outcome<Vec<PathBuf>> {
-    const SIDES: [&str; 2] = ["left", "right"];
     for side in SIDES {
         create_folder(&folder.join(side))?;
     }
@@ -166,29 +194,13 @@ fn write_pictures(
             written.push(place);
         }
         if index == 0 {
-            let lines = PathBuf::from("lines.png");
+            let lines = PathBuf::from(LINES);
             side_by_side(&rectified[0], &rectified[1]).write_png(&folder.join(&lines))?;
             written.push(lines);
         }
         wheatstone::progress::Progress::check(&bar).map_err(Error::from)?;
     }
     Ok(written)
-}
-
-/// Pictures that were scaled or cropped after the model was fitted have other pixels than it knows.
-fn refuse_another_cameras(path: &Path, found: [u32; 2], known: Option<[u32; 2]>) -> Outcome {
-    match known {
-        Some(known) if known != found => Err(Error::Image {
-            path: path.into(),
-            problem: format!(
-                "{} x {} pixels, but the model was fitted to pictures of {} x {}",
-                found[0], found[1], known[0], known[1]
-            ),
-            hint: "give unscaled pictures, of the cameras in the order of `--cameras`".into(),
-        }
-        .into()),
-        _ => Ok(()),
-    }
 }
 
 /// A table is of pictures of one size.

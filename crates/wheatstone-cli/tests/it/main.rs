@@ -28,6 +28,7 @@ mod outputs;
 mod paper;
 mod program;
 mod reconstruct;
+mod reconstruct_faults;
 mod reports;
 mod rows;
 #[cfg(unix)]

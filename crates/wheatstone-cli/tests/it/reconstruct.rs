@@ -4,13 +4,13 @@ use crate::program::{done, refused};
 use std::{fs, path::Path};
 
 /// A capture with a scene, and a model of it.
-fn prepared(at: &Path) {
+pub(crate) fn prepared(at: &Path) {
     done(at, &["synth", "--scene", "-o", "capture"]);
     done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
 }
 
-const LEFT: &str = "capture/scene/left.png";
-const RIGHT: &str = "capture/scene/right.png";
+pub(crate) const LEFT: &str = "capture/scene/left.png";
+pub(crate) const RIGHT: &str = "capture/scene/right.png";
 
 #[test]
 fn a_scene_becomes_a_cloud_depths_and_a_page() {
@@ -304,7 +304,7 @@ fn pairs_that_do_not_fit_are_refused_in_one_sentence() {
 }
 
 /// Changes the disparities of a NumPy file of single precision.
-fn changed(from: &Path, to: &Path, change: impl Fn(f32) -> f32) {
+pub(crate) fn changed(from: &Path, to: &Path, change: impl Fn(f32) -> f32) {
     let bytes = fs::read(from).unwrap();
     let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
     let number = |four: &[u8]| f32::from_le_bytes(four.try_into().unwrap());
@@ -354,7 +354,7 @@ fn without_points_nothing_is_written() {
     changed(&own, &at.join("zeros.npy"), zero);
     let zeros = ["--matches", "zeros.npy", "-o", "zeros"];
     let (_, said) = done(at, &[&command[..5], &zeros].concat());
-    assert!(said.contains("matches are left out: points outside of the depths of"), "{said}");
+    assert!(said.contains("pixels have the disparity 0, below all others"), "{said}");
 
     // Pictures are looked at, too.
     let matches = ["--matches", "own/disparity.npy"];

@@ -1,8 +1,14 @@
 //! What makes pictures worthless, told.
 
 use super::depths::searched;
+use crate::{progress::Bar, verbosity::remark};
 use std::path::PathBuf;
-use wheatstone::{Calibration, reconstruction::SceneReconstructor, stereo::PairFault};
+use wheatstone::{
+    Calibration, Error,
+    imaging::ColourImage,
+    reconstruction::{Reconstruction, SceneReconstructor},
+    stereo::PairFault,
+};
 
 /// `left.png and right.png`.
 pub(super) fn listed<'p>(pictures: impl IntoIterator<Item = &'p PathBuf>) -> String {
@@ -36,4 +42,31 @@ pub(super) fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Cali
             searched(made, model)
         ),
     }
+}
+
+/// Says which cameras are left out, and by the pictures whether two of them are exchanged.
+pub(super) fn warn_left_out(
+    found: &Reconstruction,
+    made: &SceneReconstructor,
+    (pictures, bar): (Option<&[&ColourImage]>, &Bar),
+) -> Result<(), Error> {
+    let exchanged = match pictures {
+        Some(pictures) => made.exchanged(&found.left_out, pictures, bar)?,
+        None => None,
+    };
+    if let Some([a, b]) = exchanged.map(|both| both.map(|camera| camera + 1)) {
+        remark!("warning", "cameras {a} and {b} are left out: their pictures are exchanged");
+    }
+    for camera in &found.left_out {
+        if !exchanged.is_some_and(|both| both.contains(camera)) {
+            remark!(
+                "warning",
+                "camera {} is left out: hardly anything of its picture matches that of camera {}; are the pictures in \
+                 the order of the cameras?",
+                camera + 1,
+                made.pair().cameras[0] + 1
+            );
+        }
+    }
+    Ok(())
 }

@@ -1,9 +1,16 @@
 //! What `wheatstone reconstruct` writes.
 
 use super::depths::searched;
-use crate::conversion::virtual_pair;
+use crate::{
+    conversion::virtual_pair,
+    table::figure,
+    verbosity::{remark, say},
+};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 use wheatstone::{
     Calibration, Error, Pixel,
     formats::npy_float32,
@@ -65,6 +72,24 @@ pub(super) fn pretty(value: &Value) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
+/// The names of a frame's files, with clouds in some formats.
+pub(super) fn file_names<'n>(
+    formats: impl IntoIterator<Item = &'n str>,
+    mesh: bool,
+) -> BTreeSet<String> {
+    const ALWAYS: [&str; 6] = [
+        "depth.tiff",
+        "depth.png",
+        "disparity.npy",
+        "confidence.png",
+        "scene.html",
+        "summary.json",
+    ];
+    let clouds = formats.into_iter().map(|name| format!("cloud.{name}"));
+    let others = ALWAYS.into_iter().chain(mesh.then_some("mesh.ply"));
+    clouds.chain(others.map(String::from)).collect()
+}
+
 /// All files of a frame, the cloud in each of some formats.
 pub(in crate::commands) fn write(
     found: &Reconstruction,
@@ -117,6 +142,43 @@ pub(super) fn write_mesh(
 ) -> Result<(), Error> {
     let mesh = Mesh::of(&found.cloud, found.map.width, made.pair().centres()[0]);
     write_ply(&found.cloud, Some(&mesh), &model.unit, &folder.join("mesh.ply"))
+}
+
+pub(super) fn tell(
+    found: &Reconstruction,
+    model: &Calibration,
+    (place, formats): (&Path, &[&CloudFormat]),
+) {
+    let cloud = &found.cloud;
+    say!(
+        "Wrote {}: {} points, {:.0} % of the pixels; median standard deviations of X, Y, Z: {} {}",
+        place.display(),
+        cloud.len(),
+        100.0 * cloud.len() as f64 / found.depth.len() as f64,
+        sigmas(found).map(figure).join(", "),
+        model.unit
+    );
+    let rounded = cloud.float_rounding().filter(|_| formats.iter().any(|format| format.is_single));
+    if let Some(rounding) = rounded {
+        let single = formats.iter().filter(|format| format.is_single);
+        let names: Vec<_> = single.map(|format| format!("cloud.{}", format.name)).collect();
+        remark!(
+            "note",
+            "{} has single precision: so far from the origin it rounds X, Y or Z by up to {} {}; other formats \
+             (`--cloud`) hold all digits",
+            names.join(", "),
+            figure(rounding),
+            model.unit
+        );
+    }
+    // A model of another program has no volume.
+    if model.imported.is_none() && cloud.trusted() < 0.5 {
+        remark!(
+            "warning",
+            "{:.0} % of the points lie where the calibration had no data: their standard deviations are extrapolated",
+            100.0 * (1.0 - cloud.trusted())
+        );
+    }
 }
 
 /// What pictures are called in a report.
