@@ -51,7 +51,8 @@ fn one_camera_is_calibrated_judged_in_pixels_and_exported() {
     for method in ["brown", "kannala-brandt", "neural-camera"] {
         let (_, told) = done(here, &["fit", "corners.csv", "--method", method, "-o", "model.json"]);
         assert!(
-            told.contains("one camera") && told.contains("Held-out error (leave-one-view-out): "),
+            told.contains("one camera")
+                && told.contains("Held-out error (leave-one-group-out, 15 views in 12 groups): "),
             "{told}"
         );
         let told = refused(here, &["check", "exam.csv", "--against", "model.json"]);
