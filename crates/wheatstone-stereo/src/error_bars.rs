@@ -14,7 +14,7 @@ pub fn doubt_factor(confidence: f32) -> f32 {
 
 /// What errors are of those that residuals tell where noise is independent, on renders with exact truth: some of the
 /// residuals are no noise, but the same in both rounds.
-const OF_TOLD: f32 = 0.9;
+const OF_TOLD: f32 = 0.86;
 
 /// Of refined disparities, from what residuals of least squares tell, and by how much their noise scatters more than
 /// independent one. NaN where there is no confidence.
