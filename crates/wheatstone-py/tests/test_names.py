@@ -145,7 +145,7 @@ def test_rays_and_arrays_of_data_are_found_by_names(cal, data, frame):
         for given in (frame, own):
             for found, truth in zip(cal.rays(given, camera), expected):
                 assert np.array_equal(found, truth)
-    with pytest.raises(ws.ArgumentError, match="no columns `x2`, `y2`; found: X, Y, Z"):
+    with pytest.raises(ws.errors.ArgumentError, match="no columns `x2`, `y2`; found: X, Y, Z"):
         cal.rays(pd.DataFrame(data.points, columns=["X", "Y", "Z"]), 1)
     places = pd.DataFrame(data.points, columns=["X", "Y", "Z"])[["Z", "X", "Y"]]
     made = ws.Dataset.from_arrays(frame, places, views=data.views, unit=data.unit)
