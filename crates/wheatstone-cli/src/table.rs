@@ -50,12 +50,6 @@ pub(crate) fn with_sigma(value: f64, sigma: f64) -> String {
     format!("{value:.places$} ± {sigma:.places$}")
 }
 
-/// A value above 0, to two digits.
-pub(crate) fn two_digits(value: f64) -> String {
-    let places = (1.0 - value.log10().floor()).max(0.0) as usize;
-    format!("{value:.places$}")
-}
-
 /// A figure, or a dash where there is none.
 pub(crate) fn figure_or_dash(value: Option<f64>) -> String {
     value.map_or_else(|| "-".into(), figure)

@@ -12,8 +12,8 @@ pub fn doubt_factor(confidence: f32) -> f32 {
     1.0 + PER_DOUBT * (1.0 - confidence).min(MOST_DOUBT)
 }
 
-/// What errors are of those that residuals tell where noise is independent: a part of the residuals is the pictures' own
-/// difference, which moves no disparity. By clouds of eight optics with exact truth.
+/// What errors are of those that residuals tell where noise is independent, by clouds of rendered scenes behind seven optics
+/// whose truth is exact.
 const OF_TOLD: f32 = 0.84;
 
 /// Of refined disparities, from what residuals of least squares tell, and by how much their noise scatters more than

@@ -15,7 +15,7 @@ const PRIOR_STEPS: f32 = 4.0;
 const REACH: usize = 12;
 /// Steps that the windows there must have: what edges of depth cut off is not curved.
 const LEAST_STEPS: f32 = 40.0;
-/// The most that a surface is believed to curve, in pixels of disparity per squared pixel: a ball of 40 pixels.
+/// The most that a surface is believed to curve, in pixels of disparity per squared pixel.
 const MOST_CURVATURE: f32 = 0.02;
 
 struct Steps<'a>(&'a Field);

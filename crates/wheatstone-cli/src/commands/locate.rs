@@ -6,7 +6,7 @@ use crate::{
     interruption,
     output::refuse_inputs,
     progress::Counter,
-    table::two_digits,
+    table::figure,
     tables::{self, Sink},
     verbosity::remark,
 };
@@ -241,11 +241,11 @@ pub(crate) fn refuse_exchanged(
     refuse_other_order(map, pixels, rate)?;
     let rows = &pixels[..pixels.len().min(CHECKED)];
     if let Some(PixelScatter { sigma, assumed }) = noisier_pixels(map, rows) {
-        let sigma = two_digits(sigma);
+        let sigma = figure(sigma);
         remark!(
             "warning",
             "the pixels scatter by about {sigma} px, and the error bars are for {} px: they are too short, and correct matches are called mismatches. `locate --pixel-sigma {sigma}` has both for such pixels; if they should be as good as those of the calibration, a camera may have moved (`check --against`)",
-            two_digits(assumed)
+            figure(assumed)
         );
         return Ok(());
     }

@@ -24,8 +24,8 @@ impl<'a> CalibratedMap<'a> {
         Self { map, noise: None, scale: None, stage: None, pixel_sigma: None }
     }
 
-    /// With noise that differs from point to point, a scale of covariances, and what is uncertain of the places of the charts that the map
-    /// was fitted to, as [`super::Locator::with_uncertainty`].
+    /// With noise that differs from point to point, a scale of covariances, and what is uncertain of the places of the
+    /// charts that the map was fitted to, as [`super::Locator::with_uncertainty`].
     #[must_use]
     pub fn with_uncertainty(
         mut self,
