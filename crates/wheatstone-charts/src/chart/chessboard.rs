@@ -108,7 +108,7 @@ impl Chessboard {
         dark_square: (i32, i32),
         sigmas: &Sigmas,
     ) -> Option<(bool, usize, ChartSearch)> {
-        trim(&mut labels, (self.columns, self.rows));
+        trim(&mut labels, (self.columns, self.rows), 1.0);
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);
             Some(all.clone().max()? - all.min()? + 1)

@@ -6,6 +6,7 @@ pub(super) mod centre;
 mod ground;
 pub(super) mod growth;
 mod layout;
+mod misdeclared;
 
 use super::{
     Chart, ChartSearch, Shape, Sigmas,
@@ -66,6 +67,9 @@ const LEAST_FOUND: usize = 8;
 /// Share of the places between the outermost dots that must have one: grids have nearly all, chance
 /// alignments in noise and text of 12 megapixels had a quarter.
 const LEAST_FILLED: f64 = 0.5;
+/// The same of asymmetric grids, which must be there from end to end: a part of a symmetric grid, sheared, is
+/// one that lacks two of its corners.
+const LEAST_FILLED_ASYMMETRIC: f64 = 0.8;
 /// Of a first dot that is larger, to the others: drawn so.
 const LARGER: f64 = 1.6;
 /// The square of the least such ratio that is taken for one: dots are equal to a tenth.
@@ -142,7 +146,8 @@ impl DotGrid {
         let found = growth::take_largest(blobs, LEAST_FOUND.min(self.columns * self.rows))?;
         let mut labels = layout::straightened(&found, self.asymmetric);
         let lattice = self.lattice();
-        trim(&mut labels, (lattice.columns, lattice.rows));
+        let filled = if self.asymmetric { 0.5 } else { 1.0 };
+        trim(&mut labels, (lattice.columns, lattice.rows), filled);
         Some(labels.into_iter().map(|(label, blob)| (label, blob.restored(halvings))).collect())
     }
 
@@ -184,8 +189,9 @@ impl DotGrid {
         if dots.len() < LEAST_FOUND.min(whole) {
             return (false, 0, ChartSearch::NotFound("no grid of dots found".into()));
         }
-        let places = width * height / if self.asymmetric { 2 } else { 1 };
-        if dots.len() < (LEAST_FILLED * places as f64) as usize {
+        let places = (width * height) as f64;
+        let least = if self.asymmetric { LEAST_FILLED_ASYMMETRIC / 2.0 } else { LEAST_FILLED };
+        if dots.len() < (least * places) as usize {
             return (false, 0, ChartSearch::NotFound("no grid of dots found".into()));
         }
         let placed = centre::placed(&dots);
@@ -348,6 +354,10 @@ impl Chart for DotGrid {
             }
         }
         best.map_or_else(|| ChartSearch::NotFound("no grid of dots found".into()), |(_, it)| it)
+    }
+
+    fn misdeclared(&self, image: &GrayImage) -> Option<String> {
+        misdeclared::told(self, image)
     }
 
     fn validate(&self) -> Result<()> {

@@ -3,8 +3,13 @@
 use std::collections::BTreeMap;
 
 /// Drops the sparsest outer rows and columns of what is larger than `size`, both ways round: a thing
-/// beside the board can look like a point of it. Fuller ones stay, for then the board is larger.
-pub(super) fn trim<V>(labels: &mut BTreeMap<(i32, i32), V>, (columns, rows): (usize, usize)) {
+/// beside the board can look like a point of it. Fuller ones stay, for then the board is larger. `filled` is
+/// the share of a board's labels that have a point.
+pub(super) fn trim<V>(
+    labels: &mut BTreeMap<(i32, i32), V>,
+    (columns, rows): (usize, usize),
+    filled: f64,
+) {
     loop {
         let bounds = |pick: fn(&(i32, i32)) -> i32| {
             let all = labels.keys().map(pick);
@@ -30,7 +35,7 @@ pub(super) fn trim<V>(labels: &mut BTreeMap<(i32, i32), V>, (columns, rows): (us
             return;
         };
         // A side of the board that is mostly hidden still shows more than a third of its corners.
-        if share(sparsest) > 0.34 {
+        if share(sparsest) > 0.34 * filled {
             return;
         }
         labels.retain(|label, _| !on(sparsest.0, sparsest.1)(label));

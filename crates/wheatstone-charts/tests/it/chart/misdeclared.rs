@@ -1,7 +1,7 @@
 //! Charts with names on them that were declared otherwise than they are.
 
 use wheatstone_charts::{
-    chart::{Chart, ChartSearch, april_grid::AprilGrid, charuco::Charuco},
+    chart::{Chart, ChartSearch, april_grid::AprilGrid, charuco::Charuco, dot_grid::DotGrid},
     imaging::{GrayImage, filter},
 };
 
@@ -98,4 +98,25 @@ fn nothing_is_told_of_a_board_that_is_not_there() {
     let plain = GrayImage::from_fn(320, 240, |x, y| ((x / 20 + y / 20) % 2 * 180 + 30) as f32);
     assert_eq!(Charuco::default().misdeclared(&plain), None);
     assert_eq!(grid(5, 4).misdeclared(&plain), None);
+}
+
+#[test]
+fn the_other_kind_of_a_grid_of_dots_and_other_counts_are_refused_and_told() {
+    let symmetric = DotGrid { columns: 9, rows: 7, ..DotGrid::default() };
+    let asymmetric = DotGrid { columns: 4, rows: 11, asymmetric: true, ..DotGrid::default() };
+    let told = |shown: &DotGrid, declared: DotGrid| {
+        let image = picture(shown, [0.0; 2], 2.0);
+        assert_eq!(points(shown, &image), shown.columns * shown.rows);
+        assert_eq!(shown.misdeclared(&image), None);
+        assert_eq!(points(&declared, &image), 0, "{declared:?}");
+        declared.misdeclared(&image).unwrap()
+    };
+    let of = |columns, rows, asymmetric| DotGrid { columns, rows, asymmetric, ..symmetric.clone() };
+    assert_eq!(told(&symmetric, of(9, 7, true)), "`columns = 9`, `rows = 7`, `asymmetric = false`");
+    assert_eq!(
+        told(&asymmetric, of(4, 11, false)),
+        "`columns = 4`, `rows = 11`, `asymmetric = true`"
+    );
+    assert_eq!(told(&asymmetric, of(11, 4, true)), "`columns = 4`, `rows = 11`");
+    assert_eq!(told(&symmetric, of(9, 6, false)), "`columns = 9`, `rows = 7`");
 }
