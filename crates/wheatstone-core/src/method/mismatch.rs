@@ -2,7 +2,7 @@
 
 use super::{Located, LocatedBatch, Reconstructor, Residual, locate_all};
 use crate::geometry::{Pixel, PixelColumns};
-use wheatstone_numeric::statistics::{chi_square_upper_quantile, median};
+use wheatstone_numeric::statistics::{chi_square_beyond, chi_square_upper_quantile, median};
 
 /// No detector or matcher is better than this many pixels (sub-pixel detectors end at a hundredth), so
 /// that what misses by less is no sign of a wrong match, whatever the fit's own points say.
@@ -97,9 +97,22 @@ pub struct PixelScatter {
     pub assumed: f64,
 }
 
+/// What a point's residual says of the noise of pixels.
+struct PointScatter {
+    /// The squared residual over what is expected of it: a chi-square with so many degrees of freedom.
+    square: f64,
+    freedom: usize,
+    /// That over its median.
+    scale: f64,
+    /// The standard deviation of a pixel coordinate that is expected in the residual, with what the fit is uncertain by.
+    expected: f64,
+    /// The one that is assumed of the pixels.
+    assumed: f64,
+}
+
 /// How noisy pixels are, where by the residuals of most points they are clearly noisier than a map takes them to be, and
-/// not so far off that something else than noise must be the matter. `None` too for fewer than 30 points seen by two
-/// cameras or more.
+/// the residuals are those of noise: neither far beyond what any detector does, nor all of them large. `None` too for
+/// fewer than 30 points seen by two cameras or more.
 ///
 /// A few mismatches do not count: half of the residuals are below the median, whatever the others are.
 #[must_use]
@@ -112,36 +125,44 @@ pub fn noisier_pixels(
     const CLEARLY: f64 = 1.3;
     /// No detector and no matcher is so many times worse than that of a chart; a wrong model is.
     const MOST: f64 = 30.0;
+    /// Of noise, a quarter of the residuals are below its lower quartile; of pixels that are shifted, hardly any are.
+    const LEAST_SMALL: f64 = 0.5 * 0.25;
     let located = pixels.iter().zip(locate_all(map, pixels));
-    let points: Vec<[f64; 3]> =
-        located.filter_map(|(row, found)| scatter(map, row, &found?)).collect();
+    let points = located.filter_map(|(row, found)| PointScatter::of(map, row, &found?));
+    let points: Vec<PointScatter> = points.collect();
     if points.len() < LEAST_POINTS {
         return None;
     }
-    let of = |place: usize| median(&points.iter().map(|point| point[place]).collect::<Vec<_>>());
-    let (scale, expected, assumed) = (of(0), of(1), of(2));
+    let middle = |of: fn(&PointScatter) -> f64| median(&points.iter().map(of).collect::<Vec<_>>());
+    let (scale, count) = (middle(|point| point.scale), points.len() as f64);
+    let share = |is_so: &dyn Fn(&PointScatter) -> bool| {
+        points.iter().filter(|point| is_so(point)).count() as f64 / count
+    };
+    let above = share(&|point| point.scale > CLEARLY * CLEARLY);
+    let small = share(&|point| chi_square_beyond(point.square / scale, point.freedom) > 0.75);
     // Two standard deviations of a count of halves.
-    let count = points.len() as f64;
-    let above = points.iter().filter(|[scale, ..]| *scale > CLEARLY * CLEARLY).count() as f64;
-    if above < 0.5 * count + count.sqrt() || scale > MOST * MOST {
+    if above < 0.5 + 1.0 / count.sqrt() || scale > MOST * MOST || small < LEAST_SMALL {
         return None;
     }
-    let sigma = (assumed * assumed + (scale - 1.0) * expected * expected).max(0.0).sqrt();
+    let (expected, assumed) = (middle(|point| point.expected), middle(|point| point.assumed));
+    let sigma = (assumed * assumed + (scale - 1.0) * expected * expected).sqrt();
     Some(PixelScatter { sigma, assumed })
 }
 
-/// A point's squared residual over the median of what noise makes it; the standard deviation of a coordinate that is
-/// expected in it, and that of its pixels.
-fn scatter(map: &dyn Reconstructor, row: &[Option<Pixel>], found: &Located) -> Option<[f64; 3]> {
-    let Residual { rms, sigma } = found.residual?;
-    let sigma = sigma.max(LEAST_SIGMA);
-    let seen = row.iter().flatten().count();
-    let (square, freedom) = Residual { rms, sigma }.misfit(seen)?;
-    let seen_by = row.iter().enumerate().filter_map(|(camera, pixel)| Some((camera, (*pixel)?)));
-    let own = seen_by.map(|(camera, pixel)| map.pixel_sigma(camera, pixel, found.point));
-    let squares: Option<f64> = own.map(|own| own.map(|own| own * own)).sum();
-    let assumed = (squares? / seen as f64).sqrt().max(LEAST_SIGMA);
-    Some([square / chi_square_upper_quantile(0.5, freedom), sigma, assumed])
+impl PointScatter {
+    /// `None` for a point without a residual, and for maps that assume nothing of pixels.
+    fn of(map: &dyn Reconstructor, row: &[Option<Pixel>], found: &Located) -> Option<Self> {
+        let Residual { rms, sigma } = found.residual?;
+        let (expected, seen) = (sigma.max(LEAST_SIGMA), row.iter().flatten().count());
+        let (square, freedom) = Residual { rms, sigma: expected }.misfit(seen)?;
+        let pixels = row.iter().enumerate();
+        let pixels = pixels.filter_map(|(camera, pixel)| Some((camera, (*pixel)?)));
+        let own = pixels.map(|(camera, pixel)| map.pixel_sigma(camera, pixel, found.point));
+        let squares: Option<f64> = own.map(|own| own.map(|own| own * own)).sum();
+        let assumed = (squares? / seen as f64).sqrt().max(LEAST_SIGMA);
+        let scale = square / chi_square_upper_quantile(0.5, freedom);
+        Some(Self { square, freedom, scale, expected, assumed })
+    }
 }
 
 /// The two cameras whose exchange makes most pixels belong together, where hardly any do as they are

@@ -139,8 +139,11 @@ fn noisier_pixels_are_noticed_and_told_apart_from_a_wrong_model() {
         let known = CalibratedMap::new(&*map).with_pixel_sigma(Some(sigma));
         assert_eq!(noisier_pixels(&known, &rows(&exam(sigma, 4))), None, "{sigma}");
     }
-    // Few points, a tenth of gross mismatches, and rows that are shifted by one.
     let good = rows(&exam(0.1, 5));
+    // One camera's picture shifted by a pixel, few points, a tenth of gross mismatches, and rows that are shifted by one.
+    let mut moved = good.clone();
+    moved.iter_mut().for_each(|row| row[1].as_mut().unwrap().y += 1.0);
+    assert_eq!(noisier_pixels(&*map, &moved), None);
     assert_eq!(noisier_pixels(&*map, &rows(&exam(0.5, 5))[..29]), None);
     let mut some = good.clone();
     some.iter_mut().step_by(10).for_each(|row| row[1].as_mut().unwrap().y += 20.0);
