@@ -3,6 +3,7 @@
 use super::{
     consensus::consensus,
     pairs::{Pair, thinned},
+    projection_sigma::ProjectionSigma,
     robust_camera::RobustCamera,
     views::LEAST,
 };
@@ -15,6 +16,8 @@ pub(super) struct CameraEvidence {
     pub(super) camera: RobustCamera,
     /// For each view, fitted to the sound views without it.
     pub(super) without: Vec<RobustCamera>,
+    /// For each view, how uncertain it is where the camera of the others sees its points, in pixels.
+    pub(super) uncertainty: Vec<f64>,
     /// Median over sound views of the cells' errors, in pixels.
     pub(super) typical: f64,
 }
@@ -81,27 +84,32 @@ impl CameraEvidence {
         let all = without_group(usize::MAX);
         let camera = camera.refined(&all, 12);
         let sound = (0..views.len()).filter(|view| is_fitted(*view)).count();
-        let mut whole = camera.clone();
-        whole.learn_field(&all);
-        let without_group: Vec<RobustCamera> = (0..views.len().min(GROUPS))
+        let taught = |mut camera: RobustCamera, pairs: &[Pair]| {
+            camera.learn_field(pairs);
+            let sigma = ProjectionSigma::new(&camera.formula, pairs);
+            (camera, sigma)
+        };
+        let whole = taught(camera.clone(), &all);
+        let without_group: Vec<(RobustCamera, ProjectionSigma)> = (0..views.len().min(GROUPS))
             .map(|group| {
                 let pairs = without_group(group);
-                let mut other = camera.refined(&pairs, 3);
-                other.learn_field(&pairs);
-                other
+                taught(camera.refined(&pairs, 3), &pairs)
             })
             .collect();
         // Two views are needed to tell a camera.
         let left_out = |view: usize| is_fitted(view) && sound > 2;
-        let without: Vec<RobustCamera> = (0..views.len())
-            .map(|view| if left_out(view) { &without_group[view % GROUPS] } else { &whole }.clone())
-            .collect();
-        let camera = whole;
+        let of_others = |view: usize| {
+            if left_out(view) { &without_group[view % GROUPS] } else { &whole }
+        };
+        let without: Vec<RobustCamera> =
+            (0..views.len()).map(|view| of_others(view).0.clone()).collect();
+        let uncertainty =
+            (0..views.len()).map(|view| of_others(view).1.over(&views[view])).collect();
         let errors: Vec<f64> = (0..views.len())
             .filter(|view| agrees[*view])
             .map(|view| without[view].median_error(&views[view]))
             .collect();
-        Self { camera, without, typical: median(&errors) }
+        Self { camera: whole.0, without, uncertainty, typical: median(&errors) }
     }
 
     /// A median error up to which a cell is as good as the sound ones.

@@ -57,25 +57,16 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
         })
         .filter(|places: &Vec<Point3>| places.len() >= LEAST)
         .collect();
-    let alike = |map: &dyn Fn(Point3) -> Point3| -> usize {
-        let pitches: Vec<[f64; 2]> = places
-            .iter()
-            .filter_map(|view| {
-                let board = Board::find(&view.iter().map(|place| map(*place)).collect::<Vec<_>>())?;
-                let [a, b] = board.pitch;
-                // Of a lattice of which most is missing no pitch is told.
-                let is_full = 2 * view.len() >= board.counts[0] * board.counts[1];
-                is_full.then_some([a.min(b), a.max(b)])
-            })
-            .collect();
-        if pitches.is_empty() {
-            return 0;
-        }
-        let usual =
-            [0, 1].map(|k| median(&pitches.iter().map(|pitch| pitch[k]).collect::<Vec<_>>()));
-        let near = |pitch: &&[f64; 2]| (0..2).all(|k| (pitch[k] / usual[k] - 1.0).abs() < 5e-3);
-        pitches.iter().filter(near).count()
+    let boards = |map: &dyn Fn(Point3) -> Point3| -> Vec<Board> {
+        let of = |view: &Vec<Point3>| {
+            let board = Board::find(&view.iter().map(|place| map(*place)).collect::<Vec<_>>())?;
+            // Of a lattice of which most is missing no pitch is told.
+            let is_full = 2 * view.len() >= board.counts[0] * board.counts[1];
+            is_full.then_some(board)
+        };
+        places.iter().filter_map(of).collect()
     };
+    let alike = |map: &dyn Fn(Point3) -> Point3| of_one_pitch(&boards(map));
     // Charts of odd makes are no lattices at all; a few views may have another fault, and of lattices of which many
     // points are missing some are taken for others. Levels of a table without views may be several charts in one, and
     // lie on a plane once they are squeezed.
@@ -91,7 +82,36 @@ fn by_lattice(evidence: &Evidence) -> Option<Proposal> {
     let (count, best) = scored.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
     let share = count as f64 / places.len() as f64;
     let figures = vec![("share of views that are lattices of one pitch then".into(), share)];
-    (share > 0.85).then(|| proposal(evidence, best, figures))
+    let (which, ratio, _) = best;
+    let then = boards(&|place| in_unit(evidence, which, ratio, place));
+    (share > 0.85 && stand_askew(&then)).then(|| proposal(evidence, best, figures))
+}
+
+/// How many of the charts are lattices of the pitch that most have.
+fn of_one_pitch(boards: &[Board]) -> usize {
+    let pitches: Vec<[f64; 2]> =
+        boards.iter().map(|Board { pitch: [a, b], .. }| [a.min(*b), a.max(*b)]).collect();
+    if pitches.is_empty() {
+        return 0;
+    }
+    let usual = [0, 1].map(|k| median(&pitches.iter().map(|pitch| pitch[k]).collect::<Vec<_>>()));
+    let near = |pitch: &&[f64; 2]| (0..2).all(|k| (pitch[k] / usual[k] - 1.0).abs() < 5e-3);
+    pitches.iter().filter(near).count()
+}
+
+/// Whether some charts stand askew to others: of charts that all stand alike, as plates on a stage do, a unit changes
+/// all pitches by as much, and what is no lattice in any unit (levels, rows that are displaced) may look like one once
+/// it is squeezed.
+fn stand_askew(boards: &[Board]) -> bool {
+    /// In degrees, between the normals or the rows of two charts.
+    const ASKEW: f64 = 2.0;
+    let Some((first, others)) = boards.split_first() else { return false };
+    let least = libm::cos(ASKEW.to_radians());
+    others.iter().any(|board| {
+        let rows = first.along.iter().map(|axis| axis.dot(&board.along[0]).abs());
+        // Columns of one may be called rows in another.
+        rows.fold(0.0, f64::max) < least || first.normal().dot(&board.normal()).abs() < least
+    })
 }
 
 /// Deviation of pixels from squares beyond which the world may be stretched: simulated lenses, behind glass and water too,

@@ -96,6 +96,8 @@ impl<'a> Evidence<'a> {
         };
         let extents: Vec<Option<Extent>> = (0..self.views.len()).map(extent).collect();
         for (view, allowance) in allowances(&extents).into_iter().enumerate() {
+            // Two standard deviations of where the other views put these points.
+            let allowance = allowance.max(1.0 + 2.0 * seen.uncertainty[view] / seen.good());
             let cell = &mut self.cells[view][camera];
             cell.allowance = allowance;
             cell.suspicious &= cell.error > allowance * seen.good();

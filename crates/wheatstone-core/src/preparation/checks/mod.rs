@@ -34,6 +34,7 @@ mod pairs;
 mod pixel_offset;
 mod pixel_units;
 mod points_permuted;
+mod projection_sigma;
 mod repair;
 mod resection;
 mod robust_camera;
