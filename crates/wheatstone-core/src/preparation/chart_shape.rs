@@ -237,14 +237,21 @@ fn stretch(
     Ok(best.filter(|best| best.1 < LEFT * same).map(|best| best.0))
 }
 
-/// Where the parabola through three points has its least value, not far beyond them; `None` where it has none.
+/// Where the parabola through three points has its least value, not far beyond them; where it has none, as beyond a
+/// great stretch, as far downhill.
 fn least_of(points: &[(f64, f64)]) -> Option<f64> {
     let [(a, at_a), (b, at_b), (c, at_c)] = *points else { return None };
     let slopes = [(at_b - at_a) / (b - a), (at_c - at_b) / (c - b)];
     let curvature = (slopes[1] - slopes[0]) / (c - a);
-    let least = 0.5 * (a + b - slopes[0] / curvature);
-    let ends = [a.min(b).min(c) - STRETCH, a.max(b).max(c) + STRETCH];
-    (curvature > 0.0).then(|| least.clamp(ends[0], ends[1]))
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let reach = high - low;
+    let least = if curvature > 0.0 {
+        0.5 * (a + b - slopes[0] / curvature)
+    } else {
+        let best = points.iter().min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+        if best > 0.5 * (low + high) { f64::INFINITY } else { f64::NEG_INFINITY }
+    };
+    (!least.is_nan()).then(|| least.clamp(low - reach, high + reach))
 }
 
 /// Two significant digits.

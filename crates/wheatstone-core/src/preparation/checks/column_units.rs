@@ -228,11 +228,7 @@ impl Shape {
     fn of(pairs: &[Pair]) -> Option<Self> {
         /// Of the picture: room for a lens.
         const EXPLAINED: f64 = 0.01;
-        let matrix = ProjectionMatrix::fit(pairs)?;
-        let error = |(place, pixel): &Pair| {
-            matrix.project(*place).map_or(f64::INFINITY, |seen| (seen - pixel).norm())
-        };
-        let errors: Vec<f64> = pairs.iter().map(error).collect();
+        let (matrix, error) = without_gross_errors(pairs)?;
         let (inner, rotation, translation) = matrix.decompose()?;
         let [x, y] = [inner[(0, 0)], inner[(1, 1)]];
         let deviation = libm::log(x / y).abs().max(inner[(0, 1)].abs() / y);
@@ -241,9 +237,34 @@ impl Shape {
             libm::atan2(seen.xy().norm(), seen.z.abs()).to_degrees()
         };
         let half_angle = pairs.iter().map(angle).fold(0.0, f64::max);
-        let is_explained = median(&errors) < EXPLAINED * extent(pairs);
+        let is_explained = error < EXPLAINED * extent(pairs);
         is_explained.then_some(Self { deviation, half_angle })
     }
+}
+
+/// A matrix fitted to all pairs but those that err by many times the median, and that median in pixels: one wrong pixel
+/// bends a camera as another unit does.
+fn without_gross_errors(pairs: &[Pair]) -> Option<(ProjectionMatrix, f64)> {
+    const ROUNDS: usize = 4;
+    const GROSS: f64 = 5.0;
+    let mut kept = pairs.to_vec();
+    let mut found = None;
+    for _ in 0..ROUNDS {
+        let matrix = ProjectionMatrix::fit(&kept)?;
+        let error = |(place, pixel): &Pair| {
+            matrix.project(*place).map_or(f64::INFINITY, |seen| (seen - pixel).norm())
+        };
+        let errors: Vec<f64> = pairs.iter().map(error).collect();
+        let typical = median(&errors);
+        let sound = pairs.iter().zip(&errors).filter(|(_, error)| **error <= GROSS * typical);
+        let sound: Vec<Pair> = sound.map(|(pair, _)| *pair).collect();
+        let is_settled = sound.len() == kept.len();
+        (kept, found) = (sound, Some((matrix, typical)));
+        if is_settled {
+            break;
+        }
+    }
+    found
 }
 
 /// The share of its error that each camera is left with at most in the right unit.

@@ -126,6 +126,9 @@ fn parallel(evidence: &Evidence) -> Option<Proposal> {
 /// of the box's side.
 const MIDDLE: f64 = 0.25;
 
+/// In pixels: the largest pictures that cameras of machines take.
+const LARGEST: f64 = 4e7;
+
 /// Points beside where the camera's axis meets the picture, on a small part of it.
 fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     let seen = evidence.seen[camera].as_ref()?;
@@ -154,7 +157,13 @@ fn corner(evidence: &Evidence, camera: usize) -> Option<Proposal> {
     // A picture is about twice as wide as its axis is from its edge.
     let picture = (2.0 * axis.x).max(right) * (2.0 * axis.y).max(bottom);
     let share = wide * high / picture.max(1.0);
-    let plausible = axis.x > 0.0 && axis.y > 0.0 && fx > 0.0 && fy > 0.0;
+    // Behind an oblique window the axis that a lens formula finds may be anywhere.
+    let plausible = axis.x > 0.0
+        && axis.y > 0.0
+        && fx > 0.0
+        && fy > 0.0
+        && picture < LARGEST
+        && evidence.is_described(camera);
     (plausible && beside && share < 0.2).then(|| Proposal {
         cells: (0..evidence.views.len()).map(|view| (view, camera)).collect(),
         figures: vec![("share of the picture".into(), share)],

@@ -7,12 +7,12 @@ use super::{
     camera_evidence::{CameraEvidence, SCOUTED},
     extrapolation::{Extent, across, allowances},
     frame::Frame,
-    pairs::{Pair, sides},
+    pairs::{Pair, extent, sides},
     robust_camera::RobustCamera,
     views::{LEAST, View, views},
     whole_board::complete,
 };
-use crate::dataset::Dataset;
+use crate::{dataset::Dataset, geometry::Pixel};
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use wheatstone_numeric::statistics::{mean, median};
@@ -44,6 +44,12 @@ impl Cell {
         }
     }
 }
+
+/// Points of a cell whose nearest neighbours tell the noise.
+const NEIGHBOURS: usize = 30;
+
+/// In pixels: what is left of exact pixels.
+const GOOD: f64 = 0.02;
 
 /// Everything.
 pub(super) struct Evidence<'a> {
@@ -87,17 +93,23 @@ impl<'a> Evidence<'a> {
     fn allow_for_extrapolation(&mut self, camera: usize) {
         let Some(seen) = &self.seen[camera] else { return };
         let across = across(self.cells.iter().map(|view| view[camera].pairs.as_slice()));
-        let extent = |view: usize| {
+        let reach = |view: usize| {
             self.at(view, camera).filter(|_| !self.has_estimated_pose(view)).map(|(cell, ..)| {
                 let places =
                     cell.pairs.iter().map(|(world, _)| across.dot(&world.coords)).collect();
                 Extent { places, excess: self.excess((view, camera)) }
             })
         };
-        let extents: Vec<Option<Extent>> = (0..self.views.len()).map(extent).collect();
+        let extents: Vec<Option<Extent>> = (0..self.views.len()).map(reach).collect();
+        // Of places that are wrong by far more than an extrapolation, the uncertainty there tells nothing.
+        const MOST: f64 = 0.01;
+        let all: Vec<Pair> =
+            self.cells.iter().flat_map(|view| view[camera].pairs.iter().copied()).collect();
+        let most = MOST * extent(&all);
         for (view, allowance) in allowances(&extents).into_iter().enumerate() {
             // Two standard deviations of where the other views put these points.
-            let allowance = allowance.max(1.0 + 2.0 * seen.uncertainty[view] / seen.good());
+            let open = (2.0 * seen.uncertainty[view]).min(most);
+            let allowance = allowance.max(1.0 + open / seen.good());
             let cell = &mut self.cells[view][camera];
             cell.allowance = allowance;
             cell.suspicious &= cell.error > allowance * seen.good();
@@ -275,6 +287,45 @@ impl<'a> Evidence<'a> {
         let before = self.excess(cell);
         left <= 0.5 * before
             && (left <= self.most_left(cell) || left <= 6.0 && left <= 0.06 * before)
+    }
+
+    /// What noise alone leaves of a camera's median error, in pixels, whatever its optics: by how much errors of points
+    /// that are neighbours in a picture differ. What a lens formula leaves over, they share.
+    pub(super) fn noise(&self, camera: usize) -> f64 {
+        let of_view = |view: usize| {
+            let (cell, _, other) = self.at(view, camera)?;
+            let step = cell.pairs.len().div_ceil(NEIGHBOURS).max(1);
+            let errors = cell.pairs.iter().map(|pair| (pair.1, other.error(pair)));
+            let errors: Vec<(Pixel, Vector2<f64>)> = errors.collect();
+            let differences: Vec<f64> = (0..errors.len())
+                .step_by(step)
+                .filter_map(|own| {
+                    let (at, error) = errors[own];
+                    let others = errors.iter().enumerate().filter(|(index, _)| *index != own);
+                    let distance = |other: &(Pixel, Vector2<f64>)| (other.0 - at).norm_squared();
+                    let (_, near) =
+                        others.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))?;
+                    Some((near.1 - error).norm() / std::f64::consts::SQRT_2)
+                })
+                .collect();
+            Some(median(&differences))
+        };
+        let views: Vec<f64> = (0..self.views.len()).filter_map(of_view).collect();
+        median(&views)
+    }
+
+    /// Whether the lens formula describes a camera's optics: what it leaves over is little more than noise.
+    pub(super) fn is_described(&self, camera: usize) -> bool {
+        let noise = self.noise(camera);
+        self.seen[camera].as_ref().is_some_and(|seen| seen.typical <= 2.0 * noise + GOOD)
+    }
+
+    /// Whether what an explanation with a free place leaves of a camera's error speaks for it: it is noise, or less than
+    /// such a share of what there was. Where the lens formula does not hold (water, glass), a free place takes up a part
+    /// of what it leaves over, and much is left. `error` is before and after, in pixels.
+    pub(super) fn is_convincing(&self, camera: usize, error: [f64; 2], share: f64) -> bool {
+        const NOISE: f64 = 1.4;
+        error[1] <= share * error[0] || error[1] <= NOISE * self.noise(camera) + GOOD
     }
 
     /// Error of a cell over its good level.

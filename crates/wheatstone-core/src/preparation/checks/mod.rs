@@ -31,6 +31,7 @@ mod gross_errors;
 mod handedness;
 mod other_pose;
 mod pairs;
+mod parting;
 mod pixel_offset;
 mod pixel_units;
 mod points_permuted;

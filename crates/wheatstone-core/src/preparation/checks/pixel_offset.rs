@@ -5,6 +5,7 @@
 
 use super::{
     Fault,
+    camera_moved::OF_ONE,
     decentred_camera::UNKNOWNS,
     evidence::Evidence,
     finding::{Proposal, Severity},
@@ -134,7 +135,22 @@ fn offset(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     let found = found.or_else(|| cell_by_cell(evidence, camera, &views));
     found.map_or_else(Vec::new, |Off { set, meant, by }| {
         let set: Vec<usize> = set.iter().map(|index| views[*index]).collect();
+        if let [view] = set[..]
+            && !is_convincing(evidence, (view, camera), meant)
+        {
+            return Vec::new();
+        }
         of_views(evidence, camera, &set, (meant, by))
+    })
+}
+
+/// Whether an offset of one picture leaves noise by the camera of the others. Several bend that camera too.
+fn is_convincing(evidence: &Evidence, picture: (usize, usize), meant: f64) -> bool {
+    evidence.at(picture.0, picture.1).is_some_and(|(cell, _, other)| {
+        let counted =
+            cell.pairs.iter().map(|(world, pixel)| (*world, pixel - Vector2::repeat(meant)));
+        let left = other.median_error(&counted.collect::<Vec<_>>());
+        evidence.is_convincing(picture.1, [cell.error, left], OF_ONE)
     })
 }
 
