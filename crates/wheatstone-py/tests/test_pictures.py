@@ -143,6 +143,17 @@ def test_opencv_projects_as_the_model_does(cal, data):
         ws.from_opencv(told["K1"], np.zeros(3), told["K2"], told["D2"], told["R"], told["T"])
 
 
+def test_opencv_rectifies_by_the_arrays_as_they_are(cal):
+    cv2 = pytest.importorskip("cv2")
+    told = cal.to_opencv(image_size=(640, 480))
+    lenses = [told[key] for key in ("K1", "D1", "K2", "D2")]
+    projection = cv2.stereoRectify(*lenses, (640, 480), told["R"], told["T"])[3]
+    assert projection[0, 3] / projection[0, 0] == pytest.approx(-np.linalg.norm(told["T"]), rel=1e-6)
+    for shape in ((3,), (3, 1), (1, 3)):
+        back = ws.from_opencv(*lenses, told["R"], told["T"].reshape(shape))
+        assert np.array_equal(back.to_opencv()["T"], told["T"])
+
+
 def test_files_of_other_programs_go_there_and_back(cal, data, tmp_path):
     for name, path in {"opencv": "stereo.yml", "dlt": "dlt.csv", "kalibr": "camchain.yaml"}.items():
         files = cal.export(name, tmp_path / path, image_size=(640, 480))

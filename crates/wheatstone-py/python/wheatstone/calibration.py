@@ -489,15 +489,17 @@ class Calibration:
         -------
         dict
             ``K1, D1, K2, D2, ...`` and ``R, T`` (``x2 = R x1 + T``; ``R3, T3`` of a third camera, from the first, and
-            so on), ``camera_from_world`` (cameras, 3, 4), ``image_size``, ``unit``, and ``loss``: None where the
-            arrays say all, otherwise how far they are from the model in pixels (``rms``, ``largest``).
+            so on), as ``cv2.stereoRectify`` takes them: T is (3, 1). Then ``camera_from_world`` (cameras, 3, 4),
+            ``image_size``, ``unit``, and ``loss``: None where the arrays say all, otherwise how far they are from the
+            model in pixels (``rms``, ``largest``).
 
         Examples
         --------
         >>> import wheatstone as ws
         >>> cal = ws.fit(ws.synth(rig="paper", noise=0.1, count=300), method="brown", validate=False)
-        >>> sorted(cal.to_opencv())[:6]
-        ['D1', 'D2', 'K1', 'K2', 'R', 'T']
+        >>> told = cal.to_opencv()
+        >>> [told[name].shape for name in ("K1", "D1", "R", "T")]
+        [(3, 3), (5,), (3, 3), (3, 1)]
         """
         sizes = image_sizes(image_size, self.cameras)
         cameras, loss = self.handle.matrices(fisheye, sizes)
@@ -509,7 +511,8 @@ class Calibration:
                 rotation = poses[number - 1][:, :3] @ poses[0][:, :3].T
                 end = "" if number == 2 else str(number)
                 told[f"R{end}"] = rotation
-                told[f"T{end}"] = poses[number - 1][:, 3] - rotation @ poses[0][:, 3]
+                # A column, as OpenCV's functions want it: stereoRectify takes no T of shape (3,).
+                told[f"T{end}"] = poses[number - 1][:, 3:] - rotation @ poses[0][:, 3:]
         told["camera_from_world"] = poses
         told["image_size"] = [
             None if camera["size"] is None else tuple(camera["size"]) for camera in cameras
