@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import threading
+import warnings
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, overload
@@ -28,7 +29,7 @@ from ._arrays import (
 from ._named import Columns, column_names, has_names, pixels_of_camera
 from ._sizes import ImageSize, image_sizes
 from .data import Data, Dataset, Progress, as_dataset, pixels_of, places_of
-from .errors import ArgumentError
+from .errors import ArgumentError, DataWarning
 from .evaluation import BoardEvaluation, Evaluation, Validation
 from .findings import CameraMotion, Finding
 from .located import Located
@@ -466,13 +467,26 @@ class Calibration:
         -------
         list of str
             The files that were written.
+
+        Warns
+        -----
+        DataWarning
+            Where the cameras that were written are not those of the model: by how many pixels they differ.
         """
         if path is None:
             if format == "opencv":
                 return self.to_opencv(image_size=image_size)
             raise ArgumentError(f"`{format}` is a format of files", hint="give a path")
         sizes = image_sizes(image_size, self.cameras)
-        files, _ = self.handle.export(format, path, sizes)
+        files, text = self.handle.export(format, path, sizes)
+        loss: dict[str, Any] | None = json.loads(text)
+        if loss is not None and loss["largest"] > _ROUNDING:
+            warnings.warn(
+                f"`{format}` files do not hold this model as it is: a {loss['form']} was fitted to it, which differs by "
+                f"{_pixels(loss['rms'])} px rms, {_pixels(loss['largest'])} px at most",
+                DataWarning,
+                stacklevel=2,
+            )
         return [str(file) for file in files]
 
     def to_opencv(self, *, fisheye: bool = False, image_size: ImageSize = None) -> dict[str, Any]:
@@ -566,6 +580,14 @@ class Calibration:
             made["unit"],
             told["leftover"],
         )
+
+
+_ROUNDING = 1e-6
+"""Pixels that differ by less are the same but for rounding."""
+
+
+def _pixels(figure: float) -> str:
+    return f"{figure:.0f}" if figure >= 100.0 else f"{figure:.3g}"
 
 
 def _are_arrays(pixels: object) -> bool:
