@@ -193,7 +193,7 @@ class Calibration:
         pixels : array, (n, 2 * cameras), (n, cameras, 2) or (cameras, n, 2); or Dataset, table, or path
             In pixels; NaN where a camera did not see a point. float64 and float32 of any strides are read as they
             stand, without a copy. The columns of a table are found by their names, as in `fit`, and others passed over;
-            a DataFrame without names that say anything (0, 1, 2, 3) is read as an array is.
+            a DataFrame without names (0, 1, 2, 3) is read as an array is, and names that say nothing are refused.
         out : array, (n, 3), optional
             float64 in C order, to be filled.
         columns : mapping or sequence, optional
@@ -389,7 +389,7 @@ class Calibration:
             points,
             board=board,
             views=views,
-            unit=unit or (self.unit if _are_arrays(pixels) else None),
+            unit=unit or (self.unit if _are_arrays(pixels, points, board) else None),
             columns=columns,
             progress=progress,
         )
@@ -590,8 +590,10 @@ def _pixels(figure: float) -> str:
     return f"{figure:.0f}" if figure >= 100.0 else f"{figure:.3g}"
 
 
-def _are_arrays(pixels: object) -> bool:
+def _are_arrays(pixels: object, points: object, board: object) -> bool:
     """Whether data have no unit of their own."""
+    if points is not None or board is not None:
+        return True
     return not (isinstance(pixels, Dataset) or is_path(pixels) or is_table(pixels))
 
 

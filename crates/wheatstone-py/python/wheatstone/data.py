@@ -23,7 +23,16 @@ from ._arrays import (
     places_array,
     table_columns,
 )
-from ._named import Columns, has_names, in_unit, pixels_of_table, places_of_table, reading
+from ._named import (
+    Columns,
+    board_of_table,
+    has_names,
+    in_unit,
+    pixels_and_views,
+    pixels_of_table,
+    places_of_table,
+    reading,
+)
 from .errors import ArgumentError
 
 __all__ = ["Dataset", "Progress", "read", "read_caliscope"]
@@ -77,7 +86,8 @@ class Dataset:
         points : array, (n, 3), optional
             X, Y, Z in the world, in `unit`; NaN where they are not known. Columns of a table are found by their names.
         board : array, (n, 2), optional
-            Places on a board whose pose is not known, in `unit`: a board in the hand.
+            Places on a board whose pose is not known, in `unit`: a board in the hand. Columns ``board_x, board_y`` of a
+            table.
         views : sequence of n labels, optional
             Which view (placement of the chart, picture) each row belongs to. Held-out errors leave out whole views.
         ids : sequence of n labels, optional
@@ -102,6 +112,9 @@ class Dataset:
         if has_names(points):
             places: Any = points
             points = places_of(places, unit)
+        if has_names(board):
+            on_its_board: Any = board
+            board = board_of_table(on_its_board)
         known = None if points is None else doubles(points, "points")
         count = len(known) if known is not None and known.ndim == 2 else None
         array = pixels_array(pixels, None, count)
@@ -310,11 +323,15 @@ def as_dataset(
     progress: Progress | None = None,
 ) -> Dataset:
     """Data of any kind."""
+    if (points is not None or board is not None) and has_names(pixels) and not is_caliscope(pixels):
+        beside: Any = pixels
+        pixels, own_views = pixels_and_views(beside, columns)
+        views = own_views if views is None else views
     arrays = (points, board, views)
     if isinstance(pixels, Dataset) or is_path(pixels) or has_names(pixels):
         if any(value is not None for value in arrays):
             raise ArgumentError(
-                "points, board and views go with an array of pixels",
+                "points, board and views go with pixels alone",
                 hint="give them as columns of the table: X, Y, Z, board_x, board_y, view",
             )
         if isinstance(pixels, Dataset):

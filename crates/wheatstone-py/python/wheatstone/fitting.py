@@ -126,9 +126,10 @@ def fit(
     pixels : array, Dataset, table, or path
         Matched pixels (n, 2 * cameras): x and y in each camera, NaN where a camera did not see the point. Or all data
         at once: a `Dataset`, a DataFrame of pandas or polars or a pyarrow table with columns ``x1, y1, x2, y2, ...``
-        and ``X, Y, Z`` (or ``board_x, board_y``, and ``view``), or the path of a table or a capture.
-    points : array, (n, 3), optional
-        Where the points are in the world, in `unit`.
+        and ``X, Y, Z`` (or ``board_x, board_y``, and ``view``), or the path of a table or a capture. A table of pixels
+        alone goes with `points` or `board`.
+    points : array, (n, 3), or table, optional
+        Where the points are in the world, in `unit`; of a table the columns ``X, Y, Z``.
     method : str
         One of `wheatstone.METHODS`; ``"auto"`` chooses by held-out error.
     preset : str, optional
