@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import unit_name
 from ._arrays import FloatArray, Table, doubles, is_table, library_of, pyarrow_for
 from .errors import ArgumentError, MalformedError
 
@@ -50,7 +51,7 @@ def reading(
     """How the extension module reads a table."""
     return json.dumps(
         {
-            "unit": unit,
+            "unit": unit_name(unit),
             "columns": column_names(columns),
             "drop_duplicates": drop_duplicates,
             "whole_pixels": whole_pixels,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import threading
 import warnings
 import weakref
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import is_whole, number, positive, refused
 from ._arrays import (
     FloatArray,
     PathLike,
@@ -27,9 +27,9 @@ from ._arrays import (
     same_kind,
 )
 from ._named import Columns, column_names, has_names, pixels_of_camera
-from ._sizes import ImageSize, image_sizes
+from ._sizes import ImageSize, image_sizes, one_size
 from .data import Data, Dataset, Progress, as_dataset, pixels_of, places_of
-from .errors import ArgumentError, DataWarning
+from .errors import ArgumentError, DataWarning, MismatchError
 from .evaluation import BoardEvaluation, Evaluation, Validation
 from .findings import CameraMotion, Finding
 from .located import Located
@@ -252,14 +252,12 @@ class Calibration:
         >>> bool((located.trust <= ws.Trust.EDGE).all()), located.covariance.shape
         (True, (5, 3, 3))
         """
-        if not 0.0 < false_alarm < 1.0:
-            raise ArgumentError(f"false_alarm cannot be {false_alarm}", hint="give a value between 0 and 1")
-        if pixel_sigma is not None and not 0.0 < pixel_sigma < math.inf:
-            raise ArgumentError(f"pixel_sigma cannot be {pixel_sigma}", hint="give a value above 0, in pixels")
+        share = _share(false_alarm)
+        sigma = None if pixel_sigma is None else positive(pixel_sigma, "pixel_sigma", "give a value above 0, in pixels")
         array = pixels_of(pixels, self.cameras, columns)
         figures = np.empty((13 if covariance else 7, len(array)))
         codes = np.empty((2, len(array)), dtype=np.uint8)
-        self.handle.locate(array, figures, codes, (false_alarm, pixel_sigma))
+        self.handle.locate(array, figures, codes, (share, sigma))
         return Located(figures, codes, self.unit)
 
     def locate_arrow(
@@ -298,7 +296,7 @@ class Calibration:
                 hint="give a DataFrame or a pyarrow table; `locate` takes arrays and paths",
             )
         stream = self.handle.locate_stream(
-            arrow_table(table), covariance, false_alarm, column_names(columns)
+            arrow_table(table), covariance, _share(false_alarm), column_names(columns)
         )
         return same_kind(table, stream)
 
@@ -344,11 +342,32 @@ class Calibration:
         return rays[:, :3], rays[:, 3:]
 
     def _camera(self, camera: int) -> int:
-        if not 0 <= camera < self.cameras:
+        if not (is_whole(camera) and camera < self.cameras):
             raise ArgumentError(
-                f"there is no camera {camera}", hint=f"cameras count from 0 to {self.cameras - 1}"
+                f"there is no camera {camera!r}", hint=f"cameras count from 0 to {self.cameras - 1}"
             )
-        return camera
+        return int(camera)
+
+    def _pair(self, cameras: Any) -> list[int]:
+        """Two cameras that differ."""
+        pair = list(cameras) if isinstance(cameras, (Sequence, np.ndarray)) else []
+        if len(pair) != 2 or pair[0] == pair[1]:
+            raise refused("cameras", cameras, "give two different ones, counted from 0: (0, 1)")
+        return [self._camera(camera) for camera in pair]
+
+    def _sizes_with(self, given: list[list[int] | None]) -> list[list[int] | None]:
+        """The sizes of the pictures, with those that are given where the model knows none."""
+        known: list[list[int] | None] = self._evidence["sizes"]
+        for camera, (own, size) in enumerate(zip(known, given)):
+            if own is not None and size is not None and own != size:
+                raise MismatchError(
+                    f"size of the pictures of camera {camera}: the model has {own[0]} x {own[1]}, "
+                    f"image_size is {size[0]} x {size[1]}",
+                    hint="leave image_size out, or use the model of pictures of that size; "
+                    "`size=` is that of the rectified pictures",
+                    code="mismatch",
+                )
+        return [own or size for own, size in zip(known, given)]
 
     def relative(self) -> Calibration:
         """The same model with error bars within its frame: without the errors of shift, scale and skew that all
@@ -554,12 +573,16 @@ class Calibration:
             Of the rectified pictures.
         focal : float, optional
             Focal length of the rectified pictures, in pixels.
+
+        Raises
+        ------
+        MismatchError
+            For an `image_size` that is not that of the model's pictures.
         """
-        given = image_sizes(image_size, self.cameras)
-        known = [own or size for own, size in zip(given, self._evidence["sizes"])]
-        wanted = None if size is None else [int(size[0]), int(size[1])]
-        pair = [self._camera(cameras[0]), self._camera(cameras[1])]
-        maps, text = self.handle.rectify(pair, known, wanted, focal)
+        known = self._sizes_with(image_sizes(image_size, self.cameras))
+        wanted = None if size is None else one_size(size, "size")
+        length = None if focal is None else positive(focal, "focal", "give a focal length above 0, in pixels")
+        maps, text = self.handle.rectify(self._pair(cameras), known, wanted, length)
         told = json.loads(text)
         rotation: Any = np.asarray(told["rotation"])
         back = np.empty((3, 4))
@@ -580,6 +603,13 @@ class Calibration:
             made["unit"],
             told["leftover"],
         )
+
+
+def _share(false_alarm: float) -> float:
+    found = number(false_alarm)
+    if not 0.0 < found < 1.0:
+        raise refused("false_alarm", false_alarm, "give a value between 0 and 1")
+    return found
 
 
 _ROUNDING = 1e-6

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import unit_name
 from ._arrays import (
     FloatArray,
     Numbers,
@@ -133,7 +134,7 @@ class Dataset:
                 on_board,
                 labels(views, "views", rows),
                 labels(ids, "ids", rows),
-                unit,
+                unit_name(unit) or "mm",
             )
         )
 

@@ -20,6 +20,7 @@ __all__ = [
     "MalformedError",
     "MismatchError",
     "MissingFileError",
+    "NotComputedError",
     "SettingError",
     "TooFewError",
     "UnknownNameError",
@@ -117,6 +118,10 @@ class UnsupportedError(WheatstoneError, ValueError):
 
 class ArgumentError(WheatstoneError, ValueError):
     """An argument of the wrong shape, type or value."""
+
+
+class NotComputedError(ArgumentError, AttributeError):
+    """A result that was not asked for."""
 
 
 class CancelledError(WheatstoneError):

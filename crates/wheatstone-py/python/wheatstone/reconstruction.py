@@ -13,6 +13,7 @@ import numpy.typing as npt
 from . import _wheatstone as _w
 from ._arrays import FloatArray, PathLike, doubles
 from ._pictures import Image, as_picture
+from ._sizes import image_sizes, one_size
 from .calibration import Calibration
 from .errors import ArgumentError, DataWarning, DegenerateError
 
@@ -132,18 +133,11 @@ class Reconstructor:
         sparse: bool = False,
     ) -> None:
         wanted: Sequence[int] = tuple(np.arange(cal.cameras)) if cameras is None else cameras
-        chosen = [cal._camera(int(camera)) for camera in wanted]
-        sizes = np.asarray(image_size, dtype=int)
-        if sizes.shape == (2,):
-            sizes = np.tile(sizes, (len(chosen), 1))
-        if sizes.shape != (len(chosen), 2) or (sizes < 1).any():
-            raise ArgumentError(
-                f"{image_size} are not the sizes of pictures of {len(chosen)} cameras",
-                hint="give (width, height), or one a camera",
-            )
+        chosen = [cal._camera(camera) for camera in wanted]
+        sizes = [one_size(size) for size in image_sizes(image_size, len(chosen))]
         depths = None if range is None else (float(range[0]), float(range[1]))
         self._handle = _w.Reconstructor(
-            cal.handle, chosen, sizes.tolist(), depths, confidence, max_sigma, region, sparse
+            cal.handle, chosen, sizes, depths, confidence, max_sigma, region, sparse
         )
         self._unit = cal.unit
         self.cameras = tuple(chosen)
@@ -273,6 +267,12 @@ def reconstruct(
     >>> cloud.save("cloud.ply")  # doctest: +SKIP
     """
     pictures = [as_picture(image) for image in images]
+    count = cal.cameras if cameras is None else len(cameras)
+    if len(pictures) != count:
+        raise ArgumentError(
+            f"{len(pictures)} pictures for {count} cameras",
+            hint="give one of each camera; `cameras=(0, 2)` says whose they are",
+        )
     sizes = [(int(picture.shape[1]), int(picture.shape[0])) for picture in pictures]
     made = Reconstructor(
         cal,
