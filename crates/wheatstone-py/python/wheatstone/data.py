@@ -257,6 +257,11 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     -------
     Dataset
         One row for each `sync_index`, object and keypoint.
+
+    Raises
+    ------
+    ArgumentError
+        Where columns are missing, or two rows of a point and camera contradict each other.
     """
     columns = _csv_columns(table) if is_path(table) else table_columns(table)  # type: ignore[arg-type]
     old = {"port": "cam_id", "point_id": "keypoint_id"}
@@ -275,13 +280,25 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     keypoints, keypoint = np.unique(columns["keypoint_id"], return_inverse=True)
     keys, row = np.unique(np.stack([view, thing, keypoint], axis=1), axis=0, return_inverse=True)
     row = np.ravel(row)
+    seen = _two_columns(columns, "img_loc_x", "img_loc_y")
     pixels = np.full((len(keys), len(cameras), 2), np.nan)
-    pixels[row, camera, 0] = columns["img_loc_x"]
-    pixels[row, camera, 1] = columns["img_loc_y"]
+    pixels[row, camera] = seen
+    twice = ~_is_same(pixels[row, camera], seen)
     board = None
     if "board_loc_x" in columns and "board_loc_y" in columns:
+        places = _two_columns(columns, "board_loc_x", "board_loc_y")
+        # Only some rows of a point may say where it is on the board.
+        known = ~np.isnan(places).any(axis=1)
         board = np.full((len(keys), 2), np.nan)
-        board[row, 0], board[row, 1] = columns["board_loc_x"], columns["board_loc_y"]
+        board[row[known]] = places[known]
+        twice |= known & ~_is_same(board[row], places)
+    if twice.any():
+        first = int(np.argmax(twice))
+        named = [name for name in ("sync_index", "cam_id", "object_id", "keypoint_id") if name in columns]
+        raise ArgumentError(
+            f"another row contradicts that of {', '.join(f'{name} {columns[name][first]}' for name in named)}",
+            hint="leave one row of each point and camera, and one place on the board for each point",
+        )
     several = len(things) > 1
     names = [
         f"{things[k[1]]}:{keypoints[k[2]]}" if several else str(keypoints[k[2]]) for k in keys
@@ -289,6 +306,17 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     return Dataset.from_arrays(
         pixels, board=board, views=[views[k[0]] for k in keys], ids=names, unit=unit
     )
+
+
+def _two_columns(columns: Mapping[str, npt.NDArray[Any]], x: str, y: str) -> FloatArray:
+    pair = [doubles(columns[name], f"column `{name}`") for name in (x, y)]
+    return np.stack(pair, axis=1)
+
+
+def _is_same(left: FloatArray, right: FloatArray) -> npt.NDArray[np.bool_]:
+    """(n,), whether two places are one; places that are not known are."""
+    same: npt.NDArray[np.bool_] = ((left == right) | (np.isnan(left) & np.isnan(right))).all(axis=1)
+    return same
 
 
 def _csv_columns(path: Any) -> dict[str, npt.NDArray[Any]]:
