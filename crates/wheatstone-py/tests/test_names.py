@@ -68,10 +68,10 @@ def test_names_that_say_nothing_are_refused(names, cal, data):
     calls = [cal.predict, cal.locate, lambda given: ws.fit(given, data.points), lambda given: cal.evaluate(given, data.points)]
     for call in calls:
         for given in (told, pl.from_pandas(told), pa.Table.from_pandas(told), dict(told)):
-            with pytest.raises(ws.errors.ArgumentError, match=f"no name .* found: {names[2]}") as raised:
+            with pytest.raises(ws.errors.ArgumentError, match=f"do not say what they hold: {names[2]}") as raised:
                 call(given)
             assert "x1, y1, x2, y2" in raised.value.hint and "to_numpy()" in raised.value.hint
-    with pytest.raises(ws.errors.ArgumentError, match="found: a, b, c"):
+    with pytest.raises(ws.errors.ArgumentError, match="hold: a, b, c"):
         cal.project(pd.DataFrame(data.points, columns=list("abc")), 0)
     with pytest.raises(ws.errors.ArgumentError, match="found: a, b"):
         cal.rays(pd.DataFrame(data.pixels[:, :2], columns=list("ab")), 0)

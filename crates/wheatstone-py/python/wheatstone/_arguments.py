@@ -8,14 +8,20 @@ import re
 from numbers import Real
 from typing import Any
 
-import numpy as np
-
 from .errors import ArgumentError
 
 
 def refused(name: str, value: object, hint: str) -> ArgumentError:
     """The error for an argument that cannot be what it is."""
     return ArgumentError(f"{name} cannot be {value!r}", hint=hint)
+
+
+def items(value: Any) -> list[Any]:
+    """The items of a sequence; none of what is no sequence, or text."""
+    try:
+        return [] if isinstance(value, str) else list(value)
+    except TypeError:
+        return []
 
 
 def is_whole(value: Any, least: int = 0) -> bool:
@@ -35,7 +41,7 @@ def whole(value: Any, name: str, hint: str, least: int = 0) -> int:
 
 def number(value: Any) -> float:
     """A number as a float; NaN for what is none."""
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    if getattr(value, "shape", None) == ():
         value = value[()]
     if isinstance(value, bool) or not isinstance(value, Real):
         return math.nan

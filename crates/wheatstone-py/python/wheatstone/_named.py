@@ -137,7 +137,7 @@ def _refuse_unknown(frame: _Frame, wanted: str) -> None:
     """Refuses names of which none says what its column holds: their order may be any."""
     if not any(_AXIS.search(name) for name in frame.names):
         raise ArgumentError(
-            f"no name of a column says what it holds; found: {', '.join(frame.names)}",
+            f"the names of the columns do not say what they hold: {', '.join(frame.names)}",
             hint=f"rename the columns to {wanted}, or give an array in that order: `table.to_numpy()`",
         )
 

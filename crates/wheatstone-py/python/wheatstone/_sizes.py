@@ -7,7 +7,7 @@ from typing import Any, Union
 
 import numpy as np
 
-from ._arguments import is_whole, refused
+from ._arguments import is_whole, items, refused
 from ._arrays import FloatArray
 from .errors import ArgumentError
 
@@ -20,7 +20,7 @@ _GROSS = 0.05
 
 def one_size(size: Any, name: str = "image_size") -> list[int]:
     """One width and height."""
-    sides = _items(size)
+    sides = items(size)
     if len(sides) != 2 or not all(is_whole(side, 1) and side < 2**31 for side in sides):
         raise refused(name, size, "give width and height, whole numbers above 0: (1280, 960)")
     return [int(side) for side in sides]
@@ -44,22 +44,13 @@ def size_list(size: Any) -> list[list[int] | None]:
     """The sizes that are given, of however many cameras."""
     if _is_pair(size):
         return [one_size(size)]
-    return [None if pair is None else one_size(pair) for pair in _items(size)]
+    return [None if pair is None else one_size(pair) for pair in items(size)]
 
 
 def _is_pair(size: Any) -> bool:
     """Whether it is one size and no list of some."""
-    items = _items(size)
-    return not items or all(item is not None and np.ndim(item) == 0 for item in items)
-
-
-def _items(value: Any) -> list[Any]:
-    if isinstance(value, str):
-        return []
-    try:
-        return list(value)
-    except TypeError:
-        return []
+    parts = items(size)
+    return not parts or all(part is not None and np.ndim(part) == 0 for part in parts)
 
 
 def refuse_beyond(pixels: FloatArray, sizes: Sequence[Sequence[int] | None]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
-from ._arguments import is_whole, number, positive, refused
+from ._arguments import is_whole, items, number, positive, refused
 from ._arrays import (
     FloatArray,
     PathLike,
@@ -350,7 +350,7 @@ class Calibration:
 
     def _pair(self, cameras: Any) -> list[int]:
         """Two cameras that differ."""
-        pair = list(cameras) if isinstance(cameras, (Sequence, np.ndarray)) else []
+        pair = items(cameras)
         if len(pair) != 2 or pair[0] == pair[1]:
             raise refused("cameras", cameras, "give two different ones, counted from 0: (0, 1)")
         return [self._camera(camera) for camera in pair]

@@ -129,4 +129,5 @@ class CancelledError(WheatstoneError):
 
 
 class DataWarning(UserWarning):
-    """The data have a fault that may make the result worse, or mean something else than meant."""
+    """The data have a fault that may make the result worse, or mean something else than meant; or a file that was written
+    does not hold the whole model."""

@@ -184,7 +184,6 @@ def fit(
     >>> held_out.unit, bool(held_out.rms < 1.0)
     ('cm', True)
     """
-    _require_places(pixels, points, board)
     data = as_dataset(
         pixels,
         points,
@@ -195,6 +194,7 @@ def fit(
         drop_duplicates=drop_duplicates,
         progress=progress,
     )
+    _require_places(pixels, points, board)
     lenses = [intrinsics] if isinstance(intrinsics, Calibration) else list(intrinsics or ())
     name = os.path.basename(os.fspath(pixels)) if is_path(pixels) else "arrays"  # type: ignore[arg-type]
     sizes = [] if image_size is None else image_sizes(image_size, data.cameras)
@@ -328,10 +328,10 @@ def compare(
     methods = [methods] if isinstance(methods, str) else list(methods)
     for name in methods:
         _w.require_method(name)
-    _require_places(pixels, points, board)
     data = as_dataset(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
+    _require_places(pixels, points, board)
     settings = _settings(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
     told = _w.compare_methods(data.handle, methods, settings, progress)
     return Comparison.of_figures(json.loads(told))

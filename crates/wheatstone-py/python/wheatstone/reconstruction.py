@@ -270,7 +270,7 @@ def reconstruct(
     count = cal.cameras if cameras is None else len(cameras)
     if len(pictures) != count:
         raise ArgumentError(
-            f"{len(pictures)} pictures for {count} cameras",
+            f"{count} cameras need as many pictures, not {len(pictures)}",
             hint="give one of each camera; `cameras=(0, 2)` says whose they are",
         )
     sizes = [(int(picture.shape[1]), int(picture.shape[0])) for picture in pictures]
