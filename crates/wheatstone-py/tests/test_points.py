@@ -232,7 +232,7 @@ def test_pixel_sigma_is_the_noise_of_the_pixels(cal, data):
 def test_single_values_that_are_none_are_refused(cal, data):
     """Whatever is wrong with them, by our own exceptions."""
     pixels, points = data.pixels, data.points
-    half = np.array([1280.0, 960.0])
+    half, picture = np.array([1280.0, 960.0]), np.zeros((40, 40), dtype=np.uint8)
     cases = [
         ("image_size cannot be", "(1280, 960)", lambda bad: ws.fit(data, image_size=bad), (1280, (1280.5, 960), half, (-640, 480), (0, 0), "1280x960", (2**40, 2))),
         ("image_size cannot be", "(1280, 960)", lambda bad: cal.to_opencv(image_size=bad), (1280, half, [(1280.5, 960), None])),
@@ -248,6 +248,17 @@ def test_single_values_that_are_none_are_refused(cal, data):
         ("unit cannot be", '"mm"', lambda bad: ws.fit({"x1": [1.0]}, unit=bad), (5,)),
         ("stage_sigma cannot be", "above 0", lambda bad: ws.fit(data, stage_sigma=bad), ("1", 0, -1.0, float("inf"))),
         ("seed cannot be", "from 0 to 2**64 - 1", lambda bad: ws.fit(data, seed=bad), (1.5, "1", None, -1, 2**64)),
+        ("intrinsics cannot be", "Calibration", lambda bad: ws.fit(data, intrinsics=bad), (5, "a", [1], [cal, None])),
+        ("methods cannot be", "wheatstone.METHODS", lambda bad: ws.compare(data, methods=bad), (5, None, [1], [])),
+        ("range cannot be", "(300, 1500)", lambda bad: ws.Reconstructor(cal, (640, 480), range=bad), (5, (1, "b"), (1,), "near")),
+        ("region cannot be", "width and height", lambda bad: ws.Reconstructor(cal, (640, 480), region=bad), (5, (1, 2, 3), "all")),
+        ("confidence cannot be", "0 to 1", lambda bad: ws.Reconstructor(cal, (640, 480), confidence=bad), ("high", [0.9])),
+        ("max_sigma cannot be", "above 0", lambda bad: ws.Reconstructor(cal, (640, 480), max_sigma=bad), ("1", float("nan"))),
+        ("cameras cannot be", "counted from 0", lambda bad: ws.Reconstructor(cal, (640, 480), cameras=bad), (5, "01", ())),
+        ("range cannot be", "(0, 64)", lambda bad: ws.match_pair(picture, picture, bad), (5, None, (0, "b"), (1, 2, 3))),
+        ("count cannot be", "above 0", lambda bad: ws.synth(count=bad), (0, "a", 1.5)),
+        ("seed cannot be", "from 0 to 2**64 - 1", lambda bad: ws.synth(seed=bad), ("a", -1, None)),
+        ("distances cannot be", "the step", lambda bad: ws.synth(distances=bad), (5, None, (50, 140))),
         ("epochs cannot be", "above 0", lambda bad: ws.fit(data, epochs=bad), (1.5, "1", 0, -1)),
     ]
     for problem, hint, call, values in cases:
@@ -257,6 +268,7 @@ def test_single_values_that_are_none_are_refused(cal, data):
             assert hint in str(raised.value.hint), bad
     for good in (np.int64(3), np.uint8(3), np.array(3)):
         assert ws.fit(data, seed=good, method="dlt", validate=False) == ws.fit(data, seed=3, method="dlt", validate=False)
+        assert len(ws.synth(count=good, seed=good)) == 3
     assert np.array_equal(cal.project(points, np.int32(1)), cal.project(points, 1))
     assert cal.to_opencv(image_size=np.array([640, 480]))["image_size"] == [(640, 480)] * 2
     assert np.array_equal(cal.locate(pixels, pixel_sigma=np.float32(0.5)).sigmas, cal.locate(pixels, pixel_sigma=0.5).sigmas)

@@ -59,6 +59,22 @@ def positive(value: Any, name: str, hint: str) -> float:
     return found
 
 
+def finite(value: Any, name: str, hint: str) -> float:
+    """A finite number."""
+    found = number(value)
+    if not math.isfinite(found):
+        raise refused(name, value, hint)
+    return found
+
+
+def several(value: Any, count: int, name: str, hint: str) -> list[float]:
+    """So many finite numbers."""
+    found = [number(item) for item in items(value)]
+    if len(found) != count or not all(map(math.isfinite, found)):
+        raise refused(name, value, hint)
+    return found
+
+
 def unit_name(value: Any) -> str | None:
     """A unit's name, or None for none."""
     if value is None or isinstance(value, str):

@@ -1,7 +1,8 @@
 """Exceptions. Each says what is wrong, and in ``hint`` what to do about it.
 
 Every exception of this package is a `WheatstoneError`, and of the built-in class that Python's own code would raise:
-a `MissingFileError` is a `FileNotFoundError`, an `ArgumentError` a `ValueError`.
+a `MissingFileError` is a `FileNotFoundError`, an `ArgumentError` a `ValueError`. Python's own `TypeError` is left for a
+number where a path, a name, a switch or an object of this package belongs.
 """
 
 from __future__ import annotations

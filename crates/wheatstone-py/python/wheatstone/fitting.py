@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
-from ._arguments import is_whole, number, positive, refused, whole
+from ._arguments import is_whole, items, number, positive, refused, whole
 from ._arrays import is_path
 from ._named import Columns, has_names
 from ._sizes import ImageSize, image_sizes, refuse_beyond
@@ -195,7 +195,7 @@ def fit(
         progress=progress,
     )
     _require_places(pixels, points, board)
-    lenses = [intrinsics] if isinstance(intrinsics, Calibration) else list(intrinsics or ())
+    lenses = _lenses(intrinsics)
     name = os.path.basename(os.fspath(pixels)) if is_path(pixels) else "arrays"  # type: ignore[arg-type]
     sizes = [] if image_size is None else image_sizes(image_size, data.cameras)
     if any(sizes):
@@ -229,6 +229,15 @@ def fit(
             )
         warnings.warn(f"the model is unusable: {broken}", DataWarning, stacklevel=2)
     return model
+
+
+def _lenses(intrinsics: Any) -> list[Calibration]:
+    if intrinsics is None or isinstance(intrinsics, Calibration):
+        return [] if intrinsics is None else [intrinsics]
+    lenses = items(intrinsics)
+    if not lenses or not all(isinstance(lens, Calibration) for lens in lenses):
+        raise refused("intrinsics", intrinsics, "give a Calibration, or one a camera")
+    return lenses
 
 
 def _require_places(pixels: Data, *places: object) -> None:
@@ -325,15 +334,17 @@ def compare(
     >>> found.chosen
     'brown'
     """
-    methods = [methods] if isinstance(methods, str) else list(methods)
-    for name in methods:
+    names = [methods] if isinstance(methods, str) else items(methods)
+    if not names or not all(isinstance(name, str) for name in names):
+        raise refused("methods", methods, "give names of `wheatstone.METHODS`")
+    for name in names:
         _w.require_method(name)
     data = as_dataset(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
     _require_places(pixels, points, board)
     settings = _settings(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
-    told = _w.compare_methods(data.handle, methods, settings, progress)
+    told = _w.compare_methods(data.handle, names, settings, progress)
     return Comparison.of_figures(json.loads(told))
 
 

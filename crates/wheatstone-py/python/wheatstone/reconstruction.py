@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _wheatstone as _w
+from ._arguments import finite, items, refused, several
 from ._arrays import FloatArray, PathLike, doubles
 from ._pictures import Image, as_picture
 from ._sizes import image_sizes, one_size
@@ -132,12 +133,25 @@ class Reconstructor:
         region: tuple[int, int, int, int] | None = None,
         sparse: bool = False,
     ) -> None:
-        wanted: Sequence[int] = tuple(np.arange(cal.cameras)) if cameras is None else cameras
+        wanted = np.arange(cal.cameras).tolist() if cameras is None else items(cameras)
+        if not wanted:
+            raise refused("cameras", cameras, "give two or more, counted from 0: (0, 1)")
         chosen = [cal._camera(camera) for camera in wanted]
         sizes = [one_size(size) for size in image_sizes(image_size, len(chosen))]
-        depths = None if range is None else (float(range[0]), float(range[1]))
+        hint = "give two depths, the nearer one first: (300, 1500)"
+        depths = None if range is None else several(range, 2, "range", hint)
+        part = None if region is None else several(region, 4, "region", "give left, top, width and height, in pixels")
+        most = None if max_sigma is None else finite(max_sigma, "max_sigma", "give a length above 0")
+        least = None if confidence is None else finite(confidence, "confidence", "give a probability, of 0 to 1")
         self._handle = _w.Reconstructor(
-            cal.handle, chosen, sizes, depths, confidence, max_sigma, region, sparse
+            cal.handle,
+            chosen,
+            sizes,
+            None if depths is None else (depths[0], depths[1]),
+            least,
+            most,
+            None if part is None else (int(part[0]), int(part[1]), int(part[2]), int(part[3])),
+            bool(sparse),
         )
         self._unit = cal.unit
         self.cameras = tuple(chosen)
@@ -267,7 +281,7 @@ def reconstruct(
     >>> cloud.save("cloud.ply")  # doctest: +SKIP
     """
     pictures = [as_picture(image) for image in images]
-    count = cal.cameras if cameras is None else len(cameras)
+    count = cal.cameras if cameras is None else len(items(cameras))
     if len(pictures) != count:
         raise ArgumentError(
             f"{count} cameras need as many pictures, not {len(pictures)}",
