@@ -46,7 +46,7 @@ def main(points: int, runs: int, program: str | None) -> None:
     pixels = np.resize(some, (points, 4)) + noise
     told = models["brown"].to_opencv(image_size=(640, 480))
     first = np.hstack([np.eye(3), np.zeros((3, 1))])
-    second = np.hstack([told["R"], told["T"][:, None]])
+    second = np.hstack([told["R"], told["T"]])
 
     def opencv() -> object:
         left = cv2.undistortPoints(pixels[:, None, 0:2], told["K1"], told["D1"]).reshape(-1, 2)

@@ -112,6 +112,37 @@ def test_points_are_not_given_twice(data):
         ws.fit(data.pixels, data.points, board=board, views=data.views)
 
 
+def test_sizes_of_pictures_hold_the_pixels_and_each_other(data):
+    largest = np.nanmax(data.pixels, axis=0)
+    for size in ((320, 240), [(640, 480), (320, 480)], (480, 640)):
+        with pytest.raises(ws.errors.ArgumentError, match=r"camera [01]: \d+ of 441 pixels lie outside of \d+ x \d+ pictures") as raised:
+            ws.fit(data, method="dlt", validate=False, image_size=size)
+        camera = int(str(raised.value)[7])
+        x, y = largest[2 * camera : 2 * camera + 2]
+        assert raised.value.hint.endswith(f"the largest x is {x:.0f}, and the largest y {y:.0f}")
+    # A gross error, or another origin, is no other size.
+    pixels = data.pixels.copy()
+    pixels[0, :2] = 700.0
+    tight = [tuple(map(int, np.floor(largest[camera : camera + 2]))) for camera in (0, 2)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ws.DataWarning)
+        cal = ws.fit(pixels, data.points, views=data.views, unit="cm", method="brown", validate=False, image_size=tight)
+    assert cal.image_sizes == tight
+    cal = ws.fit(data, method="brown", validate=False, image_size=[(640, 480), None])
+    for contradicting in ((1280, 960), [(320, 240), None]):
+        with pytest.raises(ws.errors.MismatchError, match="camera 0: the model has 640 x 480, image_size is") as raised:
+            cal.rectify(image_size=contradicting)
+        assert "leave image_size out" in raised.value.hint
+    assert cal.rectify(image_size=(640, 480)).size == cal.rectify(image_size=[None, (640, 480)]).size
+
+
+def test_pixels_alone_are_not_fitted(data):
+    for call in (ws.fit, ws.compare):
+        with pytest.raises(ws.errors.ArgumentError, match="pixels alone") as raised:
+            call(data.pixels)
+        assert "`points=`" in raised.value.hint and "`board=`" in raised.value.hint
+
+
 def test_faults_are_named(data):
     assert not ws.check(data).fatal
     pixels = data.pixels
@@ -181,6 +212,9 @@ def test_a_comparison_names_the_simplest_that_is_good(data):
     assert found.chosen == "brown" and found.methods[0].rms > found.methods[1].rms
     with pytest.raises(ws.errors.UnknownNameError, match="brwn"):
         ws.compare(data, methods=["brwn"])
+    with pytest.raises(ws.errors.UnknownNameError, match="`brwn`"):
+        ws.compare(data, methods="brwn")
+    assert [score.method for score in ws.compare(data, methods="dlt").methods] == ["dlt"]
 
 
 def test_a_report_is_one_page(cal, tmp_path):

@@ -54,17 +54,69 @@ def test_data_of_every_kind_are_located(cal, data, tmp_path):
 
 def test_frames_without_names_are_read_by_position(cal, data):
     wanted = cal.predict(data.pixels)
-    for given in (pd.DataFrame(data.pixels), pl.DataFrame(data.pixels), pd.DataFrame(data.pixels, columns=list("abcd"))):
+    for given in (pd.DataFrame(data.pixels), pl.DataFrame(data.pixels), pd.DataFrame(data.pixels, columns=list("0123"))):
         assert np.array_equal(cal.predict(given), wanted)
     assert np.array_equal(cal.project(pd.DataFrame(data.points), 1), cal.project(data.points, 1))
     with pytest.raises(ws.errors.ArgumentError, match="6 columns"):
         cal.predict(pd.DataFrame(np.zeros((3, 6))))
 
 
+@pytest.mark.parametrize("names", [list("abcd"), ["px1", "py1", "px2", "py2"], ["col1", "row1", "col2", "row2"]])
+def test_names_that_say_nothing_are_refused(names, cal, data):
+    """Their order may be any."""
+    told = pd.DataFrame(data.pixels, columns=names)[[names[2], names[3], names[0], names[1]]]
+    calls = [cal.predict, cal.locate, lambda given: ws.fit(given, data.points), lambda given: cal.evaluate(given, data.points)]
+    for call in calls:
+        for given in (told, pl.from_pandas(told), pa.Table.from_pandas(told), dict(told)):
+            with pytest.raises(ws.errors.ArgumentError, match=f"do not say what they hold: {names[2]}") as raised:
+                call(given)
+            assert "x1, y1, x2, y2" in raised.value.hint and "to_numpy()" in raised.value.hint
+    with pytest.raises(ws.errors.ArgumentError, match="hold: a, b, c"):
+        cal.project(pd.DataFrame(data.points, columns=list("abc")), 0)
+    with pytest.raises(ws.errors.ArgumentError, match="found: a, b"):
+        cal.rays(pd.DataFrame(data.pixels[:, :2], columns=list("ab")), 0)
+
+
+def test_points_may_stand_beside_a_table_of_pixels(cal, data, frame):
+    wanted = ws.fit(data.pixels, data.points, views=data.views, unit="cm", method="dlt", validate=False).to_bytes()
+    judged = cal.evaluate(data.pixels, data.points)
+    pixels, places = frame[["x2", "y2", "y1", "x1", "key"]], frame[["Z", "Y", "X"]]
+    viewed = frame[["view", "x2", "y2", "x1", "y1"]]
+    for given in kinds(pixels):
+        for points in (data.points, places):
+            cal_of_table = ws.fit(given, points, views=data.views, unit="cm", method="dlt", validate=False)
+            assert cal_of_table.to_bytes() == wanted, type(given)
+        assert cal.evaluate(given, data.points) == judged
+    # Its own views count, where no others are given.
+    assert ws.fit(viewed, places, unit="cm", method="dlt", validate=False).to_bytes() == wanted
+    unnamed = pd.DataFrame(data.pixels)
+    assert ws.fit(unnamed, places, views=data.views, unit="cm", method="dlt", validate=False).to_bytes() == wanted
+    told = pixels.rename(columns={"x1": "a", "y1": "b", "x2": "c", "y2": "d"})
+    columns = {"x1": "a", "y1": "b", "x2": "c", "y2": "d"}
+    assert cal.evaluate(told, data.points, columns=columns) == judged
+    assert cal.evaluate(pixels, data.points * 10, unit="mm").rms == pytest.approx(judged.rms)
+    with pytest.raises(ws.errors.ArgumentError, match="given twice, for the table has Z, Y, X"):
+        cal.evaluate(frame, data.points)
+    with pytest.raises(ws.errors.ArgumentError, match="go with pixels alone"):
+        ws.fit(data, data.points)
+
+
+def test_the_places_on_a_board_are_found_by_names():
+    waved = ws.synth(rig="pinhole", hand_held=4, noise=0.1)
+    board = pd.DataFrame(waved.board, columns=["board_x", "board_y"])
+    for given in (board[["board_y", "board_x"]], pd.DataFrame(waved.board)):
+        made = ws.Dataset.from_arrays(waved.pixels, board=given, views=waved.views)
+        assert np.array_equal(made.board, waved.board, equal_nan=True)
+    with pytest.raises(ws.errors.ArgumentError, match="no columns `board_x`, `board_y`; found: p, q"):
+        ws.Dataset.from_arrays(waved.pixels, board=board.set_axis(["p", "q"], axis=1))
+
+
 def test_other_names_are_known_and_told(cal, data):
     wanted = cal.predict(data.pixels)
     sides = pd.DataFrame(data.pixels, columns=["left_x", "left_y", "right_x", "right_y"])
     assert np.array_equal(cal.predict(sides[["right_y", "left_x", "right_x", "left_y"]]), wanted)
+    made = ws.Dataset.from_arrays(sides[["right_y", "left_x", "right_x", "left_y"]], data.points)
+    assert np.array_equal(made.pixels, data.pixels)
     told = pd.DataFrame(data.pixels, columns=list("abcd"))[list("dcba")]
     columns = {"x1": "a", "y1": "b", "x2": "c", "y2": "d"}
     assert np.array_equal(cal.predict(told, columns=columns), wanted)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 
@@ -143,10 +146,61 @@ def test_opencv_projects_as_the_model_does(cal, data):
         ws.from_opencv(told["K1"], np.zeros(3), told["K2"], told["D2"], told["R"], told["T"])
 
 
+def test_opencv_rectifies_by_the_arrays_as_they_are(cal):
+    cv2 = pytest.importorskip("cv2")
+    told = cal.to_opencv(image_size=(640, 480))
+    lenses = [told[key] for key in ("K1", "D1", "K2", "D2")]
+    projection = cv2.stereoRectify(*lenses, (640, 480), told["R"], told["T"])[3]
+    assert projection[0, 3] / projection[0, 0] == pytest.approx(-np.linalg.norm(told["T"]), rel=1e-6)
+    for shape in ((3,), (3, 1), (1, 3)):
+        back = ws.from_opencv(*lenses, told["R"], told["T"].reshape(shape))
+        assert np.array_equal(back.to_opencv()["T"], told["T"])
+
+
+def test_what_no_pair_of_cameras_is_is_refused():
+    K, none = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]]), np.zeros(5)
+    good = dict(K1=K, D1=none, K2=K, D2=none, R=np.eye(3), T=[-60.0, 0, 0])
+    wanted = ws.from_opencv(**good).predict([[320.0, 240.0, 272.0, 240.0]])
+    for same in (dict(D1=None, D2=None), dict(T=[[-60.0], [0], [0]]), dict(unit="inches"), dict(unit="dm")):
+        assert np.array_equal(ws.from_opencv(**good | same).predict([[320.0, 240.0, 272.0, 240.0]]), wanted)
+    fisheyes = [ws.from_opencv(**good | dict(D1=d, D2=d, fisheye=True)) for d in (None, np.zeros(4))]
+    assert fisheyes[0] == fisheyes[1]
+    bad = [
+        (dict(K1=K.T), "last row of K1 is 320, 240, 1", "it is transposed: give `K1.T`"),
+        (dict(K2=2 * K), "last row of K2 is 0, 0, 2", "fx, 0, cx"),
+        (dict(K2=K * [[-1], [1], [1]]), "K2 has focal lengths of -800, 800", "above 0"),
+        (dict(K1=K * [[0], [1], [1]]), "K1 has focal lengths of 0, 800", "above 0"),
+        (dict(K1=K + [[0, 0, 0], [3, 0, 0], [0, 0, 0]]), "3 before the second", "fx, 0, cx"),
+        (dict(K1=np.where(K == 320, np.nan, K)), "K1 has numbers that are not finite", "OpenCV"),
+        (dict(D2=[0.1, 0, 0, np.inf]), "D2 has numbers that are not finite", "OpenCV"),
+        (dict(D2="none"), "D2 is not an array of numbers", "float64"),
+        (dict(R=[0.0, 0, 0]), r"R has shape \(3,\)", "cv2.Rodrigues"),
+        (dict(T=[0.0, 0, 0]), "T is 0", "baseline"),
+        (dict(T=[0.0, np.nan, 0]), "T has numbers that are not finite", "OpenCV"),
+        (dict(T=[0.0, 1.0]), r"T has shape \(2,\)", r"(3,) or (3, 1)"),
+        (dict(pixel_sigma=0), "pixel_sigma cannot be 0", "above 0"),
+        (dict(pixel_sigma=-1), "pixel_sigma cannot be -1", "above 0"),
+        (dict(pixel_sigma=np.nan), "pixel_sigma cannot be nan", "above 0"),
+        (dict(pixel_sigma="a"), "pixel_sigma cannot be 'a'", "above 0"),
+        (dict(unit="parsec"), "unit cannot be 'parsec'", "um, mm, cm"),
+        (dict(unit=5), "unit cannot be 5", "um, mm, cm"),
+    ]
+    for other, problem, hint in bad:
+        with pytest.raises(ws.errors.ArgumentError, match=problem) as raised:
+            ws.from_opencv(**good | other)
+        assert hint in raised.value.hint, other
+
+
 def test_files_of_other_programs_go_there_and_back(cal, data, tmp_path):
     for name, path in {"opencv": "stereo.yml", "dlt": "dlt.csv", "kalibr": "camchain.yaml"}.items():
-        files = cal.export(name, tmp_path / path, image_size=(640, 480))
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            files = cal.export(name, tmp_path / path, image_size=(640, 480))
+        # Projection matrices have no distortion, which this lens has.
+        told = [str(w.message) for w in warned if w.category is ws.DataWarning]
+        assert len(told) == (name == "dlt")
         if name == "dlt":
+            assert re.search(r"a projection matrix was fitted to it, which differs by [\d.]+ px rms, [\d.]+ px at most", told[0])
             continue
         back = ws.read_cameras(*files, unit="cm")
         residual = back.locate(data.pixels).residual

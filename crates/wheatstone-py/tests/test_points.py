@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import resource
 from concurrent.futures import ThreadPoolExecutor
 
@@ -226,3 +227,58 @@ def test_pixel_sigma_is_the_noise_of_the_pixels(cal, data):
     for sigma in (0.0, -0.1, float("nan"), float("inf")):
         with pytest.raises(ws.errors.ArgumentError):
             cal.locate(data.pixels, pixel_sigma=sigma)
+
+
+def test_single_values_that_are_none_are_refused(cal, data):
+    """Whatever is wrong with them, by our own exceptions."""
+    pixels, points = data.pixels, data.points
+    half, picture = np.array([1280.0, 960.0]), np.zeros((40, 40), dtype=np.uint8)
+    cases = [
+        ("image_size cannot be", "(1280, 960)", lambda bad: ws.fit(data, image_size=bad), (1280, (1280.5, 960), half, (-640, 480), (0, 0), "1280x960", (2**40, 2))),
+        ("image_size cannot be", "(1280, 960)", lambda bad: cal.to_opencv(image_size=bad), (1280, half, [(1280.5, 960), None])),
+        ("image_size cannot be", "(1280, 960)", lambda bad: ws.Reconstructor(cal, bad), (1280, half, [(640, 480), None])),
+        ("size cannot be", "width and height", lambda bad: cal.rectify(image_size=(640, 480), size=bad), (320, (320, "240"), (320, 240, 1))),
+        ("focal cannot be", "in pixels", lambda bad: cal.rectify(image_size=(640, 480), focal=bad), ("a", 0, float("nan"))),
+        ("cameras cannot be", "counted from 0: (0, 1)", lambda bad: cal.rectify(bad), ((0, 0), 1, (0,), (0, 1, 1))),
+        ("there is no camera", "from 0 to 1", lambda bad: cal.project(points, bad), ("left", 1.0, None, -1, 2)),
+        ("there is no camera", "from 0 to 1", lambda bad: cal.rectify((0, bad)), (2, 1.0, "right")),
+        ("pixel_sigma cannot be", "above 0", lambda bad: cal.locate(pixels, pixel_sigma=bad), ("a", "1", [1, 2], True)),
+        ("false_alarm cannot be", "between 0 and 1", lambda bad: cal.locate(pixels, false_alarm=bad), ("a", None, 2)),
+        ("unit cannot be", '"mm"', lambda bad: ws.fit(pixels, points, unit=bad), (5, b"mm", ["mm"])),
+        ("unit cannot be", '"mm"', lambda bad: ws.fit({"x1": [1.0]}, unit=bad), (5,)),
+        ("stage_sigma cannot be", "above 0", lambda bad: ws.fit(data, stage_sigma=bad), ("1", 0, -1.0, float("inf"))),
+        ("seed cannot be", "from 0 to 2**64 - 1", lambda bad: ws.fit(data, seed=bad), (1.5, "1", None, -1, 2**64)),
+        ("intrinsics cannot be", "Calibration", lambda bad: ws.fit(data, intrinsics=bad), (5, "a", [1], [cal, None])),
+        ("methods cannot be", "wheatstone.METHODS", lambda bad: ws.compare(data, methods=bad), (5, None, [1], [])),
+        ("range cannot be", "(300, 1500)", lambda bad: ws.Reconstructor(cal, (640, 480), range=bad), (5, (1, "b"), (1,), "near")),
+        ("region cannot be", "width and height", lambda bad: ws.Reconstructor(cal, (640, 480), region=bad), (5, (1, 2, 3), "all")),
+        ("confidence cannot be", "0 to 1", lambda bad: ws.Reconstructor(cal, (640, 480), confidence=bad), ("high", [0.9])),
+        ("max_sigma cannot be", "above 0", lambda bad: ws.Reconstructor(cal, (640, 480), max_sigma=bad), ("1", float("nan"))),
+        ("cameras cannot be", "counted from 0", lambda bad: ws.Reconstructor(cal, (640, 480), cameras=bad), (5, "01", ())),
+        ("range cannot be", "(0, 64)", lambda bad: ws.match_pair(picture, picture, bad), (5, None, (0, "b"), (1, 2, 3))),
+        ("count cannot be", "above 0", lambda bad: ws.synth(count=bad), (0, "a", 1.5)),
+        ("seed cannot be", "from 0 to 2**64 - 1", lambda bad: ws.synth(seed=bad), ("a", -1, None)),
+        ("distances cannot be", "the step", lambda bad: ws.synth(distances=bad), (5, None, (50, 140))),
+        ("epochs cannot be", "above 0", lambda bad: ws.fit(data, epochs=bad), (1.5, "1", 0, -1)),
+    ]
+    for problem, hint, call, values in cases:
+        for bad in values:
+            with pytest.raises(ws.errors.ArgumentError, match=problem) as raised:
+                call(bad)
+            assert hint in str(raised.value.hint), bad
+    for good in (np.int64(3), np.uint8(3), np.array(3)):
+        assert ws.fit(data, seed=good, method="dlt", validate=False) == ws.fit(data, seed=3, method="dlt", validate=False)
+        assert len(ws.synth(count=good, seed=good)) == 3
+    assert np.array_equal(cal.project(points, np.int32(1)), cal.project(points, 1))
+    assert cal.to_opencv(image_size=np.array([640, 480]))["image_size"] == [(640, 480)] * 2
+    assert np.array_equal(cal.locate(pixels, pixel_sigma=np.float32(0.5)).sigmas, cal.locate(pixels, pixel_sigma=0.5).sigmas)
+
+
+def test_a_covariance_that_was_not_asked_for_is_an_error(cal, data):
+    located = cal.locate(data.pixels[:3])
+    with pytest.raises(ws.errors.ArgumentError, match="no covariance") as raised:
+        located.covariance
+    assert "locate(..., covariance=True)" in raised.value.hint
+    # Python's own tools ask for attributes, and know this one.
+    assert not hasattr(located, "covariance")
+    assert pickle.loads(pickle.dumps(raised.value)).hint == raised.value.hint

@@ -139,6 +139,27 @@ def test_takes_any_random_state(data: ws.Dataset, state: object) -> None:
     assert regressor.fit(data.pixels, data.points).score(data.pixels, data.points) > 0.99
 
 
+def test_columns_with_names_may_stand_in_any_order(data: ws.Dataset, regressor: StereoRegressor) -> None:
+    pd, pl, pa = (pytest.importorskip(name) for name in ("pandas", "polars", "pyarrow"))
+    names = ["x1", "y1", "x2", "y2"]
+    ours = pd.DataFrame(data.pixels, columns=names)
+    mixed = ours.assign(key=1.0)[["y2", "x1", "key", "x2", "y1"]]
+    wanted = regressor.fit(data.pixels, data.points).predict(data.pixels)
+    for kind in (lambda frame: frame, pl.from_pandas, pa.Table.from_pandas):
+        assert np.array_equal(regressor.fit(kind(mixed), data.points).predict(kind(ours)), wanted)
+        assert np.array_equal(regressor.predict(kind(mixed)), wanted)
+        assert np.array_equal(regressor.fit(kind(ours), data.points).predict(kind(mixed)), wanted)
+        assert regressor.score(kind(mixed), data.points) > 0.99
+    assert regressor.fit(mixed, data.points).feature_names_in_.tolist() == names
+    sides = ours.set_axis(["left_x", "left_y", "right_x", "right_y"], axis=1)
+    assert np.array_equal(regressor.fit(sides, data.points).predict(sides[sides.columns[::-1]]), wanted)
+    # Names of anything else are scikit-learn's business.
+    other = ours.set_axis(["a", "b", "c", "d"], axis=1)
+    assert np.array_equal(regressor.fit(other, data.points).predict(other), wanted)
+    with pytest.raises(ValueError, match="feature names"):
+        regressor.predict(other[["b", "a", "d", "c"]])
+
+
 def test_refuses_data_that_are_no_matched_pixels(
     data: ws.Dataset,
 ) -> None:

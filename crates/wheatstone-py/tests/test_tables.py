@@ -116,6 +116,29 @@ def test_caliscope(tmp_path):
         ws.read_caliscope(frame.drop(columns=["img_loc_y"]))
 
 
+def test_rows_of_caliscope_that_contradict_each_other_are_refused():
+    names = ["sync_index", "cam_id", "object_id", "keypoint_id", "img_loc_x", "img_loc_y", "board_loc_x", "board_loc_y"]
+    nan = np.nan
+    rows = [[3, cam, 0, point, 10.0 * point, 5.0, 0.1 * point, nan if point == 2 else 0.2] for point in range(4) for cam in (1, 2)]
+    frame = pd.DataFrame(rows, columns=names)
+    wanted = ws.read_caliscope(frame)
+    for exact in (pd.concat([frame, frame]), pd.concat([frame, frame[:3]])):
+        read = ws.read_caliscope(exact)
+        assert np.array_equal(read.pixels, wanted.pixels) and np.array_equal(read.board, wanted.board, equal_nan=True)
+    moved = frame.assign(img_loc_x=frame.img_loc_x + (frame.keypoint_id == 1) * (frame.cam_id == 2))
+    unseen = frame.assign(img_loc_x=frame.img_loc_x.where(frame.keypoint_id != 1), img_loc_y=frame.img_loc_y.where(frame.keypoint_id != 1))
+    for other, cam in ((moved, 2), (unseen, 1)):
+        with pytest.raises(ws.errors.ArgumentError, match=rf"that of sync_index 3, cam_id {cam}, object_id 0, keypoint_id 1\n") as raised:
+            ws.read_caliscope(pd.concat([frame, other]))
+        assert "one row of each point and camera" in raised.value.hint
+    bent = frame.assign(board_loc_x=frame.board_loc_x + 0.1 * ((frame.keypoint_id == 3) & (frame.cam_id == 2)))
+    with pytest.raises(ws.errors.ArgumentError, match="cam_id 1, object_id 0, keypoint_id 3"):
+        ws.read_caliscope(bent)
+    # Only one camera's rows have places on the board.
+    some = frame.assign(board_loc_x=frame.board_loc_x.where(frame.cam_id == 1))
+    assert np.array_equal(ws.read_caliscope(some).board, wanted.board, equal_nan=True)
+
+
 def test_bad_data_are_refused():
     good = np.zeros((6, 4))
     for arguments in (

@@ -9,8 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Union
 
 import numpy as np
+import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import unit_name
 from ._arrays import FloatArray, Table, doubles, is_table, library_of, pyarrow_for
 from .errors import ArgumentError, MalformedError
 
@@ -20,6 +22,14 @@ PIXELS = ("x1", "y1", "x2", "y2")
 
 _AXIS = re.compile(r"(?<![a-z])[uvxyz](?![a-z])|^[uvxy][a-hlr]$", re.IGNORECASE)
 """An axis in the name of a column: x1, u_left, X [mm], xa."""
+
+_PLACE = re.compile(r"[XYZ]( *[\[(].*|_[a-z]{1,2})?|board_[xy].*")
+"""A coordinate of a place, with its unit or without: X, X [mm], X_mm, board_x."""
+
+_PIXEL_NAMES = "x1, y1, x2, y2, ... (or say by `columns=` which is which)"
+
+_NO_NAME = re.compile(r"(column_?)?\d+")
+"""What libraries call columns that were given no name: 0, 1, ...; column_0, column_1, ..."""
 
 
 def column_names(columns: Columns | None) -> str | None:
@@ -41,7 +51,7 @@ def reading(
     """How the extension module reads a table."""
     return json.dumps(
         {
-            "unit": unit,
+            "unit": unit_name(unit),
             "columns": column_names(columns),
             "drop_duplicates": drop_duplicates,
             "whole_pixels": whole_pixels,
@@ -87,10 +97,13 @@ class _Frame:
         rows: FloatArray = stacked.T
         return rows
 
-    def _numbers(self, index: int) -> FloatArray:
+    def values(self, index: int) -> Any:
+        """A column as it is."""
         column = self._column(index)
-        values = column.to_numpy() if hasattr(column, "to_numpy") else column
-        return doubles(values, f"column `{self.labels[index]}`")
+        return column.to_numpy() if hasattr(column, "to_numpy") else column
+
+    def _numbers(self, index: int) -> FloatArray:
+        return doubles(self.values(index), f"column `{self.labels[index]}`")
 
     def like(self, names: Sequence[str], values: FloatArray) -> Any:
         """A table with these names that says as much of its unit."""
@@ -115,11 +128,18 @@ def has_names(value: object) -> bool:
     return is_table(value) and not is_column
 
 
-def _by_position(frame: _Frame, table: Table, width: int | None) -> bool:
-    """Whether no column has a name that says what it holds."""
-    if isinstance(table, Mapping) or any(_AXIS.search(name) for name in frame.names):
-        return False
-    return len(frame.labels) == width or not any(isinstance(label, str) for label in frame.labels)
+def _by_position(frame: _Frame, table: Table) -> bool:
+    """Whether no column was given a name."""
+    return not isinstance(table, Mapping) and all(_NO_NAME.fullmatch(name) for name in frame.names)
+
+
+def _refuse_unknown(frame: _Frame, wanted: str) -> None:
+    """Refuses names of which none says what its column holds: their order may be any."""
+    if not any(_AXIS.search(name) for name in frame.names):
+        raise ArgumentError(
+            f"the names of the columns do not say what they hold: {', '.join(frame.names)}",
+            hint=f"rename the columns to {wanted}, or give an array in that order: `table.to_numpy()`",
+        )
 
 
 def _own(names: Sequence[str], wanted: Sequence[str], alike: Callable[[str], object]) -> list[int] | None:
@@ -137,18 +157,56 @@ def _probe(frame: _Frame, names: list[str], settings: str) -> _w.Dataset:
 
 def pixels_of_table(table: Table, cameras: int | None, columns: Columns | None) -> FloatArray | None:
     """Matched pixels (n, 2 * cameras), a row each, of so many cameras or all that are named; None where no column has a
-    name that says what it holds."""
+    name. Names that say nothing are refused."""
     frame = _Frame(table)
-    if columns is None and _by_position(frame, table, None if cameras is None else 2 * cameras):
-        return None
+    if columns is None:
+        if _by_position(frame, table):
+            return None
+        _refuse_unknown(frame, _PIXEL_NAMES)
+    return frame.rows(_pixel_columns(frame, cameras, columns))
+
+
+def pixels_and_views(table: Table, columns: Columns | None) -> tuple[FloatArray, npt.NDArray[Any] | None]:
+    """Matched pixels (n, 2 * cameras) of a table whose points are given beside it, and the labels of its views."""
+    frame = _Frame(table)
+    places = [name for name in frame.names if _PLACE.fullmatch(name)]
+    if places:
+        raise ArgumentError(
+            f"points are given twice, for the table has {', '.join(places)}",
+            hint="give the table alone, or leave these columns out of it",
+        )
+    if columns is None and _by_position(frame, table):
+        return frame.rows(range(len(frame.labels))), None
+    if columns is None:
+        _refuse_unknown(frame, _PIXEL_NAMES)
+    views = np.asarray(frame.values(frame.names.index("view"))) if "view" in frame.names else None
+    return frame.rows(_pixel_columns(frame, None, columns)), views
+
+
+def in_order_of_cameras(table: Any) -> Any:
+    """A DataFrame's or pyarrow table's columns x1, y1, x2, y2, ...; the whole table where its names do not say which."""
+    frame = _Frame(table)
+    if not any(_AXIS.search(name) for name in frame.names):
+        return table
+    try:
+        found = _pixel_columns(frame, None, None)
+    except MalformedError:
+        return table
+    if frame.library == "pandas":
+        return table.iloc[:, found]
+    return table.select([frame.names[column] for column in found]) if hasattr(table, "select") else table
+
+
+def _pixel_columns(frame: _Frame, cameras: int | None, columns: Columns | None) -> list[int]:
+    """The columns of x1, y1, x2, y2, ..., of so many cameras or all that are named."""
     if cameras is None:
         cameras = len([name for name in frame.names if re.fullmatch(r"x\d+", name)])
     ours = [f"{axis}{camera}" for camera in range(1, cameras + 1) for axis in "xy"]
     own = _own(frame.names, ours, re.compile(r"[xy]\d+").fullmatch)
-    if columns is None and own is not None:
-        return frame.rows(own)
+    if columns is None and own:
+        return own
     found = _probe(frame, frame.names, reading(None, columns))
-    return frame.rows([int(column) for column in found.pixels()[1]])
+    return [int(column) for column in found.pixels()[1]]
 
 
 def pixels_of_camera(table: Table, camera: int) -> FloatArray:
@@ -157,7 +215,7 @@ def pixels_of_camera(table: Table, camera: int) -> FloatArray:
     for x, y in ((f"x{camera + 1}", f"y{camera + 1}"), ("x1", "y1"), ("x", "y"), ("u", "v")):
         if x in frame.names and y in frame.names:
             return frame.rows([frame.names.index(x), frame.names.index(y)])
-    if len(frame.labels) != 2 or any(_AXIS.search(name) for name in frame.names):
+    if len(frame.labels) != 2 or not _by_position(frame, table):
         raise ArgumentError(
             f"no columns `x{camera + 1}`, `y{camera + 1}`; found: {', '.join(frame.names)}",
             hint="give a table with these columns, or an array, (n, 2)",
@@ -166,10 +224,11 @@ def pixels_of_camera(table: Table, camera: int) -> FloatArray:
 
 
 def places_of_table(table: Table, unit: str) -> FloatArray | None:
-    """X, Y, Z (n, 3) in `unit`, a row each; None where no column has a name that says what it holds."""
+    """X, Y, Z (n, 3) in `unit`, a row each; None where no column has a name. Names that say nothing are refused."""
     frame = _Frame(table)
-    if _by_position(frame, table, 3):
+    if _by_position(frame, table):
         return None
+    _refuse_unknown(frame, "X, Y, Z")
     own = _own(frame.names, "XYZ", "XYZ".__contains__)
     if frame.metadata is None and own is not None:
         return frame.rows(own)
@@ -188,6 +247,19 @@ def places_of_table(table: Table, unit: str) -> FloatArray | None:
     factor = found[0, 0]
     places: FloatArray = factor * frame.rows([round(column / factor) for column in found[1]])
     return places
+
+
+def board_of_table(table: Table) -> FloatArray:
+    """board_x, board_y (n, 2), a row each; columns without any name by position."""
+    frame = _Frame(table)
+    if _by_position(frame, table):
+        return frame.rows(range(len(frame.labels)))
+    if not {"board_x", "board_y"} <= set(frame.names):
+        raise ArgumentError(
+            f"no columns `board_x`, `board_y`; found: {', '.join(frame.names)}",
+            hint="give a table with these columns, or an array, (n, 2)",
+        )
+    return frame.rows([frame.names.index("board_x"), frame.names.index("board_y")])
 
 
 def in_unit(places: FloatArray, own: str, unit: str) -> FloatArray:

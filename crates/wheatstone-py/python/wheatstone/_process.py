@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-import operator
-
 import wheatstone._wheatstone as _w
-from .errors import ArgumentError
+from ._arguments import whole
 
 _MOST = 2**31 - 1
-
-
-def _count(value: int, name: str, least: int, hint: str) -> int:
-    try:
-        count = operator.index(value)
-    except TypeError:
-        count = least - 1
-    if count < least:
-        raise ArgumentError(f"{name} cannot be {value!r}", hint=hint)
-    return min(count, _MOST)
 
 
 def set_threads(count: int) -> None:
@@ -28,7 +16,8 @@ def set_threads(count: int) -> None:
     ArgumentError
         For what is no whole number from 0 on.
     """
-    _w.set_threads(_count(count, "count", 0, "give a whole number from 0 on; 0 is the default"))
+    found = whole(count, "count", "give a whole number from 0 on; 0 is the default")
+    _w.set_threads(min(found, _MOST))
 
 
 def raise_limits(times: int) -> None:
@@ -39,4 +28,5 @@ def raise_limits(times: int) -> None:
     ArgumentError
         For what is no whole number from 1 on.
     """
-    _w.raise_limits(_count(times, "times", 1, "give a whole number from 1 on; 1 is the usual"))
+    found = whole(times, "times", "give a whole number from 1 on; 1 is the usual", least=1)
+    _w.raise_limits(min(found, _MOST))

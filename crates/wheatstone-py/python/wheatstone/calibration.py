@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import threading
+import warnings
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, overload
@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import is_whole, items, number, positive, refused
 from ._arrays import (
     FloatArray,
     PathLike,
@@ -26,9 +27,9 @@ from ._arrays import (
     same_kind,
 )
 from ._named import Columns, column_names, has_names, pixels_of_camera
-from ._sizes import ImageSize, image_sizes
+from ._sizes import ImageSize, image_sizes, one_size
 from .data import Data, Dataset, Progress, as_dataset, pixels_of, places_of
-from .errors import ArgumentError
+from .errors import ArgumentError, DataWarning, MismatchError
 from .evaluation import BoardEvaluation, Evaluation, Validation
 from .findings import CameraMotion, Finding
 from .located import Located
@@ -192,7 +193,7 @@ class Calibration:
         pixels : array, (n, 2 * cameras), (n, cameras, 2) or (cameras, n, 2); or Dataset, table, or path
             In pixels; NaN where a camera did not see a point. float64 and float32 of any strides are read as they
             stand, without a copy. The columns of a table are found by their names, as in `fit`, and others passed over;
-            a DataFrame without names that say anything (0, 1, 2, 3) is read as an array is.
+            a DataFrame without names (0, 1, 2, 3) is read as an array is, and names that say nothing are refused.
         out : array, (n, 3), optional
             float64 in C order, to be filled.
         columns : mapping or sequence, optional
@@ -251,14 +252,12 @@ class Calibration:
         >>> bool((located.trust <= ws.Trust.EDGE).all()), located.covariance.shape
         (True, (5, 3, 3))
         """
-        if not 0.0 < false_alarm < 1.0:
-            raise ArgumentError(f"false_alarm cannot be {false_alarm}", hint="give a value between 0 and 1")
-        if pixel_sigma is not None and not 0.0 < pixel_sigma < math.inf:
-            raise ArgumentError(f"pixel_sigma cannot be {pixel_sigma}", hint="give a value above 0, in pixels")
+        share = _share(false_alarm)
+        sigma = None if pixel_sigma is None else positive(pixel_sigma, "pixel_sigma", "give a value above 0, in pixels")
         array = pixels_of(pixels, self.cameras, columns)
         figures = np.empty((13 if covariance else 7, len(array)))
         codes = np.empty((2, len(array)), dtype=np.uint8)
-        self.handle.locate(array, figures, codes, (false_alarm, pixel_sigma))
+        self.handle.locate(array, figures, codes, (share, sigma))
         return Located(figures, codes, self.unit)
 
     def locate_arrow(
@@ -297,7 +296,7 @@ class Calibration:
                 hint="give a DataFrame or a pyarrow table; `locate` takes arrays and paths",
             )
         stream = self.handle.locate_stream(
-            arrow_table(table), covariance, false_alarm, column_names(columns)
+            arrow_table(table), covariance, _share(false_alarm), column_names(columns)
         )
         return same_kind(table, stream)
 
@@ -343,11 +342,32 @@ class Calibration:
         return rays[:, :3], rays[:, 3:]
 
     def _camera(self, camera: int) -> int:
-        if not 0 <= camera < self.cameras:
+        if not (is_whole(camera) and camera < self.cameras):
             raise ArgumentError(
-                f"there is no camera {camera}", hint=f"cameras count from 0 to {self.cameras - 1}"
+                f"there is no camera {camera!r}", hint=f"cameras count from 0 to {self.cameras - 1}"
             )
-        return camera
+        return int(camera)
+
+    def _pair(self, cameras: Any) -> list[int]:
+        """Two cameras that differ."""
+        pair = items(cameras)
+        if len(pair) != 2 or pair[0] == pair[1]:
+            raise refused("cameras", cameras, "give two different ones, counted from 0: (0, 1)")
+        return [self._camera(camera) for camera in pair]
+
+    def _sizes_with(self, given: list[list[int] | None]) -> list[list[int] | None]:
+        """The sizes of the pictures, with those that are given where the model knows none."""
+        known: list[list[int] | None] = self._evidence["sizes"]
+        for camera, (own, size) in enumerate(zip(known, given)):
+            if own is not None and size is not None and own != size:
+                raise MismatchError(
+                    f"size of the pictures of camera {camera}: the model has {own[0]} x {own[1]}, "
+                    f"image_size is {size[0]} x {size[1]}",
+                    hint="leave image_size out, or use the model of pictures of that size; "
+                    "`size=` is that of the rectified pictures",
+                    code="mismatch",
+                )
+        return [own or size for own, size in zip(known, given)]
 
     def relative(self) -> Calibration:
         """The same model with error bars within its frame: without the errors of shift, scale and skew that all
@@ -388,7 +408,7 @@ class Calibration:
             points,
             board=board,
             views=views,
-            unit=unit or (self.unit if _are_arrays(pixels) else None),
+            unit=unit or (self.unit if _are_arrays(pixels, points, board) else None),
             columns=columns,
             progress=progress,
         )
@@ -466,13 +486,26 @@ class Calibration:
         -------
         list of str
             The files that were written.
+
+        Warns
+        -----
+        DataWarning
+            Where the cameras that were written are not those of the model: by how many pixels they differ.
         """
         if path is None:
             if format == "opencv":
                 return self.to_opencv(image_size=image_size)
             raise ArgumentError(f"`{format}` is a format of files", hint="give a path")
         sizes = image_sizes(image_size, self.cameras)
-        files, _ = self.handle.export(format, path, sizes)
+        files, text = self.handle.export(format, path, sizes)
+        loss: dict[str, Any] | None = json.loads(text)
+        if loss is not None and loss["largest"] > _ROUNDING:
+            warnings.warn(
+                f"`{format}` files do not hold this model as it is: a {loss['form']} was fitted to it, which differs by "
+                f"{_pixels(loss['rms'])} px rms, {_pixels(loss['largest'])} px at most",
+                DataWarning,
+                stacklevel=2,
+            )
         return [str(file) for file in files]
 
     def to_opencv(self, *, fisheye: bool = False, image_size: ImageSize = None) -> dict[str, Any]:
@@ -489,15 +522,17 @@ class Calibration:
         -------
         dict
             ``K1, D1, K2, D2, ...`` and ``R, T`` (``x2 = R x1 + T``; ``R3, T3`` of a third camera, from the first, and
-            so on), ``camera_from_world`` (cameras, 3, 4), ``image_size``, ``unit``, and ``loss``: None where the
-            arrays say all, otherwise how far they are from the model in pixels (``rms``, ``largest``).
+            so on), as ``cv2.stereoRectify`` takes them: T is (3, 1). Then ``camera_from_world`` (cameras, 3, 4),
+            ``image_size``, ``unit``, and ``loss``: None where the arrays say all, otherwise how far they are from the
+            model in pixels (``rms``, ``largest``).
 
         Examples
         --------
         >>> import wheatstone as ws
         >>> cal = ws.fit(ws.synth(rig="paper", noise=0.1, count=300), method="brown", validate=False)
-        >>> sorted(cal.to_opencv())[:6]
-        ['D1', 'D2', 'K1', 'K2', 'R', 'T']
+        >>> told = cal.to_opencv()
+        >>> [told[name].shape for name in ("K1", "D1", "R", "T")]
+        [(3, 3), (5,), (3, 3), (3, 1)]
         """
         sizes = image_sizes(image_size, self.cameras)
         cameras, loss = self.handle.matrices(fisheye, sizes)
@@ -509,7 +544,8 @@ class Calibration:
                 rotation = poses[number - 1][:, :3] @ poses[0][:, :3].T
                 end = "" if number == 2 else str(number)
                 told[f"R{end}"] = rotation
-                told[f"T{end}"] = poses[number - 1][:, 3] - rotation @ poses[0][:, 3]
+                # A column, as OpenCV's functions want it: stereoRectify takes no T of shape (3,).
+                told[f"T{end}"] = poses[number - 1][:, 3:] - rotation @ poses[0][:, 3:]
         told["camera_from_world"] = poses
         told["image_size"] = [
             None if camera["size"] is None else tuple(camera["size"]) for camera in cameras
@@ -537,12 +573,16 @@ class Calibration:
             Of the rectified pictures.
         focal : float, optional
             Focal length of the rectified pictures, in pixels.
+
+        Raises
+        ------
+        MismatchError
+            For an `image_size` that is not that of the model's pictures.
         """
-        given = image_sizes(image_size, self.cameras)
-        known = [own or size for own, size in zip(given, self._evidence["sizes"])]
-        wanted = None if size is None else [int(size[0]), int(size[1])]
-        pair = [self._camera(cameras[0]), self._camera(cameras[1])]
-        maps, text = self.handle.rectify(pair, known, wanted, focal)
+        known = self._sizes_with(image_sizes(image_size, self.cameras))
+        wanted = None if size is None else one_size(size, "size")
+        length = None if focal is None else positive(focal, "focal", "give a focal length above 0, in pixels")
+        maps, text = self.handle.rectify(self._pair(cameras), known, wanted, length)
         told = json.loads(text)
         rotation: Any = np.asarray(told["rotation"])
         back = np.empty((3, 4))
@@ -565,8 +605,25 @@ class Calibration:
         )
 
 
-def _are_arrays(pixels: object) -> bool:
+def _share(false_alarm: float) -> float:
+    found = number(false_alarm)
+    if not 0.0 < found < 1.0:
+        raise refused("false_alarm", false_alarm, "give a value between 0 and 1")
+    return found
+
+
+_ROUNDING = 1e-6
+"""Pixels that differ by less are the same but for rounding."""
+
+
+def _pixels(figure: float) -> str:
+    return f"{figure:.0f}" if figure >= 100.0 else f"{figure:.3g}"
+
+
+def _are_arrays(pixels: object, points: object, board: object) -> bool:
     """Whether data have no unit of their own."""
+    if points is not None or board is not None:
+        return True
     return not (isinstance(pixels, Dataset) or is_path(pixels) or is_table(pixels))
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
-from ._arrays import PathLike
-from ._sizes import ImageSize, image_sizes
+from ._arguments import known_unit, positive, unit_name
+from ._arrays import FloatArray, PathLike, doubles
+from ._sizes import ImageSize, image_sizes, one_size, size_list
 from .calibration import Calibration
 from .errors import ArgumentError
 
@@ -19,9 +18,9 @@ __all__ = ["from_opencv", "read_cameras"]
 
 def from_opencv(
     K1: npt.ArrayLike,
-    D1: npt.ArrayLike,
+    D1: npt.ArrayLike | None,
     K2: npt.ArrayLike,
-    D2: npt.ArrayLike,
+    D2: npt.ArrayLike | None,
     R: npt.ArrayLike,
     T: npt.ArrayLike,
     image_size: ImageSize = None,
@@ -35,12 +34,12 @@ def from_opencv(
     Parameters
     ----------
     K1, K2 : arrays, (3, 3)
-    D1, D2 : arrays
-        0, 4, 5, 8, 12 or 14 coefficients; 4 for `fisheye`.
-    R, T : arrays, (3, 3) and (3,)
-    image_size : (width, height), optional
+    D1, D2 : arrays or None
+        0, 4, 5, 8, 12 or 14 coefficients; 4 for `fisheye`. None for a lens without distortion.
+    R, T : arrays, (3, 3), and (3, 1) or (3,)
+    image_size : (width, height) or one a camera, optional
     unit : str
-        The unit of `T`.
+        The unit of `T`: ``"mm"``, ``"cm"``, ``"m"``, ``"um"``, ``"in"``, ``"ft"``.
     fisheye : bool
         Whether the coefficients are those of ``cv2.fisheye``.
     pixel_sigma : float
@@ -51,6 +50,11 @@ def from_opencv(
     Calibration
         Its accuracy is unknown until `Calibration.evaluate` measures it; every point is ``OUTSIDE`` its data.
 
+    Raises
+    ------
+    ArgumentError
+        For what no calibration of a pair gives: a transposed K, a focal length of 0, no baseline, NaN.
+
     Examples
     --------
     >>> import numpy as np, wheatstone as ws
@@ -60,29 +64,67 @@ def from_opencv(
     [[0.0, 0.0, 1000.0]]
     """
     sizes = image_sizes(image_size, 2)
-    identity = (np.eye(3), np.zeros(3))
-    given = [(K1, D1, *identity, sizes[0]), (K2, D2, R, T, sizes[1])]
-    cameras = [
-        (
-            _numbers(k, "K", 9),
-            _numbers(d, "D", None),
-            _numbers(r, "R", 9),
-            _numbers(t, "T", 3),
-            size,
-        )
-        for k, d, r, t, size in given
-    ]
-    return Calibration(_w.from_matrices(cameras, unit, fisheye, float(pixel_sigma)))
-
-
-def _numbers(value: npt.ArrayLike, name: str, count: int | None) -> list[float]:
-    array = np.asarray(value, dtype=np.float64)
-    if (count is not None and array.size != count) or not bool(np.isfinite(array).all()):
+    sigma = positive(pixel_sigma, "pixel_sigma", _SIGMA_HINT)
+    translation = _array(T, "T", (3,), (3, 1), (1, 3))
+    if not translation.any():
         raise ArgumentError(
-            f"{name} has shape {array.shape}", hint=f"give {count or 'a few'} finite numbers"
+            "T is 0, and cameras that stand in one place locate no points",
+            hint="give the translation of `cv2.stereoCalibrate`, whose length is the baseline",
         )
+    rotation = _array(R, "R", (3, 3), hint="give the matrix; `cv2.Rodrigues` makes it of a vector")
+    given = [
+        (_camera_matrix(K1, "K1"), _coefficients(D1, "D1", fisheye), np.eye(3), np.zeros(3), sizes[0]),
+        (_camera_matrix(K2, "K2"), _coefficients(D2, "D2", fisheye), rotation, translation, sizes[1]),
+    ]
+    cameras = [(_flat(k), _flat(d), _flat(r), _flat(t), size) for k, d, r, t, size in given]
+    return Calibration(_w.from_matrices(cameras, known_unit(unit), fisheye, sigma))
+
+
+_SIGMA_HINT = "give a standard deviation above 0, in pixels"
+
+
+def _camera_matrix(value: npt.ArrayLike, name: str) -> FloatArray:
+    matrix = _array(value, name, (3, 3))
+    if not np.array_equal(matrix[2], (0.0, 0.0, 1.0)):
+        is_transposed = np.array_equal(matrix[:, 2], (0.0, 0.0, 1.0))
+        raise ArgumentError(
+            f"the last row of {name} is {_told(matrix[2])}, and not 0, 0, 1",
+            hint=f"it is transposed: give `{name}.T`" if is_transposed else "give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
+        )
+    focal = matrix[[0, 1], [0, 1]]
+    if not (focal > 0.0).all() or matrix[1, 0] != 0.0:
+        raise ArgumentError(
+            f"{name} has focal lengths of {_told(focal)} px, and {matrix[1, 0]:g} before the second",
+            hint="give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], fx and fy above 0",
+        )
+    return matrix
+
+
+def _coefficients(value: npt.ArrayLike | None, name: str, fisheye: bool) -> FloatArray:
+    """Coefficients of distortion; None for none."""
+    if value is None:
+        return np.zeros(4 if fisheye else 0)
+    return _array(value, name)
+
+
+def _array(value: npt.ArrayLike, name: str, *shapes: tuple[int, ...], hint: str | None = None) -> FloatArray:
+    """Finite numbers of one of these shapes, or of any."""
+    array = doubles(value, name)
+    if shapes and array.shape not in shapes:
+        wanted = " or ".join(str(shape) for shape in shapes)
+        raise ArgumentError(f"{name} has shape {array.shape}", hint=hint or f"give an array of shape {wanted}")
+    if not np.isfinite(array).all():
+        raise ArgumentError(f"{name} has numbers that are not finite", hint="give what OpenCV's calibration returned")
+    return array
+
+
+def _flat(array: FloatArray) -> list[float]:
     numbers: list[float] = np.ravel(array).tolist()
     return numbers
+
+
+def _told(numbers: FloatArray) -> str:
+    return ", ".join(f"{number:g}" for number in _flat(numbers))
 
 
 def read_cameras(
@@ -109,7 +151,7 @@ def read_cameras(
     """
     if not paths:
         raise ArgumentError("there is no file to read", hint="name the files of all cameras")
-    size: Any = image_size
-    sizes = [] if size is None else [size] if isinstance(size[0], (int, np.integer)) else list(size)
-    whole = [[int(width), int(height)] for width, height in sizes]
-    return Calibration(_w.read_cameras(list(paths), format, whole, unit, float(pixel_sigma)))
+    sizes = [] if image_size is None else size_list(image_size)
+    whole = [one_size(size) for size in sizes]
+    sigma = positive(pixel_sigma, "pixel_sigma", _SIGMA_HINT)
+    return Calibration(_w.read_cameras(list(paths), format, whole, unit_name(unit), sigma))

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import unit_name
 from ._arrays import FloatArray, is_path, places_array
 from ._pictures import Image, as_picture
 from .data import Dataset, Progress
@@ -328,5 +329,6 @@ def detect_in_pictures(
             )
         places = list(zip(moved.tolist(), turned.tolist()))
     seen = [[_seen(item) for item in of_camera] for of_camera in pictures]
-    data, sizes = _w.detect_all(seen, chart.json, list(zip(names, places)), (unit, bgr), progress)
+    in_unit = unit_name(unit) or "mm"
+    data, sizes = _w.detect_all(seen, chart.json, list(zip(names, places)), (in_unit, bgr), progress)
     return Dataset(data), [None if size is None else (size[0], size[1]) for size in sizes]

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import unit_name
 from ._arrays import (
     FloatArray,
     Numbers,
@@ -23,7 +24,16 @@ from ._arrays import (
     places_array,
     table_columns,
 )
-from ._named import Columns, has_names, in_unit, pixels_of_table, places_of_table, reading
+from ._named import (
+    Columns,
+    board_of_table,
+    has_names,
+    in_unit,
+    pixels_and_views,
+    pixels_of_table,
+    places_of_table,
+    reading,
+)
 from .errors import ArgumentError
 
 __all__ = ["Dataset", "Progress", "read", "read_caliscope"]
@@ -77,7 +87,8 @@ class Dataset:
         points : array, (n, 3), optional
             X, Y, Z in the world, in `unit`; NaN where they are not known. Columns of a table are found by their names.
         board : array, (n, 2), optional
-            Places on a board whose pose is not known, in `unit`: a board in the hand.
+            Places on a board whose pose is not known, in `unit`: a board in the hand. Columns ``board_x, board_y`` of a
+            table.
         views : sequence of n labels, optional
             Which view (placement of the chart, picture) each row belongs to. Held-out errors leave out whole views.
         ids : sequence of n labels, optional
@@ -102,6 +113,9 @@ class Dataset:
         if has_names(points):
             places: Any = points
             points = places_of(places, unit)
+        if has_names(board):
+            on_its_board: Any = board
+            board = board_of_table(on_its_board)
         known = None if points is None else doubles(points, "points")
         count = len(known) if known is not None and known.ndim == 2 else None
         array = pixels_array(pixels, None, count)
@@ -120,7 +134,7 @@ class Dataset:
                 on_board,
                 labels(views, "views", rows),
                 labels(ids, "ids", rows),
-                unit,
+                unit_name(unit) or "mm",
             )
         )
 
@@ -243,6 +257,11 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     -------
     Dataset
         One row for each `sync_index`, object and keypoint.
+
+    Raises
+    ------
+    ArgumentError
+        Where columns are missing, or two rows of a point and camera contradict each other.
     """
     columns = _csv_columns(table) if is_path(table) else table_columns(table)  # type: ignore[arg-type]
     old = {"port": "cam_id", "point_id": "keypoint_id"}
@@ -261,13 +280,25 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     keypoints, keypoint = np.unique(columns["keypoint_id"], return_inverse=True)
     keys, row = np.unique(np.stack([view, thing, keypoint], axis=1), axis=0, return_inverse=True)
     row = np.ravel(row)
+    seen = _two_columns(columns, "img_loc_x", "img_loc_y")
     pixels = np.full((len(keys), len(cameras), 2), np.nan)
-    pixels[row, camera, 0] = columns["img_loc_x"]
-    pixels[row, camera, 1] = columns["img_loc_y"]
+    pixels[row, camera] = seen
+    twice = ~_is_same(pixels[row, camera], seen)
     board = None
     if "board_loc_x" in columns and "board_loc_y" in columns:
+        places = _two_columns(columns, "board_loc_x", "board_loc_y")
+        # Only some rows of a point may say where it is on the board.
+        known = ~np.isnan(places).any(axis=1)
         board = np.full((len(keys), 2), np.nan)
-        board[row, 0], board[row, 1] = columns["board_loc_x"], columns["board_loc_y"]
+        board[row[known]] = places[known]
+        twice |= known & ~_is_same(board[row], places)
+    if twice.any():
+        first = int(np.argmax(twice))
+        named = [name for name in ("sync_index", "cam_id", "object_id", "keypoint_id") if name in columns]
+        raise ArgumentError(
+            f"another row contradicts that of {', '.join(f'{name} {columns[name][first]}' for name in named)}",
+            hint="leave one row of each point and camera, and one place on the board for each point",
+        )
     several = len(things) > 1
     names = [
         f"{things[k[1]]}:{keypoints[k[2]]}" if several else str(keypoints[k[2]]) for k in keys
@@ -275,6 +306,17 @@ def read_caliscope(table: Table | PathLike, *, unit: str = "m") -> Dataset:
     return Dataset.from_arrays(
         pixels, board=board, views=[views[k[0]] for k in keys], ids=names, unit=unit
     )
+
+
+def _two_columns(columns: Mapping[str, npt.NDArray[Any]], x: str, y: str) -> FloatArray:
+    pair = [doubles(columns[name], f"column `{name}`") for name in (x, y)]
+    return np.stack(pair, axis=1)
+
+
+def _is_same(left: FloatArray, right: FloatArray) -> npt.NDArray[np.bool_]:
+    """(n,), whether two places are one; places that are not known are."""
+    same: npt.NDArray[np.bool_] = ((left == right) | (np.isnan(left) & np.isnan(right))).all(axis=1)
+    return same
 
 
 def _csv_columns(path: Any) -> dict[str, npt.NDArray[Any]]:
@@ -310,11 +352,15 @@ def as_dataset(
     progress: Progress | None = None,
 ) -> Dataset:
     """Data of any kind."""
+    if (points is not None or board is not None) and has_names(pixels) and not is_caliscope(pixels):
+        beside: Any = pixels
+        pixels, own_views = pixels_and_views(beside, columns)
+        views = own_views if views is None else views
     arrays = (points, board, views)
     if isinstance(pixels, Dataset) or is_path(pixels) or has_names(pixels):
         if any(value is not None for value in arrays):
             raise ArgumentError(
-                "points, board and views go with an array of pixels",
+                "points, board and views go with pixels alone",
                 hint="give them as columns of the table: X, Y, Z, board_x, board_y, view",
             )
         if isinstance(pixels, Dataset):

@@ -1,7 +1,8 @@
 """Exceptions. Each says what is wrong, and in ``hint`` what to do about it.
 
 Every exception of this package is a `WheatstoneError`, and of the built-in class that Python's own code would raise:
-a `MissingFileError` is a `FileNotFoundError`, an `ArgumentError` a `ValueError`.
+a `MissingFileError` is a `FileNotFoundError`, an `ArgumentError` a `ValueError`. Python's own `TypeError` is left for a
+number where a path, a name, a switch or an object of this package belongs.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ __all__ = [
     "MalformedError",
     "MismatchError",
     "MissingFileError",
+    "NotComputedError",
     "SettingError",
     "TooFewError",
     "UnknownNameError",
@@ -119,9 +121,14 @@ class ArgumentError(WheatstoneError, ValueError):
     """An argument of the wrong shape, type or value."""
 
 
+class NotComputedError(ArgumentError, AttributeError):
+    """A result that was not asked for."""
+
+
 class CancelledError(WheatstoneError):
     """The work was cancelled."""
 
 
 class DataWarning(UserWarning):
-    """The data have a fault that may make the result worse, or mean something else than meant."""
+    """The data have a fault that may make the result worse, or mean something else than meant; or a file that was written
+    does not hold the whole model."""

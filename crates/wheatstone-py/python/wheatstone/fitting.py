@@ -6,16 +6,16 @@ import json
 import os
 import warnings
 from collections.abc import Sequence
-from numbers import Real
 from typing import Any, Literal, Union
 
 import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
+from ._arguments import is_whole, items, number, positive, refused, whole
 from ._arrays import is_path
-from ._named import Columns
-from ._sizes import ImageSize, image_sizes
+from ._named import Columns, has_names
+from ._sizes import ImageSize, image_sizes, refuse_beyond
 from .calibration import Calibration
 from .charts import Chart, detect_in_pictures
 from .data import Data, Dataset, Progress, as_dataset
@@ -42,18 +42,11 @@ QUICK = ("dlt", "tsai", "brown", "kannala-brandt", "soloff", "neural-camera")
 def _baseline(value: Baseline | None) -> list[float] | None:
     if value is None:
         return None
-    given: Any = value if isinstance(value, (tuple, list)) else (value, 0.01)
-    if len(given) != 2 or not all(_is_positive(number) for number in given):
-        raise ArgumentError(
-            f"expect_baseline cannot be {value!r}",
-            hint="give a length, or a length and a relative tolerance: (120.0, 0.05) for 120 +- 5 %",
-        )
-    return [float(number) for number in given]
-
-
-def _is_positive(value: Any) -> bool:
-    """Whether it is a finite number above 0."""
-    return not isinstance(value, bool) and isinstance(value, Real) and 0.0 < float(value) < np.inf
+    given = [number(item) for item in (value if isinstance(value, (tuple, list)) else (value, 0.01))]
+    if len(given) != 2 or not all(0.0 < item < np.inf for item in given):
+        hint = "give a length, or a length and a relative tolerance: (120.0, 0.05) for 120 +- 5 %"
+        raise refused("expect_baseline", value, hint)
+    return given
 
 
 def _settings(
@@ -72,21 +65,19 @@ def _settings(
     sizes: Sequence[Sequence[int] | None] = (),
     source: dict[str, str] | None = None,
 ) -> str:
-    if stage_sigma is not None and not stage_sigma > 0:
-        raise ArgumentError(f"stage_sigma cannot be {stage_sigma}", hint="give a positive length")
-    if not 0 <= seed < 2**64:
-        raise ArgumentError(f"seed cannot be {seed}", hint="give a number from 0 to 2**64 - 1")
+    if not (is_whole(seed) and seed < 2**64):
+        raise refused("seed", seed, "give a whole number from 0 to 2**64 - 1")
     return json.dumps(
         {
             "method": method,
             "preset": preset,
-            "epochs": epochs,
+            "epochs": None if epochs is None else whole(epochs, "epochs", "give a whole number above 0", least=1),
             "seed": int(seed),
             "validate": bool(validate),
             "fix": bool(fix),
             "force": bool(force),
             "keep_outliers": bool(keep_outliers),
-            "stage_sigma": None if stage_sigma is None else float(stage_sigma),
+            "stage_sigma": None if stage_sigma is None else positive(stage_sigma, "stage_sigma", "give a length above 0"),
             "expect_baseline": _baseline(expect_baseline),
             "gauge": gauge,
             "sizes": [None if size is None else list(size) for size in sizes],
@@ -126,9 +117,10 @@ def fit(
     pixels : array, Dataset, table, or path
         Matched pixels (n, 2 * cameras): x and y in each camera, NaN where a camera did not see the point. Or all data
         at once: a `Dataset`, a DataFrame of pandas or polars or a pyarrow table with columns ``x1, y1, x2, y2, ...``
-        and ``X, Y, Z`` (or ``board_x, board_y``, and ``view``), or the path of a table or a capture.
-    points : array, (n, 3), optional
-        Where the points are in the world, in `unit`.
+        and ``X, Y, Z`` (or ``board_x, board_y``, and ``view``), or the path of a table or a capture. A table of pixels
+        alone goes with `points` or `board`.
+    points : array, (n, 3), or table, optional
+        Where the points are in the world, in `unit`; of a table the columns ``X, Y, Z``.
     method : str
         One of `wheatstone.METHODS`; ``"auto"`` chooses by held-out error.
     preset : str, optional
@@ -151,7 +143,7 @@ def fit(
     intrinsics : Calibration or one a camera, optional
         Keep these lenses, and estimate only where the cameras stand, from one view or more.
     image_size : (width, height) or one a camera, optional
-        Of the pictures, for exports and rectification.
+        Of the pictures, for exports and rectification. One that the pixels exceed is refused.
     epochs : int, optional
         Epochs of training, for ``"network"`` with preset ``"paper"``.
     validate : bool
@@ -202,9 +194,12 @@ def fit(
         drop_duplicates=drop_duplicates,
         progress=progress,
     )
-    lenses = [intrinsics] if isinstance(intrinsics, Calibration) else list(intrinsics or ())
+    _require_places(pixels, points, board)
+    lenses = _lenses(intrinsics)
     name = os.path.basename(os.fspath(pixels)) if is_path(pixels) else "arrays"  # type: ignore[arg-type]
     sizes = [] if image_size is None else image_sizes(image_size, data.cameras)
+    if any(sizes):
+        refuse_beyond(data.pixels, sizes)
     settings = _settings(
         method=method,
         preset=preset,
@@ -234,6 +229,25 @@ def fit(
             )
         warnings.warn(f"the model is unusable: {broken}", DataWarning, stacklevel=2)
     return model
+
+
+def _lenses(intrinsics: Any) -> list[Calibration]:
+    if intrinsics is None or isinstance(intrinsics, Calibration):
+        return [] if intrinsics is None else [intrinsics]
+    lenses = items(intrinsics)
+    if not lenses or not all(isinstance(lens, Calibration) for lens in lenses):
+        raise refused("intrinsics", intrinsics, "give a Calibration, or one a camera")
+    return lenses
+
+
+def _require_places(pixels: Data, *places: object) -> None:
+    """Refuses an array of pixels alone: what else there is may have places of its own."""
+    has_own = isinstance(pixels, Dataset) or is_path(pixels) or has_names(pixels)
+    if not has_own and all(given is None for given in places):
+        raise ArgumentError(
+            "pixels alone do not tell where the points are",
+            hint="give `points=`, (n, 3); or `board=`, (n, 2), of a board in the hand",
+        )
 
 
 def _frame(data: Dataset, gauge: str) -> str:
@@ -289,7 +303,7 @@ def compare(
     pixels: Data,
     points: npt.ArrayLike | None = None,
     *,
-    methods: Sequence[str] = QUICK,
+    methods: str | Sequence[str] = QUICK,
     views: Sequence[object] | npt.NDArray[Any] | None = None,
     board: npt.ArrayLike | None = None,
     seed: int = 0,
@@ -306,7 +320,7 @@ def compare(
     ----------
     pixels, points, views, board, seed, unit, stage_sigma, fix, force, columns, progress
         As in `fit`.
-    methods : sequence of str
+    methods : str or sequence of str
         Of `wheatstone.METHODS`; those that take seconds otherwise.
 
     Returns
@@ -320,13 +334,17 @@ def compare(
     >>> found.chosen
     'brown'
     """
-    for name in methods:
+    names = [methods] if isinstance(methods, str) else items(methods)
+    if not names or not all(isinstance(name, str) for name in names):
+        raise refused("methods", methods, "give names of `wheatstone.METHODS`")
+    for name in names:
         _w.require_method(name)
     data = as_dataset(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
+    _require_places(pixels, points, board)
     settings = _settings(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
-    told = _w.compare_methods(data.handle, list(methods), settings, progress)
+    told = _w.compare_methods(data.handle, names, settings, progress)
     return Comparison.of_figures(json.loads(told))
 
 

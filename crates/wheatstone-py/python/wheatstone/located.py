@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import FloatArray, pyarrow
+from .errors import NotComputedError
 
 __all__ = ["Located", "Trust"]
 
@@ -75,7 +76,9 @@ class Located:
     def covariance(self) -> FloatArray:
         """(n, 3, 3), covariance of X, Y, Z, in `unit` squared; needs ``locate(..., covariance=True)``."""
         if len(self._columns) < 13:
-            raise AttributeError("no covariance was asked for: locate(..., covariance=True)")
+            raise NotComputedError(
+                "no covariance was asked for", hint="ask for it: `locate(..., covariance=True)`"
+            )
         xx, xy, xz, yy, yz, zz = self._columns[7:13]
         full: FloatArray = np.empty((len(self), 3, 3))
         for row, values in enumerate(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))):

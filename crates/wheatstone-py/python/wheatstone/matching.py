@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _wheatstone as _w
+from ._arguments import several
 from ._arrays import FloatArray
 from ._pictures import Image, as_picture
 
@@ -90,6 +91,6 @@ def match_pair(
     >>> float(np.nanmedian(found.disparity).round(1))
     5.0
     """
-    first, end = range
+    first, end = several(range, 2, "range", "give the first disparity, and that after the last: (0, 64)")
     pair = (as_picture(left), as_picture(right))
     return DisparityMap(*_w.match_pair(pair, (int(first), int(end)), refine, fill, bgr))

@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _wheatstone as _w
+from ._arguments import finite, items, refused, several
 from ._arrays import FloatArray, PathLike, doubles
 from ._pictures import Image, as_picture
+from ._sizes import image_sizes, one_size
 from .calibration import Calibration
 from .errors import ArgumentError, DataWarning, DegenerateError
 
@@ -131,19 +133,25 @@ class Reconstructor:
         region: tuple[int, int, int, int] | None = None,
         sparse: bool = False,
     ) -> None:
-        wanted: Sequence[int] = tuple(np.arange(cal.cameras)) if cameras is None else cameras
-        chosen = [cal._camera(int(camera)) for camera in wanted]
-        sizes = np.asarray(image_size, dtype=int)
-        if sizes.shape == (2,):
-            sizes = np.tile(sizes, (len(chosen), 1))
-        if sizes.shape != (len(chosen), 2) or (sizes < 1).any():
-            raise ArgumentError(
-                f"{image_size} are not the sizes of pictures of {len(chosen)} cameras",
-                hint="give (width, height), or one a camera",
-            )
-        depths = None if range is None else (float(range[0]), float(range[1]))
+        wanted = np.arange(cal.cameras).tolist() if cameras is None else items(cameras)
+        if not wanted:
+            raise refused("cameras", cameras, "give two or more, counted from 0: (0, 1)")
+        chosen = [cal._camera(camera) for camera in wanted]
+        sizes = [one_size(size) for size in image_sizes(image_size, len(chosen))]
+        hint = "give two depths, the nearer one first: (300, 1500)"
+        depths = None if range is None else several(range, 2, "range", hint)
+        part = None if region is None else several(region, 4, "region", "give left, top, width and height, in pixels")
+        most = None if max_sigma is None else finite(max_sigma, "max_sigma", "give a length above 0")
+        least = None if confidence is None else finite(confidence, "confidence", "give a probability, of 0 to 1")
         self._handle = _w.Reconstructor(
-            cal.handle, chosen, sizes.tolist(), depths, confidence, max_sigma, region, sparse
+            cal.handle,
+            chosen,
+            sizes,
+            None if depths is None else (depths[0], depths[1]),
+            least,
+            most,
+            None if part is None else (int(part[0]), int(part[1]), int(part[2]), int(part[3])),
+            bool(sparse),
         )
         self._unit = cal.unit
         self.cameras = tuple(chosen)
@@ -273,6 +281,12 @@ def reconstruct(
     >>> cloud.save("cloud.ply")  # doctest: +SKIP
     """
     pictures = [as_picture(image) for image in images]
+    count = cal.cameras if cameras is None else len(items(cameras))
+    if len(pictures) != count:
+        raise ArgumentError(
+            f"{count} cameras need as many pictures, not {len(pictures)}",
+            hint="give one of each camera; `cameras=(0, 2)` says whose they are",
+        )
     sizes = [(int(picture.shape[1]), int(picture.shape[0])) for picture in pictures]
     made = Reconstructor(
         cal,

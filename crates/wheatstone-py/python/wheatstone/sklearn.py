@@ -21,6 +21,7 @@ from sklearn.utils import check_random_state
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from ._arrays import FloatArray, doubles
+from ._named import has_names, in_order_of_cameras
 from .calibration import Calibration
 from .errors import (
     ArgumentError,
@@ -73,7 +74,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     n_features_in_ : int
         Twice the number of cameras.
     feature_names_in_ : array of str
-        The names of the columns of X, where it had any.
+        The names of the columns of X, where it had any, in the order in which they are read.
 
     Notes
     -----
@@ -136,7 +137,9 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         Parameters
         ----------
         X : array, (n, 2 * cameras)
-            x and y in each camera, in pixels; NaN for both where a camera did not see the point.
+            x and y in each camera, in pixels; NaN for both where a camera did not see the point. The columns of a
+            DataFrame that are named as `wheatstone.fit` knows them, such as ``x1, y1, x2, y2``, are found by their
+            names, in whatever order, and others passed over; without such names they are read by position.
         y : array, (n, 3)
             X, Y, Z of the points, in `unit`. What else there is, (n, outputs) or (n,), takes an affine map.
         groups : sequence of n labels, optional
@@ -155,7 +158,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         validated: Any = validate_data
         pixels, points = validated(
             self,
-            X,
+            _in_order(X),
             y,
             dtype=[np.float64, np.float32],
             ensure_all_finite="allow-nan",
@@ -235,7 +238,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         check_is_fitted(self)
         validated: Any = validate_data
         pixels = validated(
-            self, X, reset=False, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan"
+            self, _in_order(X), reset=False, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan"
         )
         if self.calibration_ is not None:
             if not return_std:
@@ -284,6 +287,11 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         found = np.where(np.isnan(found), mean, found)
         score = r2_score(true, found, sample_weight=weights, multioutput="variance_weighted")
         return float(score)
+
+
+def _in_order(X: Any) -> Any:
+    """A table's columns as x1, y1, x2, y2, ... where its names say so; else what was given."""
+    return in_order_of_cameras(X) if has_names(X) else X
 
 
 def _require_cameras(pixels: npt.NDArray[Any], points: npt.NDArray[Any]) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 
 import wheatstone._wheatstone as _w
+from ._arguments import several, whole
 from ._arrays import PathLike
 from .charts import Chart
 from .data import Dataset, Progress
-from .errors import ArgumentError
 
 __all__ = ["synth", "synth_capture"]
 
@@ -28,22 +28,21 @@ def _scene(
     seed: int,
     chart: Chart | None,
 ) -> str:
-    for name, value in (("count", count), ("random", random), ("hand_held", hand_held)):
-        if value is not None and value < 1:
-            raise ArgumentError(f"{name} cannot be {value}", hint="give a positive number")
-    near, far, step = distances
+    counts = {
+        name: None if value is None else whole(value, name, "give a whole number above 0", least=1)
+        for name, value in (("count", count), ("random", random), ("hand_held", hand_held))
+    }
+    near, far, step = several(distances, 3, "distances", "give the nearest, the farthest and the step: (50, 140, 15)")
     return json.dumps(
         {
             "rig": rig,
-            "cameras": cameras,
+            "cameras": whole(cameras, "cameras", "give a whole number above 0"),
             "noise": str(noise),
-            "count": count,
-            "random": random,
-            "hand_held": hand_held,
+            **counts,
             "near": near,
             "far": far,
             "step": step,
-            "seed": seed,
+            "seed": whole(seed, "seed", "give a whole number from 0 to 2**64 - 1"),
             "chart": None if chart is None else chart.settings,
         }
     )
