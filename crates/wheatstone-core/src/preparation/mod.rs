@@ -7,6 +7,7 @@ mod chart_shape;
 pub mod checks;
 mod examine;
 pub mod outliers;
+mod uncertain_places;
 mod worst_apart;
 
 pub use chart_poses::EstimatedPoses;
@@ -182,6 +183,12 @@ impl Preparation {
     /// [`stage::solve`]; [`Error::Cancelled`].
     pub fn run(&self, data: Dataset, seed: u64, progress: &dyn Progress) -> Result<Prepared> {
         let (mut data, mut faults) = self.put_right(data);
+        if let Some(prior) = &self.stage {
+            let examine = |data: &Dataset| self.examine(data);
+            let found = faults.examination;
+            faults.examination =
+                uncertain_places::examine(&data, prior, found, &examine, progress)?;
+        }
         self.refuse_faults(&faults)?;
         progress.check()?;
         let mut placed = None;
@@ -198,7 +205,10 @@ impl Preparation {
         self.refuse_faults(&faults)?;
         let mut outliers = Vec::new();
         if !self.keep_outliers {
-            let screening = outliers::screen(&data, seed, progress)?;
+            let screening = match &self.stage {
+                Some(prior) => uncertain_places::screen(&data, prior, seed, progress)?,
+                None => outliers::screen(&data, seed, progress)?,
+            };
             if !screening.outliers.is_empty() {
                 data = screening.clean(&data);
             }

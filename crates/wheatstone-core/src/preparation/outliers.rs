@@ -19,7 +19,7 @@ use crate::{
 use decision::{Decision, Fitted, Verdict};
 use misplaced::misplaced;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use wheatstone_numeric::{
     progress::{Muted, Progress},
     random::Random,
@@ -81,18 +81,67 @@ impl Screening {
     /// of the others stays.
     #[must_use]
     pub fn clean(&self, data: &Dataset) -> Dataset {
-        let mut cleaned = data.clone();
-        let mut gone = vec![false; data.correspondences.len()];
+        let gone: BTreeSet<usize> = self.outliers.iter().map(|outlier| outlier.row).collect();
+        self.masked(data).subset(|row, point| !gone.contains(&row) || point.seen_by() > 0)
+    }
+
+    /// The same with all points, those of which no pixel is left too.
+    pub(super) fn masked(&self, data: &Dataset) -> Dataset {
+        let mut masked = data.clone();
         for outlier in &self.outliers {
-            let Some(row) = cleaned.correspondences.get_mut(outlier.row) else { continue };
+            let Some(row) = masked.correspondences.get_mut(outlier.row) else { continue };
             for camera in &outlier.cameras {
                 if let Some(pixel) = row.pixels.get_mut(*camera) {
                     *pixel = None;
                 }
             }
-            gone[outlier.row] = row.seen_by() == 0;
         }
-        cleaned.subset(|row, _| !gone[row])
+        masked
+    }
+
+    /// Without what a camera says of a view of which it accuses most points.
+    pub(super) fn without_whole_views(&self, data: &Dataset) -> Self {
+        let mut seen: BTreeMap<(usize, usize), [usize; 2]> = BTreeMap::new();
+        let mut count = |row: &Correspondence, camera: usize, which: usize| {
+            seen.entry((row.view, camera)).or_default()[which] += 1;
+        };
+        for (_, row) in data.known() {
+            let cameras = (0..data.cameras).filter(|camera| row.pixels[*camera].is_some());
+            cameras.for_each(|camera| count(row, camera, 0));
+        }
+        for outlier in &self.outliers {
+            let row = &data.correspondences[outlier.row];
+            outlier.cameras.iter().for_each(|camera| count(row, *camera, 1));
+        }
+        let mut spared = self.clone();
+        for outlier in &mut spared.outliers {
+            let view = data.correspondences[outlier.row].view;
+            outlier.cameras.retain(|camera| {
+                let [seen, accused] = seen[&(view, *camera)];
+                2 * accused <= seen
+            });
+        }
+        spared.outliers.retain(|outlier| !outlier.cameras.is_empty());
+        spared
+    }
+
+    /// The outliers of both.
+    pub(super) fn joined(self, other: Self) -> Self {
+        let mut all: BTreeMap<usize, Outlier> = BTreeMap::new();
+        for outlier in self.outliers.into_iter().chain(other.outliers) {
+            let known = all
+                .entry(outlier.row)
+                .or_insert_with(|| Outlier { cameras: Vec::new(), ..outlier.clone() });
+            known.cameras.extend(&outlier.cameras);
+            known.cameras.sort_unstable();
+            known.cameras.dedup();
+            known.residual = known.residual.max(outlier.residual);
+        }
+        Self {
+            outliers: all.into_values().collect(),
+            level: other.level,
+            pixel_sigma: other.pixel_sigma,
+        }
     }
 }
 

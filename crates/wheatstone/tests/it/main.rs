@@ -31,6 +31,7 @@ mod rectification;
 #[cfg(feature = "robot")]
 mod robot;
 mod settled_locator;
+mod sound_captures;
 mod stage;
 mod formats;
 mod waved_again;

@@ -11,6 +11,7 @@ use super::{
     pixel_offset,
     robust_camera::RobustCamera,
     unsynchronised,
+    views::are_pictures,
 };
 use nalgebra::Vector2;
 use wheatstone_numeric::statistics::mean;
@@ -32,6 +33,9 @@ const USED: usize = 14;
 impl Fault for CameraMoved {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
+        if !are_pictures(evidence.data) {
+            return found;
+        }
         let cameras = 0..evidence.data.cameras;
         let splits: Vec<Option<Split>> =
             cameras.clone().map(|camera| Split::of(evidence, camera)).collect();

@@ -5,6 +5,7 @@ use super::{
     board_order::relabelled,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
+    views::are_pictures,
 };
 use crate::geometry::Point3;
 
@@ -22,6 +23,9 @@ const TRIED: usize = 100;
 impl Fault for Unsynchronised {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
+        if !are_pictures(evidence.data) {
+            return found;
+        }
         let reach = reach(evidence);
         for cell in evidence.suspicious() {
             found.extend(another_view_within(evidence, cell, reach));

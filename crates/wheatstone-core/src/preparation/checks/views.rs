@@ -23,19 +23,9 @@ pub(super) struct View {
 
 /// The views of the file, or layers of space where it has none.
 pub(super) fn views(data: &Dataset, frame: &Frame) -> Vec<View> {
-    let groups: Vec<Group> = if data.views.len() >= 2 {
-        let mut members = vec![Vec::new(); data.views.len()];
-        for (index, row) in data.correspondences.iter().enumerate() {
-            if let (Some(view), true) = (members.get_mut(row.view), row.world.is_some()) {
-                view.push(index);
-            }
-        }
-        data.views.iter().cloned().zip(members).collect()
-    } else {
-        layers(data).unwrap_or_else(|| {
-            split::folds(data).into_iter().map(|fold| (fold.view, fold.held_out)).collect()
-        })
-    };
+    let groups = pictures(data).unwrap_or_else(|| {
+        split::folds(data).into_iter().map(|fold| (fold.view, fold.held_out)).collect()
+    });
     let view = |(name, rows): Group| {
         let places: Vec<Point3> = rows
             .iter()
@@ -44,6 +34,26 @@ pub(super) fn views(data: &Dataset, frame: &Frame) -> Vec<View> {
         View { name, board: Board::find(&places), rows }
     };
     groups.into_iter().map(view).collect()
+}
+
+/// Points that were seen at once: those of a view of the file, or of a level of a stage. `None` for points spread over a
+/// volume.
+fn pictures(data: &Dataset) -> Option<Vec<Group>> {
+    if data.views.len() < 2 {
+        return layers(data);
+    }
+    let mut members = vec![Vec::new(); data.views.len()];
+    for (index, row) in data.correspondences.iter().enumerate() {
+        if let (Some(view), true) = (members.get_mut(row.view), row.world.is_some()) {
+            view.push(index);
+        }
+    }
+    Some(data.views.iter().cloned().zip(members).collect())
+}
+
+/// Whether the points of a view were seen at once, so that a picture of it may be another instant's.
+pub(super) fn are_pictures(data: &Dataset) -> bool {
+    pictures(data).is_some()
 }
 
 /// Layers on which a world coordinate has one value, in the order in which the file begins them. Of
