@@ -3,13 +3,15 @@
 mod faults;
 mod pairing;
 mod passed_over;
+mod stars;
 
 use crate::{
     chart::{AnyChart, kalibr_target},
     imaging::{is_picture, read_size},
 };
-use pairing::{pair_up, refuse};
+use pairing::{Picture, pair_up, refuse};
 use serde::{Deserialize, Serialize};
+use stars::starred;
 use std::path::{Component, Path, PathBuf};
 use wheatstone_core::{
     Error, Result,
@@ -227,7 +229,11 @@ impl Capture {
                 ));
             };
             names.push(name.clone());
-            files.push(matching_files(&path, name, pattern, reach)?);
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let picture =
+                |file: PathBuf| Picture::new(file.clone(), starred(folder, pattern, &file));
+            let own = matching_files(&path, name, pattern, reach)?;
+            files.push(own.into_iter().map(picture).collect());
         }
         if files.is_empty() {
             return Err(refuse(

@@ -31,6 +31,18 @@ pub(crate) fn refuse_inputs<'a>(
     }
 }
 
+/// Refuses a name for a page that is one of something else.
+pub(crate) fn refuse_other_than_page(output: &Path) -> Outcome {
+    let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        None | Some("html" | "htm") => Ok(()),
+        Some(ending) => Err(Failure::usage(
+            format!("{}: reports are not written as .{ending}", output.display()),
+            "let its name end in `.html`; browsers print it to PDF, and `--json` gives the figures as numbers",
+        )),
+    }
+}
+
 /// Refuses to move files into a folder where one of them would take the place of a folder: the system's own message does
 /// not say which.
 pub(crate) fn refuse_folders(filled: &Path, place: &Path) -> Outcome {

@@ -206,7 +206,12 @@ fn tell_placed(placed: &EstimatedPoses, unit: &str) {
 pub(crate) fn suspected_stage(prepared: &Prepared, bar: &Bar) -> Option<Significance> {
     let is_given = prepared.stage.is_empty() && prepared.placed.is_none();
     let found = if is_given { suspect(&prepared.data, bar).ok() } else { None };
-    found.filter(Significance::is_clear)
+    found.filter(is_told)
+}
+
+/// Whether places as they would be estimated explain what speaks against those given: by nothing they explain nothing.
+fn is_told(found: &Significance) -> bool {
+    found.is_clear() && found.estimated_sigma > 0.0
 }
 
 /// Warns of it.
@@ -298,4 +303,19 @@ fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
          (`locate --relative` leaves it out)\n",
         table(&heading, &rows)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn charts_that_are_off_by_nothing_are_not_told() {
+        let of =
+            |estimated_sigma: f64| Significance { chi_square: 100.0, degrees: 10, estimated_sigma };
+        assert!(of(0.0).is_clear() && !is_told(&of(0.0)));
+        assert!(is_told(&of(2e-5)));
+        // What is printed can be given back.
+        assert!(figure(2e-5).parse::<f64>().unwrap() > 0.0);
+    }
 }

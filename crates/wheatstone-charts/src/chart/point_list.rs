@@ -164,7 +164,17 @@ impl Chart for PointList {
         };
         let named: Vec<(PointId, Pixel)> =
             self.named.iter().filter(here).map(|named| (named.id, named.pixel)).collect();
-        rigid::find(&self.points(), self.marks, image, &named)
+        let points = self.points();
+        let found = rigid::find(&points, self.marks, image, &named);
+        let has_views = self.named.iter().any(|it| it.view.is_some());
+        if matches!(found, ChartSearch::Found(_)) || named.is_empty() || has_views {
+            return found;
+        }
+        // Points of no view lie where they do in one picture, and lead nowhere in others.
+        match rigid::find(&points, self.marks, image, &[]) {
+            ChartSearch::Found(readings) => ChartSearch::Found(readings),
+            ChartSearch::NotFound(_) => found,
+        }
     }
 
     fn validate(&self) -> Result<()> {

@@ -5,6 +5,7 @@ use super::{
     Chart, ChartSearch, PictureOf, Shape, lattice::Origin, length, point_list::PointList, refused,
 };
 use crate::imaging::GrayImage;
+use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use wheatstone_core::{
@@ -81,6 +82,31 @@ impl TwoLevel {
         list
     }
 
+    /// The readings in which the plate is seen from where its dots are. Of a plate so thin a picture hardly tells whether the
+    /// second level lies before or behind the first, and its mirror image is what it would be from behind.
+    fn seen_from_its_face(&self, search: ChartSearch) -> ChartSearch {
+        let ChartSearch::Found(mut readings) = search else { return search };
+        let points = self.points();
+        readings.retain(|reading| {
+            let count = reading.points.len().max(1) as f64;
+            let pairs =
+                || reading.points.iter().map(|(id, pixel)| (points[*id].coords.xy(), pixel.coords));
+            let middle = pairs()
+                .fold((Vector2::zeros(), Vector2::zeros()), |sum, (place, pixel)| {
+                    (sum.0 + place / count, sum.1 + pixel / count)
+                });
+            let products =
+                pairs().map(|(place, pixel)| (pixel - middle.1) * (place - middle.0).transpose());
+            products.fold(Matrix2::zeros(), |sum, product| sum + product).determinant() > 0.0
+        });
+        if readings.is_empty() {
+            return ChartSearch::NotFound(
+                "the plate is seen as in a mirror: give `second` with x to the right and y down, as someone observes the plate's face, and turn pictures over that a mirror reverses".into(),
+            );
+        }
+        ChartSearch::Found(readings)
+    }
+
     /// Adds a point that a camera is known to see about `pixel`; in one view, or in all.
     #[must_use]
     pub fn with_start(mut self, camera: usize, view: Option<&str>, point: (usize, Pixel)) -> Self {
@@ -143,11 +169,11 @@ impl Chart for TwoLevel {
     }
 
     fn detect(&self, image: &GrayImage) -> ChartSearch {
-        self.as_list().detect(image)
+        self.seen_from_its_face(self.as_list().detect(image))
     }
 
     fn detect_in(&self, image: &GrayImage, of: PictureOf) -> ChartSearch {
-        self.as_list().detect_in(image, of)
+        self.seen_from_its_face(self.as_list().detect_in(image, of))
     }
 
     fn validate(&self) -> Result<()> {

@@ -1,6 +1,6 @@
 //! Picture files to grey values, within limits that a hostile or broken file cannot pass.
 
-use super::{ColourImage, GrayImage};
+use super::{ColourImage, GrayImage, names::is_video};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::{
     io::{BufRead, BufReader, Cursor, Seek},
@@ -173,6 +173,14 @@ fn not_whole(path: &Path, error: &image::ImageError) -> Error {
     use image::error::{ImageError, ImageFormatHint, UnsupportedErrorKind as Kind};
     if let ImageError::Unsupported(what) = error {
         let problem = match what.kind() {
+            Kind::Format(ImageFormatHint::Unknown) if is_video(path) => {
+                return Error::Image {
+                    path: path.into(),
+                    problem: "a video, not a picture".into(),
+                    hint: "extract its frames first, for example with `ffmpeg -i left.mp4 left/%04d.png`"
+                        .into(),
+                };
+            }
             Kind::Format(ImageFormatHint::Unknown) => {
                 return Error::Image {
                     path: path.into(),

@@ -21,6 +21,12 @@ pub fn is_other_picture(path: &Path) -> bool {
     ends_in(path, &ENDINGS)
 }
 
+/// Whether a file's name is that of a video.
+pub(super) fn is_video(path: &Path) -> bool {
+    const ENDINGS: [&str; 8] = ["mp4", "avi", "mov", "mkv", "webm", "m4v", "wmv", "mpg"];
+    ends_in(path, &ENDINGS)
+}
+
 fn ends_in(path: &Path, endings: &[&str]) -> bool {
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());

@@ -1,6 +1,7 @@
 //! Charts.
 
 mod beside_lattices;
+mod bodies;
 mod chessboard;
 mod kalibr_target;
 mod lattice;

@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Outcome};
 use crate::verbosity::say;
 use clap::{Args, builder::PossibleValuesParser};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use wheatstone::{
     chart::{
@@ -51,7 +51,7 @@ pub(crate) struct ChartOptions {
     rows: Option<usize>,
     /// Distance between neighbouring points
     #[arg(long)]
-    pub(crate) pitch: Option<f64>,
+    pitch: Option<f64>,
     /// Width of a line as a fraction of the pitch (line-grid)
     #[arg(long)]
     line_width: Option<f64>,
@@ -90,24 +90,11 @@ impl ChartOptions {
         [self.pitch, self.tag, self.marker, self.diameter].iter().all(Option::is_none)
     }
 
-    /// The chart that these options describe: `kind` unless they name another, its defaults for
-    /// what they leave out.
-    pub(crate) fn chart(&self, kind: &str) -> Outcome<AnyChart> {
-        let kind = self.chart_kind.as_deref().unwrap_or(kind);
-        let default = AnyChart::all()
-            .into_iter()
-            .map(|chart| serde_json::to_value(chart).unwrap_or_default())
-            .find(|chart| chart["type"] == kind);
-        let mut fields: Map<String, Value> = match default {
-            Some(Value::Object(fields)) => fields,
-            _ => Map::new(),
-        };
-        let pitch = fields.get("pitch").and_then(Value::as_f64);
-        let times = self.pitch.zip(pitch).map_or(1.0, |(given, default)| given / default);
+    /// The options that are given, by the names of the chart's settings.
+    fn given(&self) -> impl Iterator<Item = (&'static str, Value)> {
         let given = [
             ("columns", self.columns.map(|n| json!(n))),
             ("rows", self.rows.map(|n| json!(n))),
-            ("pitch", self.pitch.map(|n| json!(n))),
             ("line_width", self.line_width.map(|n| json!(n))),
             ("diameter", self.diameter.map(|n| json!(n))),
             ("asymmetric", self.asymmetric.then_some(json!(true))),
@@ -118,23 +105,69 @@ impl ChartOptions {
             ("spacing", self.spacing.map(|n| json!(n))),
             ("legacy", self.legacy.then_some(json!(true))),
         ];
-        // Markers, and the way to a second level, as large a part of the pitch as on the default chart.
-        for name in ["marker", "second"] {
-            if let Some(value) = fields.get_mut(name) {
-                *value = scaled(value, times);
+        given.into_iter().filter_map(|(name, value)| Some((name, value?)))
+    }
+
+    /// The chart that these options describe: `kind` unless they name another, its defaults for
+    /// what they leave out, as large as `size` says where they do not.
+    pub(crate) fn chart(&self, kind: &str, size: Option<f64>) -> Outcome<AnyChart> {
+        let kind = self.chart_kind.as_deref().unwrap_or(kind);
+        let as_json = |chart| (serde_json::to_value(&chart).unwrap_or_default(), chart);
+        let mut all = AnyChart::all().into_iter().map(as_json);
+        let Some((Value::Object(mut fields), default)) = all.find(|it| it.0["type"] == kind) else {
+            return Err(not_of_kind(kind, "there is no such chart"));
+        };
+        if fields.contains_key("tag") && self.tag.is_some() && self.pitch.is_some() {
+            let hint = "leave one of them out: both are the side of a tag";
+            return Err(Failure::usage(format!("`--tag` and `--pitch` of one {kind}"), hint));
+        }
+        // Without a setting of its size a chart is as large as the distance of its first two points.
+        let name = default.size().map(|size| size.0);
+        let points = default.points();
+        let known = default.size().map_or((points[1] - points[0]).norm(), |size| size.1);
+        if let Some(size) = self.pitch.or(self.tag).or(size) {
+            // All lengths are as large a part of it as on the default chart.
+            for other in ["marker", "second", "points"] {
+                if let Some(value) = fields.get_mut(other) {
+                    *value = scaled(value, size / known);
+                }
+            }
+            if let Some(name) = name {
+                fields.insert(name.into(), json!(size));
             }
         }
-        for (name, value) in given {
-            if let Some(value) = value {
-                fields.insert(name.into(), value);
+        for (name, value) in self.given() {
+            // The second level has as many less as on the default chart.
+            let second = format!("second_{name}");
+            let less = [name, &second].map(|name| fields.get(name).and_then(Value::as_u64));
+            if let ([Some(first), Some(other)], Some(count)) = (less, value.as_u64()) {
+                fields.insert(second, json!((count + other).saturating_sub(first)));
             }
+            fields.insert(name.into(), value);
         }
-        let chart: AnyChart = serde_json::from_value(Value::Object(fields)).map_err(|e| {
-            Failure::usage(format!("no {kind}: {e}"), "`wheatstone chart --help` lists the options")
-        })?;
+        let chart: AnyChart = serde_json::from_value(Value::Object(fields))
+            .map_err(|e| not_of_kind(kind, &e.to_string()))?;
         chart.validate()?;
         Ok(chart)
     }
+}
+
+/// An option that this kind of chart does not have, and those that it has.
+fn not_of_kind(kind: &str, message: &str) -> Failure {
+    let option = |name: &str| format!("`--{}`", name.replace('_', "-"));
+    let mut names = message.split('`').skip(1).step_by(2);
+    let Some(name) = names.next().filter(|_| message.starts_with("unknown field")) else {
+        let hint = "`wheatstone chart --help` lists the options";
+        return Failure::usage(format!("no {kind}: {message}"), hint);
+    };
+    let options = ChartOptions::augment_args(clap::Command::new(""));
+    let is_option =
+        |name: &str| options.get_arguments().any(|known| known.get_id().as_str() == name);
+    let list: Vec<String> = names.filter(|name| is_option(name)).map(option).collect();
+    Failure::usage(
+        format!("{} is no option of `{kind}`", option(name)),
+        format!("leave it out; `{kind}` has {}", list.join(", ")),
+    )
 }
 
 /// A number, or each of a list, so many times as large.
@@ -152,7 +185,7 @@ impl Chart {
         if let Some(paper) = paper {
             self.fill(paper)?;
         }
-        let chart = self.options.chart(&self.kind)?;
+        let chart = self.options.chart(&self.kind, None)?;
         let sheet = Sheet::new(&chart, &self.unit, paper)?;
         let bytes = match extension.as_deref() {
             Some("pdf") => sheet.pdf(),
@@ -172,7 +205,7 @@ impl Chart {
 
     /// Makes a chart whose size is not given as large as fits.
     fn fill(&mut self, paper: Paper) -> Outcome {
-        let chart = self.options.chart(&self.kind)?;
+        let chart = self.options.chart(&self.kind, None)?;
         let options = &mut self.options;
         let size = match chart.size() {
             Some(("pitch", size)) if options.sizes_are_free() => (&mut options.pitch, size),

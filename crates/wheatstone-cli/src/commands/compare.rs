@@ -9,7 +9,7 @@ use crate::{
     browser::Showing,
     failure::{Failure, Outcome, worded},
     input::{Loaded, Reading, load},
-    output::refuse_inputs,
+    output::{refuse_inputs, refuse_other_than_page},
     prepare::{Preparing, suspected_stage, warn_of_stage},
     progress::Bar,
     table::{figure, figure_or_dash, table},
@@ -59,6 +59,7 @@ impl Compare {
     pub(crate) fn run(self) -> Outcome {
         if let Some(path) = &self.report {
             refuse_inputs(path, [&*self.input])?;
+            refuse_other_than_page(path)?;
             Output::check(path)?;
         }
         let bar = Bar::new();

@@ -48,7 +48,7 @@ const PITCH_ON_PAPER: f64 = 25.0;
 const DISTANCES: [f64; 6] = [20.0, 24.0, 28.0, 32.0, 36.0, 40.0];
 
 impl New {
-    pub(crate) fn run(mut self) -> Outcome {
+    pub(crate) fn run(self) -> Outcome {
         let file = self.folder.join(FILE_NAME);
         if file.exists() {
             return Err(Failure::usage(
@@ -58,8 +58,13 @@ impl New {
         }
         self.refuse_odd_names()?;
         let unit = sheet::millimetres_per(&self.unit).unwrap_or(1.0);
-        let pitch = *self.chart.pitch.get_or_insert(PITCH_ON_PAPER / unit);
-        let chart = self.chart.chart("chessboard")?;
+        let pitch = PITCH_ON_PAPER / unit;
+        let chart = self.chart.chart("chessboard", Some(pitch))?;
+        let (measured, pitch) = match chart.size() {
+            Some(("pitch", pitch)) => ("pitch", pitch),
+            Some((_, tag)) => ("tags", tag),
+            None => ("points", pitch),
+        };
         let sheet = Sheet::new(&chart, &self.unit, None)?;
         let text = self.text(&chart, pitch)?;
         storage::write_folder(&self.folder, |folder| {
@@ -72,14 +77,17 @@ impl New {
         let folder = self.folder.display();
         say!("Created a capture in {folder}");
         let chart = self.folder.join("chart.pdf");
-        say!("  1. print {} at 100 %, tape it to a flat board, measure its pitch", chart.display());
+        say!(
+            "  1. print {} at 100 %, tape it to a flat board, measure its {measured}",
+            chart.display()
+        );
         let cameras = self.cameras.join(", ");
         if self.hand_held {
             say!(
                 "  2. hold the board in ten or more poses, tilted another way in each, and take a"
             );
             say!("     picture of each with every camera at once, into {cameras}");
-            say!("  3. enter the measured pitch in {}", file.display());
+            say!("  3. enter the measured {measured} in {}", file.display());
         } else {
             say!("  2. take a picture with every camera at each distance, into {cameras}");
             say!("  3. enter the chart poses in {}", file.display());
@@ -115,11 +123,12 @@ impl New {
              # Every length below is in this unit, and so is every result.\n\
              unit = \"{}\"\n\n\
              # The chart. `columns` and `rows` count inner corners (chessboard), crossings (line-grid) or dots\n\
-             # (dot-grid), but squares of a charuco board. `pitch` is the distance of neighbours: measure it on the print.\n[chart]\n",
+             # (dot-grid), but squares of a charuco board and tags of an april-grid. `pitch` is the distance of neighbours,\n\
+             # `tag` the side of a tag: measure it on the print.\n[chart]\n",
             self.unit
         );
         // The settings that every chart has, then its own; where its origin is goes without saying.
-        let first = ["type", "columns", "rows", "pitch"];
+        let first = ["type", "columns", "rows", "pitch", "tag"];
         let others = fields.keys().map(String::as_str);
         let others = others.filter(|name| !first.contains(name) && *name != "origin");
         for name in first.into_iter().chain(others) {

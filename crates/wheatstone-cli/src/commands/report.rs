@@ -7,7 +7,7 @@ use crate::{
     browser::Showing,
     failure::{Failure, Outcome, worded},
     input::{Reading, Source, load},
-    output::refuse_inputs,
+    output::{refuse_inputs, refuse_other_than_page},
     prepare::Preparing,
     progress::Bar,
     verbosity::{remark, say},
@@ -76,6 +76,7 @@ const COMPARED: [&str; 6] = ["dlt", "tsai", "brown", "kannala-brandt", "soloff",
 impl Report {
     pub(crate) fn run(self) -> Outcome {
         refuse_inputs(&self.output, [&*self.input])?;
+        refuse_other_than_page(&self.output)?;
         Output::check(&self.output)?;
         if let Some(json) = &self.json {
             refuse_inputs(json, [&*self.input])?;

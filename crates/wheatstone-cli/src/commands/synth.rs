@@ -163,9 +163,7 @@ impl Synth {
 
     /// The chart asked for; by default one whose pitch fills the rig's field of view.
     fn chart_for(&self, rig: &Rig) -> Outcome<AnyChart> {
-        let mut options = self.chart.clone();
         let share = if self.hand_held.is_some() { HandHeld::SIZE } else { 1.0 };
-        options.pitch.get_or_insert(share * rig.chart_pitch());
-        options.chart("line-grid")
+        self.chart.chart("line-grid", Some(share * rig.chart_pitch()))
     }
 }

@@ -238,7 +238,10 @@ fn bad_tables_are_refused_with_file_line_and_hint() {
     assert!(message.contains("few.truth.json:1: not a truth file"), "{message}");
     assert!(message.contains("hint: rename the file if it is yours"), "{message}");
     for (name, bytes, words) in [
-        ("book.xlsx", &b"PK\x03\x04\x14\0\x06\0"[..], "hint: save the table as CSV"),
+        ("book.xlsx", &b"\xd0\xcf\x11\xe0\xa1\xb1"[..], "hint: save the table as CSV"),
+        ("table.zip", b"PK\x03\x04\x14\0\x06\0", "a ZIP archive"),
+        ("bare.csv", b"x\x001\0,\0y\x001\0", "hint: save it as UTF-8"),
+        ("latin.csv", b"x1,y1,x2,y2,X,Y,Z,\xb0\n", "save it as UTF-8"),
         ("wide.csv", b"\xff\xfex\x001\0,\0\r\0\n\0", "hint: save it as UTF-8"),
         ("capture.toml", b"\xff\xfeu\0n\0", "hint: save it as UTF-8"),
         ("left.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF", "`wheatstone new` makes one"),

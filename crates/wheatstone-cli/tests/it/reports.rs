@@ -72,4 +72,9 @@ fn compare_writes_the_page_that_it_is_asked_for() {
     // A place that cannot be written to is refused before any work.
     let said = refused(at, &[&compare[..], &["-o", "none/such/page.html"]].concat());
     assert!(!said.contains("Errors in"), "{said}");
+    // So is a name of something else.
+    for arguments in [&compare[..], &["report", "t.csv"]] {
+        let said = refused(at, &[arguments, &["-o", "page.pdf"]].concat());
+        assert!(said.contains("not written as .pdf") && said.contains("`.html`"), "{said}");
+    }
 }

@@ -27,15 +27,29 @@ pub(super) fn number(text: &str, comma: bool) -> Result<Option<f64>, Fault> {
         Err(_) if text.is_empty() || NOTHING.contains(&&*text.to_ascii_lowercase()) => {
             return Ok(None);
         }
-        Err(_) => (comma && !text.contains('.'))
-            .then(|| text.replacen(',', ".", 1).parse().ok())
-            .flatten()
-            .ok_or_else(|| Fault {
-                what: format!("is `{text}`, which is not a number"),
-                hint: "write numbers with a decimal point and without units",
-            })?,
+        Err(_) => otherwise_written(text, comma).ok_or_else(|| not_a_number(text))?,
     };
     place(value)
+}
+
+/// A number with a decimal comma, the minus sign of typesetters (U+2212) or an exponent of Fortran, `1.5D+02`.
+fn otherwise_written(text: &str, comma: bool) -> Option<f64> {
+    let plain = text.replace('\u{2212}', "-").replace(['D', 'd'], "e");
+    let with_point = (comma && !plain.contains('.')).then(|| plain.replacen(',', ".", 1));
+    with_point.unwrap_or(plain).parse().ok()
+}
+
+fn not_a_number(text: &str) -> Fault {
+    if text.contains('\0') {
+        return Fault {
+            what: "has a zero byte, and looks like UTF-16".into(),
+            hint: "save the table as UTF-8 (`CSV UTF-8` in a spreadsheet)",
+        };
+    }
+    Fault {
+        what: format!("is `{text}`, which is not a number"),
+        hint: "write numbers with a decimal point and without units",
+    }
 }
 
 /// A number where one can be a pixel or a length; `None` for NaN.
@@ -91,9 +105,32 @@ pub(super) fn unequal(
 
 /// A row that is no text.
 pub(super) fn no_text(path: &Path, line: u64) -> Error {
-    malformed(path, Some(line), "not text (UTF-8)".into(), "is this the file that you meant?")
+    let hint =
+        "is this the file that you meant? If so, save it as UTF-8 (`CSV UTF-8` in a spreadsheet)";
+    malformed(path, Some(line), "not text (UTF-8)".into(), hint)
 }
 
 pub(super) fn malformed(path: &Path, line: Option<u64>, problem: String, hint: &str) -> Error {
     Error::Malformed { path: path.into(), line, problem, hint: hint.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_as_programs_and_typesetters_write_them() {
+        for (text, comma, value) in [
+            ("\u{2212}1.5", false, -1.5),
+            ("1.5D+02", false, 150.0),
+            ("-1.5d\u{2212}1", false, -0.15),
+            ("\u{2212}1,5", true, -1.5),
+        ] {
+            assert_eq!(number(text, comma).unwrap(), Some(value), "{text}");
+        }
+        for text in ["D", "d1", "1D", "\u{2212}", "1\u{2212}2", "1.5D+02D1"] {
+            assert!(number(text, false).unwrap_err().what.contains("not a number"), "{text}");
+        }
+        assert!(number("1.5\0", false).unwrap_err().what.contains("UTF-16"));
+    }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use wheatstone::{
     camera::AnyCamera,
-    chart::{AnyChart, Chart, dot_grid::DotGrid, line_grid::LineGrid, two_level::TwoLevel},
+    chart::{AnyChart, dot_grid::DotGrid, line_grid::LineGrid, two_level::TwoLevel},
     dataset::Dataset,
     fit::stage::StagePrior,
     geometry::Vector3,
@@ -30,8 +30,10 @@ fn plates_that_are_no_lattice_are_no_column_in_another_unit() {
     for name in ["paper", "glass"] {
         let rig = Rig::named(name, 2).unwrap();
         let pitch = rig.chart_pitch();
+        let mut plate = TwoLevel::default();
+        (plate.pitch, plate.second) = (pitch, [0.5 * pitch, 0.5 * pitch, 0.2 * pitch]);
         let charts: [AnyChart; 2] = [
-            TwoLevel { pitch, ..TwoLevel::default() }.into(),
+            plate.into(),
             DotGrid { pitch, asymmetric: true, columns: 5, ..DotGrid::default() }.into(),
         ];
         for chart in charts {

@@ -96,11 +96,11 @@ pub(super) fn find(
 fn unseen(clicks: &[Click], count: usize) -> String {
     if clicks.is_empty() {
         format!(
-            "the {count} points of the list could not be identified reliably: name four or more of them in a start file"
+            "the {count} points of the list could not be identified reliably: name four or more of them in a start file, with the view of each in its column `view`"
         )
     } else {
         format!(
-            "the {count} points of the list could not be identified reliably from the {} in the start file: name four or more that are not on one line",
+            "the {count} points of the list could not be identified reliably from the {} in the start file: name four or more that are not on one line, with the view of each in its column `view`",
             clicks.len()
         )
     }

@@ -96,6 +96,16 @@ fn empty_files_and_pixels_of_other_kinds_are_named() {
     assert!(error.to_string().contains("OPENEXR pictures cannot be read"), "{error}");
 }
 
+#[test]
+fn a_video_is_named_with_the_way_to_its_frames() {
+    let dir = folder();
+    let path = dir.path().join("left.MP4");
+    std::fs::write(&path, b"\0\0\0\x20ftypisom\0\0\x02\0isomiso2avc1mp41").unwrap();
+    let error = read_image(&path, Limits::default()).unwrap_err();
+    assert!(error.to_string().contains("a video"), "{error}");
+    assert!(error.hint().unwrap().contains("frames"));
+}
+
 /// A TIFF of one grey pixel in 32-bit floating point.
 fn float_tiff() -> Vec<u8> {
     // Tag, type (3: 16 bits, 4: 32 bits), value; one strip behind the directory.
