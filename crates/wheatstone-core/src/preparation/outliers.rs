@@ -99,7 +99,7 @@ impl Screening {
         masked
     }
 
-    /// Without what a camera says of a view of which it accuses most points.
+    /// Without what a camera says of a view of which it accuses more than a quarter of the points.
     pub(super) fn without_whole_views(&self, data: &Dataset) -> Self {
         let mut seen: BTreeMap<(usize, usize), [usize; 2]> = BTreeMap::new();
         let mut count = |row: &Correspondence, camera: usize, which: usize| {
@@ -118,7 +118,7 @@ impl Screening {
             let view = data.correspondences[outlier.row].view;
             outlier.cameras.retain(|camera| {
                 let [seen, accused] = seen[&(view, *camera)];
-                2 * accused <= seen
+                4 * accused <= seen
             });
         }
         spared.outliers.retain(|outlier| !outlier.cameras.is_empty());

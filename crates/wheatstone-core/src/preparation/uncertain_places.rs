@@ -15,7 +15,7 @@ use wheatstone_numeric::progress::Progress;
 /// Standard deviations that a chart may stand beside its place.
 const MOST: f64 = 4.0;
 
-/// The outliers of data whose charts stand as well as that. Where a camera accuses most points of a view, it is the
+/// The outliers of data whose charts stand as well as that. Where a camera accuses many points of a view, it is the
 /// chart that may stand elsewhere: charts are moved to where they stood, and all is screened again.
 ///
 /// # Errors

@@ -325,9 +325,7 @@ impl<'a> Evidence<'a> {
     /// of what it leaves over, and much is left. `error` is before and after, in pixels.
     pub(super) fn is_convincing(&self, camera: usize, error: [f64; 2], share: f64) -> bool {
         const NOISE: f64 = 1.4;
-        std::env::var("OLDWAY").is_ok()
-            || error[1] <= share * error[0]
-            || error[1] <= NOISE * self.noise(camera) + GOOD
+        error[1] <= share * error[0] || error[1] <= NOISE * self.noise(camera) + GOOD
     }
 
     /// Error of a cell over its good level.
