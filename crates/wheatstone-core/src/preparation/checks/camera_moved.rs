@@ -4,7 +4,7 @@
 use super::{
     Fault,
     coverage::{THIN, thickness},
-    evidence::Evidence,
+    evidence::{Evidence, OF_MANY, OF_ONE},
     finding::{Freedom, Proposal, Severity},
     pairs::Pair,
     parting::parting,
@@ -21,11 +21,6 @@ pub(super) struct CameraMoved;
 /// How far above the good level a cell must be before a free pose may explain it: a pose also takes up
 /// part of what lenses and stages do.
 const CLEARLY: f64 = 3.0;
-
-/// The share of the error that a second place may leave, if it is more than noise: of one picture and of many. Tanks
-/// and windows where nothing moved leave 0.19 and 0.47, a camera that was pushed before a window 0.28.
-pub(super) const OF_ONE: f64 = 0.15;
-const OF_MANY: f64 = 0.35;
 
 /// So many points of a cell are used, and less than twice as many: more take time only.
 const USED: usize = 14;

@@ -5,9 +5,8 @@
 
 use super::{
     Fault,
-    camera_moved::OF_ONE,
     decentred_camera::UNKNOWNS,
-    evidence::Evidence,
+    evidence::{Evidence, OF_ONE},
     finding::{Proposal, Severity},
     pairs::Pair,
     pixel_units::{Measure, proposal},
