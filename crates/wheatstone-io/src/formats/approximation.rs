@@ -153,6 +153,10 @@ const UNSEEN_OF_NOISE: f64 = 0.05;
 /// lens by so much that distortion shows in a few hundredths of it.
 const SHARE_OF_LOSS: f64 = 0.03;
 
+/// Cameras that are off by more than this share of the picture's width are others. A fisheye beyond 100 degrees whose
+/// distortion no pinhole camera has was fitted by one that stood elsewhere.
+const OTHERS: f64 = 0.1;
+
 /// Cameras of one form beside the model.
 struct Candidate {
     form: Form,
@@ -193,6 +197,9 @@ fn nearest(
             }
         }
     }
+    let widest = lesson.areas.iter().map(|[picture, _]| picture[2] - picture[0]);
+    let most = OTHERS * widest.fold(0.0, f64::max);
+    candidates.retain(|found| found.off.worst() <= most);
     let least = candidates.iter().map(|found| found.off.worst()).fold(f64::INFINITY, f64::min);
     let noise = lesson.noise.iter().copied().fold(f64::INFINITY, f64::min);
     let noise = if noise.is_finite() { noise } else { 0.0 };

@@ -145,3 +145,22 @@ fn one_gross_pixel_is_no_column_in_another_unit() {
         assert_eq!(accused(&data), [""; 0], "{far}");
     }
 }
+
+/// It looks as pixels that are not square: nobody can see which it is, but it is said.
+#[test]
+fn a_pitch_that_is_wrong_along_one_side_is_among_what_cannot_be_seen() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let chart = LineGrid { pitch: rig.chart_pitch(), ..LineGrid::default() }.into();
+    let views = Stage { near: 50.0, far: 140.0, step: 15.0 }.views().unwrap();
+    let mut data = chart_correspondences(&rig, &chart, &views, (Noise::Normal(0.1), 1), None);
+    let told = |data: &Dataset| {
+        let said = examine(data).cannot_be_seen;
+        said.into_iter().find(|one| one.what.contains("not square")).map(|one| one.check)
+    };
+    assert_eq!(told(&data), None);
+    for row in &mut data.correspondences {
+        row.world.iter_mut().for_each(|world| world.x *= 1.1);
+    }
+    let said = told(&data).unwrap();
+    assert!(said.contains("% shorter than along y in every camera"), "{said}");
+}

@@ -9,7 +9,7 @@ use super::{
     pairs::Pair,
 };
 use crate::Error;
-use wheatstone_numeric::statistics::percentile;
+use wheatstone_numeric::statistics::{mean, percentile};
 
 /// A camera farther away than so many times the points' median distance from their middle observes them within
 /// a thousandth of parallel projection.
@@ -92,7 +92,32 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
         },
     ];
     all.extend(another_focal_length(evidence));
+    all.extend(another_pitch_along_one_side(evidence));
     all
+}
+
+/// Charts that are longer along one side than was declared look as to cameras whose pixels are not square: all of them
+/// alike. So do sensors that are tilted alike.
+fn another_pitch_along_one_side(evidence: &Evidence) -> Option<Statement> {
+    /// Simulated lenses behind glass and water deviate by 0.03 from square pixels.
+    const OBLONG: f64 = 0.03;
+    let ratios: Vec<f64> = evidence
+        .seen
+        .iter()
+        .map(|seen| {
+            let [fx, fy] = seen.as_ref()?.camera.focal();
+            Some(libm::log(fx / fy))
+        })
+        .collect::<Option<_>>()?;
+    let are_alike = ratios.iter().all(|ratio| ratio * ratios[0] > 0.0 && ratio.abs() > OBLONG);
+    are_alike.then(|| Statement {
+        what: "another pitch along X or Y alone, or pixels that are not square".into(),
+        check: format!(
+            "focal lengths along x are {:.1} % {} than along y in every camera: measure the chart along both sides",
+            100.0 * (libm::exp(mean(&ratios).abs()) - 1.0),
+            if ratios[0] > 0.0 { "longer" } else { "shorter" }
+        ),
+    })
 }
 
 /// A lens of another focal length sees parallel planes farther apart alike, and so points at random places where cameras

@@ -1,11 +1,12 @@
 //! What a model loses on its way into another program is what is said of it.
 
+use nalgebra::Matrix3;
 use wheatstone::{
     Calibration,
-    camera::picture_domain::undistorts,
+    camera::{picture_domain::undistorts, pinhole::Pinhole},
     chart::AnyChart,
-    formats::{Fold, Form, Optics, approximate, approximate_rig, coefficients},
-    geometry::Pixel,
+    formats::{Fold, Form, Optics, RigCamera, approximate, approximate_rig, coefficients},
+    geometry::{Pixel, Pose, Vector3},
     method::{AnyMethod, AnyReconstructor},
     numeric::progress::Silent,
     preparation::Preparation,
@@ -89,6 +90,27 @@ fn a_lens_that_folds_beyond_the_picture_leaves_as_it_is_and_one_that_folds_withi
     // Where the size is not known, a tenth beyond what was seen stands for the picture.
     model.sizes.clear();
     assert!(approximate(&model, &forms, &Silent).unwrap().fold.is_none_or(|fold| fold.is_within));
+}
+
+/// A pinhole camera that is nearest to a fisheye stands elsewhere and looks elsewhere.
+#[test]
+fn cameras_that_are_others_are_refused() {
+    let pinhole = Pinhole { focal: [500.0; 2], principal: [639.5, 479.5] };
+    let camera = |x: f64| RigCamera {
+        optics: Optics::fisheye(
+            pinhole,
+            [-0.02, 0.004, 0.0, 0.0],
+            Pose { translation: Vector3::new(x, 0.0, 0.0), rotation: Matrix3::identity() },
+        ),
+        ..super::rig(2, Some(0)).cameras[0].clone()
+    };
+    let mut rig = super::rig(2, Some(0));
+    rig.cameras = vec![RigCamera { size: Some([1280, 960]), ..camera(0.0) }; 2];
+    rig.cameras[1].optics = camera(-12.0).optics;
+    let near = approximate_rig(&rig, &[Form::Brown(12)], &Silent);
+    println!("{:?}", near.map(|it| it.loss));
+    let error = approximate_rig(&rig, &[Form::Brown(0)], &Silent).unwrap_err();
+    assert!(error.to_string().contains("cameras like these"), "{error}");
 }
 
 #[test]
