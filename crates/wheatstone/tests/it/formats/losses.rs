@@ -107,8 +107,6 @@ fn cameras_that_are_others_are_refused() {
     let mut rig = super::rig(2, Some(0));
     rig.cameras = vec![RigCamera { size: Some([1280, 960]), ..camera(0.0) }; 2];
     rig.cameras[1].optics = camera(-12.0).optics;
-    let near = approximate_rig(&rig, &[Form::Brown(12)], &Silent);
-    println!("{:?}", near.map(|it| it.loss));
     let error = approximate_rig(&rig, &[Form::Brown(0)], &Silent).unwrap_err();
     assert!(error.to_string().contains("cameras like these"), "{error}");
 }
