@@ -1,6 +1,6 @@
 //! What is wrong with pictures whose matches somebody else found, and what left no point of any.
 
-use crate::scene::{Reconstruction, SceneReconstructor};
+use crate::{pair_check::fault, reconstruction::Reconstruction, scene::SceneReconstructor};
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::Result;
 use wheatstone_numeric::progress::Progress;
@@ -34,18 +34,18 @@ impl SceneReconstructor<'_> {
         pictures: &[&ColourImage],
         progress: &dyn Progress,
     ) -> Result<Option<([usize; 2], PairFault)>> {
-        let fault = self.maps(pictures, progress)?.fault;
+        let fault = fault(&self.maps(pictures, progress)?.checks);
         Ok(fault.filter(|(_, fault)| !matches!(fault, PairFault::NothingInCommon { .. })))
     }
 
-    /// Two of the cameras that were left out whose pictures fit when they are exchanged, where there are such two.
+    /// Two of some cameras that do not fit whose pictures do when they are exchanged, where there are such two.
     ///
     /// # Errors
     ///
     /// Those of [`SceneReconstructor::reconstruct`].
     pub fn exchanged(
         &self,
-        left_out: &[usize],
+        unfit: &[usize],
         pictures: &[&ColourImage],
         progress: &dyn Progress,
     ) -> Result<Option<[usize; 2]>> {
@@ -56,10 +56,10 @@ impl SceneReconstructor<'_> {
             let pair = self.pairs.iter().find(|pair| pair.cameras[1] == camera);
             let Some(pair) = pair.filter(|_| size(camera) == size(other)) else { return Ok(false) };
             let both = [reference, pictures[self.order(other)]];
-            Ok(pair.disparities(&self.matcher, both)?.1.is_none())
+            Ok(pair.disparities(&self.matcher, both)?.1.fault.is_none())
         };
-        for (index, first) in left_out.iter().enumerate() {
-            for second in &left_out[index + 1..] {
+        for (index, first) in unfit.iter().enumerate() {
+            for second in &unfit[index + 1..] {
                 if fits(*first, *second)? && fits(*second, *first)? {
                     return Ok(Some([*first, *second]));
                 }

@@ -2,7 +2,9 @@
 
 use crate::{
     pair::refused,
-    scene::{Reconstruction, SceneReconstructor},
+    pair_check::{PairCheck, fault},
+    reconstruction::Reconstruction,
+    scene::SceneReconstructor,
 };
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Error, Result};
@@ -15,6 +17,8 @@ pub struct FrameFusion<'s, 'm> {
     made: &'s SceneReconstructor<'m>,
     /// Of each pair, once a frame has shown something.
     pairs: Vec<Option<DisparityFusion>>,
+    /// Those of a frame that says more than others: that something is doubtful.
+    checks: Vec<PairCheck>,
     /// The reference camera's first picture.
     reference: Option<ColourImage>,
 }
@@ -23,7 +27,7 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
     /// Of no frames yet. Every pixel is matched, whatever the settings say of corners and edges.
     #[must_use]
     pub fn new(made: &'s SceneReconstructor<'m>) -> Self {
-        Self { made, pairs: Vec::new(), reference: None }
+        Self { made, pairs: Vec::new(), checks: Vec::new(), reference: None }
     }
 
     /// Adds pictures that were taken at once, in the order of the settings' cameras. Those at fault are left out, and the
@@ -38,8 +42,13 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
         progress: &dyn Progress,
     ) -> Result<Option<([usize; 2], PairFault)>> {
         let found = self.made.maps(pictures, progress)?;
-        if found.fault.is_some() {
-            return Ok(found.fault);
+        let fault = fault(&found.checks);
+        if fault.is_some() {
+            return Ok(fault);
+        }
+        let doubts = |checks: &[PairCheck]| checks.iter().filter(|own| own.is_doubtful).count();
+        if self.checks.is_empty() || doubts(&found.checks) > doubts(&self.checks) {
+            self.checks = found.checks;
         }
         self.pairs.resize(found.of_pairs.len(), None);
         for (pair, map) in self.pairs.iter_mut().zip(&found.of_pairs) {
@@ -68,6 +77,8 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
         };
         let maps = self.pairs.iter().map(|pair| Some(pair.as_ref()?.map())).collect();
         let found = self.made.of_maps(maps, reference, progress)?;
-        Ok(Reconstruction { left_out: self.made.left_out(&self.pairs), ..found })
+        let mut left_out = self.made.left_out(&self.pairs);
+        left_out.extend(&found.left_out);
+        Ok(Reconstruction { left_out, ..found }.checked(self.checks))
     }
 }

@@ -6,12 +6,12 @@
 //! # The way of the data
 //!
 //! 1. `pair` has two pictures rectified by the model's virtual pair, and matched: along rows where those are epipolar
-//!    lines, and along the curves that the model says where they are not. `wheatstone_stereo::pair_fault` names what
-//!    makes a pair worthless: exchanged or moved cameras, pictures with nothing in common.
+//!    lines, and along the curves that the model says where they are not. `wheatstone_stereo::judge_pair` names what
+//!    makes a pair worthless: exchanged or moved cameras, pictures with nothing in common; `pair_check` holds it.
 //! 2. `scene` does so with the reference camera and each other one. `matches` leads from disparities back to pixels of
 //!    the cameras' own pictures; `seen` gathers, for each pixel of the reference, what the others match with it: `dense`
 //!    from disparity maps, `sparse` from corners and edges ([`features`]), or from pixels that somebody else matched.
-//! 3. `consensus` keeps what the pairs agree on.
+//! 3. `consensus` keeps what the pairs agree on, and `contradiction` tells of a camera that agrees with no other.
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
 //!    places the matched pixels, with the covariance of the match and of the calibration. Of a pair's disparities
 //!    `point_lattice` interpolates what the map says; `scene_points` chooses between the two.
@@ -27,12 +27,15 @@ mod cloud;
 mod seen;
 mod points;
 mod pair;
+mod pair_check;
 mod point_lattice;
 mod dense;
 mod sparse;
 mod consensus;
 mod rims;
 mod scene_points;
+mod contradiction;
+mod reconstruction;
 mod scene;
 mod scene_cameras;
 mod checks;
@@ -46,10 +49,13 @@ mod mcap_log;
 pub use checks::Emptied;
 pub use cloud::Cloud;
 pub use cloud_files::{CLOUD_FORMATS, CloudFormat, write_ply};
+pub use contradiction::Contradiction;
 pub use depth_files::{DepthPng, depth_png, depth_tiff};
 pub use fusion::FrameFusion;
 #[cfg(feature = "mcap")]
 pub use mcap_log::{EncodedPicture, McapLog};
 pub use mesh::Mesh;
-pub use scene::{Reconstruction, SceneReconstructor};
+pub use pair_check::PairCheck;
+pub use reconstruction::Reconstruction;
+pub use scene::SceneReconstructor;
 pub use settings::ReconstructionSettings;

@@ -4,10 +4,7 @@
 //! of the messages: Foxglove's schemas, <https://docs.foxglove.dev/docs/sdk/schemas>, by its crate; its own writer of files is
 //! not used, as that wants to seek.
 
-use crate::{
-    cloud::Cloud,
-    scene::{Reconstruction, SceneReconstructor},
-};
+use crate::{cloud::Cloud, reconstruction::Reconstruction, scene::SceneReconstructor};
 use foxglove::{
     Encode,
     messages::{

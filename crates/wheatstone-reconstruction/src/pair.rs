@@ -17,7 +17,8 @@ use wheatstone_core::{
 };
 use wheatstone_numeric::progress::Progress;
 use wheatstone_stereo::{
-    CONFIDENT, DisparityMap, EpipolarCurves, MatchError, Matcher, PairFault, Picture, pair_fault,
+    CONFIDENT, DisparityMap, EpipolarCurves, MatchError, Matcher, PairJudgement, Picture,
+    judge_pair,
 };
 
 /// Two cameras of a model, rectified.
@@ -64,12 +65,12 @@ impl<'a> RectifiedPair<'a> {
         Ok(Self { rectification, cameras, is_mirrored, tables, range, curves })
     }
 
-    /// Disparities of the reference camera's picture, and what makes them worthless. Pictures are those of `cameras`.
+    /// Disparities of the reference camera's picture, and what is said of the pair. Pictures are those of `cameras`.
     pub(crate) fn disparities(
         &self,
         matcher: &Matcher,
         pictures: [&ColourImage; 2],
-    ) -> Result<(DisparityMap, Option<PairFault>)> {
+    ) -> Result<(DisparityMap, PairJudgement)> {
         let matcher = matcher.clone().range(self.range.clone());
         let rectified = self.rectified(pictures);
         let map = self.search(&matcher, &rectified).map_err(refused)?;
@@ -78,8 +79,8 @@ impl<'a> RectifiedPair<'a> {
             let coarse = matcher.clone().refining(false);
             Ok(self.search(&coarse, &self.rectified([second, first]))?.density(CONFIDENT))
         };
-        let fault = self.fault(&rectified, map.density(CONFIDENT), exchanged)?;
-        Ok((map, fault))
+        let judged = self.judged(&rectified, map.density(CONFIDENT), exchanged)?;
+        Ok((map, judged))
     }
 
     fn search(
@@ -94,20 +95,27 @@ impl<'a> RectifiedPair<'a> {
         }
     }
 
-    /// What makes rectified pictures worthless of which a share is matched; `exchanged` gives the share the other way
-    /// round.
-    pub(crate) fn fault(
+    /// Judges rectified pictures of which a share is matched; `exchanged` gives the share the other way round.
+    pub(crate) fn judged(
         &self,
         [left, right]: &[Vec<u8>; 2],
         matched: f64,
         exchanged: impl FnOnce() -> Result<f64, MatchError>,
-    ) -> Result<Option<PairFault>> {
+    ) -> Result<PairJudgement> {
         let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::bend);
         let found = || {
             let (left, right) = (self.picture(left)?, self.picture(right)?);
-            pair_fault([&left, &right], self.range.clone(), (matched, bend), exchanged)
+            judge_pair([&left, &right], self.range.clone(), (matched, bend), exchanged)
         };
         found().map_err(refused)
+    }
+
+    /// By how many rows the rectified pictures of cameras that stand as they did may be beside each other: what the model
+    /// has wrong at the points that it was fitted to, with their noise, and what curves bend.
+    pub(crate) fn expected_offset(&self) -> f32 {
+        let measured = self.rectification.leftover.measured.as_ref();
+        let bend = self.curves.as_ref().map_or(0.0, EpipolarCurves::bend);
+        measured.map_or(0.0, |left| left.vertical.rms as f32) + bend
     }
 
     pub(crate) fn rectified(&self, pictures: [&ColourImage; 2]) -> [Vec<u8>; 2] {

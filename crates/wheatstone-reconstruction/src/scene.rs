@@ -3,8 +3,11 @@
 use crate::{
     cloud::Cloud,
     consensus::agreed,
+    contradiction::Contradiction,
     dense,
     pair::RectifiedPair,
+    pair_check::PairCheck,
+    reconstruction::Reconstruction,
     rims::drop_rims,
     scene_points::{ScenePoints, cameras},
     seen::{Found, Seen},
@@ -15,7 +18,7 @@ use rayon::prelude::*;
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Calibration, Error, Result, geometry::Pixel};
 use wheatstone_numeric::progress::Progress;
-use wheatstone_stereo::{DisparityMap, Matcher, PairFault};
+use wheatstone_stereo::{DisparityMap, Matcher, PairFault, PairJudgement};
 
 /// Rows of a picture that are worked out together, between looks at whether to go on.
 const BAND: usize = 32;
@@ -32,23 +35,6 @@ pub struct SceneReconstructor<'a> {
     /// Its memory serves all pairs.
     pub(crate) matcher: Matcher,
     pub(crate) settings: ReconstructionSettings,
-}
-
-/// What pictures show.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Reconstruction {
-    /// Disparities of the left rectified picture, of the first two cameras.
-    pub map: DisparityMap,
-    /// Depths of the same pixels along the axis of the left virtual camera, in the model's unit; NaN for pixels
-    /// without a point in the cloud.
-    pub depth: Vec<f32>,
-    /// The points.
-    pub cloud: Cloud,
-    /// What makes all of it worthless, if something does, and between which two cameras.
-    pub fault: Option<([usize; 2], PairFault)>,
-    /// Cameras whose pictures have next to nothing in common with the reference: they say nothing of the cloud.
-    pub left_out: Vec<usize>,
 }
 
 impl<'a> SceneReconstructor<'a> {
@@ -113,18 +99,33 @@ impl<'a> SceneReconstructor<'a> {
         let reference = self.reference(pictures);
         if self.settings.sparse {
             let features = Features::of(reference);
-            let searched = self.searched(pictures, progress, |pair, pictures| {
-                sparse::search(pair, pictures, &features)
-            })?;
-            let seen = sparse::seen(&self.pairs, &features, &searched.of_pairs, &self.settings);
-            let found = self.of_features(&self.points, seen, reference)?;
-            let left_out = self.left_out(&searched.of_pairs);
-            return Ok(Reconstruction { fault: searched.fault, left_out, ..found });
+            let Searched { mut of_pairs, checks } =
+                self.searched(pictures, progress, |pair, pictures| {
+                    sparse::search(pair, pictures, &features)
+                })?;
+            let seen =
+                |of_pairs: &[_]| sparse::seen(&self.pairs, &features, of_pairs, &self.settings);
+            let mut all = seen(&of_pairs);
+            let contradiction = Contradiction::of_pixels(&self.pairs, &self.points, &all);
+            if let Some(pair) = self.contradicting(&contradiction) {
+                of_pairs[pair] = None;
+                all = seen(&of_pairs);
+            }
+            let found = self.of_features(&self.points, all, reference)?;
+            let left_out = self.left_out(&of_pairs);
+            return Ok(Reconstruction { contradiction, left_out, ..found }.checked(checks));
         }
-        let Searched { of_pairs, fault } = self.maps(pictures, progress)?;
-        let left_out = self.left_out(&of_pairs);
+        let Searched { of_pairs, checks } = self.maps(pictures, progress)?;
+        let mut left_out = self.left_out(&of_pairs);
         let found = self.of_maps(of_pairs, reference, progress)?;
-        Ok(Reconstruction { fault, left_out, ..found })
+        left_out.extend(&found.left_out);
+        Ok(Reconstruction { left_out, ..found }.checked(checks))
+    }
+
+    /// Which pair is left out because of its other camera.
+    fn contradicting(&self, contradiction: &Option<Contradiction>) -> Option<usize> {
+        let camera = contradiction.as_ref()?.left_out?;
+        self.pairs.iter().position(|pair| pair.cameras[1] == camera)
     }
 
     /// The disparities of each pair.
@@ -146,13 +147,18 @@ impl<'a> SceneReconstructor<'a> {
         reference: &ColourImage,
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
-        let of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
+        let mut of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
+        let contradiction =
+            Contradiction::of_maps(&self.pairs, &self.points, &of_pairs, &self.settings);
+        let contradicting = self.contradicting(&contradiction);
+        contradicting.into_iter().for_each(|pair| of_pairs[pair] = None);
         let (mut cloud, mut depth) = self.dense(&of_pairs, reference, progress)?;
         if self.pairs.len() > 1 {
             drop_rims(&mut cloud, &mut depth, (&self.pairs[0], &self.settings));
         }
         let map = maps.swap_remove(0).ok_or_else(nothing)?;
-        Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
+        let left_out = contradicting.map(|pair| self.pairs[pair].cameras[1]).into_iter().collect();
+        Ok(Reconstruction { contradiction, left_out, ..Reconstruction::of(map, depth, cloud) })
     }
 
     /// Cameras of which nothing was found.
@@ -171,21 +177,21 @@ impl<'a> SceneReconstructor<'a> {
         &self,
         pictures: &[&ColourImage],
         progress: &dyn Progress,
-        search: impl Fn(&RectifiedPair<'_>, [&ColourImage; 2]) -> Result<(T, Option<PairFault>)>,
+        search: impl Fn(&RectifiedPair<'_>, [&ColourImage; 2]) -> Result<(T, PairJudgement)>,
     ) -> Result<Searched<T>> {
-        let mut all = Searched { of_pairs: Vec::new(), fault: None };
+        let mut all = Searched { of_pairs: Vec::new(), checks: Vec::new() };
         for (index, pair) in self.pairs.iter().enumerate() {
             progress.check()?;
             let both = pair.cameras.map(|camera| pictures[self.order(camera)]);
-            let (own, fault) = search(pair, both)?;
+            let (own, mut judged) = search(pair, both)?;
             // Rectified for two cameras the same picture no longer looks the same.
-            let is_same = both[0].gray == both[1].gray;
-            let fault = if is_same { Some(PairFault::SamePicture) } else { fault };
+            if both[0].gray == both[1].gray {
+                judged.fault = Some(PairFault::SamePicture);
+            }
             // Of the first two there would be nothing left.
-            let is_empty = index > 0 && matches!(fault, Some(PairFault::NothingInCommon { .. }));
-            let fault = fault.filter(|_| !is_empty).map(|fault| (pair.cameras, fault));
-            all.fault = all.fault.or(fault);
-            all.of_pairs.push((!is_empty).then_some(own));
+            let is_left_out = index > 0 && judged.is_empty;
+            all.of_pairs.push((!is_left_out).then_some(own));
+            all.checks.push(PairCheck { is_left_out, ..PairCheck::new(pair, judged) });
         }
         Ok(all)
     }
@@ -277,7 +283,7 @@ impl<'a> SceneReconstructor<'a> {
         let (cloud, depths) = self.located(points, seen, reference);
         let mut depth = self.unknown_depths();
         set_depths(&mut depth, &cloud, &depths);
-        Ok(Reconstruction { map, depth, cloud, fault: None, left_out: Vec::new() })
+        Ok(Reconstruction::of(map, depth, cloud))
     }
 
     /// The points of maps, and their depths as a picture.
@@ -365,7 +371,7 @@ fn set_depths(depth: &mut [f32], cloud: &Cloud, depths: &[f32]) {
 /// What all pairs found.
 pub(crate) struct Searched<T> {
     pub(crate) of_pairs: Vec<Option<T>>,
-    pub(crate) fault: Option<([usize; 2], PairFault)>,
+    pub(crate) checks: Vec<PairCheck>,
 }
 
 /// Of pictures without a pixel.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Result, geometry::Pixel};
-use wheatstone_stereo::{DisparityMap, PairFault};
+use wheatstone_stereo::{DisparityMap, PairJudgement};
 
 /// What a picture shows that can be found again.
 pub(crate) struct Features {
@@ -57,17 +57,17 @@ const SIGMA: f64 = 3.9;
 const CONFIDENCE: f32 = 0.98;
 
 /// What one pair matches with features of its reference camera's picture, in the order of [`Features::places`], and what
-/// makes it worthless. Pictures are those of the pair's cameras.
+/// is said of it. Pictures are those of the pair's cameras.
 pub(crate) fn search(
     pair: &RectifiedPair<'_>,
     pictures: [&ColourImage; 2],
     reference: &Features,
-) -> Result<(Vec<Option<Found>>, Option<PairFault>)> {
+) -> Result<(Vec<Option<Found>>, PairJudgement)> {
     let other = Features::of(pictures[1]);
     let found = matched(pair, reference, &other);
     let exchanged = || Ok(density(&other, &matched(pair, &other, reference)));
-    let fault = pair.fault(&pair.rectified(pictures), density(reference, &found), exchanged)?;
-    Ok((found, fault))
+    let judged = pair.judged(&pair.rectified(pictures), density(reference, &found), exchanged)?;
+    Ok((found, judged))
 }
 
 /// What one pair matches with the features of its reference camera's picture, in the order of [`Features::places`].

@@ -32,7 +32,8 @@
 //! 3. `left_right`, `median` and `speckles` take away what the right picture, the neighbours or the size of the surface contradict.
 //! 4. `warp` moves the right picture onto the left one, `agreement` compares them, `neighbourhood` looks farther around, and
 //!    `confidence` makes one probability of all `evidence`.
-//! 5. `least_squares` refines, `error_bars` says how exact the result is, and `filling` fills gaps.
+//! 5. `least_squares` refines, `error_bars` says how exact the result is, and `filling` fills gaps. `saturation` and `repetition`
+//!    take confidence away where a picture shows nothing, or a copy that the search cannot see.
 //!
 //! Several frames of one scene are put together by [`DisparityFusion`]. [`vertical_offset`] tells beforehand whether a pair is rectified. Where no rectification is possible, as behind flat ports,
 //! [`EpipolarCurves`] say where candidates lie, and [`Matcher::compute_along`] follows them.
@@ -70,6 +71,8 @@ mod noise_correlation;
 mod error_bars;
 mod filling;
 mod map;
+mod saturation;
+mod repetition;
 mod matcher;
 mod fusion;
 mod offset_pattern;
@@ -85,6 +88,6 @@ pub use fusion::DisparityFusion;
 pub use limits::{MOST_DISPARITIES, MOST_PENALTY};
 pub use map::{CONFIDENT, DisparityMap, Match};
 pub use matcher::Matcher;
-pub use pair_fault::{PairFault, pair_fault};
+pub use pair_fault::{PairFault, PairJudgement, judge_pair};
 pub use picture::Picture;
 pub use vertical::{VerticalOffset, vertical_offset};

@@ -21,6 +21,7 @@ use crate::{
     median, noise_correlation,
     pair::Pair,
     picture::Picture,
+    repetition, saturation,
     search_range::SearchRange,
     speckles,
     warp::Warped,
@@ -152,7 +153,10 @@ impl Matcher {
         if self.fills {
             filling::fill(&mut disparity, width);
         }
-        Ok(DisparityMap { width, height, disparity, confidence, sigma })
+        let mut map = DisparityMap { width, height, disparity, confidence, sigma };
+        saturation::doubt(&mut map, [pair.left, pair.right]);
+        repetition::doubt(&mut map, pair.left, range);
+        Ok(map)
     }
 
     /// What the confidences of [`Matcher::compute`] are computed from.

@@ -8,13 +8,21 @@
 use wheatstone_numeric::{least_squares::solve, random::Random};
 
 /// The constant, the two slopes, and the product.
-const TERMS: usize = 4;
+pub(crate) const TERMS: usize = 4;
 /// Fewer corners tell the constant alone: a wrong one among them would bend the pattern.
 const LEAST_CORNERS: usize = 24;
 /// Of matches two fifths of which are wrong, one sample in eight is right.
 const SAMPLES: usize = 200;
 /// Fits to the corners that agree: the corners hardly change after the second.
 const ROUNDS: usize = 3;
+
+/// A corner that agrees with the pattern, in pixels.
+pub(crate) struct Agreeing {
+    /// What the pattern says of it.
+    pub(crate) told: f64,
+    /// What its own offset is beyond that.
+    pub(crate) residual: f64,
+}
 
 /// Vertical offsets of corners of a picture.
 pub(crate) struct Offsets {
@@ -38,8 +46,8 @@ impl Offsets {
         }
     }
 
-    /// The offsets of the pattern that most corners agree with, at these, in pixels.
-    pub(crate) fn agreed(&self, most_difference: f64) -> Vec<f64> {
+    /// The corners that agree with the pattern that most of them agree with.
+    pub(crate) fn agreed(&self, most_difference: f64) -> Vec<Agreeing> {
         let near = |pattern: &[f64]| -> Vec<usize> {
             let is_near = |index: &usize| {
                 (self.told(pattern, *index) - self.offsets[*index]).abs() < most_difference
@@ -67,7 +75,11 @@ impl Offsets {
             agreeing = near(&better);
             pattern = better;
         }
-        agreeing.into_iter().map(|index| self.told(&pattern, index)).collect()
+        let agreeing = agreeing.into_iter().map(|index| {
+            let told = self.told(&pattern, index);
+            Agreeing { told, residual: self.offsets[index] - told }
+        });
+        agreeing.collect()
     }
 
     fn terms(&self, index: usize) -> &[f64] {

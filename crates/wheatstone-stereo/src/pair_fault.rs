@@ -3,7 +3,7 @@
 use crate::{
     error::MatchError,
     picture::Picture,
-    vertical::{VerticalOffset, vertical_offset},
+    vertical::{VerticalOffset, large_vertical_offset, vertical_offset},
 };
 use std::{fmt, ops::Range};
 
@@ -37,23 +37,25 @@ pub enum PairFault {
     },
 }
 
+/// What was found when the two pictures of a pair were compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PairJudgement {
+    /// What makes the pair worthless, if something does.
+    pub fault: Option<PairFault>,
+    /// By how many rows the pictures are beside each other, where corners tell it.
+    pub vertical: Option<VerticalOffset>,
+    /// Whether next to nothing was matched, whatever the reason.
+    pub is_empty: bool,
+}
+
 impl fmt::Display for PairFault {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Vertical(VerticalOffset { median, median_size, largest, corners }) => {
-                write!(out, "the right picture shows things ")?;
-                if *largest < 2.0 * median.abs() {
-                    let way = if *median > 0.0 { "lower" } else { "higher" };
-                    write!(out, "{:.1} rows {way} (median of {corners} corners)", median.abs())?;
-                } else {
-                    write!(
-                        out,
-                        "in other rows, {largest:.1} rows higher or lower at its sides (median of {corners} corners: \
-                         {median_size:.1})"
-                    )?;
-                }
-                write!(out, ": the pair is not rectified, or a camera has moved")
-            }
+            Self::Vertical(offset) => write!(
+                out,
+                "{offset}: the pair is not rectified, a camera has moved, or things have between the two pictures"
+            ),
             Self::Exchanged => {
                 write!(out, "the pictures are exchanged: the right one is the first")
             }
@@ -68,7 +70,7 @@ impl fmt::Display for PairFault {
     }
 }
 
-/// What makes a pair worthless of which the share `matched` was matched with confidence, 0 to 1, if something does. Of a
+/// Judges a pair of which the share `matched` was matched with confidence, 0 to 1. Of a
 /// pair that is matched along curves, `bend` is how far they lead from their rows, in pixels: so much is no fault.
 /// `exchanged` gives the share where the two pictures are matched the other way round: where they are rectified already
 /// the right one with the left one, where they are rectified here each as the other camera's.
@@ -76,27 +78,30 @@ impl fmt::Display for PairFault {
 /// # Errors
 ///
 /// As [`crate::Matcher::compute`], and those of `exchanged`.
-pub fn pair_fault(
+pub fn judge_pair(
     [left, right]: [&Picture<'_>; 2],
     range: Range<i32>,
     (matched, bend): (f64, f32),
     exchanged: impl FnOnce() -> Result<f64, MatchError>,
-) -> Result<Option<PairFault>, MatchError> {
+) -> Result<PairJudgement, MatchError> {
+    let at_fault = |fault| PairJudgement { fault: Some(fault), ..PairJudgement::default() };
     if left.pixels() == right.pixels() {
-        return Ok(Some(PairFault::SamePicture));
+        return Ok(at_fault(PairFault::SamePicture));
     }
     if matched < DOUBTFUL {
         let other = exchanged()?;
         if other > LEAST_DENSITY.max(CLEARLY * matched) {
-            return Ok(Some(PairFault::Exchanged));
+            return Ok(at_fault(PairFault::Exchanged));
         }
     }
-    let vertical = vertical_offset(left, right, range)?;
+    let is_empty = matched < LEAST_DENSITY;
+    let near = vertical_offset(left, right, range.clone())?;
+    let far = || large_vertical_offset([left, right], range).filter(|_| is_empty);
+    let vertical = near.or_else(far);
     let is_off = |vertical: &VerticalOffset| {
         vertical.median_size > MOST_VERTICAL + bend || vertical.largest > MOST_AT_SIDES + bend
     };
-    if let Some(vertical) = vertical.filter(is_off) {
-        return Ok(Some(PairFault::Vertical(vertical)));
-    }
-    Ok((matched < LEAST_DENSITY).then_some(PairFault::NothingInCommon { matched }))
+    let off = vertical.filter(is_off).map(PairFault::Vertical);
+    let empty = is_empty.then_some(PairFault::NothingInCommon { matched });
+    Ok(PairJudgement { fault: off.or(empty), vertical, is_empty })
 }

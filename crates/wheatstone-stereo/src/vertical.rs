@@ -2,14 +2,17 @@
 //!
 //! Corners of the left picture, one a cell of a grid, are looked for in the right one along the row and some rows up and
 //! down. Those count whose best place is clearly better than any other (Lowe 2004,
-//! doi:10.1023/B:VISI.0000029664.99615.94, section 7.1).
+//! doi:10.1023/B:VISI.0000029664.99615.94, section 7.1). Halved pictures tell of more rows.
 
 use crate::{
-    error::MatchError, offset_pattern::Offsets, picture::Picture, search_range::SearchRange,
+    error::MatchError,
+    offset_pattern::{Offsets, TERMS},
+    picture::Picture,
+    search_range::SearchRange,
 };
 use rayon::prelude::*;
-use std::ops::Range;
-use wheatstone_numeric::statistics::{median, percentile};
+use std::{fmt, ops::Range};
+use wheatstone_numeric::statistics::{median, percentile, root_mean_square};
 
 /// Rows up and down where a corner is looked for.
 const ROWS: isize = 6;
@@ -28,6 +31,13 @@ const LEAST_LEAD: f32 = 0.1;
 const MOST_DIFFERENCE: f64 = 1.0;
 /// Fewer matches say nothing, and neither do those of less than a fifth of the corners.
 const LEAST_MATCHES: usize = 8;
+/// The part of the height that a camera may have moved by when nothing is found within [`ROWS`].
+const MOST_ROWS: f64 = 0.05;
+/// Sound pairs have less at their sides, in pixels: of ten published ones up to 0.3, of rendered ones up to 0.07. A camera that
+/// was turned about its axis by 0.2 degrees has 0.8, and depths that err by ten standard deviations.
+const MOST_SOUND: f32 = 0.4;
+/// And by so many standard deviations of the offset itself.
+const CLEARLY: f32 = 3.0;
 
 /// How many rows lower the right picture shows things.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +49,34 @@ pub struct VerticalOffset {
     pub median_size: f32,
     /// Nineteen in twenty corners have less by what they have in common, higher or lower, in pixels.
     pub largest: f32,
+    /// The standard deviation of these, by how much corners scatter and how many there are, in pixels.
+    pub sigma: f32,
     /// The number of corners that these are of.
     pub corners: usize,
+}
+
+impl VerticalOffset {
+    /// Whether it is more than sound cameras have whose epipolar lines are off by `expected` pixels anyway: places that
+    /// such pairs tell are farther off than their standard deviations say.
+    #[must_use]
+    pub fn is_doubtful(&self, expected: f32) -> bool {
+        self.largest > MOST_SOUND + expected + CLEARLY * self.sigma
+    }
+}
+
+impl fmt::Display for VerticalOffset {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { median, median_size, largest, corners, .. } = self;
+        write!(out, "the right picture shows things ")?;
+        if *largest < 2.0 * median.abs() {
+            let way = if *median > 0.0 { "lower" } else { "higher" };
+            return write!(out, "{:.1} rows {way} (median of {corners} corners)", median.abs());
+        }
+        write!(
+            out,
+            "in other rows, {largest:.1} rows higher or lower at its sides (median of {corners} corners: {median_size:.1})"
+        )
+    }
 }
 
 /// Measures the vertical offset of a pair, for a range of disparities. None where too few corners are found again within 6 rows, or
@@ -59,23 +95,37 @@ pub fn vertical_offset(
         return Err(MatchError::Sizes { left: sizes[0], right: sizes[1] });
     }
     SearchRange::parse(&range, left.width())?;
-    let search = Search { left, right, range };
-    let corners = corners(left);
-    let found = corners.par_iter().filter_map(|&corner| {
-        Some(([corner.0 as f64, corner.1 as f64], f64::from(search.find(corner)?)))
-    });
-    let found: Vec<([f64; 2], f64)> = found.collect();
-    if found.len() < LEAST_MATCHES.max(corners.len() / 5) {
-        return Ok(None);
-    }
-    let agreed = Offsets::new(&found, [left.width(), left.height()]).agreed(MOST_DIFFERENCE);
-    let sizes: Vec<f64> = agreed.iter().map(|offset| offset.abs()).collect();
-    Ok((2 * agreed.len() > found.len()).then(|| VerticalOffset {
-        median: median(&agreed) as f32,
-        median_size: median(&sizes) as f32,
-        largest: percentile(&sizes, 0.95) as f32,
-        corners: found.len(),
-    }))
+    Ok(Search { left, right, range, rows: ROWS }.offset())
+}
+
+/// As [`vertical_offset`], of pictures that may be some twentieth of their height off, to about a row.
+pub(crate) fn large_vertical_offset(
+    [left, right]: [&Picture<'_>; 2],
+    range: Range<i32>,
+) -> Option<VerticalOffset> {
+    let pixels = [left, right].map(halved);
+    let half = |side: usize| Picture::new(left.width() / 2, left.height() / 2, &pixels[side]).ok();
+    let (left, right) = (half(0)?, half(1)?);
+    let rows = ((MOST_ROWS * left.height() as f64) as isize).max(ROWS);
+    let range = range.start.div_euclid(2)..range.end.div_euclid(2) + 1;
+    let VerticalOffset { median, median_size, largest, sigma, corners } =
+        Search { left: &left, right: &right, range, rows }.offset()?;
+    let [median, median_size, largest, sigma] =
+        [median, median_size, largest, sigma].map(|rows| 2.0 * rows);
+    Some(VerticalOffset { median, median_size, largest, sigma, corners })
+}
+
+/// The means of two by two pixels.
+fn halved(picture: &Picture<'_>) -> Vec<u8> {
+    let rows = (0..picture.height() / 2).map(|y| [2 * y, 2 * y + 1].map(|y| picture.row(y)));
+    let row = |[upper, lower]: [&[u8]; 2]| -> Vec<u8> {
+        let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        let sum = |(a, b): (&[u8; 2], &[u8; 2])| -> u16 {
+            a.iter().chain(b).map(|&v| u16::from(v)).sum()
+        };
+        pairs.map(|both| ((sum(both) + 2_u16) / 4) as u8).collect()
+    };
+    rows.flat_map(row).collect()
 }
 
 /// The best corner of each cell, (x, y).
@@ -116,14 +166,42 @@ struct Search<'a> {
     left: &'a Picture<'a>,
     right: &'a Picture<'a>,
     range: Range<i32>,
+    /// Rows up and down.
+    rows: isize,
 }
 
 impl Search<'_> {
+    /// What most corners agree on, if enough of them are found again.
+    fn offset(&self) -> Option<VerticalOffset> {
+        let corners = corners(self.left);
+        let found = corners.par_iter().filter_map(|&corner| {
+            Some(([corner.0 as f64, corner.1 as f64], f64::from(self.find(corner)?)))
+        });
+        let found: Vec<([f64; 2], f64)> = found.collect();
+        if found.len() < LEAST_MATCHES.max(corners.len() / 5) {
+            return None;
+        }
+        let size = [self.left.width(), self.left.height()];
+        let agreed = Offsets::new(&found, size).agreed(MOST_DIFFERENCE);
+        let told: Vec<f64> = agreed.iter().map(|corner| corner.told).collect();
+        let sizes: Vec<f64> = told.iter().map(|offset| offset.abs()).collect();
+        let scatter: Vec<f64> = agreed.iter().map(|corner| corner.residual).collect();
+        let degrees = agreed.len().saturating_sub(TERMS).max(1) as f64;
+        let sigma = root_mean_square(&scatter) * (TERMS as f64 / degrees).sqrt();
+        (2 * agreed.len() > found.len()).then(|| VerticalOffset {
+            median: median(&told) as f32,
+            median_size: median(&sizes) as f32,
+            largest: percentile(&sizes, 0.95) as f32,
+            sigma: sigma as f32,
+            corners: found.len(),
+        })
+    }
+
     /// How many rows lower a corner is found again, if it is found clearly.
     fn find(&self, (x, y): (isize, isize)) -> Option<f32> {
         let columns: Vec<isize> =
             self.range.clone().map(|disparity| x - disparity as isize).collect();
-        let scores: Vec<Vec<f32>> = (-ROWS..=ROWS)
+        let scores: Vec<Vec<f32>> = (-self.rows..=self.rows)
             .map(|down| {
                 columns.iter().map(|&there| self.score((x, y), (there, y + down))).collect()
             })
@@ -144,7 +222,7 @@ impl Search<'_> {
         let (above, below) = (scores[row - 1][index], scores[row + 1][index]);
         let curvature = 2.0 * best - above - below;
         let fraction = if curvature > 0.0 { 0.5 * (below - above) / curvature } else { 0.0 };
-        Some(row as f32 - ROWS as f32 + fraction)
+        Some(row as f32 - self.rows as f32 + fraction)
     }
 
     /// The correlation of two windows; -1 where the one on the right leads out of the picture.

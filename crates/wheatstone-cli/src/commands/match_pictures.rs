@@ -15,7 +15,7 @@ use wheatstone::{
     Error,
     formats::npy_float32,
     imaging::{GrayImage, Limits, read_image},
-    stereo::{CONFIDENT, DisparityMap, MatchError, Matcher, Picture, pair_fault, vertical_offset},
+    stereo::{CONFIDENT, DisparityMap, MatchError, Matcher, Picture, VerticalOffset, judge_pair},
     storage::{Output, write_folder},
 };
 
@@ -92,10 +92,17 @@ impl Match {
         let confident = map.density(CONFIDENT);
         let exchanged =
             || Ok(matcher.clone().refining(false).compute(&right, &left)?.density(CONFIDENT));
-        let fault = pair_fault([&left, &right], self.range.clone(), (confident, 0.0), exchanged);
-        let fault = fault.map_err(refused)?;
-        if let Some(fault) = &fault {
+        let judged = judge_pair([&left, &right], self.range.clone(), (confident, 0.0), exchanged);
+        let judged = judged.map_err(refused)?;
+        let fault = &judged.fault;
+        if let Some(fault) = fault {
             remark!("warning", "{fault}");
+        } else if let Some(offset) = judged.vertical.filter(|offset| offset.is_doubtful(0.0)) {
+            remark!(
+                "warning",
+                "{offset}: disparities of such a pair are off where edges slant; was it rectified by a calibration of \
+                 cameras that have not moved since?"
+            );
         }
         write_folder(&self.output, |folder| write(&map, &self.range, folder))?;
         let matched = map.disparity.iter().filter(|value| !value.is_nan()).count();
@@ -108,25 +115,27 @@ impl Match {
             100.0 * confident
         );
         if self.json {
-            let vertical = vertical_offset(&left, &right, self.range).map_err(refused)?;
-            let vertical: Option<Value> = vertical.map(|found| {
-                json!({
-                    "median_px": found.median,
-                    "median_size_px": found.median_size,
-                    "p95_px": found.largest,
-                    "corners": found.corners,
-                })
-            });
             print_json(&json!({
                 "size": [map.width, map.height],
                 "matched": matched,
                 "confident": confident,
-                "vertical_offset": vertical,
+                "vertical_offset": judged.vertical.map(vertical),
                 "fault": fault.map(|fault| fault.to_string()),
             }))?;
         }
         Ok(())
     }
+}
+
+/// What is told of a vertical offset.
+pub(super) fn vertical(found: VerticalOffset) -> Value {
+    json!({
+        "median_px": found.median,
+        "median_size_px": found.median_size,
+        "p95_px": found.largest,
+        "sigma_px": found.sigma,
+        "corners": found.corners,
+    })
 }
 
 /// The three arrays, and the picture to look at.

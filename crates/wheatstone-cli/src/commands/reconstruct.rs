@@ -19,7 +19,7 @@ use crate::{
 use clap::{Args, builder::PossibleValuesParser};
 use depths::depths;
 use empty::Empty;
-use fault::{listed, named, warn_left_out, way_out};
+use fault::{listed, named, warn_left_out};
 use log::Log;
 use pictures::{read, sizes};
 use results::{file_names, pretty, summary, tell, whole, write, write_mesh};
@@ -254,11 +254,11 @@ impl Reconstruct {
             }
             None => made.reconstruct(&pictures, bar)?,
         };
-        if let Some((cameras, fault)) = found.fault {
-            let problem = named(made, (cameras, fault), frame);
+        if let Some(own) = found.fault {
+            let (of, both, fault) = ((&found, own), (frame, &pictures[..]), own.1);
+            let [problem, hint] = fault::told(of, (made, model), both, bar)?;
             if !self.force && count == 1 {
-                let hint = way_out(&fault, made, model).into();
-                return Err(Failure::Library(Error::Degenerate { problem, hint }));
+                return Err(Failure::Library(Error::Degenerate { problem, hint: hint.into() }));
             }
             remark!("warning", "{problem}");
             if !self.force {

@@ -174,7 +174,48 @@ fn two_of_four_cameras_that_are_exchanged_are_named() {
     image::GrayImage::from_pixel(640, 480, image::Luma([99])).save(at.join("blank.png")).unwrap();
     let said = run(&[one, two, "blank.png", four]);
     assert!(said.contains("camera 3 is left out: hardly anything of its picture"), "{said}");
+    let exchanged = command(&[one, three, two, four]);
+    let said = refused(at, &exchanged.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("the pictures of cameras 2 and 3 are exchanged"), "{said}");
     let command = command(&[one, two, three]);
     let said = refused(at, &command.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(said.contains("a model of 4 cameras") && said.contains("`--cameras 1,2,3`"), "{said}");
+}
+
+#[test]
+fn a_camera_that_has_moved_a_little_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    prepared(at);
+    let right = image::open(at.join(RIGHT)).unwrap().to_luma8();
+    // Rows between two, farther down from left to right: as a camera that was turned about its axis.
+    let sheared = image::GrayImage::from_fn(640, 480, |x, y| {
+        let down = f64::from(y) + 0.002 * (f64::from(x) - 320.0);
+        let (row, part) = (down.floor().clamp(0.0, 478.0), down.fract());
+        let level = |row: f64| f64::from(right.get_pixel(x, row as u32).0[0]);
+        image::Luma([((1.0 - part) * level(row) + part * level(row + 1.0)).round() as u8])
+    });
+    sheared.save(at.join("turned.png")).unwrap();
+    let run = |second: &str| {
+        let command = ["reconstruct", "model.json", "--images", LEFT, second, "-o", "out"];
+        let (_, said) = done(at, &command);
+        let read = |name: &str| fs::read_to_string(at.join("out").join(name)).unwrap();
+        let summary = read("summary.json");
+        assert!(summary.contains("\"confidence\": 0.95,"), "{summary}");
+        let told: Value = serde_json::from_str(&summary).unwrap();
+        (told["frames"][0].clone(), said, read("scene.html"))
+    };
+    let (told, said, page) = run(RIGHT);
+    assert!(
+        told["warnings"].as_array().unwrap().is_empty() && !page.contains("Warning:"),
+        "{told}"
+    );
+    assert!(told["vertical_offsets"][0]["p95_px"].as_f64().unwrap() < 0.2, "{told}");
+    assert!(!said.contains("more than the calibration"), "{said}");
+    let (told, said, page) = run("turned.png");
+    let warning = told["warnings"][0].as_str().unwrap();
+    assert!(warning.starts_with("cameras 1 and 2: the right picture shows things"), "{warning}");
+    assert!(said.contains(&format!("warning: {warning}; fit again")), "{said}");
+    assert!(page.contains("Warning:") && page.contains(warning), "{warning}");
+    assert!(told["vertical_offsets"][0]["p95_px"].as_f64().unwrap() > 0.45, "{told}");
 }

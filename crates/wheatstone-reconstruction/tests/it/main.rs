@@ -5,4 +5,5 @@
 mod mcap_log;
 mod matches;
 mod optics;
+mod moved;
 mod files;

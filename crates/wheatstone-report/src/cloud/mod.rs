@@ -103,9 +103,13 @@ impl SceneCloud {
              Home shows the points, R the cameras too.",
         );
         let hidden = |without: bool| if without { "hidden" } else { "" };
-        let values: [(&str, &dyn Render); 10] = [
+        let warnings = html! {
+            @for warning in &self.warnings { p { strong { "Warning:" } " " (escape(warning)) "." } }
+        };
+        let values: [(&str, &dyn Render); 11] = [
             ("title", &escape(&self.title)),
             ("sentence", &sentence),
+            ("warnings", &warnings),
             ("sample", &sample),
             ("stage", &stage),
             ("still", &still),

@@ -55,6 +55,9 @@ pub struct SceneCloud {
     pub pixels: Vec<Vec<[f32; 2]>>,
     /// The cameras, in the order of `pixels`; empty where they are not known.
     pub cameras: Vec<CloudCamera>,
+    /// What speaks against the points, a sentence each without its full stop.
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 /// Dots of a drawing: with more, the page would be larger and the drawing no clearer.
@@ -78,6 +81,7 @@ impl SceneCloud {
             title: self.title.clone(),
             unit: self.unit.clone(),
             cameras: self.cameras.clone(),
+            warnings: self.warnings.clone(),
         }
     }
 

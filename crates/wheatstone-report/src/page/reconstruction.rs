@@ -33,6 +33,7 @@ fn words(scene: &SceneFigures, unit: &str) -> Markup {
                 }
                 " Beyond the calibrated volume the model extrapolates: errors there may exceed their standard deviations."
             }
+            @for warning in &scene.sample.warnings { p { strong { "Warning:" } " " (escape(warning)) "." } }
         }
     }
 }

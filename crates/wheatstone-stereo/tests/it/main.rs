@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 mod curves;
+mod deceptive;
 mod errors;
 mod hopeless;
 mod measure;

@@ -2,7 +2,7 @@
 
 use crate::scene::{Pair, Scene};
 use wheatstone_stereo::{
-    MatchError, PairFault, Picture, VerticalOffset, pair_fault, vertical_offset,
+    MatchError, PairFault, Picture, VerticalOffset, judge_pair, vertical_offset,
 };
 
 fn offset(pair: &Pair) -> Option<VerticalOffset> {
@@ -13,7 +13,7 @@ fn offset(pair: &Pair) -> Option<VerticalOffset> {
 fn fault(pair: &Pair) -> Option<PairFault> {
     let picture = |pixels| Picture::new(pair.width, pair.height, pixels).unwrap();
     let pictures = [&picture(&pair.left), &picture(&pair.right)];
-    pair_fault(pictures, 0..48, (0.5, 0.0), || Ok(0.0)).unwrap()
+    judge_pair(pictures, 0..48, (0.5, 0.0), || Ok(0.0)).unwrap().fault
 }
 
 #[test]
@@ -48,6 +48,35 @@ fn rows_that_a_turned_camera_moved_are_found() {
         assert!(fault.contains("higher or lower at its sides"), "{fault}");
     }
     assert_eq!(fault(&Scene::slanted(0.02, 0.01, 8).render()), None);
+}
+
+#[test]
+fn offsets_below_a_fault_are_doubted_where_corners_are_clear() {
+    let sound = Scene::slanted(0.02, 0.01, 8).render();
+    assert!(!offset(&sound).unwrap().is_doubtful(0.0));
+    // A camera that was turned about its axis by 0.3 degrees.
+    let pair = Scene { lower: |x, _, _| 0.005 * (x - 160.0), ..Scene::slanted(0.02, 0.01, 8) };
+    let pair = pair.render();
+    let found = offset(&pair).unwrap();
+    assert!(fault(&pair).is_none() && found.is_doubtful(0.0), "{found:?}");
+    // That is no more than this calibration lets expect.
+    assert!(!found.is_doubtful(0.5), "{found:?}");
+    assert!((0.005..0.1).contains(&found.sigma), "{found:?}");
+}
+
+#[test]
+fn rows_beyond_the_search_are_found_before_nothing_in_common_is_said() {
+    let pair = Scene::slanted(0.02, 0.01, 8).render();
+    let rows = 10;
+    let left = pair.left[rows * pair.width..].to_vec();
+    let right = pair.right[..pair.right.len() - rows * pair.width].to_vec();
+    let moved = Pair { width: pair.width, height: pair.height - rows, left, right };
+    let picture = |pixels| Picture::new(moved.width, moved.height, pixels).unwrap();
+    let pictures = [&picture(&moved.left), &picture(&moved.right)];
+    assert_eq!(offset(&moved), None);
+    let judged = judge_pair(pictures, 0..48, (0.01, 0.0), || Ok(0.0)).unwrap();
+    let Some(PairFault::Vertical(found)) = judged.fault else { panic!("{judged:?}") };
+    assert!((found.median - 10.0).abs() < 1.0, "{found:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::depths::searched;
 use crate::{progress::Bar, verbosity::remark};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use wheatstone::{
     Calibration, Error,
     imaging::ColourImage,
@@ -27,42 +27,109 @@ pub(super) fn named(
     format!("{}: {fault}", listed(at_fault.map(|(_, path)| path)))
 }
 
+/// What is wrong with pictures that were taken at once, and the way out.
+pub(super) fn told(
+    (found, (cameras, fault)): (&Reconstruction, ([usize; 2], PairFault)),
+    (made, model): (&SceneReconstructor, &Calibration),
+    (frame, pictures): (&[PathBuf], &[&ColourImage]),
+    bar: &Bar,
+) -> Result<[String; 2], Error> {
+    let is_blind = matches!(fault, PairFault::Vertical(_) | PairFault::NothingInCommon { .. });
+    let unfit = found.checks.iter().filter(|check| check.fault.is_some() && is_blind);
+    let unfit: Vec<usize> = unfit.map(|check| check.cameras[1]).collect();
+    if let Some(both) = made.exchanged(&unfit, pictures, bar)? {
+        let order = &made.settings().cameras;
+        let files = order.iter().zip(frame).filter(|(camera, _)| both.contains(camera));
+        let files = listed(files.map(|(_, path)| path));
+        let [a, b] = both.map(|camera| camera + 1);
+        let problem = format!("{files}: the pictures of cameras {a} and {b} are exchanged");
+        return Ok([problem, way_out(&PairFault::Exchanged, made, model)]);
+    }
+    let mut problem = named(made, (cameras, fault), frame);
+    if let Some(camera) = found.moved().filter(|_| made.settings().cameras.len() > 2) {
+        problem += &format!("; of these cameras, camera {} alone explains it", camera + 1);
+    }
+    if let PairFault::NothingInCommon { .. } = fault {
+        let badly = |(path, picture): (&PathBuf, &&ColourImage)| badly_exposed(path, picture);
+        problem.extend(frame.iter().zip(pictures).filter_map(badly));
+    }
+    Ok([problem, way_out(&fault, made, model)])
+}
+
+/// What is said of a picture nine tenths of which are too dark or too bright to show anything.
+fn badly_exposed(path: &Path, picture: &ColourImage) -> Option<String> {
+    /// A sixteenth of the levels at either end.
+    const DARK: f32 = 16.0;
+    const BRIGHT: f32 = 239.0;
+    let mut levels: Vec<f32> = picture.gray.values().to_vec();
+    levels.sort_by(f32::total_cmp);
+    let at = |tenths: usize| levels[(levels.len() - 1) * tenths / 10];
+    let how = match (at(1), at(9)) {
+        (_, bright) if bright < DARK => "dark",
+        (dark, _) if dark > BRIGHT => "overexposed",
+        _ => return None,
+    };
+    Some(format!("; {} is {how}: {:.0} of 255 grey levels in the median", path.display(), at(5)))
+}
+
 /// What to do about a fault.
-pub(super) fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) -> String {
+fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) -> String {
     match fault {
         PairFault::Vertical(_) => {
             "nothing was written; fit again if a camera has moved (`wheatstone check POINTS --against MODEL` says which), \
-             with another method if the model does not fit the optics (`wheatstone evaluate`), or go on with `--force`"
+             with another method if the model does not fit the optics (`wheatstone evaluate`), take pictures of one \
+             instant, or go on with `--force`"
                 .into()
         }
         PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
         PairFault::SamePicture => "nothing was written; give the pictures of two cameras".into(),
         _ => format!(
-            "nothing was written; depths of {} were searched: `--range NEAR:FAR` names others; `--force` goes on",
+            "nothing was written; depths of {} were searched: `--range NEAR:FAR` names others; are the pictures of one \
+             instant, in the order of the cameras, and have those not moved? `--force` goes on",
             searched(made, model)
         ),
     }
 }
 
-/// Says which cameras are left out, and by the pictures whether two of them are exchanged.
+/// Says which cameras are left out, and by the pictures whether two of them are exchanged; and what makes standard
+/// deviations doubtful.
 pub(super) fn warn_left_out(
     found: &Reconstruction,
     made: &SceneReconstructor,
     (pictures, bar): (Option<&[&ColourImage]>, &Bar),
 ) -> Result<(), Error> {
+    for doubt in found.doubts(1) {
+        remark!(
+            "warning",
+            "{doubt}; fit again, or add a view of the chart (`wheatstone check POINTS --against MODEL` says which camera \
+             has moved)"
+        );
+    }
+    let contradicting = found.contradiction.as_ref().and_then(|told| told.left_out);
+    let unfit: Vec<usize> =
+        found.left_out.iter().copied().filter(|camera| contradicting != Some(*camera)).collect();
     let exchanged = match pictures {
-        Some(pictures) => made.exchanged(&found.left_out, pictures, bar)?,
+        Some(pictures) => made.exchanged(&unfit, pictures, bar)?,
         None => None,
     };
     if let Some([a, b]) = exchanged.map(|both| both.map(|camera| camera + 1)) {
         remark!("warning", "cameras {a} and {b} are left out: their pictures are exchanged");
     }
-    for camera in &found.left_out {
-        if !exchanged.is_some_and(|both| both.contains(camera)) {
+    let offset = |camera: usize| {
+        let check = found.checks.iter().find(|check| check.cameras[1] == camera)?;
+        check.fault.filter(|fault| matches!(fault, PairFault::Vertical(_)))
+    };
+    for camera in &unfit {
+        if exchanged.is_some_and(|both| both.contains(camera)) {
+            continue;
+        }
+        if let Some(fault) = offset(*camera) {
+            remark!("warning", "camera {} is left out: {fault}", camera + 1);
+        } else {
             remark!(
                 "warning",
-                "camera {} is left out: hardly anything of its picture matches that of camera {}; are the pictures in \
-                 the order of the cameras?",
+                "camera {} is left out: hardly anything of its picture matches that of camera {}; are the pictures of one \
+                 instant and in the order of the cameras, or has it moved (`wheatstone check POINTS --against MODEL`)?",
                 camera + 1,
                 made.pair().cameras[0] + 1
             );

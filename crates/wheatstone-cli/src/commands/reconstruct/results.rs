@@ -2,6 +2,7 @@
 
 use super::depths::searched;
 use crate::{
+    commands::match_pictures::vertical,
     conversion::virtual_pair,
     table::figure,
     verbosity::{remark, say},
@@ -17,8 +18,8 @@ use wheatstone::{
     imaging::GrayImage,
     numeric::statistics::median,
     reconstruction::{
-        CloudFormat, DepthPng, Mesh, Reconstruction, SceneReconstructor, depth_png, depth_tiff,
-        write_ply,
+        CloudFormat, DepthPng, Mesh, PairCheck, Reconstruction, SceneReconstructor, depth_png,
+        depth_tiff, write_ply,
     },
     report::{CloudCamera, SceneCloud, SceneFigures},
     stereo::PairFault,
@@ -35,6 +36,11 @@ pub(super) fn sigmas(found: &Reconstruction) -> [f64; 3] {
 
 pub(in crate::commands) fn summary(found: &Reconstruction) -> Value {
     let matched = found.map.disparity.iter().filter(|value| !value.is_nan()).count();
+    let offset = |check: &PairCheck| {
+        let mut told = vertical(check.vertical?);
+        told["cameras"] = json!(check.cameras.map(|camera| camera + 1));
+        Some(told)
+    };
     json!({
         "points": found.cloud.len(),
         "matched": matched as f64 / found.map.disparity.len() as f64,
@@ -44,6 +50,8 @@ pub(in crate::commands) fn summary(found: &Reconstruction) -> Value {
         "inside_calibrated_volume": found.cloud.trusted(),
         "depth_png_step": DepthPng::of(&found.depth).step,
         "fault": found.fault.map(|(_, fault)| fault.to_string()),
+        "vertical_offsets": found.checks.iter().filter_map(offset).collect::<Vec<_>>(),
+        "warnings": found.doubts(1),
         "cameras_left_out": found.left_out.iter().map(|camera| camera + 1).collect::<Vec<_>>(),
     })
 }
@@ -63,9 +71,14 @@ pub(in crate::commands) fn whole(
         "rectified": virtual_pair(made.pair()),
         "Q": rows,
         "disparities": [range.start, range.end],
-        "confidence": made.settings().least_confidence,
+        "confidence": shortest(made.settings().least_confidence),
         "frames": frames,
     })
+}
+
+/// A number of single precision as short as it was written: 0.95, and not 0.949999988079071.
+fn shortest(number: f32) -> Value {
+    number.to_string().parse::<f64>().map_or(Value::Null, |number| json!(number))
 }
 
 pub(super) fn pretty(value: &Value) -> Vec<u8> {
@@ -239,5 +252,6 @@ fn page(
         confidence: cloud.confidence.clone(),
         pixels: cloud.pixels.clone(),
         cameras: cameras.map(camera).collect(),
+        warnings: found.doubts(1),
     }
 }
