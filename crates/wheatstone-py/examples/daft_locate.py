@@ -1,6 +1,7 @@
 """Parquet to Parquet on Daft: ``python daft_locate.py matched/ located/ model.json``."""
 
-# pyright: basic
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# PyArrow has no types.
 
 from __future__ import annotations
 
@@ -14,8 +15,10 @@ from daft import DataType
 import wheatstone as ws
 
 PIXELS = ["x1", "y1", "x2", "y2"]
-APPENDED = {name: DataType.float64() for name in ("X", "Y", "Z", "sX", "sY", "sZ", "residual")}
-APPENDED |= {name: DataType.string() for name in ("trust", "mismatch")}
+NUMBERS = ("X", "Y", "Z", "sX", "sY", "sZ", "residual")
+APPENDED = {name: DataType.float64() for name in NUMBERS} | {
+    name: DataType.string() for name in ("trust", "mismatch")
+}
 
 
 @daft.cls
@@ -26,7 +29,7 @@ class Locator:
         self.calibration = ws.load(model)
 
     @daft.method.batch(return_dtype=DataType.struct(APPENDED), unnest=True)
-    def locate(self, *pixels: Any) -> pa.Array:
+    def locate(self, *pixels: Any) -> Any:
         table = pa.table([column.to_arrow() for column in pixels], names=PIXELS)
         located = self.calibration.locate_arrow(table).select(list(APPENDED))
         return located.to_struct_array().combine_chunks()

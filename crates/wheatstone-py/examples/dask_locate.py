@@ -1,6 +1,7 @@
 """Parquet to Parquet on Dask: ``python dask_locate.py matched/ located/ model.json``."""
 
-# pyright: basic
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# pandas and Dask have no types.
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Parquet to Parquet on DuckDB: ``python duckdb_locate.py matched/ located.parquet model.json``."""
 
-# pyright: basic
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# PyArrow has no types.
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ def main(input: str, output: str, model: str) -> None:
     rows = connection.cursor().read_parquet(f"{input}/*.parquet")
     # Batches are located while DuckDB writes them.
     located = pa.RecordBatchReader.from_stream(ws.load(model).locate_arrow(rows))
-    connection.sql("SELECT * FROM located").write_parquet(output)
+    connection.from_arrow(located).write_parquet(output)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """Parquet to Parquet on Polars: ``python polars_locate.py matched/ located.parquet model.json``."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import sys

@@ -1,6 +1,7 @@
 """Parquet to Parquet on Ray: ``python ray_locate.py matched/ located/ model.json``."""
 
-# pyright: basic
+# pyright: reportUnknownMemberType=false
+# Ray's types are partial.
 
 from __future__ import annotations
 

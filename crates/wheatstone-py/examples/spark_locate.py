@@ -1,7 +1,5 @@
 """Parquet to Parquet on Spark: ``spark-submit spark_locate.py matched/ located/ model.json``."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import sys

@@ -11,7 +11,11 @@ use numpy::{
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use wheatstone::{
-    LocatedBatch, Pixel, PixelColumns, Point3, Trust, method::mismatch::MismatchTest,
+    LocatedBatch, Pixel, PixelColumns, Point3, Trust,
+    method::{
+        CalibratedMap,
+        mismatch::{MismatchTest, exchanged_cameras, mismatched_share, noisier_pixels},
+    },
 };
 
 /// Rows a block: their figures stay in a near cache.
@@ -19,6 +23,9 @@ const BLOCK: usize = 2048;
 
 /// Rows between two looks at signals.
 const TURN: usize = 1 << 20;
+
+/// The noise of pixels and the one that error bars assume; two cameras; a share of points.
+type Doubts = (Option<(f64, f64)>, Option<(usize, usize)>, Option<f64>);
 
 /// Copies some rows to columns.
 fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>) {
@@ -93,6 +100,33 @@ impl PyModel {
         test: (f64, Option<f64>),
     ) -> PyResult<()> {
         with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), test))
+    }
+
+    /// What is doubtful of pixels (n, 2 * cameras), by some of them: their noise and the one that error bars assume, two
+    /// cameras that seem exchanged, the share of them that are mismatches where it is most.
+    fn doubts(
+        &self,
+        py: Python<'_>,
+        pixels: PyReadonlyArray2<'_, f64>,
+        test: (f64, Option<f64>),
+    ) -> PyResult<Doubts> {
+        let (rate, sigma) = test;
+        let pixel = |pair: &[f64]| {
+            pair.iter().all(|value| value.is_finite()).then(|| Pixel::new(pair[0], pair[1]))
+        };
+        let rows = pixels.as_array();
+        let rows: Vec<Vec<Option<Pixel>>> = rows
+            .rows()
+            .into_iter()
+            .map(|row| row.to_vec().chunks_exact(2).map(pixel).collect())
+            .collect();
+        let work = || {
+            let map = CalibratedMap::new(&*self.model.reconstructor).with_pixel_sigma(sigma);
+            let noisier = noisier_pixels(&map, &rows).map(|it| (it.sigma, it.assumed));
+            let mismatched = mismatched_share(&map, &rows, rate).filter(|share| *share > 0.5);
+            (noisier, exchanged_cameras(&map, &rows, rate), mismatched)
+        };
+        py.detach(|| pool().map(|pool| pool.install(work)))
     }
 
     /// Pixels (n, 2) at which a camera sees places (n, 3); not numbers where it does not see them.

@@ -193,6 +193,7 @@ fn arrays<'py>(py: Python<'py>, found: &Reconstruction) -> PyResult<Bound<'py, P
     let fault = found.fault.map(|([a, b], fault)| (a, b, fault.to_string()));
     told.set_item("fault", fault)?;
     told.set_item("left_out", found.left_out.clone())?;
+    told.set_item("doubts", found.doubts(0))?;
     Ok(told)
 }
 

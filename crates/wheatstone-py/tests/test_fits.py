@@ -308,3 +308,28 @@ def test_the_package_needs_numpy_alone():
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"
     assert Path(ws.__file__).with_name("py.typed").exists()
+
+
+def test_rows_that_stand_in_arrays_twice_are_told(data):
+    rows = np.r_[np.arange(len(data)), 5, 9]
+    given = {"points": data.points[rows], "views": data.views[rows], "unit": "cm"}
+    with pytest.warns(ws.DataWarning, match=f"row {len(data)} is the same as row 5, and 1 more") as told:
+        cal = ws.fit(data.pixels[rows], method="brown", validate=False, **given)
+    assert [warning.filename for warning in told] == [__file__]
+    assert len(cal.data) == len(rows)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        cal = ws.fit(data.pixels[rows], method="brown", validate=False, drop_duplicates=True, **given)
+        assert np.array_equal(cal.data.pixels, data.pixels) and np.array_equal(cal.data.views, data.views)
+        # Another view, another place and rows that nobody saw are no copies.
+        pixels, points = np.tile(data.pixels[:1], (3, 1)), np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 2]])
+        ws.Dataset.from_arrays(pixels, points, views=["a", "b", "a"])
+        ws.Dataset.from_arrays(np.full((2, 4), np.nan), points[:2])
+
+
+def test_two_views_leave_nothing_to_hold_out(data):
+    some = data.views < 2
+    given = {"points": data.points[some], "views": data.views[some], "unit": "cm"}
+    assert ws.fit(data.pixels[some], method="brown", **given).validation is None
+    told = str(ws.compare(data.pixels[some], methods="brown", **given))
+    assert "lie on one plane" in told and "nan" not in told

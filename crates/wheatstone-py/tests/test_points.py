@@ -282,3 +282,26 @@ def test_a_covariance_that_was_not_asked_for_is_an_error(cal, data):
     # Python's own tools ask for attributes, and know this one.
     assert not hasattr(located, "covariance")
     assert pickle.loads(pickle.dumps(raised.value)).hint == raised.value.hint
+
+
+def test_pixels_that_do_not_fit_the_model_are_warned_of(cal, data, recwarn):
+    cal.locate(data.pixels)
+    assert not recwarn.list
+    noisy = data.pixels + np.random.default_rng(5).normal(0, 0.5, data.pixels.shape)
+    with pytest.warns(ws.DataWarning, match="the pixels scatter by about 0.[45]"):
+        cal.locate(noisy)
+    with pytest.warns(ws.DataWarning, match="with cameras 1 and 2 exchanged"):
+        cal.locate(data.pixels[:, [2, 3, 0, 1]])
+    with pytest.warns(ws.DataWarning, match="of the first .* points have rays that do not intersect"):
+        cal.locate(data.pixels + [0, 0, 0, 400])
+    recwarn.clear()
+    cal.locate(noisy, pixel_sigma=0.5)
+    assert not recwarn.list
+
+
+def test_errors_of_a_sheared_world_are_linear(cal, data):
+    sheared = data.points + np.outer(data.points[:, 2] - data.points[0, 2], [0.05, 0, 0])
+    found = cal.evaluate(data.pixels, sheared)
+    assert found.linear["share"] > 0.9
+    assert np.allclose(np.array(found.linear["slopes"])[0, 2], -0.05, atol=0.01)
+    assert cal.evaluate(data).linear is None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +14,10 @@ import pytest
 import wheatstone
 
 PACKAGE = Path(wheatstone.__file__).parent
-SETTINGS = Path(__file__).parent.parent / "pyproject.toml"
+OWN = Path(__file__).parent.parent
+SETTINGS = OWN / "pyproject.toml"
+BUILT_ON = {"ray": "ray", "sklearn": "sklearn", "spark": "pyspark"}
+"""What modules of the package, by their names, are built on."""
 
 
 def run(module: str, *arguments: str) -> None:
@@ -28,6 +33,34 @@ def test_mypy_is_content():
     run("mypy", "--strict", "--config-file", str(SETTINGS), "--no-incremental", str(PACKAGE))
 
 
+def test_pyright_is_content(tmp_path: Path):
+    pytest.importorskip("pyright")
+    for library in ("pandas", "pyarrow"):
+        pytest.importorskip(library)
+    command = [sys.executable, "-m", "pyright"]
+    environment = {**os.environ, "PYRIGHT_PYTHON_IGNORE_WARNINGS": "1"}
+    version = subprocess.run([*command, "--version"], capture_output=True, text=True, env=environment)
+    if version.returncode != 0:
+        lines = (version.stdout + version.stderr).strip().splitlines()
+        pytest.skip(f"NOT TESTED: pyright, which finds no Node.js here ({lines[-1] if lines else 'no message'})")
+    # A copy, since the extension module is not beside its stubs in the sources.
+    shutil.copy(SETTINGS, tmp_path)
+    for source, folder in ((PACKAGE, tmp_path / "wheatstone"), (OWN / "examples", tmp_path / "examples")):
+        folder.mkdir()
+        for path in [*source.glob("*.py"), *source.glob("*.pyi")]:
+            library = BUILT_ON.get(path.stem, "numpy")
+            if source != PACKAGE:
+                name = path.stem.partition("_")[0]
+                library = BUILT_ON.get(name, name)
+            # What is not installed has no types.
+            if importlib.util.find_spec(library):
+                shutil.copy(path, folder)
+    told = subprocess.run(
+        [*command, "--pythonpath", sys.executable], capture_output=True, text=True, env=environment, cwd=tmp_path
+    )
+    assert told.returncode == 0, told.stdout + told.stderr
+
+
 def test_stubs_are_what_the_module_is():
     run("mypy.stubtest", "wheatstone._wheatstone", "--ignore-missing-stub", "--mypy-config-file", str(SETTINGS))
 
@@ -38,7 +71,8 @@ def test_every_public_name_has_a_docstring():
     for thing in public:
         if callable(thing):
             assert thing.__doc__, thing
-        if isinstance(thing, type) and thing.__module__.startswith("wheatstone"):
-            for name, member in vars(thing).items():
-                if not name.startswith("_") and (callable(member) or isinstance(member, property)):
-                    assert member.__doc__, f"{thing.__name__}.{name}"
+        if isinstance(thing, type):
+            for owner in thing.__mro__:
+                for name, member in vars(owner).items() if owner.__module__.startswith("wheatstone") else ():
+                    if not name.startswith("_") and (callable(member) or isinstance(member, property)):
+                        assert member.__doc__, f"{thing.__name__}.{name}"

@@ -25,9 +25,10 @@ from ._wheatstone import (
 )
 from ._process import raise_limits, set_threads
 from .calibration import Calibration
+from .caliscope import read_caliscope
 from .cameras import from_opencv, read_cameras
 from .charts import Chart, Detection, detect, detect_all
-from .data import Dataset, read, read_caliscope
+from .data import Dataset, read
 from .errors import DataWarning, WheatstoneError
 from .fitting import calibrate, check, compare, fit, report
 from .evaluation import BoardEvaluation, Comparison, Evaluation, Fold, MethodScore, Validation

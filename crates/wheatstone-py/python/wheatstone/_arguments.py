@@ -75,6 +75,31 @@ def several(value: Any, count: int, name: str, hint: str) -> list[float]:
     return found
 
 
+def several_whole(value: Any, count: int, name: str, hint: str) -> list[int]:
+    """So many whole numbers; 3.0 is one, too."""
+    found = several(value, count, name, hint)
+    if not all(item.is_integer() and abs(item) < 2**31 for item in found):
+        raise refused(name, value, hint)
+    return [int(item) for item in found]
+
+
+def share(value: Any, name: str) -> float:
+    """A number between 0 and 1."""
+    found = number(value)
+    if not 0.0 < found < 1.0:
+        raise refused(name, value, "give a value between 0 and 1")
+    return found
+
+
+def camera_number(value: Any, cameras: int) -> int:
+    """The number of one of so many cameras, from 0."""
+    if not (is_whole(value) and value < cameras):
+        raise ArgumentError(
+            f"there is no camera {value!r}", hint=f"cameras count from 0 to {cameras - 1}"
+        )
+    return int(value)
+
+
 def unit_name(value: Any) -> str | None:
     """A unit's name, or None for none."""
     if value is None or isinstance(value, str):

@@ -6,13 +6,18 @@ import importlib
 import importlib.util
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, TypeAlias, Union, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeGuard, Union, cast, runtime_checkable
 
 import numpy as np
-import numpy.ma  # NumPy imports it on first use otherwise, and a thread that forks meanwhile would wait for ever.
 import numpy.typing as npt
 
+# NumPy imports it on first use otherwise, and a thread that forks meanwhile would wait for ever.
+from numpy import ma
+
 from .errors import ArgumentError
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 Numbers: TypeAlias = Union[npt.NDArray[np.float64], npt.NDArray[np.float32]]
@@ -34,11 +39,11 @@ def pyarrow() -> Any:
     return importlib.import_module("pyarrow")
 
 
-def is_path(value: object) -> bool:
+def is_path(value: object) -> TypeIs[PathLike]:
     return isinstance(value, (str, os.PathLike))
 
 
-def is_table(value: object) -> bool:
+def is_table(value: object) -> TypeGuard[Table]:
     """Whether it has columns with names."""
     if isinstance(value, np.ndarray):
         return False
@@ -49,10 +54,11 @@ def is_table(value: object) -> bool:
     )
 
 
-def floats(value: npt.ArrayLike, name: str) -> Numbers:
+def floats(value: Any, name: str) -> Numbers:
     """An array of float64 or float32, the given one wherever it is one already: nothing is copied then."""
-    if isinstance(value, np.ma.MaskedArray):
-        value = cast(Any, value).astype(np.float64).filled(np.nan)
+    given: object = value
+    if isinstance(given, ma.MaskedArray):
+        value = value.astype(np.float64).filled(np.nan)
     try:
         array = np.asarray(value)
         if array.dtype.kind == "c":
@@ -67,11 +73,11 @@ def floats(value: npt.ArrayLike, name: str) -> Numbers:
     return np.require(array, requirements="A")
 
 
-def doubles(value: npt.ArrayLike, name: str) -> FloatArray:
+def doubles(value: Any, name: str) -> FloatArray:
     return floats(value, name).astype(np.float64, copy=False)
 
 
-def pixels_array(value: npt.ArrayLike, cameras: int | None, rows: int | None = None) -> Numbers:
+def pixels_array(value: Any, cameras: int | None, rows: int | None = None) -> Numbers:
     """Matched pixels as (n, 2 * cameras).
 
     Taken as they are: (n, 2 * cameras), (n, cameras, 2), and (cameras, n, 2) as aniposelib has them, where the
@@ -98,7 +104,7 @@ def pixels_array(value: npt.ArrayLike, cameras: int | None, rows: int | None = N
     return matched
 
 
-def places_array(value: npt.ArrayLike, name: str, columns: int, rows: int | None) -> FloatArray:
+def places_array(value: Any, name: str, columns: int, rows: int | None) -> FloatArray:
     array = doubles(value, name)
     if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
         wanted = f"({'n' if rows is None else rows}, {columns})"
@@ -139,7 +145,12 @@ def arrow_table(table: Table) -> Any:
     if not isinstance(table, Mapping) and _gives_capsules(table):
         return table
     pa = pyarrow_for(library_of(table))
-    return pa.table({name: _arrow_column(column) for name, column in table_columns(table).items()})
+    try:
+        return pa.table({name: _arrow_column(column) for name, column in table_columns(table).items()})
+    except (ValueError, TypeError, NotImplementedError) as problem:
+        raise ArgumentError(
+            f"the columns make no table: {problem}", hint="give columns of one length, a number or a name a row"
+        ) from None
 
 
 def library_of(table: object) -> str:
@@ -167,7 +178,8 @@ def _gives_capsules(table: object) -> bool:
 def _arrow_column(column: npt.NDArray[Any]) -> Any:
     if column.dtype.kind == "O":
         return [None if item is None or item != item else str(item) for item in column.tolist()]
-    return column
+    kind: Any = column.dtype
+    return column if kind.isnative else column.astype(kind.newbyteorder("="))
 
 
 def same_kind(source: Any, stream: Any) -> Any:

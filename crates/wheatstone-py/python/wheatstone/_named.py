@@ -6,7 +6,7 @@ import importlib
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Union
+from typing import Any, TypeGuard, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -122,7 +122,7 @@ def _of_pandas(column: Any) -> Any:
     return column.to_numpy(dtype=object, na_value=np.nan)
 
 
-def has_names(value: object) -> bool:
+def has_names(value: object) -> TypeGuard[Table]:
     """Whether it is a table, and not one column of one."""
     is_column = hasattr(type(value), "type") if library_of(value) == "pyarrow" else hasattr(type(value), "dtype")
     return is_table(value) and not is_column

@@ -9,7 +9,12 @@ _MOST = 2**31 - 1
 
 
 def set_threads(count: int) -> None:
-    """Sets the number of threads that work is done on; 0 for the default.
+    """Sets the number of threads that work is done on.
+
+    Parameters
+    ----------
+    count : int
+        From 0 on; 0 for the default: that of ``WHEATSTONE_THREADS``, or one a processor.
 
     Raises
     ------
@@ -22,6 +27,11 @@ def set_threads(count: int) -> None:
 
 def raise_limits(times: int) -> None:
     """Multiplies the limits of the sizes of inputs, for files of your own that are larger than usual.
+
+    Parameters
+    ----------
+    times : int
+        From 1 on; 1 for the usual ones.
 
     Raises
     ------

@@ -1,8 +1,5 @@
 """What workers of an engine share: the model as bytes, loaded once a process, and the number of threads."""
 
-# pyright: basic
-# What it builds on has no types.
-
 from __future__ import annotations
 
 import functools
@@ -11,7 +8,6 @@ from typing import Union
 
 from ._arrays import PathLike
 from .calibration import Calibration
-from .errors import ArgumentError
 
 Model = Union[Calibration, bytes, PathLike]
 """A fitted model, the content of its file, or the path of the file."""
@@ -39,8 +35,3 @@ def use_threads(count: int) -> None:
 
     if not os.environ.get("WHEATSTONE_THREADS"):
         set_threads(count)
-
-
-def check_false_alarm(value: float) -> None:
-    if not 0.0 < value < 1.0:
-        raise ArgumentError(f"false_alarm cannot be {value}", hint="give a value between 0 and 1")

@@ -34,10 +34,13 @@ def from_opencv(
     Parameters
     ----------
     K1, K2 : arrays, (3, 3)
+        Camera matrices, in pixels.
     D1, D2 : arrays or None
         0, 4, 5, 8, 12 or 14 coefficients; 4 for `fisheye`. None for a lens without distortion.
     R, T : arrays, (3, 3), and (3, 1) or (3,)
+        From the frame of camera 0 to that of camera 1; T in `unit`.
     image_size : (width, height) or one a camera, optional
+        Of the pictures, for exports and rectification.
     unit : str
         The unit of `T`: ``"mm"``, ``"cm"``, ``"m"``, ``"um"``, ``"in"``, ``"ft"``.
     fisheye : bool
@@ -143,11 +146,27 @@ def read_cameras(
     format : str, optional
         One of `wheatstone.FORMATS`; guessed from the files otherwise.
     image_size : (width, height) or one a camera, optional
+        Of the pictures, where the files do not say it.
     unit : str, optional
         Of the model's lengths. Files that say theirs, and formats that have only one (Kalibr and ROS: metres), are
         converted to it; others are in it. Without it the file's, else mm.
     pixel_sigma : float
         Standard deviation of a pixel coordinate, which such files do not tell.
+
+    Returns
+    -------
+    Calibration
+        Its accuracy is unknown until `Calibration.evaluate` measures it.
+
+    Raises
+    ------
+    MissingFileError, FileError, MalformedError
+        For files that there are not, that cannot be read, or that hold no cameras.
+
+    Examples
+    --------
+    >>> import wheatstone as ws
+    >>> cal = ws.read_cameras("stereo.yml", image_size=(1280, 960), unit="mm")  # doctest: +SKIP
     """
     if not paths:
         raise ArgumentError("there is no file to read", hint="name the files of all cameras")

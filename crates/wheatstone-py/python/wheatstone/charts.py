@@ -6,13 +6,13 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
-from ._arguments import unit_name
+from ._arguments import finite, items, unit_name, whole
 from ._arrays import FloatArray, is_path, places_array
 from ._pictures import Image, as_picture
 from .data import Dataset, Progress
@@ -44,14 +44,17 @@ class Chart:
 
     @classmethod
     def _of(cls, kind: str, **settings: object) -> Chart:
-        given = {name: value for name, value in settings.items() if value is not None}
+        given = {name: _setting(name, value) for name, value in settings.items() if value is not None}
         return cls(json.dumps({"type": kind, **given}))
 
     @classmethod
     def chessboard(
         cls, columns: int, rows: int, pitch: float, *, origin: Origin | None = None
     ) -> Chart:
-        """A chessboard of `columns` x `rows` *inner* corners (as OpenCV counts), squares of side `pitch`."""
+        """A chessboard of `columns` x `rows` *inner* corners (as OpenCV counts), squares of side `pitch`.
+
+        `origin`, of every chart: the middle of its points (``"centre"``, where nothing says another), or the first one.
+        """
         return cls._of("chessboard", columns=columns, rows=rows, pitch=pitch, origin=origin)
 
     @classmethod
@@ -66,7 +69,11 @@ class Chart:
         legacy: bool = False,
         origin: Origin | None = None,
     ) -> Chart:
-        """A ChArUco board of `columns` x `rows` *squares* of side `pitch`, with markers of side `marker`."""
+        """A ChArUco board of `columns` x `rows` *squares* of side `pitch`, with markers of side `marker`.
+
+        `dictionary` is that of OpenCV's markers, by its name there. `legacy` matters for printing alone: boards of
+        OpenCV before 4.6.
+        """
         return cls._of(
             "charuco",
             columns=columns,
@@ -90,7 +97,11 @@ class Chart:
         first_larger: bool = False,
         origin: Origin | None = None,
     ) -> Chart:
-        """A grid of `columns` x `rows` dots, rows `pitch` apart."""
+        """A grid of `columns` x `rows` dots, rows `pitch` apart.
+
+        `asymmetric`: every second row is moved to the right by the pitch. `first_larger`: the dot with id 0 is larger,
+        which shows how the chart is turned. `diameter` matters for printing alone.
+        """
         return cls._of(
             "dot-grid",
             columns=columns,
@@ -130,7 +141,11 @@ class Chart:
         dictionary: str | None = None,
         origin: Origin | None = None,
     ) -> Chart:
-        """Kalibr's grid of `columns` x `rows` tags of side `tag`, `spacing` tag sides apart."""
+        """Kalibr's grid of `columns` x `rows` tags of side `tag`, `spacing` tag sides apart.
+
+        `first` is the number of the first tag, 0 where nothing says another; `dictionary` OpenCV's name of the tags,
+        ``"DICT_APRILTAG_36h11"`` likewise. `border`, in cells, matters for printing alone.
+        """
         return cls._of(
             "april-grid",
             columns=columns,
@@ -179,6 +194,17 @@ class Chart:
         return Chart, (self.json,)
 
 
+def _setting(name: str, value: Any) -> Any:
+    """A setting of a chart as JSON has it."""
+    if name in ("type", "dictionary", "marks", "origin", "points"):
+        return value
+    if name in ("asymmetric", "first_larger", "legacy"):
+        return bool(value)
+    if name in ("border", "columns", "first", "rows"):
+        return min(whole(value, name, "give a whole number from 0 on"), 2**31)
+    return finite(value, name, "give a length above 0")
+
+
 @dataclass(frozen=True)
 class Detection:
     """A chart found in one picture.
@@ -215,7 +241,7 @@ def _seen(item: Any) -> Any:
     """What the extension module takes for a picture: a path, an array, or nothing."""
     if item is None:
         return None
-    return os.fspath(cast("os.PathLike[str]", item)) if is_path(item) else as_picture(item)
+    return os.fspath(item) if is_path(item) else as_picture(item)
 
 
 def detect(image: Image, chart: Chart, *, bgr: bool = False) -> Detection:
@@ -304,31 +330,28 @@ def detect_in_pictures(
     bgr: bool,
     progress: Progress | None,
 ) -> tuple[Dataset, list[tuple[int, int] | None]]:
-    if is_path(pictures) or any(is_path(of_camera) for of_camera in pictures):
+    given = [pictures] if is_path(pictures) else items(pictures)
+    if any(is_path(of_camera) for of_camera in given):
         raise ArgumentError(
             "pictures has a path where it should have a list of pictures",
             hint='give one list of pictures a camera: `[sorted(glob("left/*.png")), sorted(glob("right/*.png"))]`',
         )
-    counts = {len(of_camera) for of_camera in pictures}
-    if len(counts) != 1 or not (count := counts.pop()):
+    cameras = [items(of_camera) for of_camera in given]
+    count = len(cameras[0]) if cameras else 0
+    if not count or any(len(of_camera) != count for of_camera in cameras):
         raise ArgumentError(
-            f"cameras with {[len(of_camera) for of_camera in pictures]} pictures",
+            f"cameras with {[len(of_camera) for of_camera in cameras]} pictures",
             hint="give one sequence a camera, of one picture a view; None where there is none",
         )
-    names = [str(name) for name in (range(1, count + 1) if views is None else views)]
+    names = [str(name) for name in (range(1, count + 1) if views is None else items(views))]
     if len(names) != count:
         raise ArgumentError(f"{len(names)} views and {count} pictures a camera", hint="give one name a view")
     places: list[tuple[list[float], list[float]] | None] = [None] * count
     if translations is not None:
-        moved = np.asarray(translations, dtype=np.float64)
-        turned = np.zeros((count, 3)) if rotations is None else np.asarray(rotations, dtype=np.float64)
-        if moved.shape != (count, 3) or turned.shape != (count, 3):
-            raise ArgumentError(
-                f"translations of shape {moved.shape}, rotations of shape {turned.shape}",
-                hint=f"give one row a view: ({count}, 3)",
-            )
+        moved = places_array(translations, "translations", 3, count)
+        turned = np.zeros((count, 3)) if rotations is None else places_array(rotations, "rotations", 3, count)
         places = list(zip(moved.tolist(), turned.tolist()))
-    seen = [[_seen(item) for item in of_camera] for of_camera in pictures]
+    seen = [[_seen(item) for item in of_camera] for of_camera in cameras]
     in_unit = unit_name(unit) or "mm"
     data, sizes = _w.detect_all(seen, chart.json, list(zip(names, places)), (in_unit, bgr), progress)
     return Dataset(data), [None if size is None else (size[0], size[1]) for size in sizes]

@@ -7,6 +7,8 @@ number where a path, a name, a switch or an object of this package belongs.
 
 from __future__ import annotations
 
+import inspect
+import warnings
 from collections.abc import Callable
 
 __all__ = [
@@ -132,3 +134,11 @@ class CancelledError(WheatstoneError):
 class DataWarning(UserWarning):
     """The data have a fault that may make the result worse, or mean something else than meant; or a file that was written
     does not hold the whole model."""
+
+
+def warn(message: str) -> None:
+    """A `DataWarning` at the line that called the package."""
+    frame, level = inspect.currentframe(), 1
+    while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == __package__:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, DataWarning, stacklevel=level)

@@ -45,6 +45,10 @@ class Evaluation:
         The rms error as a multiple of what pixel noise alone causes, where the data tell.
     budget : dict or None
         What the squared error is made of: pixel noise, lens model, chart poses, extrapolation.
+    linear : dict or None
+        Where most of the error is linear in the coordinates, as for a wrong pitch or a stage that moves obliquely:
+        ``slopes``, by how much X, Y, Z are off (rows) for each unit of X, Y, Z (columns), and ``share``, that of the
+        squared error.
     fitted_share : float
         The share of the points that the model was fitted to; 0 for new ones.
     """
@@ -61,6 +65,7 @@ class Evaluation:
     coverage: tuple[float, float] | None = None
     ratio_to_floor: float | None = None
     budget: dict[str, Any] | None = None
+    linear: dict[str, Any] | None = None
     fitted_share: float = 0.0
 
     @classmethod
@@ -81,6 +86,7 @@ class Evaluation:
             coverage=None if covered is None else (covered["p68"], covered["p95"]),
             ratio_to_floor=None if budget is None else budget["ratio_to_floor"],
             budget=budget,
+            linear=told.get("linear"),
             fitted_share=number(told.get("fitted_share", 0.0)),
         )
 
@@ -121,7 +127,19 @@ class BoardEvaluation:
 
 @dataclass(frozen=True)
 class Fold:
-    """One view left out of the fit: `kind` is ``"interpolation"``, or ``"extrapolation"`` for outermost views."""
+    """One view left out of the fit.
+
+    Attributes
+    ----------
+    view : str
+        Its name.
+    kind : str
+        ``"interpolation"``, or ``"extrapolation"`` for outermost views.
+    located : int
+        Its points that were located.
+    rms : float
+        Of their distances from the true places, in the unit of the whole; NaN where the fit failed.
+    """
 
     view: str
     kind: str
@@ -131,7 +149,15 @@ class Fold:
 
 @dataclass(frozen=True)
 class Validation:
-    """Leave-one-view-out cross-validation: the error on views that the fit did not have."""
+    """Leave-one-view-out cross-validation: the error on views that the fit did not have.
+
+    Attributes
+    ----------
+    all : Evaluation
+        Of the points of all views together.
+    folds : tuple of Fold
+        Of each view, or group of views, alone.
+    """
 
     all: Evaluation
     folds: tuple[Fold, ...] = field(repr=False)
@@ -153,7 +179,23 @@ def _fold(told: Mapping[str, Any]) -> Fold:
 
 @dataclass(frozen=True)
 class MethodScore:
-    """One method in a `Comparison`: held-out errors, in its unit; NaN where it could not be fitted."""
+    """One method in a `Comparison`: held-out errors, in its unit; NaN where it could not be fitted.
+
+    Attributes
+    ----------
+    method : str
+        Its name.
+    rms, median, p95, mean_percent : float
+        As in `Evaluation`.
+    n, located : int
+        Points that were left out once, and those of them that were located.
+    fit_seconds : float
+        How long a fit took.
+    problem : str or None
+        Why it could not be fitted, if so.
+    folds : tuple of Fold
+        Of each view, or group of views, alone.
+    """
 
     method: str
     rms: float
@@ -169,7 +211,19 @@ class MethodScore:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Methods compared by leave-one-view-out cross-validation; `chosen` is the one to use."""
+    """Methods compared by leave-one-view-out cross-validation.
+
+    Attributes
+    ----------
+    unit : str
+        The unit of lengths.
+    methods : tuple of MethodScore
+        In the order in which they were asked for.
+    chosen : str or None
+        The one to use; None where none could be fitted.
+    budget : dict or None
+        What the squared error of the chosen one is made of, as in `Evaluation`.
+    """
 
     unit: str
     methods: tuple[MethodScore, ...]
@@ -198,5 +252,7 @@ class Comparison:
 
     def __str__(self) -> str:
         lines = [f"{'method':<15} {'rms ' + self.unit:>10} {'median':>10} {'95 %':>10}"]
-        lines += [f"{m.method:<15} {m.rms:>10.4g} {m.median:>10.4g} {m.p95:>10.4g}" for m in self.methods]
+        for m in self.methods:
+            figures = f"{m.rms:>10.4g} {m.median:>10.4g} {m.p95:>10.4g}"
+            lines.append(f"{m.method:<15} {m.problem if m.problem and math.isnan(m.rms) else figures}")
         return "\n".join([*lines, f"chosen: {self.chosen}"])

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Sequence
-from typing import Any, Literal, Union
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 import wheatstone._wheatstone as _w
-from ._arguments import is_whole, items, number, positive, refused, whole
+from ._arguments import items, refused
 from ._arrays import is_path
-from ._named import Columns, has_names
+from ._inputs import Data, as_dataset, has_own_places
+from ._named import Columns
+from ._settings import Baseline, Gauge, baseline_of, settings_of
 from ._sizes import ImageSize, image_sizes, refuse_beyond
 from .calibration import Calibration
 from .charts import Chart, detect_in_pictures
-from .data import Data, Dataset, Progress, as_dataset
-from .errors import ArgumentError, DataWarning, FaultyError
+from .data import Dataset, Progress
+from .errors import ArgumentError, FaultyError, warn
 from .evaluation import Comparison
 from .findings import Examination
 from .results import Report
@@ -32,58 +33,8 @@ __all__ = [
     "report",
 ]
 
-Gauge = Literal["first-view", "first-camera"]
-Baseline = Union[float, tuple[float, float]]
-
 QUICK = ("dlt", "tsai", "brown", "kannala-brandt", "soloff", "neural-camera")
 """The methods that take seconds."""
-
-
-def _baseline(value: Baseline | None) -> list[float] | None:
-    if value is None:
-        return None
-    given = [number(item) for item in (value if isinstance(value, (tuple, list)) else (value, 0.01))]
-    if len(given) != 2 or not all(0.0 < item < np.inf for item in given):
-        hint = "give a length, or a length and a relative tolerance: (120.0, 0.05) for 120 +- 5 %"
-        raise refused("expect_baseline", value, hint)
-    return given
-
-
-def _settings(
-    *,
-    method: str = "auto",
-    preset: str | None = None,
-    epochs: int | None = None,
-    seed: int = 0,
-    validate: bool = True,
-    fix: bool = False,
-    force: bool = False,
-    keep_outliers: bool = False,
-    stage_sigma: float | None = None,
-    expect_baseline: Baseline | None = None,
-    gauge: str = "first-view",
-    sizes: Sequence[Sequence[int] | None] = (),
-    source: dict[str, str] | None = None,
-) -> str:
-    if not (is_whole(seed) and seed < 2**64):
-        raise refused("seed", seed, "give a whole number from 0 to 2**64 - 1")
-    return json.dumps(
-        {
-            "method": method,
-            "preset": preset,
-            "epochs": None if epochs is None else whole(epochs, "epochs", "give a whole number above 0", least=1),
-            "seed": int(seed),
-            "validate": bool(validate),
-            "fix": bool(fix),
-            "force": bool(force),
-            "keep_outliers": bool(keep_outliers),
-            "stage_sigma": None if stage_sigma is None else positive(stage_sigma, "stage_sigma", "give a length above 0"),
-            "expect_baseline": _baseline(expect_baseline),
-            "gauge": gauge,
-            "sizes": [None if size is None else list(size) for size in sizes],
-            "source": source,
-        }
-    )
 
 
 def fit(
@@ -154,8 +105,11 @@ def fit(
         Go on in spite of faults that make a fit worthless.
     keep_outliers : bool
         Fit gross outliers too.
-    columns, drop_duplicates
-        How a table is read; see `read`.
+    columns
+        What a table calls its columns; see `read`.
+    drop_duplicates : bool
+        Keep the first of rows that stand there twice. Otherwise a table with such rows is refused, and arrays are
+        fitted as they are, with a warning.
     progress : callable, optional
         Called as ``progress(task, done, total)``; an exception that it raises cancels the fit. So does Ctrl-C.
 
@@ -166,7 +120,7 @@ def fit(
     Warns
     -----
     DataWarning
-        For faults of the data that do not stop the fit.
+        For faults of the data that do not stop the fit, and rows of arrays that stand there twice.
 
     Raises
     ------
@@ -196,11 +150,11 @@ def fit(
     )
     _require_places(pixels, points, board)
     lenses = _lenses(intrinsics)
-    name = os.path.basename(os.fspath(pixels)) if is_path(pixels) else "arrays"  # type: ignore[arg-type]
+    name = os.path.basename(str(pixels)) if is_path(pixels) else "arrays"
     sizes = [] if image_size is None else image_sizes(image_size, data.cameras)
     if any(sizes):
         refuse_beyond(data.pixels, sizes)
-    settings = _settings(
+    settings = settings_of(
         method=method,
         preset=preset,
         epochs=epochs,
@@ -218,7 +172,7 @@ def fit(
     model = Calibration(_w.fit(data.handle, settings, [lens.handle for lens in lenses], progress))
     for finding in model.findings:
         if finding.severity != "information" and not finding.fixable:
-            warnings.warn(f"{finding.explanation} ({finding.code})", DataWarning, stacklevel=2)
+            warn(f"{finding.explanation} ({finding.code})")
     broken = model.broken
     if broken is not None:
         if not force and preset != "paper":
@@ -227,7 +181,7 @@ def fit(
                 hint="`wheatstone.check` looks for faults in the data; `force=True` gives the model anyway",
                 code="broken-model",
             )
-        warnings.warn(f"the model is unusable: {broken}", DataWarning, stacklevel=2)
+        warn(f"the model is unusable: {broken}")
     return model
 
 
@@ -242,8 +196,7 @@ def _lenses(intrinsics: Any) -> list[Calibration]:
 
 def _require_places(pixels: Data, *places: object) -> None:
     """Refuses an array of pixels alone: what else there is may have places of its own."""
-    has_own = isinstance(pixels, Dataset) or is_path(pixels) or has_names(pixels)
-    if not has_own and all(given is None for given in places):
+    if not has_own_places(pixels) and all(given is None for given in places):
         raise ArgumentError(
             "pixels alone do not tell where the points are",
             hint="give `points=`, (n, 3); or `board=`, (n, 2), of a board in the hand",
@@ -281,16 +234,31 @@ def calibrate(
     translations, rotations : arrays, (views, 3), optional
         Where the chart stood, if that is known; see `detect_all`.
     view_names : sequence of labels, optional
+        The views' names; their numbers otherwise.
     unit : str
         The unit of the chart's lengths.
     bgr : bool
-        Whether colours stand in OpenCV's order.
+        Whether colours stand in OpenCV's order (blue first).
+    progress : callable, optional
+        Called as ``progress(task, done, total)``.
     **settings
         Of `fit`: `method`, `seed`, `expect_baseline`, `gauge`, ...
 
     Returns
     -------
     Calibration
+
+    Raises
+    ------
+    ArgumentError
+        For pictures that are no lists of one length, and charts' places that are not a row a view.
+
+    Examples
+    --------
+    >>> from glob import glob
+    >>> import wheatstone as ws
+    >>> pictures = [sorted(glob("left/*.png")), sorted(glob("right/*.png"))]
+    >>> cal = ws.calibrate(pictures, ws.Chart.chessboard(9, 6, 30.0), unit="mm")  # doctest: +SKIP
     """
     data, sizes = detect_in_pictures(
         pictures, chart, view_names, translations, rotations, unit, bgr, progress
@@ -343,7 +311,7 @@ def compare(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
     _require_places(pixels, points, board)
-    settings = _settings(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
+    settings = settings_of(seed=seed, stage_sigma=stage_sigma, fix=fix, force=force)
     told = _w.compare_methods(data.handle, names, settings, progress)
     return Comparison.of_figures(json.loads(told))
 
@@ -385,7 +353,7 @@ def check(
     data = as_dataset(
         pixels, points, board=board, views=views, unit=unit, columns=columns, progress=progress
     )
-    return Examination(_w.check(data.handle, _baseline(expect_baseline), progress))
+    return Examination(_w.check(data.handle, baseline_of(expect_baseline), progress))
 
 
 def report(
@@ -395,5 +363,5 @@ def report(
     held_out: bool = True,
     progress: Progress | None = None,
 ) -> Report:
-    """The report on a model; see `Calibration.report`."""
+    """The report on a model: `Calibration.report`, with the same arguments."""
     return model.report(title, held_out=held_out, progress=progress)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
-from ._arguments import several
+import wheatstone._wheatstone as _w
+from ._arguments import several_whole
 from ._arrays import FloatArray
 from ._pictures import Image, as_picture
 
@@ -39,7 +39,7 @@ class DisparityMap:
     vertical_offset: float | None
 
     def density(self, confidence: float = 0.9) -> float:
-        """The share of all pixels whose confidence is above a bound."""
+        """The share of all pixels, of 0 to 1, whose confidence is above a bound."""
         return float(np.mean(self.confidence > confidence))
 
     def pixels(self, confidence: float = 0.9) -> FloatArray:
@@ -91,6 +91,6 @@ def match_pair(
     >>> float(np.nanmedian(found.disparity).round(1))
     5.0
     """
-    first, end = several(range, 2, "range", "give the first disparity, and that after the last: (0, 64)")
+    first, end = several_whole(range, 2, "range", "give the first disparity, and that after the last: (0, 64)")
     pair = (as_picture(left), as_picture(right))
-    return DisparityMap(*_w.match_pair(pair, (int(first), int(end)), refine, fill, bgr))
+    return DisparityMap(*_w.match_pair(pair, (first, end), refine, fill, bgr))

@@ -3,8 +3,8 @@
 Needs Ray: ``pip install wheatstone[ray]``. Wheatstone must be installed where the workers run.
 """
 
-# pyright: basic
-# What it builds on has no types.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# Ray's types are partial.
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ import ray
 import ray.data
 from ray.exceptions import RayError
 
+from ._arguments import share
+from ._inputs import Data
 from ._named import Columns
-from ._workers import Model, check_false_alarm, loaded, model_bytes, use_threads
+from ._workers import Model, loaded, model_bytes, use_threads
 from .calibration import Calibration
-from .data import Data, Dataset
+from .data import Dataset, of_arrays
 from .errors import ArgumentError
 from .fitting import fit
 
@@ -97,7 +99,7 @@ def locate(
     >>> rows = ray.data.read_parquet("matched/")  # doctest: +SKIP
     >>> wheatstone.ray.locate(rows, "model.json").write_parquet("located/")  # doctest: +SKIP
     """
-    check_false_alarm(false_alarm)
+    share(false_alarm, "false_alarm")
     threads = max(1, int(num_cpus))
     cpus = _cpus()
     if 0 < cpus <= num_cpus:
@@ -224,7 +226,7 @@ class _Parts:
         self.others = others
 
     def whole(self) -> Dataset:
-        return Dataset.from_arrays(self.pixels, **self.others)
+        return of_arrays(self.pixels, **self.others)
 
 
 def _fitted(data: Any, settings: dict[str, Any], threads: int) -> bytes | Exception:

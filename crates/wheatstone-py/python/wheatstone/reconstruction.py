@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _wheatstone as _w
-from ._arguments import finite, items, refused, several
+import wheatstone._wheatstone as _w
+from ._arguments import camera_number, finite, items, positive, refused, several, several_whole
 from ._arrays import FloatArray, PathLike, doubles
 from ._pictures import Image, as_picture
 from ._sizes import image_sizes, one_size
 from .calibration import Calibration
-from .errors import ArgumentError, DataWarning, DegenerateError
+from .errors import ArgumentError, DegenerateError, warn
 
 __all__ = ["PointCloud", "Reconstructor", "reconstruct"]
 
@@ -47,7 +46,8 @@ class PointCloud:
         What makes all of it worthless, if something does: exchanged pictures, a camera that has moved, nothing in
         common.
     left_out : list of int
-        Cameras whose pictures have next to nothing in common with the reference: they say nothing of the cloud.
+        Cameras whose pictures have next to nothing in common with the reference, or whose depths contradict those of all
+        others: they say nothing of the cloud.
     unit : str
         The unit of lengths.
     """
@@ -107,20 +107,13 @@ class Reconstructor:
 
     Attributes
     ----------
-    Q : (4, 4)
-        OpenCV's matrix of the first two cameras: from x, y, disparity and 1 to the left rectified camera's frame.
     world : (3, 4)
         Rotation and translation from the left rectified camera's frame to the world.
     disparities : (int, int)
         What is searched.
     """
 
-    __slots__ = ("Q", "_handle", "_unit", "cameras", "disparities", "world")
-    Q: FloatArray
-    world: FloatArray
-    cameras: tuple[int, ...]
-    disparities: tuple[int, int]
-
+    __slots__ = ("_handle", "_q", "_unit", "cameras", "disparities", "world")
     def __init__(
         self,
         cal: Calibration,
@@ -136,11 +129,11 @@ class Reconstructor:
         wanted = np.arange(cal.cameras).tolist() if cameras is None else items(cameras)
         if not wanted:
             raise refused("cameras", cameras, "give two or more, counted from 0: (0, 1)")
-        chosen = [cal._camera(camera) for camera in wanted]
+        chosen = [camera_number(camera, cal.cameras) for camera in wanted]
         sizes = [one_size(size) for size in image_sizes(image_size, len(chosen))]
         hint = "give two depths, the nearer one first: (300, 1500)"
         depths = None if range is None else several(range, 2, "range", hint)
-        part = None if region is None else several(region, 4, "region", "give left, top, width and height, in pixels")
+        part = None if region is None else _region(region)
         most = None if max_sigma is None else finite(max_sigma, "max_sigma", "give a length above 0")
         least = None if confidence is None else finite(confidence, "confidence", "give a probability, of 0 to 1")
         self._handle = _w.Reconstructor(
@@ -150,16 +143,22 @@ class Reconstructor:
             None if depths is None else (depths[0], depths[1]),
             least,
             most,
-            None if part is None else (int(part[0]), int(part[1]), int(part[2]), int(part[3])),
+            part,
             bool(sparse),
         )
         self._unit = cal.unit
-        self.cameras = tuple(chosen)
+        self.cameras: tuple[int, ...] = tuple(chosen)
         q, pose, disparities = self._handle.geometry()
-        back = np.asarray(pose[:3]).T
-        self.Q = np.asarray(q)
-        self.world = np.column_stack([back, -back @ np.asarray(pose[3])])
-        self.disparities = (disparities[0], disparities[1])
+        back: FloatArray = np.transpose(doubles(pose[:3], "pose"))
+        self._q = doubles(q, "Q")
+        self.world: FloatArray = np.column_stack([back, -back @ doubles(pose[3], "pose")])
+        self.disparities: tuple[int, int] = (disparities[0], disparities[1])
+
+    @property
+    def Q(self) -> FloatArray:
+        """(4, 4), OpenCV's matrix of the first two cameras: from x, y, disparity and 1 to the left rectified camera's
+        frame."""
+        return self._q
 
     def __repr__(self) -> str:
         return f"<wheatstone.Reconstructor: cameras {', '.join(map(str, self.cameras))}, {self._unit}>"
@@ -178,10 +177,15 @@ class Reconstructor:
         bgr : bool
             Whether colours stand in OpenCV's order (blue first).
 
+        Returns
+        -------
+        PointCloud
+
         Raises
         ------
         DegenerateError
-            For exchanged pictures, a camera that has moved, pictures with nothing in common.
+            For exchanged pictures, a camera that has moved, pictures with nothing in common. Of a camera that has moved
+            a little there is a `DataWarning`.
         """
         told = self._handle.reconstruct([as_picture(image) for image in images], bgr)
         fault = cast("tuple[int, int, str] | None", told.pop("fault"))
@@ -189,6 +193,7 @@ class Reconstructor:
         if problem is not None and not force:
             hint = "`range` says at which depths to search; `force=True` reconstructs them anyway"
             raise DegenerateError(problem, hint=hint)
+        _warn(told.pop("doubts"))
         return PointCloud(**told, fault=problem, unit=self._unit)
 
     def fuse(self, frames: Iterable[Sequence[Image]], *, bgr: bool = False) -> PointCloud:
@@ -205,6 +210,10 @@ class Reconstructor:
         bgr : bool
             Whether colours stand in OpenCV's order (blue first).
 
+        Returns
+        -------
+        PointCloud
+
         Raises
         ------
         DegenerateError
@@ -214,8 +223,9 @@ class Reconstructor:
             ([as_picture(image) for image in frame] for frame in frames), bgr
         )
         for fault in faults:
-            warnings.warn(f"a frame was left out: {fault}", DataWarning, stacklevel=2)
+            warn(f"a frame was left out: {fault}")
         del told["fault"]
+        _warn(told.pop("doubts"))
         return PointCloud(**told, fault=None, unit=self._unit)
 
     def locate(
@@ -240,20 +250,45 @@ class Reconstructor:
             The standard deviation of the matches, in pixels.
         bgr : bool
             Whether colours stand in OpenCV's order (blue first).
+
+        Returns
+        -------
+        PointCloud
+
+        Raises
+        ------
+        ArgumentError
+            For matches that are not of two dimensions, and a standard deviation that is none.
         """
         array = doubles(matches, "matches")
-        if array.ndim != 2 or not sigma > 0.0:
+        deviation = positive(sigma, "sigma", "give a standard deviation above 0, in pixels")
+        if array.ndim != 2:
             raise ArgumentError(
-                f"matches of shape {array.shape} with a standard deviation of {sigma}",
-                hint="give rows of pixels or a map of disparities, and a standard deviation above 0",
+                f"matches has shape {array.shape}", hint="give rows of pixels, or a map of disparities"
             )
         pictures = [as_picture(image) for image in images]
         if array.shape[1] == 2 * len(self.cameras):
-            told = self._handle.locate_pixels(array, sigma, pictures, bgr)
+            told = self._handle.locate_pixels(array, deviation, pictures, bgr)
         else:
-            told = self._handle.locate_disparities(array, sigma, pictures, bgr)
+            told = self._handle.locate_disparities(array, deviation, pictures, bgr)
         del told["fault"]
+        _warn(told.pop("doubts"))
         return PointCloud(**told, fault=None, unit=self._unit)
+
+
+def _warn(doubts: list[str]) -> None:
+    """Says what makes standard deviations doubtful."""
+    for doubt in doubts:
+        warn(f"{doubt}; calibrate again")
+
+
+def _region(value: Any) -> tuple[int, int, int, int]:
+    """Left, top, width and height."""
+    hint = "give left, top, width and height, in whole pixels"
+    left, top, width, height = several_whole(value, 4, "region", hint)
+    if min(left, top, width, height) < 0:
+        raise refused("region", value, hint)
+    return left, top, width, height
 
 
 def reconstruct(
@@ -274,11 +309,19 @@ def reconstruct(
     Parameters are those of `Reconstructor` and `Reconstructor.reconstruct`; for many frames make a `Reconstructor`
     once.
 
+    Returns
+    -------
+    PointCloud
+
     Examples
     --------
-    >>> import wheatstone as ws
-    >>> cloud = ws.reconstruct(cal, [left, right], range=(300, 1500))  # doctest: +SKIP
-    >>> cloud.save("cloud.ply")  # doctest: +SKIP
+    >>> import numpy as np, wheatstone as ws
+    >>> K = np.array([[400.0, 0, 160], [0, 400, 120], [0, 0, 1]])
+    >>> cal = ws.from_opencv(K, None, K, None, np.eye(3), [-60.0, 0, 0], (320, 240))
+    >>> wall = np.kron(np.random.default_rng(1).integers(0, 255, (80, 120)), np.ones((3, 3)))
+    >>> cloud = ws.reconstruct(cal, [wall[:, :320], wall[:, 24:344]], range=(500, 2000))
+    >>> float(np.median(cloud.points[:, 2]).round()), cloud.unit
+    (1000.0, 'mm')
     """
     pictures = [as_picture(image) for image in images]
     count = cal.cameras if cameras is None else len(items(cameras))

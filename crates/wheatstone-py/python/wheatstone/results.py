@@ -4,25 +4,35 @@ from __future__ import annotations
 
 import html
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arrays import FloatArray, PathLike
+from ._arrays import FloatArray, PathLike, doubles
 
 __all__ = ["Rectification", "Report"]
 
 
 @dataclass(frozen=True)
 class Report:
-    """The report on a model: one HTML page that needs no network, shown by itself in notebooks."""
+    """The report on a model: one HTML page that needs no network, shown by itself in notebooks.
+
+    Attributes
+    ----------
+    html : str
+        The page.
+    verdict : str
+        Its first sentence: how good the model is.
+    summary : dict
+        All figures.
+    """
 
     html: str = field(repr=False)
     verdict: str
     summary: dict[str, Any] = field(repr=False)
-    """All figures."""
 
     def save(self, path: PathLike) -> None:
         """Writes the page; what was there before stays until the new one is whole."""
@@ -78,3 +88,23 @@ class Rectification:
     baseline: float
     unit: str
     vertical_error: dict[str, Any] = field(repr=False)
+
+    @classmethod
+    def of_figures(cls, maps: Sequence[npt.NDArray[np.float32]], told: Mapping[str, Any]) -> Rectification:
+        """Of the maps, x and y on the left and on the right, and figures as the library writes them."""
+        back: FloatArray = np.transpose(doubles(told["rotation"], "rotation"))
+        pair = told["pair"]
+        return cls(
+            (maps[0], maps[1]),
+            (maps[2], maps[3]),
+            doubles(told["P1"], "P1"),
+            doubles(told["P2"], "P2"),
+            doubles(told["Q"], "Q"),
+            np.column_stack([back, -back @ doubles(told["translation"], "translation")]),
+            (pair["cameras"][0], pair["cameras"][1]),
+            (pair["size"][0], pair["size"][1]),
+            pair["focal"],
+            pair["baseline"],
+            pair["unit"],
+            told["leftover"],
+        )

@@ -3,12 +3,11 @@
 Needs scikit-learn 1.6 or later: ``pip install wheatstone[sklearn]``.
 """
 
-# pyright: basic
-# What it builds on has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# scikit-learn has no types.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from numbers import Integral
 from typing import Any, Literal, Union, overload
@@ -23,12 +22,13 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from ._arrays import FloatArray, doubles
 from ._named import has_names, in_order_of_cameras
 from .calibration import Calibration
+from .data import of_arrays
 from .errors import (
     ArgumentError,
-    DataWarning,
     DegenerateError,
     MismatchError,
     TooFewError,
+    warn,
 )
 from .fitting import fit
 
@@ -171,12 +171,10 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         try:
             _require_cameras(pixels, points)
             self.calibration_ = fit(
-                pixels,
-                points,
-                views=groups,
+                # Rows that are resampled stand there twice by right.
+                of_arrays(pixels, points, views=groups, unit=self.unit),
                 method=self.method,
                 preset=self.preset,
-                unit=self.unit,
                 seed=self._seed(),
                 validate=self.validate,
                 force=self.force,
@@ -185,11 +183,7 @@ class StereoRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             if self.fallback is None:
                 raise
             self._fit_affine(pixels, points)
-            warnings.warn(
-                f"an affine map was fitted, since no camera model could be: {problem.args[0]}",
-                DataWarning,
-                stacklevel=2,
-            )
+            warn(f"an affine map was fitted, since no camera model could be: {problem.args[0]}")
         return self
 
     def _seed(self) -> int:

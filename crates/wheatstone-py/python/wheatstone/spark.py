@@ -4,8 +4,8 @@ Needs PySpark 3.5 or later: ``pip install wheatstone[spark]``. Wheatstone must b
 run.
 """
 
-# pyright: basic
-# What it builds on has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
+# PyArrow has no types, and Spark's are partial.
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ import pyarrow as pa
 from pyspark.sql import DataFrame
 from pyspark.sql.types import DoubleType, StringType, StructField, StructType
 
+from ._arguments import share
 from ._named import Columns
-from ._workers import Model, check_false_alarm, loaded, model_bytes, use_threads
+from ._workers import Model, loaded, model_bytes, use_threads
 from .errors import ArgumentError
 
 __all__ = ["locate"]
@@ -70,7 +71,7 @@ def locate(
     >>> rows = spark.read.parquet("matched/")  # doctest: +SKIP
     >>> wheatstone.spark.locate(rows, "model.json").write.parquet("located/")  # doctest: +SKIP
     """
-    check_false_alarm(false_alarm)
+    share(false_alarm, "false_alarm")
     data = model_bytes(model)
     schema = _schema(df, data, covariance, columns)
     task = functools.partial(_located, data, covariance, false_alarm, columns)

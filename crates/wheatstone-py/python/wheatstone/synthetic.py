@@ -67,6 +67,7 @@ def synth(
     rig : str
         One of `wheatstone.RIGS`: the cameras and the optics before them.
     cameras : int
+        How many there are.
     noise : float, "quantised" or "none"
         Standard deviation of a pixel coordinate; or whole pixels.
     count : int, optional
@@ -78,6 +79,7 @@ def synth(
     distances : (nearest, farthest, step)
         Of the chart, in centimetres.
     seed : int
+        Of the noise, and of what is chosen at random. The same one gives the same data.
     chart : Chart, optional
         A line grid that fills the pictures otherwise.
 
@@ -107,6 +109,21 @@ def synth_capture(
     chart: Chart | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Renders pictures of a chart before synthetic cameras: a capture, with the true cameras beside it."""
+    """Renders pictures of a chart before synthetic cameras: a capture, with the true cameras beside it.
+
+    Parameters
+    ----------
+    folder : path
+        Is made where there is none; files in it that are called alike are written anew.
+    rig, cameras, hand_held, distances, seed, chart
+        As in `synth`.
+    progress : callable, optional
+        Called as ``progress(task, done, total)``.
+
+    Raises
+    ------
+    FileError
+        Where the folder cannot be written.
+    """
     scene = _scene(rig, cameras, "none", None, None, hand_held, distances, seed, chart)
     _w.synth_capture(folder, scene, progress)
