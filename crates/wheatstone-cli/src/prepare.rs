@@ -291,10 +291,13 @@ fn stage_table(stage: &[ViewOffset], unit: &str) -> String {
                 figure(view.observable_sigma[axis])
             ));
         }
+        let angle = view.rotation.iter().map(|angle| angle * angle).sum::<f64>().sqrt();
+        cells.push(figure(angle.to_degrees()));
         cells
     };
     let rows: Vec<Vec<String>> = stage.iter().map(row).collect();
-    let heading = ["view", "X", "Y", "Z", "observable X", "observable Y", "observable Z"];
+    let heading =
+        ["view", "X", "Y", "Z", "observable X", "observable Y", "observable Z", "turned, degrees"];
     format!(
         "Estimated chart positions minus nominal ones, in {unit}:\n\n{}\n\
          observable: the part that the pixels determine. A shift common to all views, or one that grows in\n\

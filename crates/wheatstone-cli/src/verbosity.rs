@@ -100,7 +100,7 @@ macro_rules! detail {
 
 /// Prints a line that begins with `note:` or `warning:`, unless the reader wants quiet.
 macro_rules! remark {
-    ($word:literal, $($text:tt)*) => {
+    ($word:expr, $($text:tt)*) => {
         if $crate::verbosity::speaks() {
             $crate::verbosity::labelled($word, &::std::format!($($text)*));
         }

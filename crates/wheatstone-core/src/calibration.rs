@@ -28,7 +28,7 @@ use crate::{
         AnyMethod, AnyReconstructor, CalibratedMap, Choice, CovarianceScale, Fit, PointNoise,
         Reconstructor,
     },
-    preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside},
+    preparation::{EstimatedPoses, Prepared, SavedFinding, SetAside, checks},
 };
 use serde::{Deserialize, Serialize};
 use wheatstone_numeric::{backpropagation::CurvePoint, progress::Progress};
@@ -53,7 +53,8 @@ pub struct Calibration {
     pub reconstructor: AnyReconstructor,
     /// Which method was chosen and why, where there was a choice.
     pub choice: Option<Choice>,
-    /// The middle of the cameras in the world: errors in percent are of the distance from it.
+    /// The middle of the cameras in the world, by the linear (DLT) cameras of the points, whatever the method: errors in
+    /// percent are of the distance from it.
     pub viewpoint: Option<Point3>,
     /// The space and the parts of the pictures that the fit was shown.
     pub volume: Volume,
@@ -132,6 +133,9 @@ impl Calibration {
         let map = CalibratedMap::new(&*fit.reconstructor).with_noise_of(data).with_scale_of(data);
         let ellipsoids = Ellipsoids::estimate(&map, data, &held_out);
         let (point_noise, covariance_scale) = (map.noise(), map.scale());
+        let of_fit = checks::of_fit(&fit.reconstructor, data, fit.choice.is_some());
+        let of_fit = of_fit.iter().map(|finding| SavedFinding::new(finding, false));
+        let findings = prepared.findings().into_iter().chain(of_fit).collect();
         Ok(Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -153,7 +157,7 @@ impl Calibration {
             point_noise,
             covariance_scale,
             placed: prepared.placed.clone(),
-            findings: prepared.findings(),
+            findings,
             sizes: Vec::new(),
             data: data.into(),
             start: fit.start,

@@ -3,7 +3,7 @@
 use super::{
     Report, Validation,
     material::Wording,
-    sections::{Accuracy, BudgetShare, Verdict, ViewFigures},
+    sections::{Accuracy, BudgetShare, FindingFigures, Verdict, ViewFigures},
     text::{figure, percent, round},
 };
 use wheatstone_core::{
@@ -40,7 +40,7 @@ pub(super) fn of(report: &Report, choice: Option<&Choice>, wording: Wording) -> 
         _ => None,
     };
     Verdict {
-        grade: with_error_bars(grade(ratio), share_at_70(report)).into(),
+        grade: with_error_bars(grade(ratio), report).into(),
         sentence: sentence(report, accuracy),
         reasons: reasons(report, accuracy, choice),
         advice: advice(report, accuracy, wording),
@@ -67,9 +67,20 @@ fn share_at_70(report: &Report) -> Option<f64> {
     Some(bar.actual)
 }
 
-/// The grade of a model whose error bars hold so much: it is not sound where they do not.
-fn with_error_bars(grade: &'static str, held: Option<f64>) -> &'static str {
-    if grade == "sound" && held.is_some_and(|held| held < HONEST) { "fair" } else { grade }
+/// The grade of a model with its error bars: it is not sound where they do not hold, or may not.
+fn with_error_bars(grade: &'static str, report: &Report) -> &'static str {
+    let fails = share_at_70(report).is_some_and(|held| held < HONEST);
+    let may_fail = report
+        .findings
+        .iter()
+        .any(|it| ["few-points", "camera-drifted"].contains(&it.code.as_str()));
+    if grade == "sound" && (fails || may_fail) { "fair" } else { grade }
+}
+
+/// Faults that are left in the fit and that no method mends, with what does.
+fn left_faults(report: &Report) -> impl Iterator<Item = &FindingFigures> {
+    const CODES: [&str; 4] = ["few-points", "camera-drifted", "stage-oblique", "chart-shape"];
+    report.findings.iter().filter(|found| CODES.contains(&found.code.as_str()))
 }
 
 fn sentence(report: &Report, accuracy: &Accuracy) -> String {
@@ -199,7 +210,14 @@ fn remedy(report: &Report) -> Option<Hint> {
 }
 
 fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String> {
-    let mut advice = Vec::new();
+    let sentence = |found: &FindingFigures| {
+        let mut letters = found.hint.chars();
+        let first =
+            letters.next().map_or_else(String::new, |first| first.to_uppercase().to_string());
+        format!("{first}{} ({}).", letters.as_str(), found.code)
+    };
+    let mut advice: Vec<String> = left_faults(report).map(sentence).collect();
+    let has_fault = !advice.is_empty();
     if report.judgement == Validation::Fitted && held_out(report).is_none() {
         advice.push(
             wording.sentence(Hint::new(
@@ -237,7 +255,9 @@ fn advice(report: &Report, accuracy: &Accuracy, wording: Wording) -> Vec<String>
             ));
         }
     }
-    if let Some(remedy) = remedy(report) {
+    if has_fault {
+        // What is most of the error follows from it.
+    } else if let Some(remedy) = remedy(report) {
         advice.push(wording.sentence(remedy));
     } else if accuracy.ratio().is_some_and(|ratio| ratio > FAIR) {
         advice.push(wording.sentence(Hint::new("Most of the error is not pixel noise: look for a pattern in the reprojection errors, and compare methods", Remedy::Compare)));

@@ -9,8 +9,8 @@ pub use alteration::Faulty;
 use super::random_capture::RandomCapture;
 use alteration::{Draw, all, altered, faulty, relabelled};
 use recorded::{
-    column_unit, corner, duplicated, identical, left_handed, list_reversed, misplaced, moved,
-    offset, other_pose, permuted, pixels_shifted, pixels_shifted_on, quarter_turn, resized,
+    column_unit, corner, drifting, duplicated, identical, left_handed, list_reversed, misplaced,
+    moved, offset, other_pose, permuted, pixels_shifted, pixels_shifted_on, quarter_turn, resized,
     shifted, single_view, thin, units_mixed, unsynchronised, wrong_pitch, y_up, y_up_everywhere,
     y_up_in_views,
 };
@@ -96,6 +96,7 @@ const FAULTS: &[(&str, Inject, Points, Charts)] = &[
     ("pixels of one camera shifted from a view on", pixels_shifted_on, Points::Any, Charts::Any),
     ("pixels of one camera shifted in some views", pixels_shifted, Points::Any, Charts::Any),
     ("chart in the other of its two poses, a view", other_pose, Points::Plane, Charts::Placed),
+    ("pixels of one camera drift, views in no order", drifting, Points::Any, Charts::Placed),
 ];
 
 /// The names of all faults, in their order.

@@ -14,7 +14,7 @@ use super::{
     length, refused,
     trimming::trim,
 };
-use crate::imaging::{GrayImage, filter::halve};
+use crate::imaging::{GrayImage, filter::halvings};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wheatstone_core::{
@@ -331,13 +331,7 @@ impl Chart for DotGrid {
     }
 
     fn detect(&self, image: &GrayImage) -> ChartSearch {
-        let mut sizes = vec![image.clone()];
-        while let Some(last) = sizes.last() {
-            if last.width().min(last.height()) < 2 * LEAST_SIDE {
-                break;
-            }
-            sizes.push(halve(last));
-        }
+        let sizes = halvings(image, LEAST_SIDE);
         let mut best: Option<(usize, ChartSearch)> = None;
         for halvings in order(&sizes) {
             let mut blobs = blobs::find(&sizes[halvings], blobs::Outline::Ellipse);

@@ -101,6 +101,18 @@ pub fn halve(image: &GrayImage) -> GrayImage {
     })
 }
 
+/// The picture, its half, the half of that, and so on, the shorter side of the last at least `least` pixels long unless
+/// it is the picture's own.
+#[must_use]
+pub fn halvings(image: &GrayImage, least: usize) -> Vec<GrayImage> {
+    let is_large = |last: &&GrayImage| last.width().min(last.height()) >= 2 * least;
+    let mut sizes = vec![image.clone()];
+    while let Some(half) = sizes.last().filter(is_large).map(halve) {
+        sizes.push(half);
+    }
+    sizes
+}
+
 struct Halve<'a> {
     image: &'a GrayImage,
     values: &'a mut [f32],

@@ -232,7 +232,7 @@ fn wrong_models(found: &Comparison) -> String {
     for method in found.methods.iter().filter(|m| MODELS.contains(&m.method.as_str())) {
         if let Some(ratio) = method.rms.map(|rms| rms / least).filter(|ratio| *ratio > CLEARLY) {
             text += &format!(
-                "note: {}'s error is {} times the best: its lens model does not fit these cameras\n",
+                "note: {}'s error is {} times the best: its lens model does not fit these cameras, or the charts do not stand where they were said to\n",
                 method.method,
                 figure(ratio)
             );

@@ -18,7 +18,7 @@ use wheatstone::{
     Calibration,
     calibration::{Judgement, PointJudgement},
     dataset::Dataset,
-    evaluate::{BoardEvaluation, BoardView, Coverage, Deviation, Evaluation},
+    evaluate::{BoardEvaluation, BoardView, Coverage, Deviation, Evaluation, LinearError},
     geometry::Pixel,
     method::{Reconstructor, mismatch::MismatchTest},
     numeric::progress::Silent,
@@ -74,6 +74,10 @@ impl Evaluate {
             _ => None,
         };
         drop(bar);
+        if let (Judgement::Points(found), None) = (&mut found, framed) {
+            // So would a frame that is stretched or sheared.
+            found.budget.take_if(|_| found.linear.is_some());
+        }
         if self.json {
             return print_json(&found);
         }
@@ -90,8 +94,12 @@ impl Evaluate {
         if let Judgement::Points(found) = &found {
             tell_mismatches(&model, &data, self.align, found)?;
         }
-        if let Some(rms) = framed {
-            tell_other_frame(rms, &model.unit);
+        match (framed, &found) {
+            (Some(rms), _) => tell_other_frame(rms, &model.unit),
+            (None, Judgement::Points(PointJudgement { linear: Some(linear), .. })) => {
+                tell_linear(linear);
+            }
+            _ => {}
         }
         Ok(())
     }
@@ -150,6 +158,26 @@ fn tell_other_frame(rms: f64, unit: &str) {
         "note",
         "moved as a whole, the points agree with the model to {} {unit}: their world frame is not the model's; a model from a board in the hand has a frame of its own (`--align`)",
         figure(rms)
+    );
+}
+
+/// Says how the frames of the model and of the points are stretched or sheared against each other.
+fn tell_linear(linear: &LinearError) {
+    /// Parts of the largest that are told.
+    const SMALL: f64 = 0.2;
+    const AXES: [&str; 3] = ["X", "Y", "Z"];
+    let all = linear.slopes.iter().flatten();
+    let least = SMALL * all.fold(0.0, |most: f64, slope| most.max(slope.abs()));
+    let each = (0..3).flat_map(|of| (0..3).map(move |by| (of, by, linear.slopes[of][by])));
+    let told: Vec<String> = each
+        .filter(|(.., slope)| slope.abs() > least)
+        .map(|(of, by, slope)| format!("{} by {:+.2} % of {}", AXES[of], 100.0 * slope, AXES[by]))
+        .collect();
+    remark!(
+        "note",
+        "{:.0} % of the squared error is linear in the coordinates, which no lens makes: {}. The chart poses of the fit, or of these points, are off so: a wrong pitch, a stage that moves obliquely to the chart, a camera that drifted while the stage advanced",
+        100.0 * linear.share,
+        told.join(", ")
     );
 }
 

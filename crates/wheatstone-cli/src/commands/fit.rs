@@ -108,6 +108,10 @@ impl Fit {
         self.refuse_broken(&model)?;
         model.save(&self.output)?;
         self.tell(&model, &prepared);
+        for finding in &model.findings[prepared.examination.findings.len()..] {
+            let word = if finding.severity == "warning" { "warning" } else { "note" };
+            remark!(word, "{} ({})", finding.explanation, finding.code);
+        }
         warn_of_stage(stage, &model.unit);
         Ok(())
     }

@@ -181,9 +181,13 @@ fn heading(model: &Calibration, has_intrinsics: bool) -> String {
     }
     if let Some(scale) = model.covariance_scale {
         let [least, most] = scale.range();
-        text += &format!(
-            "The camera model does not hold: by their errors on these points, error bars are scaled by {least:.1} to {most:.1}\n"
-        );
+        text += &if scale.is_of_few() {
+            format!("Few points: error bars are {most:.2} times as long (Student's t)\n")
+        } else {
+            format!(
+                "The camera model does not hold: by their errors on these points, error bars are scaled by {least:.1} to {most:.1}\n"
+            )
+        };
     }
     if !has_intrinsics {
         text += "This model has no intrinsics: `export` approximates it by a parametric camera. Where its cameras\n\

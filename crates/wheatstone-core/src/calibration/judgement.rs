@@ -5,8 +5,8 @@ use crate::{
     Result,
     dataset::Dataset,
     evaluate::{
-        BoardEvaluation, Budget, Coverage, Ellipsoids, Evaluation, aligned, coverage, evaluate,
-        evaluate_boards, evaluate_one_camera, refuse_mistaken_unit,
+        BoardEvaluation, Budget, Coverage, Ellipsoids, Evaluation, LinearError, aligned, coverage,
+        evaluate, evaluate_boards, evaluate_one_camera, refuse_mistaken_unit,
     },
     fit::bundle,
     method::Reconstructor,
@@ -35,6 +35,9 @@ pub struct PointJudgement {
     /// What the errors are made of; `None` where the data of the fit do not tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget: Option<Budget>,
+    /// The part of the errors that is linear in the coordinates; `None` where that is not most of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linear: Option<LinearError>,
     /// Share of the points within their 68 % and 95 % ellipsoids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Coverage>,
@@ -68,10 +71,12 @@ impl Calibration {
             data = aligned(map, &data).unwrap_or(data);
         }
         refuse_mistaken_unit(map, &data, &given)?;
+        let coverage = coverage(&self.map(), &data, &self.ellipsoids);
         Ok(Judgement::Points(PointJudgement {
             evaluation: evaluate(map, &data, self.viewpoint)?,
             budget: self.budget(&data, progress)?,
-            coverage: coverage(&self.map(), &data, &self.ellipsoids),
+            linear: LinearError::fit(map, &data, coverage),
+            coverage,
             ellipsoids: self.ellipsoids,
         }))
     }

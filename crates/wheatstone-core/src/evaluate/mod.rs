@@ -8,6 +8,7 @@ mod compare;
 mod coverage;
 mod cross_validation;
 mod floor;
+mod linear_error;
 mod one_camera;
 
 pub use boards::{BoardEvaluation, BoardView, Deviation, Lengths, evaluate_boards};
@@ -18,6 +19,7 @@ pub use coverage::{Coverage, Distance, Ellipsoids, coverage, mahalanobis2};
 pub(crate) use cross_validation::hold_out_of;
 pub use cross_validation::{CrossValidation, FoldScore, cross_validate, hold_out};
 pub use floor::floor;
+pub use linear_error::LinearError;
 pub use one_camera::evaluate_one_camera;
 pub(crate) use one_camera::{hold_out_one_camera, on_its_own_points};
 

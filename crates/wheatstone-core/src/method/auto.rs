@@ -185,7 +185,7 @@ fn try_tilted(
         Err(Error::Cancelled) => return Err(Error::Cancelled),
         _ => return Ok(()),
     };
-    if sigma * MARGIN >= upright {
+    if sigma * MARGIN >= upright || !is_clear(train, upright / sigma) {
         return Ok(());
     }
     let is_simpler = |tried: &&Tried| ["dlt", "brown"].contains(&tried.score.method);
@@ -195,6 +195,17 @@ fn try_tilted(
         tried.retain(|tried| tried.score.method != TILTED);
     }
     Ok(())
+}
+
+/// Whether errors that are so many times smaller speak for two angles more of each camera: of few points, chance makes
+/// them smaller by more than [`MARGIN`].
+fn is_clear(train: &Dataset, ratio: f64) -> bool {
+    /// Standard deviations of a chi-square.
+    const CLEARLY: f64 = 5.0;
+    let coordinates: usize = train.known().map(|(_, row)| 2 * row.seen_by()).sum();
+    let gain = coordinates as f64 * (ratio * ratio - 1.0);
+    let angles = 2.0 * train.cameras as f64;
+    gain > angles + CLEARLY * (2.0 * angles).sqrt()
 }
 
 /// Why `chosen` was, in one sentence.

@@ -41,6 +41,7 @@ impl<'a> CalibratedMap<'a> {
     #[must_use]
     pub fn with_pixel_sigma(mut self, sigma: Option<f64>) -> Self {
         self.pixel_sigma = sigma;
+        self.scale = self.scale.filter(|scale| sigma.is_none() || !scale.is_of_few());
         self
     }
 

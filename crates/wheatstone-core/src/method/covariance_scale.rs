@@ -34,6 +34,9 @@ const MOST_POINTS: usize = 2000;
 /// less, and scaling would only add to its noise.
 const NONE: [f64; 2] = [1.0 / 1.5, 1.5];
 
+/// A factor of variance that is worth it.
+const WORTH: f64 = 1.02;
+
 /// Degrees of freedom of the t distribution: few, for errors that no noise makes have no tails that are known.
 const FREEDOM: f64 = 4.0;
 
@@ -41,8 +44,8 @@ const FREEDOM: f64 = 4.0;
 const MEDIAN: f64 = 2.366;
 
 impl CovarianceScale {
-    /// From the errors of `map` on the points that it was fitted to; `None` where its covariances hold, and where the
-    /// points do not tell.
+    /// From the errors of `map` on the points that it was fitted to, and from how few they are; `None` where its
+    /// covariances hold.
     #[must_use]
     pub fn fit(map: &dyn Reconstructor, train: &Dataset) -> Option<Self> {
         // Charts whose places were found have taken the errors into themselves.
@@ -50,9 +53,13 @@ impl CovarianceScale {
             return None;
         }
         let count = train.known().count();
+        let taken_up = map.effective_parameters()?;
+        let by_number = Self::of_few((count as f64 - taken_up) * (2 * train.cameras) as f64);
+        if taken_up >= 0.5 * count as f64 || count < LEAST_POINTS {
+            return by_number;
+        }
         // The fit took a part of the errors into itself.
-        let lost = map.effective_parameters().filter(|unknowns| *unknowns < 0.5 * count as f64)?;
-        let lost = count as f64 / (count as f64 - lost);
+        let lost = count as f64 / (count as f64 - taken_up);
         let step = count.div_ceil(MOST_POINTS).max(1);
         let points = train.known().step_by(step).filter_map(|(world, row)| {
             let found = map.locate(&row.pixels)?;
@@ -68,12 +75,29 @@ impl CovarianceScale {
         });
         let whitened: Vec<Vector3> = whitened.collect();
         if whitened.len() < LEAST_POINTS {
-            return None;
+            return by_number;
         }
         let scatter = scatter(&whitened)? * lost;
         let (_, scales) = axes_of(scatter);
         let holds = scales.iter().all(|scale| (NONE[0]..=NONE[1]).contains(scale));
-        (!holds).then_some(Self { axes, scatter })
+        if holds { by_number } else { Some(Self { axes, scatter }) }
+    }
+
+    /// Of noise that was estimated from so many degrees of freedom: errors in units of it are Student's t, of which this
+    /// is the covariance.
+    fn of_few(freedom: f64) -> Option<Self> {
+        /// Below so many it has no covariance.
+        const LEAST: f64 = 3.0;
+        let freedom = freedom.max(LEAST);
+        let factor = freedom / (freedom - 2.0);
+        let (axes, scatter) = (Matrix3::identity(), Matrix3::identity() * factor);
+        (factor > WORTH).then_some(Self { axes, scatter })
+    }
+
+    /// Whether it is the same along all directions: that of few points, of no use where the noise is given.
+    #[must_use]
+    pub fn is_of_few(&self) -> bool {
+        self.scatter == Matrix3::identity() * self.scatter[(0, 0)]
     }
 
     /// A point's covariance, scaled; as it is where it is not positive definite.

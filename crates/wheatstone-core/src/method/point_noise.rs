@@ -26,12 +26,23 @@ const MOST: f64 = 60.0;
 /// So many points tell it well enough.
 const MOST_POINTS: usize = 2000;
 
+/// Points for each that the fit's numbers take up, at least: of fewer it takes up more of some misfits than of others,
+/// which looks like noise that differs.
+const LEAST_POINTS: f64 = 12.0;
+
+/// Logarithm of the likelihood ratio beyond Schwarz's criterion, which lets one in twenty through.
+const CLEARLY: f64 = 1.5;
+
 impl PointNoise {
     /// From the reprojection errors of the points of `data`; `None` where the variance is as good as the same for
-    /// all points, by Schwarz's criterion, and for maps without reprojection errors.
+    /// all points, by Schwarz's criterion, where they are few, and for maps without reprojection errors.
     #[must_use]
     pub fn fit(map: &dyn Reconstructor, data: &Dataset) -> Option<Self> {
         let rows = &data.correspondences;
+        let taken_up = map.effective_parameters().unwrap_or(0.0);
+        if (data.known().count() as f64) < LEAST_POINTS * taken_up {
+            return None;
+        }
         let misfit = |row: &Correspondence| {
             let (square, freedom) = map.locate(&row.pixels)?.misfit(row.seen_by())?;
             (square > 0.0).then_some((square, freedom as f64))
@@ -40,7 +51,7 @@ impl PointNoise {
         let misfits: Vec<(f64, f64)> = rows.iter().step_by(step).filter_map(misfit).collect();
         let even =
             misfits.iter().map(|(square, freedom)| chi_square(*square, *freedom)).sum::<f64>();
-        let criterion = 0.5 * libm::log(misfits.len().max(1) as f64);
+        let criterion = 0.5 * libm::log(misfits.len().max(1) as f64) + CLEARLY;
         let above = std::iter::successors(Some(LEAST_ABOVE), |above| Some(above * FACTOR));
         let tried = above.map(|above| Self { freedom: 2.0 + above });
         tried

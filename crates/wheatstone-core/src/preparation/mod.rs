@@ -69,6 +69,20 @@ pub struct SavedFinding {
     pub repaired: bool,
 }
 
+impl SavedFinding {
+    pub(crate) fn new(finding: &Finding, repaired: bool) -> Self {
+        Self {
+            code: finding.code.into(),
+            severity: finding.severity.name().into(),
+            views: finding.views.clone(),
+            cameras: finding.cameras.iter().map(|camera| camera + 1).collect(),
+            explanation: finding.explanation.clone(),
+            hint: finding.hint.clone(),
+            repaired,
+        }
+    }
+}
+
 /// What is done to data before a fit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preparation {
@@ -145,15 +159,8 @@ impl Prepared {
     /// The findings as a model file keeps them.
     #[must_use]
     pub fn findings(&self) -> Vec<SavedFinding> {
-        let keep = |finding: &Finding| SavedFinding {
-            code: finding.code.into(),
-            severity: finding.severity.name().into(),
-            views: finding.views.clone(),
-            cameras: finding.cameras.iter().map(|camera| camera + 1).collect(),
-            explanation: finding.explanation.clone(),
-            hint: finding.hint.clone(),
-            repaired: self.repaired && finding.is_fixable(),
-        };
+        let keep =
+            |finding: &Finding| SavedFinding::new(finding, self.repaired && finding.is_fixable());
         self.examination.findings.iter().map(keep).collect()
     }
 }

@@ -203,6 +203,21 @@ pub(super) fn pixels_shifted_on(mut draw: Draw) -> Option<Faulty> {
     Some(faulty(data, &["camera-moved"], views, vec![draw.camera]))
 }
 
+/// In order of depth nobody can tell a drift from another camera.
+pub(super) fn drifting(mut draw: Draw) -> Option<Faulty> {
+    let [x, y] = any_shift(&mut draw);
+    let mut order = all(draw.data.views.len());
+    draw.random.shuffle(&mut order);
+    let (mut data, camera, last) = (draw.data, draw.camera, order.len() - 1);
+    for row in &mut data.correspondences {
+        row.view = order[row.view];
+        let time = row.view as f64 / last as f64;
+        row.pixels[camera] = row.pixels[camera].map(|p| Pixel::new(p.x + time * x, p.y + time * y));
+    }
+    data.correspondences.sort_by_key(|row| row.view);
+    Some(faulty(data, &["camera-drifted"], all(last + 1), vec![camera]))
+}
+
 pub(super) fn pixels_shifted(mut draw: Draw) -> Option<Faulty> {
     let [x, y] = any_shift(&mut draw);
     let count = draw.data.views.len();

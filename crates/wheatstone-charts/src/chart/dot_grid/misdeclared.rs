@@ -1,7 +1,7 @@
 //! What of a grid of dots was declared otherwise than the picture shows it.
 
 use super::{Chart, ChartSearch, DotGrid, blobs, growth, layout};
-use crate::imaging::{GrayImage, filter::halve};
+use crate::imaging::{GrayImage, filter::halvings};
 
 /// In pixels, the shorter side of the smallest half that is looked at.
 const LEAST_SIDE: usize = 120;
@@ -9,10 +9,7 @@ const LEAST_SIDE: usize = 120;
 /// The counts, and where it is wrong the kind, under which the dots of this picture are this chart; `None`
 /// where no whole grid is seen, or the declared one.
 pub(super) fn told(declared: &DotGrid, image: &GrayImage) -> Option<String> {
-    let mut sizes = vec![image.clone()];
-    while let Some(half) = sizes.last().filter(|it| it.width().min(it.height()) >= 2 * LEAST_SIDE) {
-        sizes.push(halve(half));
-    }
+    let sizes = halvings(image, LEAST_SIDE);
     let sides = sizes.iter().flat_map(|image| {
         let blobs = blobs::find(image, blobs::Outline::Ellipse);
         [blobs.dark, blobs.bright]

@@ -6,7 +6,7 @@ use crate::{
         blobs::{self, Blob, Outline},
         centre, growth,
     },
-    imaging::{GrayImage, filter::halve},
+    imaging::{GrayImage, filter::halvings},
 };
 use wheatstone_core::geometry::Pixel;
 use wheatstone_numeric::statistics::median;
@@ -211,14 +211,8 @@ fn place(at: Pixel) -> (i64, i64) {
 
 /// All that can be marks, at each size of the picture: dark and bright.
 pub(super) fn find(image: &GrayImage, count: usize) -> Vec<[Marks; 2]> {
-    let mut sizes = vec![image.clone()];
-    while let Some(last) = sizes.last() {
-        if last.width().min(last.height()) < 2 * LEAST_SIDE {
-            break;
-        }
-        sizes.push(halve(last));
-    }
     let most = MOST_MARKS.max(4 * count);
+    let sizes = halvings(image, LEAST_SIDE);
     let marks = sizes.iter().enumerate().map(|(halvings, image)| {
         let found = blobs::find(image, Outline::Convex);
         [found.dark, found.bright].map(|side| {

@@ -34,6 +34,9 @@ fn rounds(views: usize) -> usize {
     (views * LEAST).div_ceil(4 * FITTED_OF_ALL).max(1)
 }
 
+/// In pixels: what is left of exact pixels.
+pub(super) const EXACT: f64 = 0.02;
+
 /// Points of a cell that decide which views agree.
 pub(super) const SCOUTED: usize = 14;
 
@@ -114,6 +117,6 @@ impl CameraEvidence {
 
     /// A median error up to which a cell is as good as the sound ones.
     pub(super) fn good(&self) -> f64 {
-        2.0 * self.typical + 0.02
+        2.0 * self.typical + EXACT
     }
 }

@@ -11,7 +11,6 @@ use super::{
     pixel_offset,
     robust_camera::RobustCamera,
     unsynchronised,
-    views::are_pictures,
 };
 use nalgebra::Vector2;
 use wheatstone_numeric::statistics::mean;
@@ -28,7 +27,7 @@ const USED: usize = 14;
 impl Fault for CameraMoved {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
-        if !are_pictures(evidence.data) {
+        if !evidence.are_pictures {
             return found;
         }
         let cameras = 0..evidence.data.cameras;
@@ -174,7 +173,7 @@ fn halves(start: &RobustCamera, views: &[Vec<Pair>], at: usize, thorough: bool) 
 }
 
 /// The points of a camera by view.
-fn used(evidence: &Evidence, camera: usize, views: &[usize]) -> Vec<Vec<Pair>> {
+pub(super) fn used(evidence: &Evidence, camera: usize, views: &[usize]) -> Vec<Vec<Pair>> {
     let of_view = |view: &usize| {
         let pairs = &evidence.cells[*view][camera].pairs;
         pairs.iter().step_by((pairs.len() / USED).max(1)).copied().collect()
@@ -183,7 +182,7 @@ fn used(evidence: &Evidence, camera: usize, views: &[usize]) -> Vec<Vec<Pair>> {
 }
 
 /// One camera for all views, and the mean over them of its median error.
-fn of_all(start: &RobustCamera, pairs: &[Vec<Pair>]) -> (RobustCamera, f64) {
+pub(super) fn of_all(start: &RobustCamera, pairs: &[Vec<Pair>]) -> (RobustCamera, f64) {
     let all: Vec<Pair> = pairs.iter().flatten().copied().collect();
     let one = start.without_field().refined(&all, 8);
     let error = mean(&pairs.iter().map(|view| one.median_error(view)).collect::<Vec<_>>());

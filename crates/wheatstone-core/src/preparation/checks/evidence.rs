@@ -4,12 +4,12 @@
 
 use super::{
     board::Board,
-    camera_evidence::{CameraEvidence, SCOUTED},
+    camera_evidence::{CameraEvidence, EXACT, SCOUTED},
     extrapolation::{Extent, across, allowances},
     frame::Frame,
     pairs::{Pair, extent, sides},
     robust_camera::RobustCamera,
-    views::{LEAST, View, views},
+    views::{LEAST, View, are_pictures, views},
     whole_board::complete,
 };
 use crate::{dataset::Dataset, geometry::Pixel};
@@ -48,9 +48,6 @@ impl Cell {
 /// Points of a cell whose nearest neighbours tell the noise.
 const NEIGHBOURS: usize = 30;
 
-/// In pixels: what is left of exact pixels.
-const GOOD: f64 = 0.02;
-
 /// The share of the error that a second place may leave, if it is more than noise: of one picture and of many. Tanks
 /// and windows where nothing moved leave 0.19 and 0.47, a camera that was pushed before a window 0.28.
 pub(super) const OF_ONE: f64 = 0.15;
@@ -65,6 +62,10 @@ pub(super) struct Evidence<'a> {
     pub(super) cells: Vec<Vec<Cell>>,
     /// By camera; `None` where no camera could be fitted.
     pub(super) seen: Vec<Option<CameraEvidence>>,
+    /// By camera: what noise alone leaves of its median error, in pixels, whatever its optics.
+    pub(super) noise: Vec<f64>,
+    /// Whether the points of a view were seen at once, so that a picture of it may be another instant's.
+    pub(super) are_pictures: bool,
 }
 
 impl<'a> Evidence<'a> {
@@ -89,7 +90,10 @@ impl<'a> Evidence<'a> {
                 cell.judge(seen.as_ref(), place);
             }
         }
-        let mut evidence = Self { data, frame, views, cells, seen };
+        let are_pictures = are_pictures(data);
+        let mut evidence =
+            Self { data, frame, views, cells, seen, noise: Vec::new(), are_pictures };
+        evidence.noise = (0..data.cameras).map(|camera| evidence.noise_of(camera)).collect();
         (0..data.cameras).for_each(|camera| evidence.allow_for_extrapolation(camera));
         evidence
     }
@@ -127,14 +131,15 @@ impl<'a> Evidence<'a> {
         view: usize,
         (data, board): (&'b Dataset, Option<Board>),
     ) -> Evidence<'b> {
-        let Self { frame, seen, .. } = self;
+        let Self { frame, seen, noise, are_pictures, .. } = self;
         let (mut views, mut cells) = (self.views.clone(), self.cells.clone());
         views[view].board = board;
         for (camera, (own, seen)) in cells[view].iter_mut().zip(seen).enumerate() {
             *own = Cell { allowance: own.allowance, ..cell(data, frame, &views[view], camera) };
             own.judge(seen.as_ref(), view);
         }
-        Evidence { data, frame: *frame, views, cells, seen: seen.clone() }
+        let (seen, noise) = (seen.clone(), noise.clone());
+        Evidence { data, frame: *frame, views, cells, seen, noise, are_pictures: *are_pictures }
     }
 
     /// The cell, what is known of its camera, and the camera of the other views.
@@ -294,9 +299,8 @@ impl<'a> Evidence<'a> {
             && (left <= self.most_left(cell) || left <= 6.0 && left <= 0.06 * before)
     }
 
-    /// What noise alone leaves of a camera's median error, in pixels, whatever its optics: by how much errors of points
-    /// that are neighbours in a picture differ. What a lens formula leaves over, they share.
-    pub(super) fn noise(&self, camera: usize) -> f64 {
+    /// By how much errors of points that are neighbours in a picture differ: what a lens formula leaves over, they share.
+    fn noise_of(&self, camera: usize) -> f64 {
         let of_view = |view: usize| {
             let (cell, _, other) = self.at(view, camera)?;
             let step = cell.pairs.len().div_ceil(NEIGHBOURS).max(1);
@@ -321,8 +325,8 @@ impl<'a> Evidence<'a> {
 
     /// Whether the lens formula describes a camera's optics: what it leaves over is little more than noise.
     pub(super) fn is_described(&self, camera: usize) -> bool {
-        let noise = self.noise(camera);
-        self.seen[camera].as_ref().is_some_and(|seen| seen.typical <= 2.0 * noise + GOOD)
+        let noise = self.noise[camera];
+        self.seen[camera].as_ref().is_some_and(|seen| seen.typical <= 2.0 * noise + EXACT)
     }
 
     /// Whether what an explanation with a free place leaves of a camera's error speaks for it: it is noise, or less than
@@ -330,7 +334,7 @@ impl<'a> Evidence<'a> {
     /// of what it leaves over, and much is left. `error` is before and after, in pixels.
     pub(super) fn is_convincing(&self, camera: usize, error: [f64; 2], share: f64) -> bool {
         const NOISE: f64 = 1.4;
-        error[1] <= share * error[0] || error[1] <= NOISE * self.noise(camera) + GOOD
+        error[1] <= share * error[0] || error[1] <= NOISE * self.noise[camera] + EXACT
     }
 
     /// Error of a cell over its good level.

@@ -11,6 +11,7 @@
 
 mod board;
 mod board_order;
+mod camera_drifted;
 mod camera_evidence;
 mod camera_moved;
 mod cameras_swapped;
@@ -29,6 +30,7 @@ mod finding;
 mod frame;
 mod gross_errors;
 mod handedness;
+mod of_fit;
 mod other_pose;
 mod pairs;
 mod parting;
@@ -52,6 +54,7 @@ mod whole_board;
 
 pub use expected::{ExpectedDistance, compare_distance};
 pub use finding::{Change, Examination, Finding, Layout, Severity, Statement};
+pub(crate) use of_fit::of_fit;
 pub(super) use repair::{blames_most, fits_worse, not_corrected};
 pub use repair::{doubt, left_out, repair, repair_all};
 pub use unseeable::compare_baseline;
@@ -85,6 +88,7 @@ const FAULTS: &[&dyn Fault] = &[
     &units_mixed::UnitsMixed,
     &chart_size::ChartSize,
     &points_permuted::PointsPermuted,
+    &camera_drifted::CameraDrifted,
     &camera_moved::CameraMoved,
     &handedness::Handedness,
     &duplicates::Duplicates,

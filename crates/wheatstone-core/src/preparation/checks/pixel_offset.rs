@@ -5,14 +5,13 @@
 
 use super::{
     Fault,
-    decentred_camera::UNKNOWNS,
     evidence::{Evidence, OF_ONE},
     finding::{Proposal, Severity},
     pairs::Pair,
     pixel_units::{Measure, proposal},
-    sums::Sums,
+    sums::{Sums, Total},
 };
-use nalgebra::{Matrix2, SMatrix, Vector2};
+use nalgebra::Vector2;
 
 pub(super) struct PixelOffset;
 
@@ -68,7 +67,7 @@ fn each_set(sums: &Sums, count: usize, mut look: impl FnMut(&[usize], &Total)) {
         for set in 1..1_usize << count {
             let views: Vec<usize> = (0..count).filter(|view| set >> view & 1 == 1).collect();
             if 2 * views.len() < count {
-                look(&views, &Total::of(sums, &views));
+                look(&views, &total(sums, &views));
             }
         }
         return;
@@ -79,7 +78,7 @@ fn each_set(sums: &Sums, count: usize, mut look: impl FnMut(&[usize], &Total)) {
         let longest = if first % step == 0 { (count - 1) / 2 } else { 1 };
         let mut total = Total::default();
         for last in first..count.min(first + longest) {
-            total.add(sums, last);
+            total.add(sums, (last, 1.0));
             if first == last || (last + 1) % step == 0 {
                 look(&all[first..=last], &total);
             }
@@ -88,25 +87,10 @@ fn each_set(sums: &Sums, count: usize, mut look: impl FnMut(&[usize], &Total)) {
 }
 
 /// Sums over a set of views.
-#[derive(Default)]
-struct Total {
-    slopes: SMatrix<f64, UNKNOWNS, 2>,
-    weight: f64,
-    errors: Vector2<f64>,
-}
-
-impl Total {
-    fn of(sums: &Sums, set: &[usize]) -> Self {
-        let mut total = Self::default();
-        set.iter().for_each(|view| total.add(sums, *view));
-        total
-    }
-
-    fn add(&mut self, sums: &Sums, view: usize) {
-        self.slopes += sums.slopes[view];
-        self.weight += sums.weights[view];
-        self.errors += sums.errors[view];
-    }
+fn total(sums: &Sums, set: &[usize]) -> Total {
+    let mut total = Total::default();
+    set.iter().for_each(|view| total.add(sums, (*view, 1.0)));
+    total
 }
 
 /// The points of a camera by view, of the views that it saw.
@@ -228,10 +212,7 @@ struct Off {
 /// the offset by the data.
 /// `along` is what y has of x's: 1, or [`NOBODYS`].
 fn gain(sums: &Sums, total: &Total, along: f64) -> Option<(f64, f64, Vector2<f64>)> {
-    let Total { slopes, weight, errors } = total;
-    let carried = sums.inverse * slopes;
-    let matrix = Matrix2::identity() * *weight - slopes.transpose() * carried;
-    let right = errors - carried.transpose() * sums.gradient;
+    let (matrix, right) = total.reduced(sums);
     let by = matrix.try_inverse()? * right;
     let of = |meant: f64| {
         let known = Vector2::new(meant, along * meant);
@@ -290,9 +271,7 @@ impl Best {
             [(first.saturating_sub(1), end), (first, end + 1), (first + 1, end), (first, end - 1)];
         moved.into_iter().any(|(first, end)| {
             let set: Vec<usize> = (first..end.min(count)).collect();
-            !set.is_empty()
-                && 2 * set.len() < count
-                && self.look(sums, &set, &Total::of(sums, &set))
+            !set.is_empty() && 2 * set.len() < count && self.look(sums, &set, &total(sums, &set))
         })
     }
 }

@@ -6,7 +6,7 @@ use super::{
     resection::Normal,
     robust_camera::RobustCamera,
 };
-use nalgebra::{SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// Weighted sums of a camera's fit to all views, and of each view: what changes of single views would
 /// do to the fit follows from them to first order.
@@ -71,5 +71,28 @@ impl Sums {
             sums.weights.push(weights);
         }
         sums
+    }
+}
+
+/// Sums over views whose pictures are shifted together, each by so many times the shift.
+#[derive(Default)]
+pub(super) struct Total {
+    slopes: SMatrix<f64, UNKNOWNS, 2>,
+    pub(super) weight: f64,
+    errors: Vector2<f64>,
+}
+
+impl Total {
+    pub(super) fn add(&mut self, sums: &Sums, (view, times): (usize, f64)) {
+        self.slopes += sums.slopes[view] * times;
+        self.weight += sums.weights[view] * times * times;
+        self.errors += sums.errors[view] * times;
+    }
+
+    /// The normal equations of the shift, of what the camera cannot take up: matrix and right side.
+    pub(super) fn reduced(&self, sums: &Sums) -> (Matrix2<f64>, Vector2<f64>) {
+        let carried = sums.inverse * self.slopes;
+        let matrix = Matrix2::identity() * self.weight - self.slopes.transpose() * carried;
+        (matrix, self.errors - carried.transpose() * sums.gradient)
     }
 }

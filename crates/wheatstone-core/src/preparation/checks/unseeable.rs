@@ -7,9 +7,10 @@ use super::{
     evidence::Evidence,
     finding::{Examination, Finding, Layout, Severity, Statement},
     pairs::Pair,
+    views::View,
 };
 use crate::Error;
-use wheatstone_numeric::statistics::{mean, percentile};
+use wheatstone_numeric::statistics::{mean, median, percentile};
 
 /// A camera farther away than so many times the points' median distance from their middle observes them within
 /// a thousandth of parallel projection.
@@ -92,6 +93,7 @@ pub(super) fn statements(evidence: &Evidence) -> Vec<Statement> {
         },
     ];
     all.extend(another_focal_length(evidence));
+    all.extend(oblique_stage(evidence));
     all.extend(another_pitch_along_one_side(evidence));
     all
 }
@@ -134,6 +136,30 @@ fn another_focal_length(evidence: &Evidence) -> Option<Statement> {
     (!columns.is_empty() && !checks.is_empty()).then(|| Statement {
         what: format!("another unit of {} alone, or another focal length", columns.join(" or ")),
         check: checks.join("; "),
+    })
+}
+
+/// Parallel planes of a stage that moves obliquely look as right ones do to other cameras, and so do those that are shown in
+/// order while a camera drifts.
+fn oblique_stage(evidence: &Evidence) -> Option<Statement> {
+    let (normal, _) = common_normal(evidence).filter(|_| evidence.views.len() > 2)?;
+    let depth = |view: &View| {
+        let places = view.rows.iter().filter_map(|row| evidence.data.correspondences[*row].world);
+        median(&places.map(|place| normal.dot(&place.coords)).collect::<Vec<_>>())
+    };
+    let depths: Vec<f64> = evidence.views.iter().map(depth).collect();
+    let is_in_order = depths.is_sorted() || depths.iter().rev().is_sorted();
+    let oblique = "a stage that moves obliquely to the chart";
+    let measure = "measure the stage's angle to the chart";
+    Some(if is_in_order {
+        Statement {
+            what: format!("{oblique}, or a camera that drifts while the stage advances"),
+            check: format!(
+                "{measure}; show the first chart once more at the end, as a view of its own"
+            ),
+        }
+    } else {
+        Statement { what: oblique.into(), check: measure.into() }
     })
 }
 

@@ -5,7 +5,6 @@ use super::{
     board_order::relabelled,
     evidence::Evidence,
     finding::{Change, Freedom, Proposal, Severity},
-    views::are_pictures,
 };
 use crate::geometry::Point3;
 
@@ -23,7 +22,7 @@ const TRIED: usize = 100;
 impl Fault for Unsynchronised {
     fn propose(&self, evidence: &Evidence) -> Vec<Proposal> {
         let mut found = Vec::new();
-        if !are_pictures(evidence.data) {
+        if !evidence.are_pictures {
             return found;
         }
         let reach = reach(evidence);
