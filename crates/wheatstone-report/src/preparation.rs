@@ -44,5 +44,6 @@ pub(super) fn finding(found: &SavedFinding) -> FindingFigures {
         cameras: found.cameras.iter().map(|camera| format!("camera {camera}")).collect(),
         explanation: format!("{repaired}{}", found.explanation),
         hint: found.hint.clone(),
+        stays_in_fit: found.stays_in_fit,
     }
 }

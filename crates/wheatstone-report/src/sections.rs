@@ -246,6 +246,9 @@ pub struct FindingFigures {
     pub explanation: String,
     /// What to do about it.
     pub hint: String,
+    /// Whether it is in the model, whose errors or error bars it makes larger than they are told.
+    #[serde(default)]
+    pub stays_in_fit: bool,
 }
 
 /// A claim that was tested.

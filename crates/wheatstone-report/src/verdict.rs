@@ -70,17 +70,13 @@ fn share_at_70(report: &Report) -> Option<f64> {
 /// The grade of a model with its error bars: it is not sound where they do not hold, or may not.
 fn with_error_bars(grade: &'static str, report: &Report) -> &'static str {
     let fails = share_at_70(report).is_some_and(|held| held < HONEST);
-    let may_fail = report
-        .findings
-        .iter()
-        .any(|it| ["few-points", "camera-drifted"].contains(&it.code.as_str()));
+    let may_fail = left_faults(report).any(|found| found.severity == "warning");
     if grade == "sound" && (fails || may_fail) { "fair" } else { grade }
 }
 
-/// Faults that are left in the fit and that no method mends, with what does.
+/// Faults that are left in the fit, and that no method mends.
 fn left_faults(report: &Report) -> impl Iterator<Item = &FindingFigures> {
-    const CODES: [&str; 4] = ["few-points", "camera-drifted", "stage-oblique", "chart-shape"];
-    report.findings.iter().filter(|found| CODES.contains(&found.code.as_str()))
+    report.findings.iter().filter(|found| found.stays_in_fit)
 }
 
 fn sentence(report: &Report, accuracy: &Accuracy) -> String {

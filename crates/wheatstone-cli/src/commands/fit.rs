@@ -108,7 +108,8 @@ impl Fit {
         self.refuse_broken(&model)?;
         model.save(&self.output)?;
         self.tell(&model, &prepared);
-        for finding in &model.findings[prepared.examination.findings.len()..] {
+        let before = prepared.findings();
+        for finding in model.findings.iter().filter(|finding| !before.contains(finding)) {
             let word = if finding.severity == "warning" { "warning" } else { "note" };
             remark!(word, "{} ({})", finding.explanation, finding.code);
         }

@@ -22,6 +22,9 @@ pub struct CovarianceScale {
     axes: Matrix3<f64>,
     /// Scatter of errors in units of their covariances' Cholesky factors in that frame: the identity where these hold.
     scatter: Matrix3<f64>,
+    /// Whether it is for the noise that few points leave uncertain, and of no use where the noise is given.
+    #[serde(default)]
+    is_of_few: bool,
 }
 
 /// With fewer points their scatter is too uncertain.
@@ -80,7 +83,7 @@ impl CovarianceScale {
         let scatter = scatter(&whitened)? * lost;
         let (_, scales) = axes_of(scatter);
         let holds = scales.iter().all(|scale| (NONE[0]..=NONE[1]).contains(scale));
-        if holds { by_number } else { Some(Self { axes, scatter }) }
+        if holds { by_number } else { Some(Self { axes, scatter, is_of_few: false }) }
     }
 
     /// Of noise that was estimated from so many degrees of freedom: errors in units of it are Student's t, of which this
@@ -91,13 +94,13 @@ impl CovarianceScale {
         let freedom = freedom.max(LEAST);
         let factor = freedom / (freedom - 2.0);
         let (axes, scatter) = (Matrix3::identity(), Matrix3::identity() * factor);
-        (factor > WORTH).then_some(Self { axes, scatter })
+        (factor > WORTH).then_some(Self { axes, scatter, is_of_few: true })
     }
 
-    /// Whether it is the same along all directions: that of few points, of no use where the noise is given.
+    /// Whether it is for the noise that few points leave uncertain, and of no use where the noise is given.
     #[must_use]
     pub fn is_of_few(&self) -> bool {
-        self.scatter == Matrix3::identity() * self.scatter[(0, 0)]
+        self.is_of_few
     }
 
     /// A point's covariance, scaled; as it is where it is not positive definite.

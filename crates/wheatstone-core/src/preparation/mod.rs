@@ -67,6 +67,9 @@ pub struct SavedFinding {
     pub hint: String,
     /// Whether it was put right before the fit.
     pub repaired: bool,
+    /// Whether it is in the model, whose errors or error bars it makes larger than they are told.
+    #[serde(default)]
+    pub stays_in_fit: bool,
 }
 
 impl SavedFinding {
@@ -79,6 +82,7 @@ impl SavedFinding {
             explanation: finding.explanation.clone(),
             hint: finding.hint.clone(),
             repaired,
+            stays_in_fit: finding.stays_in_fit && !repaired,
         }
     }
 }

@@ -136,16 +136,14 @@ fn proposal(
         freedom: Freedom::Choice,
         left,
         cells: vec![cell],
-        also: Vec::new(),
         key,
-        code,
-        severity: Severity::Fatal,
-        what,
-        hint: "read the board in the same order in every picture, or let the labels be corrected"
-            .into(),
-        figures: Vec::new(),
         changes,
-        is_estimate: false,
+        ..Proposal::itself(
+            code,
+            Severity::Fatal,
+            what,
+            "read the board in the same order in every picture, or let the labels be corrected",
+        )
     }
 }
 

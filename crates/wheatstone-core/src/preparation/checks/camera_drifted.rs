@@ -112,15 +112,16 @@ fn proposal(
         cells: views.iter().map(|view| (*view, camera)).collect(),
         also: views.iter().map(|view| (*view, camera)).collect(),
         key: "drift".into(),
-        code: "camera-drifted",
-        severity: if by.norm() > GREAT * left { Severity::Fatal } else { Severity::Warning },
-        what: format!(
-            "the camera drifts: from the first view to the last its picture creeps by {:.2} px",
-            by.norm()
-        ),
-        hint: "let the cameras warm up, fix their mounts, and record again".into(),
         figures,
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Proposal::itself(
+            "camera-drifted",
+            if by.norm() > GREAT * left { Severity::Fatal } else { Severity::Warning },
+            format!(
+                "the camera drifts: from the first view to the last its picture creeps by {:.2} px",
+                by.norm()
+            ),
+            "let the cameras warm up, fix their mounts, and record again",
+        )
     }
 }

@@ -326,18 +326,18 @@ fn proposal(evidence: &Evidence, camera: usize, split: &Split) -> Proposal {
         cells: views[*at..].iter().map(|view| (*view, camera)).collect(),
         also: views.iter().map(|view| (*view, camera)).collect(),
         key: "segment".into(),
-        code: "camera-moved",
-        severity: Severity::Fatal,
-        what: format!(
-            "the camera moved before view `{name}`: by {distance:.3} {}, rotated by {angle:.3} degrees",
-            evidence.data.unit
-        ),
-        hint: format!(
-            "fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"
-        ),
         figures,
-        changes: Vec::new(),
-        is_estimate: false,
+        ..Proposal::itself(
+            "camera-moved",
+            Severity::Fatal,
+            format!(
+                "the camera moved before view `{name}`: by {distance:.3} {}, rotated by {angle:.3} degrees",
+                evidence.data.unit
+            ),
+            &format!(
+                "fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"
+            ),
+        )
     }
 }
 

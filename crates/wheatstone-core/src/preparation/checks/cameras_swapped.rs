@@ -96,19 +96,16 @@ fn proposal(evidence: &Evidence, view: usize, cameras: [usize; 2], left: f64) ->
         freedom: Freedom::Choice,
         left,
         cells: cameras.map(|camera| (view, camera)).to_vec(),
-        also: Vec::new(),
-        key: String::new(),
-        code: "cameras-swapped",
-        severity: Severity::Fatal,
-        what: format!(
-            "the pictures of cameras {} and {} are exchanged: each fits the other's camera",
-            cameras[0] + 1,
-            cameras[1] + 1
-        ),
-        hint: "exchange the two pictures (or columns) of these views, or let them be exchanged"
-            .into(),
-        figures: Vec::new(),
         changes,
-        is_estimate: false,
+        ..Proposal::itself(
+            "cameras-swapped",
+            Severity::Fatal,
+            format!(
+                "the pictures of cameras {} and {} are exchanged: each fits the other's camera",
+                cameras[0] + 1,
+                cameras[1] + 1
+            ),
+            "exchange the two pictures (or columns) of these views, or let them be exchanged",
+        )
     }
 }

@@ -300,12 +300,7 @@ fn described(
         freedom,
         left,
         cells: cameras.iter().map(|camera| (view, *camera)).collect(),
-        also: Vec::new(),
         key: if fixable { format!("{:.2}", (a + b) / 2.0) } else { view.to_string() },
-        code,
-        severity,
-        what,
-        hint: hint.into(),
         figures: vec![
             ("size along rows, relative to the given one".into(), a),
             ("size along columns, relative to the given one".into(), b),
@@ -314,5 +309,6 @@ fn described(
         ],
         is_estimate: fixable && code == "wrong-pitch",
         changes,
+        ..Proposal::itself(code, severity, what, hint)
     }
 }

@@ -52,17 +52,16 @@ pub fn compare_distance(data: &Dataset, expected: &ExpectedDistance) -> Result<O
         return Ok(None);
     }
     Ok(Some(Finding {
-        code: "distance-differs",
-        severity: Severity::Fatal,
         views: expected.views.to_vec(),
-        cameras: Vec::new(),
-        explanation: format!(
-            "the charts of views `{first}` and `{second}` are {own:.6} apart by these data and {wanted} by your measurement (ratio {ratio:.4}): an axis has another unit, or the measurement is wrong"
-        ),
         figures: vec![("distance by the data".to_owned(), own)],
-        hint: "measure the stage's steps again, and give all coordinates in one unit".into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        ..Finding::of_all(
+            "distance-differs",
+            Severity::Fatal,
+            format!(
+                "the charts of views `{first}` and `{second}` are {own:.6} apart by these data and {wanted} by your measurement (ratio {ratio:.4}): an axis has another unit, or the measurement is wrong"
+            ),
+            "measure the stage's steps again, and give all coordinates in one unit",
+        )
     }))
 }
 

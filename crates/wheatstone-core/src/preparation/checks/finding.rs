@@ -113,9 +113,33 @@ pub struct Finding {
     /// Whether what the changes take away was measured in these pixels, with their errors, and is none of the few values
     /// that people mix up.
     pub is_estimate: bool,
+    /// Whether it is in the fitted model, whose errors or error bars it makes larger than they are told: nothing sets it
+    /// aside or puts it right.
+    pub stays_in_fit: bool,
 }
 
 impl Finding {
+    /// One of all views and cameras, with no figures and no changes.
+    pub(super) fn of_all(
+        code: &'static str,
+        severity: Severity,
+        explanation: String,
+        hint: impl Into<String>,
+    ) -> Self {
+        Self {
+            code,
+            severity,
+            views: Vec::new(),
+            cameras: Vec::new(),
+            explanation,
+            figures: Vec::new(),
+            hint: hint.into(),
+            changes: Vec::new(),
+            is_estimate: false,
+            stays_in_fit: false,
+        }
+    }
+
     /// Whether [`repair_all`](super::repair_all) puts it right.
     #[must_use]
     pub fn is_fixable(&self) -> bool {
@@ -226,6 +250,7 @@ pub(super) struct Proposal {
     pub(super) figures: Vec<(String, f64)>,
     pub(super) changes: Vec<Change>,
     pub(super) is_estimate: bool,
+    pub(super) stays_in_fit: bool,
 }
 
 impl Proposal {
@@ -249,6 +274,7 @@ impl Proposal {
             figures: Vec::new(),
             changes: Vec::new(),
             is_estimate: false,
+            stays_in_fit: false,
         }
     }
 }
@@ -319,6 +345,7 @@ fn as_finding(evidence: &Evidence, proposal: Proposal) -> Finding {
         hint: proposal.hint,
         changes: proposal.changes,
         is_estimate: proposal.is_estimate,
+        stays_in_fit: proposal.stays_in_fit,
     }
 }
 

@@ -21,17 +21,16 @@ fn few_points(map: &AnyReconstructor, data: &Dataset) -> Option<Finding> {
     let (points, wanted) = (data.known().count(), (ENOUGH * taken_up).ceil());
     let numbers = 2.0 * data.cameras as f64 * taken_up;
     ((points as f64) < wanted).then(|| Finding {
-        code: "few-points",
-        severity: Severity::Warning,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation: format!(
-            "{points} points are few for the {numbers:.0} parameters of this model: error bars may be too small, by more the farther from the points"
-        ),
         figures: vec![("points".into(), points as f64), ("parameters".into(), numbers)],
-        hint: format!("show {wanted:.0} points or more, and evaluate the model on points that were not fitted"),
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Finding::of_all(
+            "few-points",
+            Severity::Warning,
+            format!(
+                "{points} points are few for the {numbers:.0} parameters of this model: error bars may be too small, by more the farther from the points"
+            ),
+            format!("show {wanted:.0} points or more, and evaluate the model on points that were not fitted"),
+        )
     })
 }
 
@@ -47,15 +46,14 @@ fn oblique_stage(map: &AnyReconstructor) -> Option<Finding> {
     };
     let excess: Vec<f64> = cameras.iter().map(excess).collect();
     excess.iter().all(|excess| *excess > 1.0).then(|| Finding {
-        code: "stage-oblique",
-        severity: Severity::Information,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation: "every camera appears to have a decentred lens or a tilted sensor, as behind oblique windows: ordinary cameras do only where the stage moves at another angle to the chart than the coordinates say".into(),
         figures: vec![("decentring or tilt over that of ordinary cameras, least of all".into(), excess.iter().copied().fold(f64::INFINITY, f64::min))],
-        hint: "measure the angle between the chart and the axis of the stage; tilted (Scheimpflug) sensors, and windows that stand oblique, are no fault".into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Finding::of_all(
+            "stage-oblique",
+            Severity::Information,
+            "every camera appears to have a decentred lens or a tilted sensor, as behind oblique windows: ordinary cameras do only where the stage moves at another angle to the chart than the coordinates say".into(),
+            "measure the angle between the chart and the axis of the stage; tilted (Scheimpflug) sensors, and windows that stand oblique, are no fault",
+        )
     })
 }
 

@@ -215,15 +215,15 @@ pub(super) fn proposal(
         freedom: Freedom::Scale,
         left,
         cells: vec![cell],
-        also: Vec::new(),
         key: what.clone(),
-        code,
-        severity: Severity::Fatal,
-        what,
-        hint: "take all pictures of a camera in one size and with one pixel origin, or let these be corrected".into(),
         figures,
         changes: points.rows.iter().zip(&points.pairs).map(change).collect(),
-        is_estimate: false,
+        ..Proposal::itself(
+            code,
+            Severity::Fatal,
+            what,
+            "take all pictures of a camera in one size and with one pixel origin, or let these be corrected",
+        )
     }
 }
 

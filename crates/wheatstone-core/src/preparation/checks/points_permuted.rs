@@ -93,20 +93,18 @@ fn proposal(
         freedom: Freedom::Order,
         left: left.min(1.0),
         cells: vec![cell],
-        also: Vec::new(),
-        key: String::new(),
-        code: "points-permuted",
-        severity: Severity::Fatal,
-        what: format!(
-            "{wrong} of {} points carry pixels of other points of the view",
-            points.pairs.len()
-        ),
-        hint:
-            "list the points of every picture in the order of the chart, or let them be reordered"
-                .into(),
         figures: vec![("points with another point's pixel".into(), wrong as f64)],
         changes,
         // Which point some pixels belong to was not to be told.
         is_estimate: own.contains(&None),
+        ..Proposal::itself(
+            "points-permuted",
+            Severity::Fatal,
+            format!(
+                "{wrong} of {} points carry pixels of other points of the view",
+                points.pairs.len()
+            ),
+            "list the points of every picture in the order of the chart, or let them be reordered",
+        )
     }
 }

@@ -42,15 +42,15 @@ fn units(evidence: &Evidence, view: usize, cameras: &[usize]) -> Option<Proposal
                 freedom: Freedom::Choice,
                 left,
                 cells: cameras.iter().map(|camera| (view, *camera)).collect(),
-                also: Vec::new(),
                 key: what.clone(),
-                code: "units-mixed",
-                severity: Severity::Fatal,
-                what,
-                hint: "give all world coordinates in one unit, or let these be scaled".into(),
                 figures: vec![("scale".into(), ratio)],
                 changes: places(evidence, view, map),
-                is_estimate: false,
+                ..Proposal::itself(
+                    "units-mixed",
+                    Severity::Fatal,
+                    what,
+                    "give all world coordinates in one unit, or let these be scaled",
+                )
             });
         }
     }

@@ -194,46 +194,38 @@ pub fn compare_baseline(found: &Examination, expected: f64, tolerance: f64) -> O
         _ => "the data do not determine the baseline".into(),
     };
     Some(Finding {
-        code: "baseline-differs",
-        severity: Severity::Fatal,
-        views: Vec::new(),
         cameras: vec![0, 1],
-        explanation,
         figures: own.map(|own| ("baseline by the data".to_owned(), own)).into_iter().collect(),
-        hint: "measure the chart's pitch and the stage's steps again, and give them in one unit"
-            .into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        ..Finding::of_all(
+            "baseline-differs",
+            Severity::Fatal,
+            explanation,
+            "measure the chart's pitch and the stage's steps again, and give them in one unit",
+        )
     })
 }
 
 /// Charts held by hand that cannot be placed, for this reason.
 pub(crate) fn undetermined_poses(error: &Error) -> Finding {
-    Finding {
-        code: "poses-undetermined",
-        severity: Severity::Fatal,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation: error.to_string(),
-        figures: Vec::new(),
-        hint: error.hint().map_or_else(String::new, |hint| hint.to_string()),
-        changes: Vec::new(),
-        is_estimate: false,
-    }
+    Finding::of_all(
+        "poses-undetermined",
+        Severity::Fatal,
+        error.to_string(),
+        error.hint().map_or_else(String::new, |hint| hint.to_string()),
+    )
 }
 
 /// Charts held by hand that may be tilted to either of two sides.
 pub(crate) fn undecided_poses(views: &[String]) -> Option<Finding> {
     (!views.is_empty()).then(|| Finding {
-        code: "pose-two-fold",
-        severity: Severity::Warning,
         views: views.to_vec(),
-        cameras: Vec::new(),
-        explanation: "two poses of the chart, tilted to either side, explain the pixels alike: the better one was taken".into(),
-        figures: Vec::new(),
-        hint: "tilt the chart more, show it nearer, or to two cameras at once; or leave the view out".into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Finding::of_all(
+            "pose-two-fold",
+            Severity::Warning,
+            "two poses of the chart, tilted to either side, explain the pixels alike: the better one was taken".into(),
+            "tilt the chart more, show it nearer, or to two cameras at once; or leave the view out",
+        )
     })
 }
 
@@ -244,44 +236,35 @@ pub(crate) fn few_views(views: usize, points: usize) -> Option<Finding> {
     const VIEWS: usize = 8;
     const POINTS: usize = 300;
     (views < VIEWS || points < POINTS).then(|| Finding {
-        code: "few-views",
-        severity: Severity::Warning,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation: format!("the chart poses were estimated without a lens model, for which {points} points in {views} views are few: the error bars may be too small"),
         figures: vec![("views".into(), views as f64), ("points".into(), points as f64)],
-        hint: "take fifteen views, with the chart large in the picture and tilted another way in each".into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Finding::of_all(
+            "few-views",
+            Severity::Warning,
+            format!("the chart poses were estimated without a lens model, for which {points} points in {views} views are few: the error bars may be too small"),
+            "take fifteen views, with the chart large in the picture and tilted another way in each",
+        )
     })
 }
 
 /// A chart held by hand whose shape is not the one that was declared.
 pub(crate) fn other_shape(explanation: String, (name, value): (&str, f64), hint: &str) -> Finding {
     Finding {
-        code: "chart-shape",
-        severity: Severity::Warning,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation,
         figures: vec![(name.into(), value)],
-        hint: hint.into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Finding::of_all("chart-shape", Severity::Warning, explanation, hint)
     }
 }
 
 /// A method whose error bars say nothing of chart poses that were estimated.
 pub(crate) fn omitted_pose_uncertainty() -> Finding {
     Finding {
-        code: "omitted-pose-uncertainty",
-        severity: Severity::Warning,
-        views: Vec::new(),
-        cameras: Vec::new(),
-        explanation: "the chart poses were estimated from the same pixels, and the error bars of this method leave out what they are uncertain by: they are too small".into(),
-        figures: Vec::new(),
-        hint: "fit a camera model (`brown`, `kannala-brandt`, `neural-camera`), or give the chart poses".into(),
-        changes: Vec::new(),
-        is_estimate: false,
+        stays_in_fit: true,
+        ..Finding::of_all(
+            "omitted-pose-uncertainty",
+            Severity::Warning,
+            "the chart poses were estimated from the same pixels, and the error bars of this method leave out what they are uncertain by: they are too small".into(),
+            "fit a camera model (`brown`, `kannala-brandt`, `neural-camera`), or give the chart poses",
+        )
     }
 }

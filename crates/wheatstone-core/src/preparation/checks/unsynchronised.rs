@@ -134,14 +134,8 @@ pub(super) fn proposal(
         left,
         cells: cells.to_vec(),
         key,
-        also: Vec::new(),
-        code: "unsynchronised",
-        severity: Severity::Fatal,
-        what,
-        hint: HINT.into(),
-        figures: Vec::new(),
         changes: cells.iter().flat_map(nowhere).collect(),
-        is_estimate: false,
+        ..Proposal::itself("unsynchronised", Severity::Fatal, what, HINT)
     }
 }
 
