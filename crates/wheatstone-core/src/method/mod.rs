@@ -35,6 +35,7 @@ pub mod neural_camera;
 mod pixel_noise;
 mod point_noise;
 mod projection;
+mod relative_pose;
 mod radial_alignment;
 mod point_covariance;
 pub mod soloff;
@@ -58,6 +59,7 @@ pub use locator::{
 };
 pub use pixel_noise::PixelNoise;
 pub use point_noise::PointNoise;
+pub use relative_pose::RelativePose;
 pub(crate) use resection::information;
 pub(crate) use resection_start::Lens;
 

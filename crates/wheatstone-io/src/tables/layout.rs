@@ -1,6 +1,6 @@
 //! Which column of a table holds what.
 
-use super::names::{ColumnNames, Pixels, families, lengths};
+use super::names::{ColumnNames, Pixels, families, lengths, with_unit_of, without_length_unit};
 use std::path::Path;
 use wheatstone_core::{
     Error, Result,
@@ -142,10 +142,12 @@ fn renamed(header: &Header, pairs: &[(String, String)]) -> Result<Vec<String>> {
         }
     }
     for (ours, theirs) in pairs {
-        match header.names.iter().position(|name| name == theirs) {
-            Some(index) => names[index].clone_from(ours),
-            None => return Err(header.missing(&[theirs])),
-        }
+        let exact = header.names.iter().position(|name| name == theirs);
+        // `X` is `X_mm`, too.
+        let index = exact
+            .or_else(|| header.names.iter().position(|name| without_length_unit(name) == theirs));
+        let Some(index) = index else { return Err(header.missing(&[theirs])) };
+        names[index] = with_unit_of(&header.names[index], ours);
     }
     Ok(names)
 }

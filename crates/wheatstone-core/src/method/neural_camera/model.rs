@@ -289,9 +289,9 @@ impl NeuralCameraModel {
         }
     }
 
-    /// How many motions of charts it follows.
-    pub(super) fn modes(&self) -> usize {
-        self.modes.len()
+    /// What it does with each motion of charts.
+    pub(super) fn modes(&self) -> &[Mode] {
+        &self.modes
     }
 
     /// Covariance of a pixel of this point about its prediction: that of the detector and that of
