@@ -164,6 +164,10 @@ fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> 
     if let Some(note) = reader.note() {
         remark!("note", "{note}");
     }
+    if options.unit.is_none() && reader.lacks_unit() {
+        let path = path.display();
+        remark!("note", "{path} does not say its unit of lengths: mm is assumed (`--unit`)");
+    }
     if needs_places {
         reader.needs_points()?;
     }
