@@ -122,9 +122,16 @@ impl Preparing {
             prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
         let is_told = !words.is_empty() || preparation.lenses.is_empty();
         if self.expect_baseline.is_none() && prepared.data.cameras > 1 && is_told {
+            // Steps that are wrong by a factor are taken up by the focal length, and the baseline stays.
+            let hidden = match prepared.placed {
+                None => {
+                    "a wrong scale, pitch or stage step, or exchanged cameras (`--expect-baseline`, `--expect-distance`)"
+                }
+                Some(_) => "a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
+            };
             remark!(
                 "note",
-                "{}; compare this with your rig: the data cannot reveal a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
+                "{}; compare this with your rig: the data cannot reveal {hidden}",
                 if words.is_empty() {
                     "the camera positions are unknown".into()
                 } else {
