@@ -132,7 +132,9 @@ impl Method for Auto {
 fn compared(train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
     // What is left without a fold must still tell depth: without one wing of a V it does not.
     let tells_depth = |fold: &Fold| depth_is_observable(&fold.divide(train).0).is_ok();
-    let views = folds(train);
+    // A view that one camera alone saw examines nothing.
+    let examines = |fold: &Fold| fold.divide(train).1.known().any(|(_, row)| row.seen_by() >= 2);
+    let views: Vec<Fold> = folds(train).into_iter().filter(examines).collect();
     let few = views.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
     let mut all: Vec<Fold> = views.into_iter().filter(tells_depth).collect();
     let views = all.len();

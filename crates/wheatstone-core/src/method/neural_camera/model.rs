@@ -26,7 +26,7 @@ use wheatstone_numeric::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Optics {
-    lens: Lens,
+    pub(super) lens: Lens,
     field: Field,
     /// Displacement in pixels along x and y, a function of the field each.
     weights: Vec<[f64; 2]>,
