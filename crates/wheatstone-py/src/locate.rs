@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use wheatstone::{
     LocatedBatch, Pixel, PixelColumns, Point3, Trust,
     method::{
-        CalibratedMap,
+        CalibratedMap, PixelSigmas,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share, noisier_pixels},
     },
 };
@@ -26,6 +26,15 @@ const TURN: usize = 1 << 20;
 
 /// The noise of pixels and the one that error bars assume; two cameras; a share of points.
 type Doubts = (Option<(f64, f64)>, Option<(usize, usize)>, Option<f64>);
+
+/// Standard deviations of pixels, in pixels.
+#[derive(FromPyObject)]
+enum Sigmas<'py> {
+    /// One for all of them.
+    One(f64),
+    /// One for each (n, cameras).
+    Each(PyReadonlyArray2<'py, f64>),
+}
 
 /// Copies some rows to columns.
 fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>) {
@@ -50,6 +59,38 @@ fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>)
                 });
             }
         }
+    }
+}
+
+/// Copies some rows to columns as they are.
+fn transpose(rows: ArrayView2<f64>, columns: &mut Vec<Vec<f64>>) {
+    columns.resize_with(rows.ncols(), Vec::new);
+    for (own, column) in columns.iter_mut().zip(rows.columns()) {
+        own.clear();
+        own.extend(column);
+    }
+}
+
+/// Refuses what is no standard deviation of a pixel that was seen.
+fn refuse_sigmas<T: Copy + Into<f64>>(
+    rows: ArrayView2<T>,
+    sigmas: ArrayView2<f64>,
+) -> PyResult<()> {
+    let hint = "give a value above 0, in pixels, for each pixel";
+    if sigmas.dim() != (rows.nrows(), rows.ncols() / 2) {
+        return Err(invalid(format!("pixel_sigma has shape {:?}", sigmas.shape()), hint));
+    }
+    let is_wrong = |(place, sigma): &((usize, usize), &f64)| {
+        let &(row, camera) = place;
+        let [x, y] = [0, 1].map(|axis| rows[[row, 2 * camera + axis]].into());
+        !(**sigma > 0.0 && sigma.is_finite()) && seen(x, y)[0].is_finite()
+    };
+    match sigmas.indexed_iter().find(is_wrong) {
+        None => Ok(()),
+        Some(((row, camera), sigma)) => Err(invalid(
+            format!("pixel_sigma of row {row}, camera {camera} is {sigma}"),
+            hint,
+        )),
     }
 }
 
@@ -90,16 +131,16 @@ impl PyModel {
 
     /// Into the rows of `out` (7 or 13, n): X, Y, Z, their standard deviations, the residual, and the six numbers of
     /// the covariance; codes of trust and of mismatch into `codes` (2, n). `test` is the share of correct matches that may
-    /// be called a mismatch, and the standard deviation of the pixels, where it is known.
+    /// be called a mismatch, and the standard deviations of the pixels, where they are known.
     fn locate<'py>(
         &self,
         py: Python<'py>,
         pixels: &Bound<'py, PyAny>,
         out: &Bound<'py, PyArray2<f64>>,
         codes: &Bound<'py, PyArray2<u8>>,
-        test: (f64, Option<f64>),
+        test: (f64, Option<Sigmas<'py>>),
     ) -> PyResult<()> {
-        with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), test))
+        with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), &test))
     }
 
     /// What is doubtful of pixels (n, 2 * cameras), by some of them: their noise and the one that error bars assume, two
@@ -241,12 +282,18 @@ impl PyModel {
         py: Python,
         pixels: &PyReadonlyArray2<T>,
         (out, codes): (&Bound<PyArray2<f64>>, &Bound<PyArray2<u8>>),
-        (false_alarm, pixel_sigma): (f64, Option<f64>),
+        (false_alarm, sigmas): &(f64, Option<Sigmas>),
     ) -> PyResult<()> {
         let rows = pixels.as_array();
+        let (one, each) = match sigmas {
+            None => (None, None),
+            Some(Sigmas::One(sigma)) => (Some(*sigma), None),
+            Some(Sigmas::Each(sigmas)) => (None, Some(sigmas.as_array())),
+        };
         self.needs(rows.ncols())?;
+        each.map_or(Ok(()), |each| refuse_sigmas(rows, each))?;
         let (count, figures) = (rows.nrows(), out.shape()[0]);
-        let test = MismatchTest::new(false_alarm, self.cameras());
+        let test = MismatchTest::new(*false_alarm, self.cameras());
         let problem = |e: numpy::BorrowError| invalid(e.to_string(), "");
         let (mut into, mut marks) =
             (out.try_readwrite().map_err(problem)?, codes.try_readwrite().map_err(problem)?);
@@ -271,7 +318,16 @@ impl PyModel {
                         let end = start + slots.figures[0].len();
                         gather(own.slice(s![start..end, ..]), &mut scratch.columns);
                         let pixels = paired(&scratch.columns);
-                        ready.locator().locate_noisy_into(&pixels, pixel_sigma, &mut scratch.found);
+                        if let Some(each) = each {
+                            let own = each.slice(s![first + start..first + end, ..]);
+                            transpose(own, &mut scratch.sigmas);
+                        }
+                        let of_rows = each.map(|_| {
+                            PixelSigmas::Each(scratch.sigmas.iter().map(Vec::as_slice).collect())
+                        });
+                        let sigmas = one.map(PixelSigmas::One).or(of_rows);
+                        let found = &mut scratch.found;
+                        ready.locator().locate_noisy_into(&pixels, sigmas.as_ref(), found);
                         slots.fill(&pixels, &scratch.found, (&test, figures));
                     });
                 };
@@ -286,6 +342,7 @@ impl PyModel {
 #[derive(Default)]
 struct Scratch {
     columns: Vec<Vec<f64>>,
+    sigmas: Vec<Vec<f64>>,
     found: LocatedBatch,
 }
 
