@@ -187,6 +187,7 @@ pub(crate) fn write_cameras(
     given: &Given,
     output: &Path,
 ) -> Outcome<Value> {
+    format.check_name(output)?;
     refuse_count(given.sizes.len(), cameras.count())?;
     if format.is_pair() {
         let model = cameras.as_model()?;

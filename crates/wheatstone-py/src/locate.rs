@@ -3,17 +3,23 @@
 //! Rows are read in blocks, straight from the array that was given, whatever its strides; the array is never
 //! copied as a whole. Every row's result depends on the model and on that row alone.
 
-use crate::{errors::invalid, model::PyModel, pool::pool};
+use crate::{
+    errors::invalid,
+    model::PyModel,
+    pool::pool,
+    sigmas::{Given, Sigmas, refuse_sigmas},
+};
 use numpy::{
     Element, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
     ndarray::{ArrayView2, s},
 };
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use std::ops::Range;
 use wheatstone::{
     LocatedBatch, Pixel, PixelColumns, Point3, Trust,
     method::{
-        CalibratedMap, PixelSigmas,
+        CalibratedMap,
         mismatch::{MismatchTest, exchanged_cameras, mismatched_share, noisier_pixels},
     },
 };
@@ -26,15 +32,6 @@ const TURN: usize = 1 << 20;
 
 /// The noise of pixels and the one that error bars assume; two cameras; a share of points.
 type Doubts = (Option<(f64, f64)>, Option<(usize, usize)>, Option<f64>);
-
-/// Standard deviations of pixels, in pixels.
-#[derive(FromPyObject)]
-enum Sigmas<'py> {
-    /// One for all of them.
-    One(f64),
-    /// One for each (n, cameras).
-    Each(PyReadonlyArray2<'py, f64>),
-}
 
 /// Copies some rows to columns.
 fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>) {
@@ -59,38 +56,6 @@ fn gather<T: Copy + Into<f64>>(rows: ArrayView2<T>, columns: &mut Vec<Vec<f64>>)
                 });
             }
         }
-    }
-}
-
-/// Copies some rows to columns as they are.
-fn transpose(rows: ArrayView2<f64>, columns: &mut Vec<Vec<f64>>) {
-    columns.resize_with(rows.ncols(), Vec::new);
-    for (own, column) in columns.iter_mut().zip(rows.columns()) {
-        own.clear();
-        own.extend(column);
-    }
-}
-
-/// Refuses what is no standard deviation of a pixel that was seen.
-fn refuse_sigmas<T: Copy + Into<f64>>(
-    rows: ArrayView2<T>,
-    sigmas: ArrayView2<f64>,
-) -> PyResult<()> {
-    let hint = "give a value above 0, in pixels, for each pixel";
-    if sigmas.dim() != (rows.nrows(), rows.ncols() / 2) {
-        return Err(invalid(format!("pixel_sigma has shape {:?}", sigmas.shape()), hint));
-    }
-    let is_wrong = |(place, sigma): &((usize, usize), &f64)| {
-        let &(row, camera) = place;
-        let [x, y] = [0, 1].map(|axis| rows[[row, 2 * camera + axis]].into());
-        !(**sigma > 0.0 && sigma.is_finite()) && seen(x, y)[0].is_finite()
-    };
-    match sigmas.indexed_iter().find(is_wrong) {
-        None => Ok(()),
-        Some(((row, camera), sigma)) => Err(invalid(
-            format!("pixel_sigma of row {row}, camera {camera} is {sigma}"),
-            hint,
-        )),
     }
 }
 
@@ -285,13 +250,11 @@ impl PyModel {
         (false_alarm, sigmas): &(f64, Option<Sigmas>),
     ) -> PyResult<()> {
         let rows = pixels.as_array();
-        let (one, each) = match sigmas {
-            None => (None, None),
-            Some(Sigmas::One(sigma)) => (Some(*sigma), None),
-            Some(Sigmas::Each(sigmas)) => (None, Some(sigmas.as_array())),
-        };
+        let given = sigmas.as_ref().map(Given::of);
         self.needs(rows.ncols())?;
-        each.map_or(Ok(()), |each| refuse_sigmas(rows, each))?;
+        if let Some(Given::Each(each)) = given {
+            refuse_sigmas(rows, each)?;
+        }
         let (count, figures) = (rows.nrows(), out.shape()[0]);
         let test = MismatchTest::new(*false_alarm, self.cameras());
         let problem = |e: numpy::BorrowError| invalid(e.to_string(), "");
@@ -318,14 +281,8 @@ impl PyModel {
                         let end = start + slots.figures[0].len();
                         gather(own.slice(s![start..end, ..]), &mut scratch.columns);
                         let pixels = paired(&scratch.columns);
-                        if let Some(each) = each {
-                            let own = each.slice(s![first + start..first + end, ..]);
-                            transpose(own, &mut scratch.sigmas);
-                        }
-                        let of_rows = each.map(|_| {
-                            PixelSigmas::Each(scratch.sigmas.iter().map(Vec::as_slice).collect())
-                        });
-                        let sigmas = one.map(PixelSigmas::One).or(of_rows);
+                        let rows = first + start..first + end;
+                        let sigmas = given.map(|given| given.of_rows(rows, &mut scratch.sigmas));
                         let found = &mut scratch.found;
                         ready.locator().locate_noisy_into(&pixels, sigmas.as_ref(), found);
                         slots.fill(&pixels, &scratch.found, (&test, figures));
@@ -356,7 +313,7 @@ struct Slots<'a> {
 fn blocks_of<'a>(
     columns: &'a mut [&mut [f64]],
     codes: &'a mut [&mut [u8]],
-    rows: std::ops::Range<usize>,
+    rows: Range<usize>,
 ) -> Vec<Slots<'a>> {
     let count = rows.len().div_ceil(BLOCK);
     let mut blocks: Vec<Slots> =

@@ -27,7 +27,10 @@ use wheatstone::{
             MismatchTest, PixelScatter, exchanged_cameras, mismatched_share, noisier_pixels,
         },
     },
-    tables::{ColumnNames, LocatedColumns, Rows, SigmaColumns, TableOptions, TableReader, TableStyle, is_text},
+    tables::{
+        ColumnNames, LocatedColumns, Rows, SigmaColumns, TableOptions, TableReader, TableStyle,
+        is_text,
+    },
 };
 
 /// Triangulate: turn matched pixels into 3-D points with error bars
@@ -121,7 +124,9 @@ impl Sigmas {
         };
         let (mut sum, mut count) = (0.0, 0);
         for rows in rows {
-            for sigma in rows.pixel_sigmas(columns)?.into_iter().flatten().filter(|it| it.is_finite()) {
+            for sigma in
+                rows.pixel_sigmas(columns)?.into_iter().flatten().filter(|it| it.is_finite())
+            {
                 sum += sigma * sigma;
                 count += 1;
             }

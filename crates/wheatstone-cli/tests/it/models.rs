@@ -126,12 +126,15 @@ fn the_noise_of_pixels_can_be_a_column_of_their_table() {
     for (cell, words) in [("0", "is `0`"), ("", "is empty"), ("-1", "is `-1`"), ("x", "is `x`")] {
         std::fs::write(at.join("own.csv"), table(&|row| if row == 2 { cell } else { "1" }.into()))
             .unwrap();
-        let said =
-            refused(at, &["locate", "model.json", "own.csv", "--pixel-sigma", "quality", "-o", "o.csv"]);
+        let said = refused(
+            at,
+            &["locate", "model.json", "own.csv", "--pixel-sigma", "quality", "-o", "o.csv"],
+        );
         assert!(said.contains("own.csv:4") && said.contains("`quality`"), "{said}");
         assert!(said.contains(words) && !at.join("o.csv").exists(), "{said}");
     }
-    for (given, words) in [("sharp", "no column `sharp`"), ("quality,s2,s2", "3 columns are named")] {
+    for (given, words) in [("sharp", "no column `sharp`"), ("quality,s2,s2", "3 columns are named")]
+    {
         let said = refused(at, &["locate", "model.json", "own.csv", "--pixel-sigma", given]);
         assert!(said.contains(words), "{said}");
     }

@@ -1,7 +1,9 @@
 //! A map whose error bars hold what its own do not: noise that differs from point to point, what a
 //! camera model lacks, and what is uncertain of the charts that it was fitted to.
 
-use super::{CovarianceScale, FitErrors, Located, PixelSigmas, PointNoise, Reconstructor, given_noise};
+use super::{
+    CovarianceScale, FitErrors, Located, PixelSigmas, PointNoise, Reconstructor, given_noise,
+};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, Ray, StageCovariance},

@@ -33,7 +33,7 @@ impl<'a> PixelSigmas<'a> {
     /// The variances of a point's coordinates, x and y of each camera that sees it.
     pub(super) fn variances(&self, point: usize, pixels: &[Option<Pixel>]) -> Vec<f64> {
         let seen = pixels.iter().enumerate().filter(|(_, pixel)| pixel.is_some());
-        let of = |(camera, _)| match self {
+        let of = |(camera, _): (usize, _)| match self {
             Self::One(sigma) => *sigma,
             Self::Each(columns) => {
                 let own = columns.get(camera).and_then(|column| column.get(point));
@@ -123,9 +123,8 @@ impl Located {
             let both = shares.iter_mut().zip(given);
             both.for_each(|(share, given)| share.variance = share.variance.min(*given));
         }
-        let noise = |(share, given): (&PixelShare, &f64)| {
-            share.slope * share.slope.transpose() * *given
-        };
+        let noise =
+            |(share, given): (&PixelShare, &f64)| share.slope * share.slope.transpose() * *given;
         self.covariance = without_pixel_noise(self.covariance, &shares)
             + shares.iter().zip(given).map(noise).sum::<Matrix3<f64>>();
         let count = shares.len() as f64;

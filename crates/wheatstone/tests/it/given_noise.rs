@@ -7,7 +7,8 @@ use wheatstone::{
     dataset::Dataset,
     geometry::{Pixel, PixelColumns, columns_of},
     method::{
-        AnyMethod, AnyReconstructor, CalibratedMap, LocatedBatch, Locator, PixelSigmas, Reconstructor,
+        AnyMethod, AnyReconstructor, CalibratedMap, LocatedBatch, Locator, PixelSigmas,
+        Reconstructor,
         mismatch::{MismatchTest, noisier_pixels},
     },
     numeric::{progress::Silent, random::Random},
@@ -47,7 +48,11 @@ fn in_batch(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], sigma: f64) ->
     let columns = columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect();
     let mut found = LocatedBatch::default();
     let sigmas = PixelSigmas::One(sigma);
-    Locator::new(map, None).locate_noisy_into(&PixelColumns::new(columns), Some(&sigmas), &mut found);
+    Locator::new(map, None).locate_noisy_into(
+        &PixelColumns::new(columns),
+        Some(&sigmas),
+        &mut found,
+    );
     found
 }
 
