@@ -83,8 +83,8 @@ fn a_table_of_caliscope_is_named_with_what_reads_it() {
     ] {
         fs::write(at.join("xy.csv"), format!("{header}\n0,1,0,0.5,3,210.5,99.25,0.1,0.2\n"))
             .unwrap();
-        for verb in ["fit", "check"] {
-            let said = refused(at, &[verb, "xy.csv"]);
+        for arguments in [&["fit", "xy.csv", "-o", "m.json"][..], &["check", "xy.csv"]] {
+            let said = refused(at, arguments);
             assert!(said.contains("xy.csv") && said.contains("caliscope"), "{said}");
             assert!(said.contains("read_caliscope"), "{said}");
         }
