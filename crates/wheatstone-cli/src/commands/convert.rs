@@ -129,6 +129,7 @@ impl Convert {
                 "`wheatstone fit` fits a model to them",
             ));
         };
+        to.check_name(output)?;
         let files = gather(from, paths)?;
         let data = from.read_points(&files, given)?;
         let unit = from.unit_of_points(&files, given)?;

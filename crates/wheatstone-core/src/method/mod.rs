@@ -49,7 +49,7 @@ pub use covariance_scale::CovarianceScale;
 pub use fit_errors::FitErrors;
 pub use fitted_camera::FittedCamera;
 pub use fitted_cameras::FittedCameras;
-pub use given_noise::{PIXEL_STEP, PixelShare, without_pixel_noise};
+pub use given_noise::{PIXEL_STEP, PixelShare, PixelSigmas, without_pixel_noise};
 pub use intrinsics::{IntrinsicParameter, Intrinsics};
 pub use known_lens::KnownLens;
 pub use located::{Located, Residual};

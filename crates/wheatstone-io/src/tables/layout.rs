@@ -43,6 +43,18 @@ impl Header<'_> {
         self.refuse(self.no_column(columns))
     }
 
+    /// Refuses a table of caliscope: a row of it is a point and a camera.
+    fn refuse_caliscope(&self) -> Result<()> {
+        let has = |own: &str| self.names.iter().any(|name| name == own);
+        if !["sync_index", "img_loc_x", "img_loc_y"].into_iter().all(has) {
+            return Ok(());
+        }
+        Err(self.malformed(
+            "a table of caliscope, which has a row for each camera that sees a point, not one for each point".into(),
+            "read it with `read_caliscope` of the Python package; `save` of what it gives writes a table that is read here".into(),
+        ))
+    }
+
     fn no_column(&self, columns: &[&str]) -> String {
         let quoted: Vec<String> = columns.iter().map(|name| format!("`{name}`")).collect();
         format!("no column {}; found: {}", quoted.join(", "), self.names.join(", "))
@@ -69,6 +81,9 @@ impl Layout {
         limits::COLUMNS.allow(header.path, header.names.len() as u64)?;
         if header.names.iter().all(String::is_empty) {
             return Err(header.refuse("the file is empty".into()));
+        }
+        if told.is_none() {
+            header.refuse_caliscope()?;
         }
         for (index, name) in header.names.iter().enumerate() {
             if !name.is_empty() && header.names[..index].contains(name) {
