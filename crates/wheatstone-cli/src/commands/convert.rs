@@ -41,7 +41,7 @@ pub(crate) struct Convert {
     /// Output format [default: by extension; of cameras, a model]
     #[arg(long, value_name = "FORMAT", value_parser = names(Format::writes))]
     to: Option<String>,
-    /// Unit of lengths; files in another convert [default: theirs, else mm]
+    /// Unit of lengths; files in another unit are converted [default: theirs, else mm]
     #[arg(long)]
     unit: Option<String>,
     #[command(flatten)]

@@ -28,7 +28,7 @@ pub(crate) struct Info {
     /// Print it as JSON, with the correlations of all intrinsic parameters
     #[arg(long)]
     json: bool,
-    /// Look into a model whose content has not the checksum that it was written with
+    /// Show a model even if its checksum does not match
     #[arg(long)]
     force: bool,
 }
