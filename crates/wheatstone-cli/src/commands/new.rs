@@ -20,7 +20,7 @@ use wheatstone::{
 /// print
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone new capture/\n  \
-    wheatstone new waved/ --hand-held      for a board in the hand, whose poses are estimated\n  \
+    wheatstone new waved/ --hand-held      for a hand-held board, whose poses are estimated\n  \
     wheatstone new tank/ --chart chessboard --columns 9 --rows 6 --pitch 25 --cameras top,side,front\n\n\
     Then print chart.pdf, take pictures, enter the chart poses in capture.toml unless the board was held\n\
     by hand, and run `wheatstone fit capture/ -o model.json`.")]
