@@ -110,7 +110,7 @@ fn an_asymmetric_grid_has_its_default_width_and_truth_its_rotations_by_columns()
             rows.iter().map(|row| row.split(',').nth(7).unwrap()).collect();
         assert_eq!(rows.len(), dots * views.len(), "{more:?}");
         let seen = |row: &&str| row.split(',').take(4).all(|cell| !cell.is_empty());
-        assert!(rows.iter().all(|row| seen(row)), "{more:?}");
+        assert!(rows.iter().all(seen), "{more:?}");
     }
     let path = at.join("p.truth.json");
     let truth = Truth::load(&path).unwrap();
