@@ -50,6 +50,10 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
     let first = paths.first().ok_or_else(|| unknown(Path::new("")))?;
     let names = if first.is_dir() { listing(first)? } else { paths.to_vec() };
     let name_of = |path: &PathBuf| path.to_string_lossy().to_lowercase();
+    if first.is_dir() && names.iter().any(|path| path.ends_with("pair.yml")) {
+        let problem = "a rectified pair of the format `remap`, which is not read";
+        return Err(refuse(first, problem, Hint::new("choose another format", Remedy::Formats)));
+    }
     for (end, format) in BY_NAME {
         if names.iter().any(|path| name_of(path).ends_with(end)) {
             return Format::named(format).map(Some);
@@ -59,14 +63,6 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
         let yaml = names.iter().any(|path| name_of(path).ends_with(".yaml"));
         if yaml {
             return Format::named("ros").map(Some);
-        }
-        if names.iter().any(|path| name_of(path).ends_with("pair.yml")) {
-            let hint = Hint::new("export the model in another format", Remedy::Formats);
-            return Err(refuse(
-                first,
-                "a rectified pair of the format `remap`, which is not read",
-                hint,
-            ));
         }
         // Files without extensions, or with one that says nothing: their first words tell.
         let is_plain = |path: &&PathBuf| path.extension().is_none_or(|end| end == "txt");

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +33,8 @@ def typical(sigmas: float | FloatArray | None, pixels: Numbers) -> float | None:
     """One standard deviation for the first pixels: the root of the mean square of theirs."""
     if not isinstance(sigmas, np.ndarray):
         return sigmas
-    seen = np.isfinite(pixels[:512]).reshape(-1, sigmas.shape[1], 2).all(axis=2)
+    finite: Any = np.isfinite(pixels[:512])
+    seen = finite.reshape(-1, sigmas.shape[1], 2).all(axis=2)
     own = sigmas[:512][seen]
     return float(np.sqrt(np.mean(own * own))) if len(own) else None
 
