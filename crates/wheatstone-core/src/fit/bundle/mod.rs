@@ -11,6 +11,7 @@
 //! are refused.
 
 mod adjustment;
+mod camera_motion;
 mod elimination;
 mod gather;
 mod mirrors;
@@ -22,7 +23,9 @@ mod solved;
 mod state;
 mod sums;
 mod two_fold;
+mod view_equations;
 
+pub use camera_motion::{CameraMotion, PoseChange};
 pub use settings::{BundleSettings, Gauge, Lenses};
 pub use solved::{SolvedPoses, ViewPose};
 
@@ -201,6 +204,7 @@ fn finish<L: Terms>(
         scale::check(gathered, (&choice, data.flatness()), progress)?;
     }
     let known = gathered.has_known();
+    if std::env::var("PROBE").is_ok() { let _ = camera_motion::probe(&choice, &gathered.names); }
     let to_world = match gauge {
         _ if known => Pose::default(),
         Gauge::FirstCamera => choice.state.cameras[0].camera_from_world,
@@ -228,6 +232,7 @@ fn finish<L: Terms>(
         data: gathered.in_world(data, &choice.loose, &poses),
         views,
         unplaced: unplaced.collect(),
+        motion: camera_motion::find(&choice, &gathered.names),
         undecided: undecided.into_iter().map(|view| gathered.names[view].clone()).collect(),
         lens,
         cameras: choice.state.cameras.iter().map(|camera| camera.lens.clone().into()).collect(),

@@ -1,6 +1,6 @@
 //! Where charts stood, once that is known.
 
-use super::settings::Gauge;
+use super::{camera_motion::CameraMotion, settings::Gauge};
 use crate::{
     camera::AnyCamera,
     dataset::{Dataset, chart_pose},
@@ -41,6 +41,8 @@ pub struct SolvedPoses {
     pub unplaced: Vec<String>,
     /// Views whose chart may be tilted to either of two sides: their pixels do not tell.
     pub undecided: Vec<String>,
+    /// The change of a camera's pose relative to the others, where the pixels tell one.
+    pub motion: Option<CameraMotion>,
     /// The lens that was used: a name of the registry of cameras.
     pub lens: &'static str,
     /// The cameras, each in its own frame; one that sees charts in a mirror is that of its pictures with the sign of y changed.
