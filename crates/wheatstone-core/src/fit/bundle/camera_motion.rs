@@ -6,11 +6,17 @@
 //! in all views gains besides: noise, and what a lens leaves over, change poses from view to view, too.
 
 use super::{
+    gather::Gathered,
     rig::Terms,
-    state::Choice,
+    state::{Choice, Shot},
     view_equations::{Moved, Together, ViewEquations},
 };
-use crate::camera::posed_lens::POSE;
+use crate::{
+    camera::posed_lens::POSE,
+    geometry::{Pixel, Point3},
+};
+use nalgebra::Vector2;
+use wheatstone_numeric::statistics::median;
 
 /// Of fewer views a single one decides.
 const LEAST_VIEWS: usize = 5;
@@ -69,15 +75,21 @@ pub enum PoseChange {
 }
 
 /// The change of a camera's pose that the views tell; `None` where they tell none, or nothing can be told.
-pub(super) fn find<L: Terms>(choice: &Choice<L>, names: &[String]) -> Option<CameraMotion> {
-    let cameras = choice.state.cameras.len();
-    if cameras < 2 || choice.cost <= 0.0 {
+pub(super) fn find<L: Terms>(choice: &Choice<L>, gathered: &Gathered) -> Option<CameraMotion> {
+    let cameras = gathered.cameras;
+    if cameras < 2 {
         return None;
     }
-    let equations = ViewEquations::new(choice)?;
+    let shots = without_gross(choice, &gathered.shots);
+    let equations = ViewEquations::new(choice, &shots)?;
     let together = equations.together()?;
-    let sum = 2.0 * choice.cost;
-    let errors = Errors { sum, freedom: sum / (choice.sigma * choice.sigma) };
+    let points: usize = shots.iter().flatten().map(Vec::len).sum();
+    let charts = choice.loose.iter().filter(|loose| **loose).count();
+    let unknowns = (POSE + choice.terms.len()) * cameras + POSE * charts;
+    let errors = Errors {
+        sum: equations.squares - together.gain,
+        freedom: 2.0 * points as f64 - unknowns as f64,
+    };
     // Two cameras move relative to each other.
     let candidates = if cameras == 2 { 1..2 } else { 0..cameras };
     let searches: Vec<Search> = candidates
@@ -85,7 +97,37 @@ pub(super) fn find<L: Terms>(choice: &Choice<L>, names: &[String]) -> Option<Cam
         .collect();
     let clear = searches.iter().filter_map(Search::best);
     let best = clear.max_by(|a, b| a.gain.total_cmp(&b.gain)).or_else(|| every(&searches))?;
-    Some(best.as_motion(choice, &equations, errors, names))
+    Some(best.as_motion(&equations, &shots, errors, &gathered.names))
+}
+
+/// The points without those that stand out in their picture by six standard deviations and more: a picture that is
+/// shifted as a whole stays. Views whose charts were not placed tell nothing.
+fn without_gross<L: Terms>(choice: &Choice<L>, shots: &[Shot]) -> Vec<Shot> {
+    let state = &choice.state;
+    let of_picture = |view: usize, (camera, seen): (usize, &Vec<(Point3, Pixel)>)| {
+        let posed = &state.cameras[camera];
+        let pose = posed.camera_from_world.after(&state.charts[view]);
+        let error = |(place, pixel): &(Point3, Pixel)| {
+            let at = posed.lens.project(pose.transform(*place))?;
+            Some(((*place, *pixel), at - pixel))
+        };
+        let errors: Vec<_> = seen.iter().filter_map(error).collect();
+        let axis =
+            |axis: usize| median(&errors.iter().map(|(_, error)| error[axis]).collect::<Vec<_>>());
+        let middle = Vector2::new(axis(0), axis(1));
+        let apart: Vec<f64> = errors.iter().map(|(_, error)| (error - middle).norm()).collect();
+        // Normal errors of two coordinates have a median length of 1.18 standard deviations.
+        let most = 6.0 / 1.18 * median(&apart) + EXACT;
+        let kept = errors.iter().zip(apart).filter(|(_, apart)| *apart <= most);
+        kept.map(|((seen, _), _)| *seen).collect()
+    };
+    let of_view = |(view, shot): (usize, &Shot)| -> Shot {
+        if !choice.loose[view] {
+            return vec![Vec::new(); shot.len()];
+        }
+        shot.iter().enumerate().map(|seen| of_picture(view, seen)).collect()
+    };
+    shots.iter().enumerate().map(of_view).collect()
 }
 
 /// The camera whose pose is another in every view.
@@ -96,7 +138,8 @@ fn every(searches: &[Search]) -> Option<Candidate> {
     let (gain, unknowns) = most.free;
     let left = most.within();
     let before = most.errors.sum / most.errors.freedom;
-    let is_clear = gain > CLEARLY * unknowns * left && before > IN_EVERY_VIEW * left && gain > MORE * second;
+    let is_clear =
+        gain > CLEARLY * unknowns * left && before > IN_EVERY_VIEW * left && gain > MORE * second;
     if !is_clear {
         return None;
     }
@@ -105,10 +148,10 @@ fn every(searches: &[Search]) -> Option<Candidate> {
 }
 
 impl Candidate {
-    fn as_motion<L: Terms>(
+    fn as_motion(
         self,
-        choice: &Choice<L>,
         equations: &ViewEquations,
+        shots: &[Shot],
         errors: Errors,
         names: &[String],
     ) -> CameraMotion {
@@ -116,9 +159,10 @@ impl Candidate {
         // A mount that gives way turns the camera: a move is told where that is not all.
         let is_turn = moved.gain_of_turn > MOSTLY * moved.gain;
         let pose = if is_turn { moved.turn } else { moved.pose };
-        let points = views.iter().map(|view| choice.clean[*view][camera].len()).sum();
+        let points: usize = views.iter().map(|view| shots[*view][camera].len()).sum();
         let shift = match change {
-            PoseChange::Every => ((gain / unknowns) * POSE as f64).sqrt(),
+            // What the charts cannot follow.
+            PoseChange::Every => (gain / points.max(1) as f64).sqrt(),
             _ => equations.shift((camera, &views), &pose, points),
         };
         let size = |first: usize| pose.fixed_rows::<3>(first).norm();
@@ -222,7 +266,8 @@ impl<'a> Search<'a> {
     /// It moves evenly.
     fn drift(&self) -> Option<Candidate> {
         let (first, last) = (*self.views.first()? as f64, *self.views.last()? as f64);
-        let times = self.views.iter().map(|view| (*view, (*view as f64 - first) / (last - first) - 0.5));
+        let times =
+            self.views.iter().map(|view| (*view, (*view as f64 - first) / (last - first) - 0.5));
         let moved = self.together.moved(self.camera, times)?;
         Some(self.candidate(PoseChange::Drift, self.views.clone(), moved))
     }
@@ -239,7 +284,9 @@ impl<'a> Search<'a> {
             let each = rest.filter_map(|view| {
                 Some((*view, together.moved(self.camera, [(*view, 1.0)].into_iter())?))
             });
-            let Some((view, moved)) = each.max_by(|a, b| a.1.gain.total_cmp(&b.1.gain)) else { break };
+            let Some((view, moved)) = each.max_by(|a, b| a.1.gain.total_cmp(&b.1.gain)) else {
+                break;
+            };
             chosen.push(view);
             gain += moved.gain;
             let unknowns = (POSE * chosen.len()) as f64;
@@ -265,24 +312,4 @@ impl<'a> Search<'a> {
         let worth = |one: &Candidate| one.gain - CLEARLY * one.unknowns * self.within();
         all.filter(is_clear).max_by(|a, b| worth(a).total_cmp(&worth(b)))
     }
-}
-
-pub(super) fn probe<L: Terms>(choice: &Choice<L>, names: &[String]) -> Option<()> {
-    let equations = ViewEquations::new(choice)?;
-    let together = equations.together()?;
-    let cameras = choice.state.cameras.len();
-    let errors = Errors { sum: 2.0 * choice.cost, freedom: 2.0 * choice.cost / choice.sigma.powi(2) };
-    let candidates = if cameras == 2 { 1..2 } else { 0..cameras };
-    for camera in candidates {
-        let Some(search) = Search::new(&equations, &together, camera, errors) else { continue };
-        let f = |c: &Candidate| format!("{:.2} ({:.2})", c.gain / c.unknowns / c.left, c.gain / c.unknowns / search.within());
-        let points = |views: &[usize]| views.iter().map(|v| choice.clean[*v][camera].len()).sum::<usize>();
-        let (step, drift) = (search.step()?, search.drift()?);
-        let shift = |c: &Candidate, pose| equations.shift((camera, &c.views), pose, points(&c.views));
-        let best = search.best();
-        let some = search.some().into_iter().map(|c| format!("{}: {}", c.views.iter().map(|v| names[*v].clone()).collect::<Vec<_>>().join(","), f(&c))).collect::<Vec<_>>().join("; ");
-        eprintln!("PROBE cam {camera} n {} sigma {:.4} free {:.4} all-F {:.2} | step {} {} turn {:.2} shift {:.3} {:.3} deg {:.4} | drift {} turn {:.2} | some {} => {}", search.views.len(), choice.sigma, search.within().sqrt(), search.free.0/search.free.1/search.within(),
-          names[step.views[0]], f(&step), step.moved.gain_of_turn/step.moved.gain, shift(&step, &step.moved.pose), shift(&step, &step.moved.turn), step.moved.turn.norm().to_degrees(), f(&drift), drift.moved.gain_of_turn/drift.moved.gain, some, best.map_or("none".into(), |b| format!("{:?} {}", b.change, f(&b))));
-    }
-    Some(())
 }

@@ -204,7 +204,6 @@ fn finish<L: Terms>(
         scale::check(gathered, (&choice, data.flatness()), progress)?;
     }
     let known = gathered.has_known();
-    if std::env::var("PROBE").is_ok() { let _ = camera_motion::probe(&choice, &gathered.names); }
     let to_world = match gauge {
         _ if known => Pose::default(),
         Gauge::FirstCamera => choice.state.cameras[0].camera_from_world,
@@ -232,7 +231,7 @@ fn finish<L: Terms>(
         data: gathered.in_world(data, &choice.loose, &poses),
         views,
         unplaced: unplaced.collect(),
-        motion: camera_motion::find(&choice, &gathered.names),
+        motion: camera_motion::find(&choice, gathered),
         undecided: undecided.into_iter().map(|view| gathered.names[view].clone()).collect(),
         lens,
         cameras: choice.state.cameras.iter().map(|camera| camera.lens.clone().into()).collect(),

@@ -7,20 +7,24 @@
 use super::{
     adjustment::{Bundle, first_damping},
     rig::{Terms, unknowns},
-    state::Choice,
+    state::{Choice, Shot},
 };
 use crate::camera::posed_lens::POSE;
 use nalgebra::{DMatrix, Matrix3, Matrix6, SymmetricEigen, Vector6};
 use wheatstone_numeric::{cholesky::Cholesky, loss::Loss, matrix_product::product};
 
-/// Of a matrix whose diagonal is 1, what no direction is determined below.
+/// Of a matrix whose diagonal is 1 before charts are eliminated, what no direction is determined below.
 const LEAST: f64 = 1e-9;
 
 /// The normal equations, view by view, with the charts eliminated.
 #[derive(Clone)]
 pub(super) struct ViewEquations {
+    /// The sum of squared errors.
+    pub(super) squares: f64,
     /// By the unknowns of all cameras; the last row and column is the gradient.
     views: Vec<DMatrix<f64>>,
+    /// The diagonal of all views together, no chart eliminated.
+    diagonal: Vec<f64>,
     /// By view, then camera: the same of a camera's pose alone, no chart eliminated.
     alone: Vec<Vec<Matrix6<f64>>>,
     /// The first unknown of each camera.
@@ -42,32 +46,34 @@ pub(super) struct Moved {
 }
 
 impl ViewEquations {
-    pub(super) fn new<L: Terms>(choice: &Choice<L>) -> Option<Self> {
+    /// At a state, of these pixels.
+    pub(super) fn new<L: Terms>(choice: &Choice<L>, shots: &[Shot]) -> Option<Self> {
         let free = vec![unknowns(choice.terms, true); choice.state.cameras.len()];
         let counts: Vec<usize> = free.iter().map(Vec::len).collect();
-        let bundle = Bundle {
-            shots: &choice.clean,
-            loose: &choice.loose,
-            free,
-            loss: Loss::Squares,
-            damping: first_damping(),
-        };
-        let sums = bundle.equations(&choice.state);
         let first: Vec<usize> = (0..counts.len()).map(|camera| counts[0] * camera).collect();
-        let pose = |matrix: &DMatrix<f64>, first: usize| -> Matrix6<f64> {
-            matrix.fixed_view::<POSE, POSE>(first, first).into_owned()
+        let (loose, loss) = (&choice.loose, Loss::Squares);
+        let bundle = Bundle { shots, loose, free, loss, damping: first_damping() };
+        let sums = bundle.equations(&choice.state);
+        let whole = sums.by_view(&vec![false; loose.len()], &counts)?;
+        let pose = |view: &DMatrix<f64>, first: usize| -> Matrix6<f64> {
+            view.fixed_view::<POSE, POSE>(first, first).into_owned()
         };
-        let whole = sums.by_view(&vec![false; choice.loose.len()], &counts)?;
         let alone = whole.iter().map(|view| first.iter().map(|at| pose(view, *at)).collect());
+        let diagonal = |index: usize| whole.iter().map(|view| view[(index, index)]).sum();
         let about_centre = choice.state.cameras.iter().map(|camera| {
             let mut matrix = Matrix6::identity();
             let arm: Matrix3<f64> = -camera.camera_from_world.translation.cross_matrix();
             matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&arm);
             matrix
         });
-        let alone = alone.collect();
-        let about_centre = about_centre.collect();
-        Some(Self { views: sums.by_view(&choice.loose, &counts)?, alone, first, about_centre })
+        Some(Self {
+            squares: 2.0 * sums.cost,
+            views: sums.by_view(loose, &counts)?,
+            diagonal: (0..sums.gradient.len()).map(diagonal).collect(),
+            alone: alone.collect(),
+            about_centre: about_centre.collect(),
+            first,
+        })
     }
 
     fn unknowns(&self) -> usize {
@@ -82,10 +88,11 @@ impl ViewEquations {
     /// What a view tells of a camera's pose, with the gradient.
     fn pose(&self, view: usize, camera: usize) -> Score {
         let (first, count) = (self.first[camera], self.unknowns());
-        let view = &self.views[view];
+        let matrix = &self.views[view];
         Score {
-            matrix: view.fixed_view::<POSE, POSE>(first, first).into_owned(),
-            gradient: view.fixed_view::<POSE, 1>(first, count).into_owned(),
+            matrix: matrix.fixed_view::<POSE, POSE>(first, first).into_owned(),
+            gradient: matrix.fixed_view::<POSE, 1>(first, count).into_owned(),
+            alone: self.alone[view][camera].diagonal(),
         }
     }
 
@@ -98,6 +105,9 @@ impl ViewEquations {
         let inverse = DMatrix::from_column_slice(POSE, POSE, inverse.as_slice());
         let taken = product(&product(&columns, &inverse), &columns.transpose());
         *whole -= taken;
+        // Nothing but rounding is left of it.
+        whole.rows_mut(self.first[camera], POSE).fill(0.0);
+        whole.columns_mut(self.first[camera], POSE).fill(0.0);
         Some(gain)
     }
 
@@ -106,22 +116,22 @@ impl ViewEquations {
         let count = self.unknowns();
         let mut sum = DMatrix::zeros(count + 1, count + 1);
         self.views.iter().for_each(|view| sum += view);
-        let scales: Vec<f64> = (0..count)
-            .map(|index| Some(sum[(index, index)]).filter(|own| *own > 0.0).map_or(1.0, f64::sqrt))
-            .collect();
+        let scale = |own: &f64| if *own > 0.0 { own.sqrt() } else { 1.0 };
+        let scales: Vec<f64> = self.diagonal.iter().map(scale).collect();
         let matrix = DMatrix::from_fn(count, count, |row, column| {
             sum[(row, column)] / scales[row] / scales[column]
         });
         // The frame of the world, which the charts leave open, stays where it is.
         let factors = Cholesky::new(&matrix, |_| LEAST)?;
         let gradient: Vec<f64> = (0..count).map(|row| sum[(row, count)]).collect();
-        let mut together = Together { equations: self, factors, scales, step: Vec::new(), gain: 0.0 };
+        let mut together =
+            Together { equations: self, factors, scales, step: Vec::new(), gain: 0.0 };
         together.step = together.solve(&gradient);
         together.gain = gradient.iter().zip(&together.step).map(|(a, b)| a * b).sum();
         Some(together)
     }
 
-    /// Root mean square by which a camera's points move in its pictures of these views where it moves so; `points` of all of them.
+    /// Root mean square by which a camera's points, so many, move in its pictures of these views where it moves so.
     pub(super) fn shift(
         &self,
         (camera, views): (usize, &[usize]),
@@ -159,13 +169,15 @@ impl Together<'_> {
     ) -> Option<Moved> {
         let (first, count) = (self.equations.first[camera], self.equations.unknowns());
         let mut columns = DMatrix::zeros(count + 1, POSE);
-        let mut own = Matrix6::zeros();
+        let (mut own, mut alone) = (Matrix6::zeros(), Matrix6::zeros());
         for (view, time) in times.filter(|(_, time)| *time != 0.0) {
+            alone += self.equations.alone[view][camera] * (time * time);
             let view = &self.equations.views[view];
             columns += view.columns(first, POSE) * time;
             own += view.fixed_view::<POSE, POSE>(first, first) * (time * time);
         }
-        let mut score = Score { matrix: own, gradient: columns.row(count).transpose().fixed_rows::<POSE>(0).into_owned() };
+        let gradient = columns.row(count).transpose().fixed_rows::<POSE>(0).into_owned();
+        let mut score = Score { matrix: own, gradient, alone: alone.diagonal() };
         for index in 0..POSE {
             let column: Vec<f64> = columns.column(index).iter().take(count).copied().collect();
             let solved = self.solve(&column);
@@ -181,6 +193,7 @@ impl Together<'_> {
         let score = Score {
             matrix: about.tr_mul(&(score.matrix * about)),
             gradient: about.tr_mul(&score.gradient),
+            alone: about.tr_mul(&(alone * about)).diagonal(),
         };
         let turn = score.of_turn();
         Some(Moved {
@@ -196,18 +209,22 @@ impl Together<'_> {
 struct Score {
     matrix: Matrix6<f64>,
     gradient: Vector6<f64>,
+    /// The matrix's diagonal where all else is known.
+    alone: Vector6<f64>,
 }
 
 impl Score {
     /// The inverse, nothing along directions that are not determined; `None` where none is.
     fn inverse(&self) -> Option<Matrix6<f64>> {
         let scale = |index: usize| {
-            let own = self.matrix[(index, index)];
+            let own = self.alone[index];
             if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 }
         };
         let scales = Vector6::from_fn(|index, _| scale(index));
         let scaled = Matrix6::from_fn(|row, column| {
-            0.5 * (self.matrix[(row, column)] + self.matrix[(column, row)]) * scales[row] * scales[column]
+            0.5 * (self.matrix[(row, column)] + self.matrix[(column, row)])
+                * scales[row]
+                * scales[column]
         });
         let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(scaled);
         let mut inverse = Matrix6::zeros();
@@ -218,7 +235,8 @@ impl Score {
                 inverse += vector * vector.transpose() / *value;
             }
         }
-        let inverse = Matrix6::from_fn(|row, column| inverse[(row, column)] * scales[row] * scales[column]);
+        let inverse =
+            Matrix6::from_fn(|row, column| inverse[(row, column)] * scales[row] * scales[column]);
         determined.then_some(inverse)
     }
 
@@ -228,7 +246,7 @@ impl Score {
     }
 
     fn of_turn(&self) -> Self {
-        let mut turn = Self { matrix: self.matrix, gradient: self.gradient };
+        let mut turn = Self { matrix: self.matrix, gradient: self.gradient, alone: self.alone };
         for index in 3..POSE {
             turn.matrix.row_mut(index).fill(0.0);
             turn.matrix.column_mut(index).fill(0.0);

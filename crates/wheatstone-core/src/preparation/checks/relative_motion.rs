@@ -102,7 +102,8 @@ fn words(motion: &CameraMotion, cameras: usize) -> (String, String) {
 /// The camera's pictures of these views.
 fn left_out(motion: &CameraMotion, data: &Dataset) -> Vec<Change> {
     let camera = motion.camera;
-    let is_of_view = |view: usize| data.views.get(view).is_some_and(|name| motion.views.contains(name));
+    let is_of_view =
+        |view: usize| data.views.get(view).is_some_and(|name| motion.views.contains(name));
     let rows = data.correspondences.iter().enumerate();
     let seen = rows.filter(|(_, row)| is_of_view(row.view) && row.pixels[camera].is_some());
     seen.map(|(row, _)| Change::Pixel { row, camera, to: None }).collect()
