@@ -8,6 +8,7 @@
 use super::{
     gather::Gathered,
     rig::Terms,
+    solved::{CameraMotion, PoseChange},
     state::{Choice, Shot},
     view_equations::{Moved, Together, ViewEquations},
 };
@@ -40,40 +41,6 @@ const MOSTLY: f64 = 0.9;
 /// Of so many views at most one is elsewhere: those where the camera stayed must be the most.
 const FEW: usize = 3;
 
-/// A camera whose pose relative to the others changed.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct CameraMotion {
-    /// The camera, counted from 0; of two it may as well be the other.
-    pub camera: usize,
-    /// How it changed.
-    pub change: PoseChange,
-    /// The views' names in which it is another than in the first one; all of them for a drift.
-    pub views: Vec<String>,
-    /// By how far the chart's points moved in its pictures, in pixels: root mean square.
-    pub shift: f64,
-    /// Rotation, in degrees.
-    pub rotation: f64,
-    /// Translation in the data's unit; 0 where the rotation explains it.
-    pub translation: f64,
-    /// Root mean square error of a pixel coordinate with constant relative poses, and with this change.
-    pub errors: [f64; 2],
-}
-
-/// How a camera's pose changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum PoseChange {
-    /// From a view on.
-    Step,
-    /// Evenly from the first view to the last.
-    Drift,
-    /// In some views, in each otherwise.
-    Some,
-    /// In every view otherwise.
-    Every,
-}
-
 /// The change of a camera's pose that the views tell; `None` where they tell none, or nothing can be told.
 pub(super) fn find<L: Terms>(choice: &Choice<L>, gathered: &Gathered) -> Option<CameraMotion> {
     let cameras = gathered.cameras;
@@ -97,7 +64,7 @@ pub(super) fn find<L: Terms>(choice: &Choice<L>, gathered: &Gathered) -> Option<
         .collect();
     let clear = searches.iter().filter_map(Search::best);
     let best = clear.max_by(|a, b| a.gain.total_cmp(&b.gain)).or_else(|| every(&searches))?;
-    Some(best.as_motion(&equations, &shots, errors, &gathered.names))
+    Some(best.into_motion(&equations, &shots, errors, &gathered.names))
 }
 
 /// The points without those that stand out in their picture by six standard deviations and more: a picture that is
@@ -148,7 +115,7 @@ fn every(searches: &[Search]) -> Option<Candidate> {
 }
 
 impl Candidate {
-    fn as_motion(
+    fn into_motion(
         self,
         equations: &ViewEquations,
         shots: &[Shot],

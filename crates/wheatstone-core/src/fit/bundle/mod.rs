@@ -25,9 +25,8 @@ mod sums;
 mod two_fold;
 mod view_equations;
 
-pub use camera_motion::{CameraMotion, PoseChange};
 pub use settings::{BundleSettings, Gauge, Lenses};
-pub use solved::{SolvedPoses, ViewPose};
+pub use solved::{CameraMotion, PoseChange, SolvedPoses, ViewPose};
 
 use crate::{
     Error, Result,

@@ -1,6 +1,6 @@
 //! Where charts stood, once that is known.
 
-use super::{camera_motion::CameraMotion, settings::Gauge};
+use super::settings::Gauge;
 use crate::{
     camera::AnyCamera,
     dataset::{Dataset, chart_pose},
@@ -26,6 +26,40 @@ pub struct ViewPose {
     pub rotation_sigma: [f64; 3],
     /// Points of this view that take part.
     pub points: usize,
+}
+
+/// A camera whose pose relative to the others changed.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CameraMotion {
+    /// The camera, counted from 0; of two it may as well be the other.
+    pub camera: usize,
+    /// How it changed.
+    pub change: PoseChange,
+    /// The views' names in which it is another than in the first one; all of them for a drift.
+    pub views: Vec<String>,
+    /// By how far the chart's points moved in its pictures, in pixels: root mean square.
+    pub shift: f64,
+    /// Rotation, in degrees.
+    pub rotation: f64,
+    /// Translation in the data's unit; 0 where the rotation explains it.
+    pub translation: f64,
+    /// Root mean square error of a pixel coordinate with constant relative poses, and with this change.
+    pub errors: [f64; 2],
+}
+
+/// How a camera's pose changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PoseChange {
+    /// From a view on.
+    Step,
+    /// Evenly from the first view to the last.
+    Drift,
+    /// In some views, in each otherwise.
+    Some,
+    /// In every view otherwise.
+    Every,
 }
 
 /// Charts placed.

@@ -6,8 +6,8 @@ use crate::{
     fit::bundle::{CameraMotion, PoseChange},
 };
 
-/// To how many times the error with it an error without the change comes, at least, for a fit to be wrong.
-const CLEARLY: f64 = 1.5;
+/// Shifts of a picture by more than so many times what is left are fatal.
+const GREAT: f64 = 5.0;
 
 /// What the checks of single cameras say of it, each as far as it sees it.
 const IN_PART: [&str; 4] = ["camera-moved", "camera-drifted", "unsynchronised", "view-unexplained"];
@@ -32,7 +32,7 @@ pub(in crate::preparation) fn name_motion(
 
 fn finding(motion: &CameraMotion, data: &Dataset) -> Finding {
     let [before, left] = motion.errors;
-    let severity = if before > CLEARLY * left { Severity::Fatal } else { Severity::Warning };
+    let severity = if motion.shift > GREAT * left { Severity::Fatal } else { Severity::Warning };
     let cameras: Vec<usize> = if data.cameras == 2 { vec![0, 1] } else { vec![motion.camera] };
     let code = match motion.change {
         PoseChange::Step | PoseChange::Some => "camera-moved",
