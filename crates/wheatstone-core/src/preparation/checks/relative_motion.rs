@@ -6,11 +6,13 @@ use crate::{
     fit::bundle::{CameraMotion, PoseChange},
 };
 
-/// Shifts of a picture by more than so many times what is left are fatal.
+/// Shifts of a picture by more than so many times what is left, or by more than so many pixels, are fatal.
 const GREAT: f64 = 5.0;
+const PIXELS: f64 = 1.0;
 
 /// What the checks of single cameras say of it, each as far as it sees it.
-const IN_PART: [&str; 4] = ["camera-moved", "camera-drifted", "unsynchronised", "view-unexplained"];
+const IN_PART: [&str; 5] =
+    ["camera-moved", "camera-drifted", "unsynchronised", "view-unexplained", "pixel-offset"];
 
 /// Puts it in the place of what the checks of single cameras, whose charts followed it in part, say of it. Returns whether
 /// it does: what else is fatal may be the reason.
@@ -19,7 +21,10 @@ pub(in crate::preparation) fn name_motion(
     motion: &CameraMotion,
     data: &Dataset,
 ) -> bool {
-    let is_in_part = |finding: &Finding| IN_PART.contains(&finding.code);
+    // Pixels counted otherwise in just these views are simpler.
+    let is_simpler =
+        |finding: &Finding| finding.code == "pixel-offset" && finding.views == motion.views;
+    let is_in_part = |finding: &Finding| IN_PART.contains(&finding.code) && !is_simpler(finding);
     let is_other = |finding: &Finding| finding.severity == Severity::Fatal && !is_in_part(finding);
     if findings.iter().any(is_other) {
         return false;
@@ -32,7 +37,8 @@ pub(in crate::preparation) fn name_motion(
 
 fn finding(motion: &CameraMotion, data: &Dataset) -> Finding {
     let [before, left] = motion.errors;
-    let severity = if motion.shift > GREAT * left { Severity::Fatal } else { Severity::Warning };
+    let severity =
+        if motion.shift > PIXELS.min(GREAT * left) { Severity::Fatal } else { Severity::Warning };
     let cameras: Vec<usize> = if data.cameras == 2 { vec![0, 1] } else { vec![motion.camera] };
     let code = match motion.change {
         PoseChange::Step | PoseChange::Some => "camera-moved",
