@@ -142,23 +142,36 @@ impl Capture {
         })
     }
 
-    /// Says which pictures were paired by the order of their names alone; none where their names, or those of
-    /// views, tell.
+    /// Says which pictures were paired, or which were taken for those of which view, by the order of their names alone; none
+    /// where their names, or those of views, tell.
     #[must_use]
     pub fn order_of_pairs(&self) -> Option<String> {
         let names: Vec<&str> = self.views.iter().map(|view| &*view.name).collect();
-        if !pairing::is_by_order(&self.files(), &names) {
-            return None;
-        }
-        let together = |view: usize| {
-            let pictures =
-                self.cameras.iter().filter_map(|camera| camera.pictures[view].as_deref());
-            pictures.map(pairing::stem).collect::<Vec<_>>().join(" with ")
+        let pictures = |view: usize| {
+            self.cameras.iter().filter_map(move |camera| camera.pictures[view].as_deref())
         };
-        let last = self.views.len().checked_sub(1)?;
+        let is_named = |view: usize| {
+            pictures(view).any(|file| {
+                let name = names[view].rsplit('/').next().unwrap_or_default();
+                pairing::stem(file).contains(name)
+                    || file.components().any(|part| part.as_os_str() == name)
+            })
+        };
+        let paired = pairing::is_by_order(&self.files(), &names);
+        let given = !paired && !(0..names.len()).all(is_named);
+        let together = |view: usize| {
+            let stems = pictures(view).map(pairing::stem).collect::<Vec<_>>().join(" with ");
+            if given { format!("`{}` is of {stems}", names[view]) } else { stems }
+        };
+        let last = names.len().checked_sub(1)?;
         let others = if last > 1 { ", …, " } else { ", " };
         let last = if last > 0 { format!("{others}{}", together(last)) } else { String::new() };
-        Some(format!("pictures were paired in the order of their names: {}{last}", together(0)))
+        let what = match (paired, given) {
+            (true, _) => "pictures were paired",
+            (_, true) => "pictures were taken for those of the views",
+            _ => return None,
+        };
+        Some(format!("{what} in the order of their names: {}{last}", together(0)))
     }
 
     /// Says which files beside the pictures were passed over, as pictures of a kind that cannot be read.
@@ -333,6 +346,13 @@ fn view_of(path: &Path, entry: &ViewEntry) -> Result<CapturedView> {
             path,
             format!("view `{}` has a rotation but no translation", entry.name),
             "give `translation = [x, y, z]` too, or neither for a hand-held chart",
+        ));
+    }
+    if entry.translation.iter().flatten().any(|number| number.is_nan()) {
+        return Err(refuse(
+            path,
+            format!("view `{}` has no pose yet: its `translation` has a nan", entry.name),
+            "enter where the chart stood, of every view; or remove all of [[views]] if it was held by hand",
         ));
     }
     let numbers = entry.translation.iter().chain(&entry.rotation).flatten();

@@ -9,7 +9,7 @@ mod refusals;
 
 use crate::capture::{CameraPictures, Capture};
 use crate::{
-    chart::{ChartSearch, Detection, PictureOf},
+    chart::{ChartSearch, Detection, PictureOf, PointId},
     imaging::{GrayImage, Limits, read_image},
 };
 use nalgebra::Vector2;
@@ -55,6 +55,30 @@ pub struct Found {
     pub pictures: Vec<Vec<Option<Picture>>>,
     /// The points that at least one camera saw.
     pub dataset: Dataset,
+}
+
+impl Found {
+    /// Pictures with points that were named in them, and in how many of those the chart was found with such a point
+    /// elsewhere: with another id than it was named, or in another view.
+    #[must_use]
+    pub fn named_elsewhere(&self, capture: &Capture) -> (usize, usize) {
+        /// In pixels: as far as a named point may be from its mark.
+        const NEAR: f64 = 12.0;
+        let (mut named_in, mut elsewhere) = (0, 0);
+        for (view, pictures) in capture.views.iter().zip(&self.pictures) {
+            for (camera, picture) in pictures.iter().enumerate() {
+                let named = capture.chart.named_in(PictureOf { camera, view: &view.name });
+                let Some(Ok(found)) = picture.as_ref().map(|it| &it.outcome) else { continue };
+                let is_off = |(id, at): &(PointId, Pixel)| {
+                    let place = found.points.binary_search_by_key(id, |(id, _)| *id);
+                    place.is_ok_and(|place| (found.points[place].1 - at).norm() > NEAR)
+                };
+                named_in += usize::from(!named.is_empty());
+                elsewhere += usize::from(named.iter().any(is_off));
+            }
+        }
+        (named_in, elsewhere)
+    }
 }
 
 /// Searches of one view, camera by camera, as they are narrowed down.

@@ -187,6 +187,7 @@ pub(crate) fn write_cameras(
     given: &Given,
     output: &Path,
 ) -> Outcome<Value> {
+    format.check_name(output)?;
     refuse_count(given.sizes.len(), cameras.count())?;
     if format.is_pair() {
         let model = cameras.as_model()?;
@@ -199,13 +200,12 @@ pub(crate) fn write_cameras(
     let files = save(&format.write_rig(&found.rig)?, output)?;
     let own = format.loss(&found.rig);
     tell_losses(&found, own.as_ref(), format.name);
-    let unit = found.rig.unit.clone();
     say!("Wrote {} to {}", counted(found.rig.cameras.len()), listed(&files));
     Ok(json!({
         "format": format.name,
         "files": shown(&files),
         "cameras": found.rig.cameras.len(),
-        "unit": unit,
+        "unit": found.rig.unit,
         "loss": found.loss.or(own),
     }))
 }

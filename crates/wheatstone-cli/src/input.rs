@@ -164,6 +164,10 @@ fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> 
     if let Some(note) = reader.note() {
         remark!("note", "{note}");
     }
+    if options.unit.is_none() && reader.lacks_unit() {
+        let path = path.display();
+        remark!("note", "{path} does not say its unit of lengths: mm is assumed (`--unit`)");
+    }
     if needs_places {
         reader.needs_points()?;
     }
@@ -187,6 +191,13 @@ pub(crate) fn open_and_detect(
     tell_missing(&capture);
     let settings = DetectionSettings { whole_pixels, ..DetectionSettings::default() };
     let found = detect(&capture, settings, bar)?;
+    let (named, elsewhere) = found.named_elsewhere(&capture);
+    if elsewhere > 0 {
+        remark!(
+            "warning",
+            "in {elsewhere} of {named} pictures the chart was found with points elsewhere than the start file says: give each of its rows the view in a column `view`, and check the ids"
+        );
+    }
     Ok((capture, found))
 }
 

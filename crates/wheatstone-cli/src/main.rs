@@ -50,12 +50,31 @@ fn definition() -> clap::Command {
     Arguments::command()
 }
 
-/// A mistyped verb with the one that was probably meant, where the parser itself suggests none.
+/// What other programs call our verbs.
+const SYNONYMS: [(&str, &str); 10] = [
+    ("calibrate", "fit"),
+    ("train", "fit"),
+    ("triangulate", "locate"),
+    ("predict", "locate"),
+    ("validate", "evaluate"),
+    ("import", "convert"),
+    ("undistort", "rectify"),
+    ("disparity", "match"),
+    ("stereo", "match"),
+    ("simulate", "synth"),
+];
+
+/// A mistyped verb with the one that was probably meant, where the parser itself suggests none; another program's with ours.
 fn suggesting(mut error: clap::Error) -> clap::Error {
     let typed = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(typed)) => typed.clone(),
         _ => return error,
     };
+    if let Some((_, ours)) = SYNONYMS.iter().find(|(theirs, _)| *theirs == typed) {
+        let ours = ContextValue::Strings(vec![(*ours).to_owned()]);
+        error.insert(ContextKind::SuggestedSubcommand, ours);
+        return error;
+    }
     let verbs: Vec<String> =
         definition().get_subcommands().map(|verb| verb.get_name().to_owned()).collect();
     if error.get(ContextKind::SuggestedSubcommand).is_none()

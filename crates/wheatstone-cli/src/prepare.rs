@@ -117,20 +117,8 @@ impl Preparing {
             tell_placed(placed, &unit);
         }
         tell_outliers(&prepared.outliers, points);
-        // Measured, or said to be unknown: no summary is silent about it. One plane does not tell before the fit.
-        let words: Vec<&str> =
-            prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
-        let is_told = !words.is_empty() || preparation.lenses.is_empty();
-        if self.expect_baseline.is_none() && prepared.data.cameras > 1 && is_told {
-            remark!(
-                "note",
-                "{}; compare this with your rig: the data cannot reveal a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
-                if words.is_empty() {
-                    "the camera positions are unknown".into()
-                } else {
-                    words.join("; ")
-                }
-            );
+        if self.expect_baseline.is_none() {
+            tell_layout(&prepared, preparation.lenses.is_empty());
         }
         if let Some(holds) = baseline_holds(&prepared.examination, self.expect_baseline, &unit) {
             say!("{holds}");
@@ -170,6 +158,28 @@ impl Preparing {
         let offset_sigma = self.stage_sigma.or((largest > 0.0).then_some(largest))?;
         Some(StagePrior { views: sigmas.to_vec(), ..StagePrior::of(offset_sigma) })
     }
+}
+
+/// Where the cameras stand: measured, or said to be unknown, so that no summary is silent about it. With known lenses one
+/// plane does not tell before the fit.
+fn tell_layout(prepared: &Prepared, has_no_lenses: bool) {
+    let words: Vec<&str> =
+        prepared.examination.layout.iter().map(|layout| &*layout.words).collect();
+    if prepared.data.cameras < 2 || words.is_empty() && !has_no_lenses {
+        return;
+    }
+    let found = match words.is_empty() {
+        true => "the camera positions are unknown".into(),
+        false => words.join("; "),
+    };
+    // Steps that are wrong by a factor are taken up by the focal length, and the baseline stays.
+    let hidden = match prepared.placed {
+        None => {
+            "a wrong scale, pitch or stage step, or exchanged cameras (`--expect-baseline`, `--expect-distance`)"
+        }
+        Some(_) => "a wrong scale or pitch, or exchanged cameras (`--expect-baseline`)",
+    };
+    remark!("note", "{found}; compare this with your rig: the data cannot reveal {hidden}");
 }
 
 /// Where charts of unknown place were found.

@@ -21,7 +21,7 @@ pub(crate) struct Verbosity {
     /// Colours; `auto` uses them on terminals unless NO_COLOR is set
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     color: ColorChoice,
-    /// Take inputs up to so many times larger than what is usual
+    /// Raise the limits on input size by this factor
     #[arg(
         long,
         global = true,

@@ -25,6 +25,7 @@ mod reader;
 mod rounding;
 mod rows;
 mod shown;
+mod sigmas;
 mod text;
 mod thrift;
 mod writer;
@@ -38,6 +39,7 @@ pub use points::{encode, read, read_bytes, read_with, save, write};
 pub use reader::{TableOptions, TableReader};
 pub use rounding::{is_text, round_to_sigma};
 pub use rows::Rows;
+pub use sigmas::SigmaColumns;
 pub use writer::{TableStyle, TableWriter};
 
 pub use arrow_array::{

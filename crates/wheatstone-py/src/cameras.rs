@@ -211,6 +211,7 @@ impl PyModel {
                 hint: "choose a format of calibrations".into(),
             }));
         }
+        format.check_name(&path).map_err(raised)?;
         let found = self.approximated(py, format.forms(), &sizes)?;
         let written = py.detach(|| save(&format.write_rig(&found.rig)?, &path)).map_err(raised)?;
         let loss = found.loss.or_else(|| format.loss(&found.rig));

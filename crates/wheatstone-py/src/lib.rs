@@ -15,6 +15,7 @@ mod model;
 mod pictures;
 mod pool;
 mod reconstruction;
+mod sigmas;
 mod synthetic;
 mod tables;
 mod work;

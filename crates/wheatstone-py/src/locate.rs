@@ -3,13 +3,19 @@
 //! Rows are read in blocks, straight from the array that was given, whatever its strides; the array is never
 //! copied as a whole. Every row's result depends on the model and on that row alone.
 
-use crate::{errors::invalid, model::PyModel, pool::pool};
+use crate::{
+    errors::invalid,
+    model::PyModel,
+    pool::pool,
+    sigmas::{Given, Sigmas, refuse_sigmas},
+};
 use numpy::{
     Element, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
     ndarray::{ArrayView2, s},
 };
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use std::ops::Range;
 use wheatstone::{
     LocatedBatch, Pixel, PixelColumns, Point3, Trust,
     method::{
@@ -90,16 +96,16 @@ impl PyModel {
 
     /// Into the rows of `out` (7 or 13, n): X, Y, Z, their standard deviations, the residual, and the six numbers of
     /// the covariance; codes of trust and of mismatch into `codes` (2, n). `test` is the share of correct matches that may
-    /// be called a mismatch, and the standard deviation of the pixels, where it is known.
+    /// be called a mismatch, and the standard deviations of the pixels, where they are known.
     fn locate<'py>(
         &self,
         py: Python<'py>,
         pixels: &Bound<'py, PyAny>,
         out: &Bound<'py, PyArray2<f64>>,
         codes: &Bound<'py, PyArray2<u8>>,
-        test: (f64, Option<f64>),
+        test: (f64, Option<Sigmas<'py>>),
     ) -> PyResult<()> {
-        with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), test))
+        with_floats!(pixels, array => self.locate_into(py, &array, (out, codes), &test))
     }
 
     /// What is doubtful of pixels (n, 2 * cameras), by some of them: their noise and the one that error bars assume, two
@@ -241,12 +247,16 @@ impl PyModel {
         py: Python,
         pixels: &PyReadonlyArray2<T>,
         (out, codes): (&Bound<PyArray2<f64>>, &Bound<PyArray2<u8>>),
-        (false_alarm, pixel_sigma): (f64, Option<f64>),
+        (false_alarm, sigmas): &(f64, Option<Sigmas>),
     ) -> PyResult<()> {
         let rows = pixels.as_array();
+        let given = sigmas.as_ref().map(Given::of);
         self.needs(rows.ncols())?;
+        if let Some(Given::Each(each)) = given {
+            refuse_sigmas(rows, each)?;
+        }
         let (count, figures) = (rows.nrows(), out.shape()[0]);
-        let test = MismatchTest::new(false_alarm, self.cameras());
+        let test = MismatchTest::new(*false_alarm, self.cameras());
         let problem = |e: numpy::BorrowError| invalid(e.to_string(), "");
         let (mut into, mut marks) =
             (out.try_readwrite().map_err(problem)?, codes.try_readwrite().map_err(problem)?);
@@ -271,7 +281,10 @@ impl PyModel {
                         let end = start + slots.figures[0].len();
                         gather(own.slice(s![start..end, ..]), &mut scratch.columns);
                         let pixels = paired(&scratch.columns);
-                        ready.locator().locate_noisy_into(&pixels, pixel_sigma, &mut scratch.found);
+                        let rows = first + start..first + end;
+                        let sigmas = given.map(|given| given.of_rows(rows, &mut scratch.sigmas));
+                        let found = &mut scratch.found;
+                        ready.locator().locate_noisy_into(&pixels, sigmas.as_ref(), found);
                         slots.fill(&pixels, &scratch.found, (&test, figures));
                     });
                 };
@@ -286,6 +299,7 @@ impl PyModel {
 #[derive(Default)]
 struct Scratch {
     columns: Vec<Vec<f64>>,
+    sigmas: Vec<Vec<f64>>,
     found: LocatedBatch,
 }
 
@@ -299,7 +313,7 @@ struct Slots<'a> {
 fn blocks_of<'a>(
     columns: &'a mut [&mut [f64]],
     codes: &'a mut [&mut [u8]],
-    rows: std::ops::Range<usize>,
+    rows: Range<usize>,
 ) -> Vec<Slots<'a>> {
     let count = rows.len().div_ceil(BLOCK);
     let mut blocks: Vec<Slots> =

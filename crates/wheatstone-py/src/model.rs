@@ -145,6 +145,7 @@ impl PyModel {
             "source": model.source,
             "imported": model.imported,
             "intrinsics": model.reconstructor.intrinsics(),
+            "relative_poses": model.reconstructor.relative_poses(),
         })
         .to_string()
     }

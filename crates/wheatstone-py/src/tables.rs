@@ -13,8 +13,8 @@ use pyo3_arrow::{PyRecordBatchReader, PySchema, input::AnyRecordBatch};
 use std::{path::Path, sync::Arc};
 use wheatstone::{
     LocatedBatch,
-    method::mismatch::MismatchTest,
-    tables::{ColumnNames, LocatedColumns, Rows, TableOptions, TableReader},
+    method::{PixelSigmas, mismatch::MismatchTest},
+    tables::{ColumnNames, LocatedColumns, Rows, SigmaColumns, TableOptions, TableReader},
 };
 
 fn appended(covariance: bool, false_alarm: f64, cameras: usize) -> LocatedColumns {
@@ -35,18 +35,54 @@ fn options(
     ))
 }
 
+/// Standard deviations of pixels, as they are asked for: one in pixels, or names of columns.
+#[derive(FromPyObject)]
+enum Noise {
+    One(f64),
+    Columns(Vec<String>),
+}
+
+/// The same of a table that is being read.
+enum Sigmas {
+    Unknown,
+    One(f64),
+    Columns(SigmaColumns),
+}
+
+impl Sigmas {
+    fn of(noise: Option<Noise>, rows: &TableReader) -> PyResult<Self> {
+        Ok(match noise {
+            None => Self::Unknown,
+            Some(Noise::One(sigma)) => Self::One(sigma),
+            Some(Noise::Columns(names)) => {
+                Self::Columns(rows.sigma_columns(&names).map_err(raised)?)
+            }
+        })
+    }
+}
+
 /// Batches that are located when they are asked for.
 struct Located {
     rows: TableReader,
     ready: Arc<Ready>,
     appended: LocatedColumns,
+    sigmas: Sigmas,
     schema: SchemaRef,
     found: LocatedBatch,
 }
 
 impl Located {
     fn located(&mut self, rows: &Rows) -> wheatstone::Result<RecordBatch> {
-        self.ready.locator().locate_into(&rows.pixels(), &mut self.found);
+        let of_rows = match &self.sigmas {
+            Sigmas::Columns(columns) => Some(rows.pixel_sigmas(columns)?),
+            _ => None,
+        };
+        let sigmas = match (&self.sigmas, &of_rows) {
+            (Sigmas::One(sigma), _) => Some(PixelSigmas::One(*sigma)),
+            (_, Some(own)) => Some(PixelSigmas::Each(own.iter().map(Vec::as_slice).collect())),
+            _ => None,
+        };
+        self.ready.locator().locate_noisy_into(&rows.pixels(), sigmas.as_ref(), &mut self.found);
         self.appended.append(rows.batch(), &rows.pixels(), &mut self.found)
     }
 }
@@ -76,15 +112,17 @@ impl RecordBatchReader for Located {
 
 #[pymethods]
 impl PyModel {
-    /// A reader of the same rows with points appended.
+    /// A reader of the same rows with points appended. `test` is the share of correct matches that may be called a
+    /// mismatch, and the standard deviation of the pixels or the columns that have it, where it is known.
     fn locate_stream(
         &self,
         py: Python,
         table: AnyRecordBatch,
         covariance: bool,
-        false_alarm: f64,
+        test: (f64, Option<Noise>),
         columns: Option<&str>,
     ) -> PyResult<PyRecordBatchReader> {
+        let (false_alarm, noise) = test;
         let (appended, options) = options((covariance, false_alarm), self.cameras(), columns)?;
         let source: Box<dyn RecordBatchReader + Send> = table.into_reader()?;
         let schema = appended.schema(&source.schema());
@@ -92,9 +130,10 @@ impl PyModel {
             .map_err(raised)?
             .lenient();
         self.needs(2 * rows.cameras())?;
+        let sigmas = Sigmas::of(noise, &rows)?;
         let ready = py.detach(|| self.ready(true))?;
         let found = LocatedBatch::default();
-        let located = Located { rows, ready, appended, schema, found };
+        let located = Located { rows, ready, appended, sigmas, schema, found };
         Ok(PyRecordBatchReader::new(Box::new(located)))
     }
 

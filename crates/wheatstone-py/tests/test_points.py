@@ -229,6 +229,39 @@ def test_pixel_sigma_is_the_noise_of_the_pixels(cal, data):
             cal.locate(data.pixels, pixel_sigma=sigma)
 
 
+def test_pixel_sigma_of_rows_and_of_pixels(cal, data):
+    exact = ws.synth(rig="paper", noise=0.0, random=2000, seed=1)
+    random, n = np.random.default_rng(2), len(exact)
+    each = random.choice([0.05, 0.3, 1.0], (n, 2))
+    pixels = exact.pixels + random.normal(size=(n, 4)) * each.repeat(2, axis=1)
+    found = cal.locate(pixels, pixel_sigma=each)
+    held = np.abs(found.points - exact.points) < found.sigmas
+    for level in (0.05, 0.3, 1.0):
+        own = each.max(axis=1) == level
+        assert own.sum() > 150 and 0.6 < held[own].mean() < 0.76, level
+    assert found.mismatch.mean() < 0.01
+    # One of all is the same as that of each row and each pixel; parts of an array have the bits of the whole.
+    one = cal.locate(pixels, pixel_sigma=0.5, covariance=True)
+    for alike in (np.full(n, 0.5), np.full((n, 2), 0.5), np.full(n, 0.5, dtype=np.float32), [0.5] * n):
+        assert same(cal.locate(pixels, pixel_sigma=alike, covariance=True).covariance, one.covariance)
+    part = cal.locate(pixels[7:31].astype(np.float32), pixel_sigma=each[7:31])
+    assert same(part.sigmas, cal.locate(pixels.astype(np.float32), pixel_sigma=each).sigmas[7:31])
+    by_row = cal.locate(pixels, pixel_sigma=each[:, 0])
+    assert same(by_row.sigmas[3], cal.locate(pixels[3:4], pixel_sigma=each[3, 0]).sigmas[0])
+    assert len(cal.locate(pixels[:0], pixel_sigma=each[:0])) == 0
+    # A pixel that was not seen needs none.
+    pixels[4, 2:] = each[4, 1] = np.nan
+    assert np.isnan(cal.locate(pixels, pixel_sigma=each).sigmas[4]).all()
+    for bad in (0.0, -1.0, np.nan, np.inf):
+        wrong = each.copy()
+        wrong[5, 1] = bad
+        with pytest.raises(ws.errors.ArgumentError, match="pixel_sigma of row 5, camera 1 is"):
+            cal.locate(pixels, pixel_sigma=wrong)
+    for bad in (each[:-1], each[:, :1], each.repeat(2, axis=1), [1.0, 2.0], [], {"s": 1.0}, [[1.0], 2.0], ["a"] * n):
+        with pytest.raises(ws.errors.ArgumentError, match="pixel_sigma"):
+            cal.locate(pixels, pixel_sigma=bad)
+
+
 def test_single_values_that_are_none_are_refused(cal, data):
     """Whatever is wrong with them, by our own exceptions."""
     pixels, points = data.pixels, data.points
@@ -242,7 +275,7 @@ def test_single_values_that_are_none_are_refused(cal, data):
         ("cameras cannot be", "counted from 0: (0, 1)", lambda bad: cal.rectify(bad), ((0, 0), 1, (0,), (0, 1, 1))),
         ("there is no camera", "from 0 to 1", lambda bad: cal.project(points, bad), ("left", 1.0, None, -1, 2)),
         ("there is no camera", "from 0 to 1", lambda bad: cal.rectify((0, bad)), (2, 1.0, "right")),
-        ("pixel_sigma cannot be", "above 0", lambda bad: cal.locate(pixels, pixel_sigma=bad), ("a", "1", [1, 2], True)),
+        ("pixel_sigma cannot be", "above 0", lambda bad: cal.locate(pixels, pixel_sigma=bad), ("a", "1", True)),
         ("false_alarm cannot be", "between 0 and 1", lambda bad: cal.locate(pixels, false_alarm=bad), ("a", None, 2)),
         ("unit cannot be", '"mm"', lambda bad: ws.fit(pixels, points, unit=bad), (5, b"mm", ["mm"])),
         ("unit cannot be", '"mm"', lambda bad: ws.fit({"x1": [1.0]}, unit=bad), (5,)),

@@ -58,6 +58,17 @@ def test_parquet_to_parquet_has_the_bits_of_one_process(
     require_same(table, model, read_parts(tmp_path / "located").sort_by("key"))
 
 
+def test_pixel_sigma_is_that_of_the_columns(table: Any, model: Path) -> None:
+    rows = table.slice(0, 400).append_column("s", pa.array([0.1, 1.0] * 200))
+    for given in (0.5, "s", ["s", "s"]):
+        located = wheatstone.ray.locate(ray.data.from_arrow(rows), model, pixel_sigma=given, concurrency=1)
+        found = pa.concat_tables(ray.get(located.to_arrow_refs())).sort_by("key")
+        expected = ws.load(model).locate_arrow(rows, pixel_sigma=given)
+        assert found.column("sZ").to_pylist() == expected.column("sZ").to_pylist()
+    with pytest.raises(ws.errors.ArgumentError, match="pixel_sigma"):
+        wheatstone.ray.locate(ray.data.from_arrow(rows), model, pixel_sigma=0.0)
+
+
 def test_the_example_runs(table: Any, parts: Path, model: Path, tmp_path: Path) -> None:
     example = runpy.run_path(str(EXAMPLES / "ray_locate.py"))
     example["main"](str(parts), str(tmp_path / "located"), str(model))

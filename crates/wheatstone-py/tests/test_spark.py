@@ -87,6 +87,17 @@ def test_other_columns_and_types_stay(spark: SparkSession, table: Any, model: Pa
     assert found.column("Z").to_pylist() == alone.column("Z").to_pylist()
 
 
+def test_pixel_sigma_is_that_of_the_columns(spark: SparkSession, table: Any, model: Path) -> None:
+    rows = table.slice(0, 50).append_column("s", pa.array([0.1, 1.0] * 25))
+    df = spark.createDataFrame(rows.to_pandas()).coalesce(1)
+    for given in (0.5, "s", ["s", "s"]):
+        found = collected(wheatstone.spark.locate(df, model, pixel_sigma=given))
+        expected = ws.load(model).locate_arrow(rows, pixel_sigma=given)
+        assert found.column("sZ").to_pylist() == expected.column("sZ").to_pylist()
+    with pytest.raises(ws.errors.MalformedError, match="no column `sharp`"):
+        wheatstone.spark.locate(df, model, pixel_sigma="sharp")
+
+
 def test_rows_that_are_no_pixels_have_nulls(spark: SparkSession, table: Any, model: Path) -> None:
     bad, rows = spoiled(table.slice(0, 300))
     records = bad.to_pylist()

@@ -68,6 +68,36 @@ def test_columns_of_other_types(cal, data, table):
     assert np.array_equal(cal.locate_arrow(whole)["X"], cal.predict(np.rint(data.pixels))[:, 0])
 
 
+def test_pixel_sigma_of_tables(cal, data, table):
+    sigmas = np.where(np.arange(len(data)) % 2, 0.1, 1.0)
+    told = table.append_column("s", pa.array(sigmas)).append_column("t", pa.array([0.5] * len(data)))
+    wanted = {
+        0.3: np.full((len(data), 2), 0.3),
+        "s": np.stack([sigmas, sigmas], axis=1),
+        ("s", "t"): np.stack([sigmas, np.full(len(data), 0.5)], axis=1),
+    }
+    for given, each in wanted.items():
+        expected = cal.locate(data.pixels, pixel_sigma=each)
+        for kind in (told, told.to_pandas(), pl.from_arrow(told)):
+            found = cal.locate_arrow(kind, pixel_sigma=given)
+            for axis, name in enumerate(("sX", "sY", "sZ")):
+                assert np.array_equal(np.asarray(found[name]), expected.sigmas[:, axis]), given
+            assert [value == "yes" for value in found["mismatch"]] == expected.mismatch.tolist() or kind is told
+    # What is missing or no standard deviation leaves a row without error bars.
+    spoilt = sigmas.tolist()
+    spoilt[3], spoilt[5], spoilt[7] = None, -1.0, 0.0
+    found = cal.locate_arrow(table.append_column("s", pa.array(spoilt)), pixel_sigma="s")
+    assert [row for row, value in enumerate(found["sZ"].to_pylist()) if value is None] == [3, 5, 7]
+    assert found["X"].null_count == 0 and found["mismatch"].to_pylist()[3] is None
+    with pytest.raises(ws.errors.MalformedError, match="no column `sharp`"):
+        cal.locate_arrow(told, pixel_sigma="sharp")
+    with pytest.raises(ws.errors.MalformedError, match="3 columns are named"):
+        cal.locate_arrow(told, pixel_sigma=["s", "t", "t"])
+    for bad in (0.0, -1.0, [], [0.1, 0.2], ["s", 1.0], True):
+        with pytest.raises(ws.errors.ArgumentError, match="pixel_sigma"):
+            cal.locate_arrow(told, pixel_sigma=bad)
+
+
 def test_empty_tables(cal, table):
     assert cal.locate_arrow(table.slice(0, 0)).num_rows == 0
     assert cal.locate_arrow(table.slice(0, 0).to_pandas()).shape == (0, 14)

@@ -1,6 +1,6 @@
 //! What the stars of a pattern stand for in the files that it names.
 
-use glob::Pattern;
+use regex_lite::Regex;
 use std::path::{Component, Path};
 
 /// What the stars stand for in a file's name and in those of its folders.
@@ -64,63 +64,48 @@ fn in_folders(pattern: &[String], folders: &[String]) -> Option<Vec<String>> {
     (first == folder).then(|| in_folders(rest, others)).flatten()
 }
 
-enum Token {
-    Letter(char),
-    One(Pattern),
-    Any,
-}
-
-fn tokens(part: &str) -> Option<Vec<Token>> {
-    let letters: Vec<char> = part.chars().collect();
-    let (mut at, mut all) = (0, Vec::new());
-    while at < letters.len() {
-        // The first letter between brackets may be a bracket itself.
-        let first = at + if letters.get(at + 1) == Some(&'!') { 3 } else { 2 };
-        let end = match letters[at] {
-            '[' => first + letters.get(first..)?.iter().position(|letter| *letter == ']')?,
-            _ => at,
-        };
-        let text: String = letters[at..=end].iter().collect();
-        all.push(match letters[at] {
-            '*' => Token::Any,
-            '?' | '[' => Token::One(Pattern::new(&text).ok()?),
-            letter => Token::Letter(letter),
-        });
-        at = end + 1;
-    }
-    Some(all)
-}
-
 /// What the stars of a part of a pattern stand for in a name, with `/` between what does not touch. Each star stands for as
 /// little as it can.
 fn in_part(part: &str, name: &str) -> Option<String> {
-    let tokens = tokens(part)?;
-    let letters: Vec<char> = name.chars().collect();
-    let mut starred: Vec<bool> = Vec::new();
-    let (mut token, mut back) = (0, None);
-    while starred.len() < letters.len() || token < tokens.len() {
-        let letter = letters.get(starred.len());
-        match (tokens.get(token), letter) {
-            (Some(Token::Any), _) => back = Some((token, starred.len())),
-            (Some(Token::Letter(meant)), Some(letter)) if meant == letter => starred.push(false),
-            (Some(Token::One(class)), Some(letter)) if class.matches(&letter.to_string()) => {
-                starred.push(true);
-            }
-            _ => {
-                // The last star takes one letter more.
-                let (star, taken) = back.filter(|(_, taken)| *taken < letters.len())?;
-                starred.truncate(taken);
-                starred.push(true);
-                back = Some((star, taken + 1));
-                token = star;
-            }
+    let found = Regex::new(&expression(part)?).ok()?.captures(name)?;
+    let texts = found.iter().skip(1).flatten().map(|text| text.as_str());
+    Some(texts.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("/"))
+}
+
+/// A part of a pattern as a regular expression, with a group for stars that touch.
+fn expression(part: &str) -> Option<String> {
+    let (mut text, mut rest, mut in_group) = (String::from("^"), part, false);
+    while let Some(letter) = rest.chars().next() {
+        // The first letter between brackets may be a bracket itself.
+        let first = if rest.starts_with("[!") { 3 } else { 2 };
+        let end = match letter {
+            '[' => first + rest.get(first..)?.find(']')? + 1,
+            _ => letter.len_utf8(),
+        };
+        let (own, after) = rest.split_at(end);
+        if has_stars(own) != in_group {
+            text.push(if in_group { ')' } else { '(' });
+            in_group = !in_group;
         }
-        token += 1;
+        text += &match letter {
+            '*' => ".*?".to_owned(),
+            '?' => ".".to_owned(),
+            '[' => class(&own[1..end - 1]),
+            _ => regex_lite::escape(own),
+        };
+        rest = after;
     }
-    let between: String =
-        letters.iter().zip(&starred).map(|(l, starred)| if *starred { *l } else { '/' }).collect();
-    let texts: Vec<&str> = between.split('/').filter(|text| !text.is_empty()).collect();
-    Some(texts.join("/"))
+    Some(text + if in_group { ")$" } else { "$" })
+}
+
+/// The letters that brackets allow.
+fn class(letters: &str) -> String {
+    let (not, letters) = letters.strip_prefix('!').map_or(("", letters), |rest| ("^", rest));
+    let meant = |letter: char| match letter {
+        '-' => "-".to_owned(),
+        letter => format!("\\x{{{:X}}}", u32::from(letter)),
+    };
+    format!("[{not}{}]", letters.chars().map(meant).collect::<String>())
 }
 
 #[cfg(test)]

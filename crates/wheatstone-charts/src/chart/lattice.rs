@@ -156,9 +156,14 @@ impl Lattice {
                 "found {width} x {height} points, but their black and white pattern is that of another chart"
             );
         }
+        let (long, short) = declared;
+        if width as usize > long || height as usize > short {
+            return format!(
+                "found {width} x {height} points, more than the {long} x {short} of the chart"
+            );
+        }
         format!(
-            "found {width} x {height} of the {} x {} points of the chart, and the others should be inside the picture",
-            declared.0, declared.1
+            "found {width} x {height} of the {long} x {short} points of the chart, and the others should be inside the picture"
         )
     }
 }

@@ -114,6 +114,11 @@ pub trait Chart: Sync {
         self.detect(image)
     }
 
+    /// Points that someone has named in a picture, and where they are seen, to some pixels.
+    fn named_in(&self, _of: PictureOf) -> Vec<(PointId, Pixel)> {
+        Vec::new()
+    }
+
     /// What is counted on it, and its sizes in millimetres, as the sheet says on which it is printed;
     /// `scale` is the number of millimetres in the unit of its lengths.
     fn label(&self, _scale: f64) -> String {

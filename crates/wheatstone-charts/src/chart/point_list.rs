@@ -159,11 +159,7 @@ impl Chart for PointList {
     }
 
     fn detect_in(&self, image: &GrayImage, of: PictureOf) -> ChartSearch {
-        let here = |named: &&file::Named| {
-            named.camera == of.camera && named.view.as_deref().is_none_or(|view| view == of.view)
-        };
-        let named: Vec<(PointId, Pixel)> =
-            self.named.iter().filter(here).map(|named| (named.id, named.pixel)).collect();
+        let named = self.named_in(of);
         let points = self.points();
         let found = rigid::find(&points, self.marks, image, &named);
         let has_views = self.named.iter().any(|it| it.view.is_some());
@@ -175,6 +171,13 @@ impl Chart for PointList {
             ChartSearch::Found(readings) => ChartSearch::Found(readings),
             ChartSearch::NotFound(_) => found,
         }
+    }
+
+    fn named_in(&self, of: PictureOf) -> Vec<(PointId, Pixel)> {
+        let here = |named: &&file::Named| {
+            named.camera == of.camera && named.view.as_deref().is_none_or(|view| view == of.view)
+        };
+        self.named.iter().filter(here).map(|named| (named.id, named.pixel)).collect()
     }
 
     fn validate(&self) -> Result<()> {

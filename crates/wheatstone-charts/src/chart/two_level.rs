@@ -2,7 +2,8 @@
 //! one beside and behind it.
 
 use super::{
-    Chart, ChartSearch, PictureOf, Shape, lattice::Origin, length, point_list::PointList, refused,
+    Chart, ChartSearch, PictureOf, PointId, Shape, lattice::Origin, length, point_list::PointList,
+    refused,
 };
 use crate::imaging::GrayImage;
 use nalgebra::{Matrix2, Vector2};
@@ -174,6 +175,10 @@ impl Chart for TwoLevel {
 
     fn detect_in(&self, image: &GrayImage, of: PictureOf) -> ChartSearch {
         self.seen_from_its_face(self.as_list().detect_in(image, of))
+    }
+
+    fn named_in(&self, of: PictureOf) -> Vec<(PointId, Pixel)> {
+        self.as_list().named_in(of)
     }
 
     fn validate(&self) -> Result<()> {

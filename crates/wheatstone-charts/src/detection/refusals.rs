@@ -33,13 +33,20 @@ pub(super) fn refuse_a_mistake(
     let most = counts.iter().max_by_key(|(_, count)| **count);
     let Some((meant, found)) = most.filter(|_| 2 * told.len() > few.len()) else { return Ok(()) };
     Err(Error::Degenerate {
-        problem: format!("the chart was found in only {seen} of {} pictures", pictures.len()),
+        problem: found_in(seen, pictures),
         hint: format!(
             "did you mean {meant}? So it is found in {found} of {} of the others",
             few.len()
         )
         .into(),
     })
+}
+
+fn found_in(seen: usize, pictures: &[&Picture]) -> String {
+    match seen {
+        0 => format!("the chart was found in none of {} pictures", pictures.len()),
+        _ => format!("the chart was found in only {seen} of {} pictures", pictures.len()),
+    }
 }
 
 /// Looks for the chart that is left when squares were counted instead of corners, and says so if it is there.
@@ -62,7 +69,7 @@ fn refuse_a_miscount(
     }
     let described = serde_json::to_value(&meant).unwrap_or_default();
     Err(Error::Degenerate {
-        problem: format!("the chart was found in only {seen} of {} pictures", pictures.len()),
+        problem: found_in(seen, pictures),
         hint: format!(
             "with `columns = {}`, `rows = {}` it is found in {found} of the first {}: count inner corners or crossings, not squares",
             described["columns"],

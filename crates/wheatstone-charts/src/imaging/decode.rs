@@ -7,6 +7,7 @@ use std::{
     path::Path,
     sync::{Condvar, Mutex, PoisonError},
 };
+use tiff::{decoder::Decoder, tags::Tag};
 use wheatstone_core::{
     Error, Result,
     error::{Hint, Remedy},
@@ -104,6 +105,15 @@ fn decoded<R: BufRead + Seek>(
         && jpeg_ends_early(&mut source).map_err(|e| Error::reading(path, e))?
     {
         return Err(refuse("the JPEG ends early".into(), "was it copied completely?"));
+    }
+    if format == Some(ImageFormat::Tiff) {
+        let pages = tiff_pages(&mut source).map_err(|e| Error::reading(path, e))?;
+        if pages > 1 {
+            return Err(refuse(
+                format!("a TIFF of {pages} pictures, not one"),
+                "save each as a file of its own first, for example with `magick left.tif left/%04d.png`",
+            ));
+        }
     }
     let reader = match format {
         Some(format) => ImageReader::with_format(source, format),
@@ -232,6 +242,22 @@ fn jpeg_ends_early(source: &mut (impl BufRead + Seek)) -> std::io::Result<bool> 
     }
     source.rewind()?;
     Ok(last == Some(SCAN))
+}
+
+/// How many pictures a TIFF has, without reduced copies of them; 1 where it cannot be told.
+fn tiff_pages(source: &mut (impl BufRead + Seek)) -> std::io::Result<u32> {
+    /// Set in the kind of a picture that is a smaller copy of another, or a mask.
+    const NOT_A_PAGE: u32 = 0b101;
+    const MOST: u32 = 1 << 20;
+    let mut pages = 1;
+    if let Ok(mut decoder) = Decoder::new(&mut *source) {
+        while pages < MOST && decoder.more_images() && decoder.next_image().is_ok() {
+            let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType);
+            pages += u32::from(kind.ok().flatten().unwrap_or(0) & NOT_A_PAGE == 0);
+        }
+    }
+    source.rewind()?;
+    Ok(pages)
 }
 
 /// Rows that are made grey at once: little memory beside the pictures before and after.

@@ -121,7 +121,16 @@ fn where_order_alone_pairs_pictures_numbers_count_by_their_values_and_it_is_said
     let named = named.unwrap();
     assert_eq!(names(&named, 0), names(&named, 1));
     assert_eq!(names(&named, 0), names(&without, 0));
-    assert_eq!(named.order_of_pairs(), None);
+    assert_eq!(
+        named.order_of_pairs().unwrap(),
+        "pictures were taken for those of the views in the order of their names: `near` is of img_99 with img_99, …, `far` is of img_101 with img_101"
+    );
+    let (_dir, named) = capture(
+        &(HEAD.to_owned()
+            + &views.replace("near", "99").replace("middle", "100").replace("far", "101")),
+        &alike,
+    );
+    assert_eq!(named.unwrap().order_of_pairs(), None);
 }
 
 #[test]

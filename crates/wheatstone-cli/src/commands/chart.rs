@@ -136,6 +136,10 @@ impl ChartOptions {
                 fields.insert(name.into(), json!(size));
             }
         }
+        // A column of an asymmetric grid is two pitches wide.
+        if let (true, Some(columns)) = (self.asymmetric, fields.get_mut("columns")) {
+            *columns = json!(columns.as_u64().unwrap_or(0) / 2);
+        }
         for (name, value) in self.given() {
             // The second level has as many less as on the default chart.
             let second = format!("second_{name}");

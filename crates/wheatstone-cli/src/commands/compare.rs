@@ -227,10 +227,12 @@ fn wrong_models(found: &Comparison) -> String {
     const MODELS: [&str; 4] = ["dlt", "tsai", "brown", "kannala-brandt"];
     // What chance makes of the errors of two sound methods is a few percent.
     const CLEARLY: f64 = 1.1;
-    let least = found.methods.iter().filter_map(|m| m.rms).fold(f64::INFINITY, f64::min);
+    // On the outermost views a sound model of a few points errs more, too.
+    let error = |method: &MethodScore| rms_of(method, FoldKind::Interpolation).or(method.rms);
+    let least = found.methods.iter().filter_map(error).fold(f64::INFINITY, f64::min);
     let mut text = String::new();
     for method in found.methods.iter().filter(|m| MODELS.contains(&m.method.as_str())) {
-        if let Some(ratio) = method.rms.map(|rms| rms / least).filter(|ratio| *ratio > CLEARLY) {
+        if let Some(ratio) = error(method).map(|rms| rms / least).filter(|ratio| *ratio > CLEARLY) {
             text += &format!(
                 "note: {}'s error is {} times the best: its lens model does not fit these cameras, or the charts do not stand where they were said to\n",
                 method.method,
@@ -241,14 +243,16 @@ fn wrong_models(found: &Comparison) -> String {
     text
 }
 
+/// Over the folds of a kind. Points count alike, whichever fold they are in.
+fn rms_of(method: &MethodScore, kind: FoldKind) -> Option<f64> {
+    let parts = method.folds.iter().filter(|fold| fold.kind == kind);
+    let weighted: Vec<f64> =
+        parts.filter_map(|fold| Some(vec![fold.rms?; fold.located])).flatten().collect();
+    (!weighted.is_empty()).then(|| root_mean_square(&weighted))
+}
+
 fn row(method: &MethodScore) -> Vec<String> {
-    let of_kind = |kind: FoldKind| {
-        let parts = method.folds.iter().filter(|fold| fold.kind == kind);
-        // Points count alike, whichever fold they are in.
-        let weighted: Vec<f64> =
-            parts.filter_map(|fold| Some(vec![fold.rms?; fold.located])).flatten().collect();
-        figure_or_dash((!weighted.is_empty()).then(|| root_mean_square(&weighted)))
-    };
+    let of_kind = |kind| figure_or_dash(rms_of(method, kind));
     let along = |axis: usize| figure_or_dash(method.rms_xyz.map(|rms| rms[axis]));
     vec![
         method.method.clone(),

@@ -41,7 +41,7 @@ pub(crate) struct Convert {
     /// Output format [default: by extension; of cameras, a model]
     #[arg(long, value_name = "FORMAT", value_parser = names(Format::writes))]
     to: Option<String>,
-    /// Unit of lengths; files in another convert [default: theirs, else mm]
+    /// Unit of lengths; files in another unit are converted [default: theirs, else mm]
     #[arg(long)]
     unit: Option<String>,
     #[command(flatten)]
@@ -129,6 +129,7 @@ impl Convert {
                 "`wheatstone fit` fits a model to them",
             ));
         };
+        to.check_name(output)?;
         let files = gather(from, paths)?;
         let data = from.read_points(&files, given)?;
         let unit = from.unit_of_points(&files, given)?;

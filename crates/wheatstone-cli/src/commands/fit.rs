@@ -34,7 +34,7 @@ const PAPER: &str = "paper";
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone fit capture/ -o model.json\n  \
     wheatstone fit points.csv --method network --preset paper --seed 3 -o model.json\n  \
-    wheatstone fit waved/ --expect-baseline 200:1% -o model.json   (a board in the hand)\n  \
+    wheatstone fit waved/ --expect-baseline 200:1% -o model.json   (a hand-held board)\n  \
     wheatstone fit waved/ --gauge first-camera -o model.json       (in the frame of camera 1)\n  \
     wheatstone fit myptv/ -o model.json       (tables of MyPTV, proPTV, OpenPTV or NumPy)\n  \
     wheatstone fit moved/ --intrinsics model.json -o moved.json    (lenses kept, poses found)\n\n\

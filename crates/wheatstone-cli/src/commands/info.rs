@@ -28,7 +28,7 @@ pub(crate) struct Info {
     /// Print it as JSON, with the correlations of all intrinsic parameters
     #[arg(long)]
     json: bool,
-    /// Look into a model whose content has not the checksum that it was written with
+    /// Show a model even if its checksum does not match
     #[arg(long)]
     force: bool,
 }
@@ -51,8 +51,10 @@ struct Stand {
 /// A camera beside the first.
 struct Beside {
     baseline: f64,
+    baseline_sigma: Option<f64>,
     /// Between the optical axes, in degrees.
     axes: f64,
+    axes_sigma: Option<f64>,
     /// Between the lines from the middle of the points to both cameras, in degrees; none without points.
     rays: Option<f64>,
 }
@@ -63,7 +65,7 @@ impl Info {
         let model = load(&self.model)?;
         let cameras = model.reconstructor.intrinsics();
         let stands = stands(&model, cameras.as_deref());
-        let beside = stands.as_deref().map(|stands| beside(stands, middle(&model)));
+        let beside = stands.as_deref().map(|stands| beside(stands, &model));
         if self.json {
             return print_json(&as_json(&model, cameras.as_deref(), beside.as_deref()));
         }
@@ -87,8 +89,11 @@ impl Info {
             let rays = beside.rays.map_or(String::new(), |angle| {
                 format!(", {angle:.2} degrees between them from the middle of the points")
             });
+            let [baseline, axes] = [beside.baseline_sigma, beside.axes_sigma].map(|sigma| {
+                sigma.map_or_else(String::new, |sigma| format!(" ± {}", figure(sigma)))
+            });
             text += &format!(
-                "Baseline of cameras 1 and {}: {} {unit}; optical axes {:.2} degrees apart{rays}\n",
+                "Baseline of cameras 1 and {}: {}{baseline} {unit}; optical axes {:.3}{axes} degrees apart{rays}\n",
                 index + 2,
                 figure(beside.baseline),
                 beside.axes
@@ -123,7 +128,8 @@ fn as_json(
         "sigma_scale": model.covariance_scale.map(|scale| scale.range()),
         "intrinsics": cameras,
         "baselines": each(|beside| json!(beside.baseline)),
-        "angles": each(|beside| json!({ "axes": beside.axes, "rays": beside.rays })),
+        "baseline_sigmas": each(|beside| json!(beside.baseline_sigma)),
+        "angles": each(|beside| json!({ "axes": beside.axes, "axes_sigma": beside.axes_sigma, "rays": beside.rays })),
     })
 }
 
@@ -222,15 +228,21 @@ fn middle(model: &Calibration) -> Option<Point3> {
     (count > 0.0).then(|| Point3::from(places.iter().sum::<Vector3>() / count))
 }
 
-fn beside(stands: &[Stand], middle: Option<Point3>) -> Vec<Beside> {
+fn beside(stands: &[Stand], model: &Calibration) -> Vec<Beside> {
     let Some((first, others)) = stands.split_first() else { return Vec::new() };
-    let of = |other: &Stand| Beside {
-        baseline: (other.centre - first.centre).norm(),
-        axes: first.axis.angle(&other.axis).to_degrees(),
-        rays: middle
-            .map(|middle| (first.centre - middle).angle(&(other.centre - middle)).to_degrees()),
+    let (middle, poses) = (middle(model), model.reconstructor.relative_poses());
+    let of = |(index, other): (usize, &Stand)| {
+        let pose = poses.as_ref().and_then(|poses| poses.get(index));
+        Beside {
+            baseline: (other.centre - first.centre).norm(),
+            baseline_sigma: pose.and_then(|pose| pose.baseline_sigma),
+            axes: first.axis.angle(&other.axis).to_degrees(),
+            axes_sigma: pose.and_then(|pose| pose.angle_sigma).map(f64::to_degrees),
+            rays: middle
+                .map(|middle| (first.centre - middle).angle(&(other.centre - middle)).to_degrees()),
+        }
     };
-    others.iter().map(of).collect()
+    others.iter().enumerate().map(of).collect()
 }
 
 fn parameters(camera: &Intrinsics) -> String {

@@ -22,12 +22,15 @@ use wheatstone::{
     Calibration, Error,
     geometry::{Pixel, PixelColumns},
     method::{
-        CalibratedMap, LocatedBatch, Reconstructor,
+        CalibratedMap, LocatedBatch, Locator, PixelSigmas, Reconstructor,
         mismatch::{
             MismatchTest, PixelScatter, exchanged_cameras, mismatched_share, noisier_pixels,
         },
     },
-    tables::{ColumnNames, LocatedColumns, Rows, TableOptions, TableReader, TableStyle, is_text},
+    tables::{
+        ColumnNames, LocatedColumns, Rows, SigmaColumns, TableOptions, TableReader, TableStyle,
+        is_text,
+    },
 };
 
 /// Triangulate: turn matched pixels into 3-D points with error bars
@@ -63,16 +66,87 @@ pub(crate) struct Locate {
     /// Share of correct matches that may be called a mismatch
     #[arg(long, value_name = "RATE", default_value_t = FALSE_ALARM, value_parser = rate)]
     false_alarm: f64,
-    /// Standard deviation of a pixel coordinate in the points file, for error bars and mismatches [default:
-    /// that of the model's own points]
-    #[arg(long, value_name = "PIXELS", value_parser = positive)]
-    pixel_sigma: Option<f64>,
+    /// Standard deviation of a pixel coordinate in the points file, for error bars and mismatches: a number, or
+    /// the column that has it, or the columns, one for each camera [default: that of the model's own points]
+    #[arg(long, value_name = "PIXELS|COLUMNS", value_parser = pixel_noise)]
+    pixel_sigma: Option<PixelNoise>,
 }
 
 /// A probability that leaves both answers possible.
 fn rate(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     if value > 0.0 && value < 1.0 { Ok(value) } else { Err("give a value between 0 and 1".into()) }
+}
+
+/// How noisy pixels are.
+#[derive(Clone)]
+enum PixelNoise {
+    /// All of them alike, in pixels.
+    Known(f64),
+    /// As these columns say.
+    Columns(Vec<String>),
+}
+
+/// A number, or names of columns separated by commas.
+fn pixel_noise(text: &str) -> Result<PixelNoise, String> {
+    if text.parse::<f64>().is_ok() {
+        return positive(text).map(PixelNoise::Known);
+    }
+    let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
+    if names.iter().any(String::is_empty) {
+        return Err("give a number, or names of columns separated by commas".into());
+    }
+    Ok(PixelNoise::Columns(names))
+}
+
+/// How noisy the pixels of rows are, by the columns of their table.
+enum Sigmas {
+    Unknown,
+    Known(f64),
+    Columns(SigmaColumns),
+}
+
+impl Sigmas {
+    fn of(noise: Option<PixelNoise>, input: &TableReader) -> Outcome<Self> {
+        Ok(match noise {
+            None => Self::Unknown,
+            Some(PixelNoise::Known(sigma)) => Self::Known(sigma),
+            Some(PixelNoise::Columns(names)) => Self::Columns(input.sigma_columns(&names)?),
+        })
+    }
+
+    /// One standard deviation for all of some rows: of columns, the root of the mean square of those of seen pixels.
+    fn typical(&self, rows: &VecDeque<Rows>) -> Outcome<Option<f64>> {
+        let columns = match self {
+            Self::Unknown => return Ok(None),
+            Self::Known(sigma) => return Ok(Some(*sigma)),
+            Self::Columns(columns) => columns,
+        };
+        let (mut sum, mut count) = (0.0, 0);
+        for rows in rows {
+            for sigma in
+                rows.pixel_sigmas(columns)?.into_iter().flatten().filter(|it| it.is_finite())
+            {
+                sum += sigma * sigma;
+                count += 1;
+            }
+        }
+        Ok((count > 0).then(|| (sum / f64::from(count)).sqrt()))
+    }
+
+    fn locate(&self, locator: &mut Locator, rows: &Rows, places: &mut LocatedBatch) -> Outcome {
+        let columns;
+        let sigmas = match self {
+            Self::Unknown => None,
+            Self::Known(sigma) => Some(PixelSigmas::One(*sigma)),
+            Self::Columns(names) => {
+                columns = rows.pixel_sigmas(names)?;
+                Some(PixelSigmas::Each(columns.iter().map(Vec::as_slice).collect()))
+            }
+        };
+        locator.locate_noisy_into(&rows.pixels(), sigmas.as_ref(), places);
+        Ok(())
+    }
 }
 
 impl Locate {
@@ -98,6 +172,7 @@ impl Locate {
             }
             .into());
         }
+        let sigmas = Sigmas::of(self.pixel_sigma, &input)?;
         let added = LocatedColumns {
             covariance: self.covariance,
             rounded: is_text(&self.output),
@@ -108,11 +183,12 @@ impl Locate {
         let sink = Sink::create(&self.output, names, style)?;
         let (mut counter, mut done) =
             (Counter::new(standard && std::io::stdout().is_terminal()), 0);
-        let mut locator = model.locator().with_pixel_sigma(self.pixel_sigma);
+        let mut locator = model.locator();
         let mut rows = Arriving { rows: tables::start(input), first: VecDeque::new() };
         rows.gather(CHECKED)?;
         let first = rows.first.iter().flat_map(|rows| pixels_by_row(&rows.pixels()));
-        let map = CalibratedMap::new(&*model.reconstructor).with_pixel_sigma(self.pixel_sigma);
+        let map = CalibratedMap::new(&*model.reconstructor)
+            .with_pixel_sigma(sigmas.typical(&rows.first)?);
         refuse_exchanged(&map, &first.take(CHECKED).collect::<Vec<_>>(), self.false_alarm)?;
         // Columns that are not written come back, for the next rows: new memory costs as much as what fills it.
         let (back, spare) = channel::<LocatedBatch>();
@@ -124,7 +200,7 @@ impl Locate {
         });
         while let Some(rows) = rows.next()? {
             let mut places = spare.try_recv().unwrap_or_default();
-            locator.locate_into(&rows.pixels(), &mut places);
+            sigmas.locate(&mut locator, &rows, &mut places)?;
             done += rows.count() as u64;
             if !writing.write(rows, places) {
                 break;

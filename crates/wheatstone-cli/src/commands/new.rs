@@ -20,7 +20,7 @@ use wheatstone::{
 /// print
 #[derive(Args)]
 #[command(after_help = "Examples:\n  wheatstone new capture/\n  \
-    wheatstone new waved/ --hand-held      for a board in the hand, whose poses are estimated\n  \
+    wheatstone new waved/ --hand-held      for a hand-held board, whose poses are estimated\n  \
     wheatstone new tank/ --chart chessboard --columns 9 --rows 6 --pitch 25 --cameras top,side,front\n\n\
     Then print chart.pdf, take pictures, enter the chart poses in capture.toml unless the board was held\n\
     by hand, and run `wheatstone fit capture/ -o model.json`.")]
@@ -43,9 +43,11 @@ pub(crate) struct New {
 /// Pitch of a chart that fits a sheet of A4 paper, in millimetres.
 const PITCH_ON_PAPER: f64 = 25.0;
 
-/// The distances of the example, in units of the pitch: six or more give held-out views on both
-/// sides and in the middle.
-const DISTANCES: [f64; 6] = [20.0, 24.0, 28.0, 32.0, 36.0, 40.0];
+/// Six or more views give held-out ones on both sides and in the middle.
+const VIEWS: usize = 6;
+
+/// Distances that suit a chart, in units of the pitch.
+const DISTANCES: [f64; 2] = [20.0, 40.0];
 
 impl New {
     pub(crate) fn run(self) -> Outcome {
@@ -156,18 +158,19 @@ const HAND_HELD: &str = "\n# No [[views]]: the board is held by hand, and where 
 
 /// The chart poses to fill in, at distances that suit the pitch.
 fn poses(pitch: f64) -> String {
-    let mut text = String::from(
+    let [near, far] = DISTANCES.map(|distance| distance * pitch);
+    // Made-up distances would be fitted silently by whoever forgets to replace them.
+    let mut text = format!(
         "\n# The chart poses: where the centre of the chart's points is, one entry per picture pair, in sorted order.\n\
-        # The world origin is wherever you like, such as the end of the ruler. Use at least two distances,\n\
-        # better six or more, spread over the depth that you want to measure.\n\
-        # rotation is a rotation vector (axis times angle, radians): zero while the chart is only shifted.\n",
+        # Enter the measured distance of each view in place of nan. The world origin is wherever you like, such as\n\
+        # the end of the ruler. Use at least two distances, better six or more, spread over the depth that you want\n\
+        # to measure; {near} to {far} from the cameras suits this chart.\n\
+        # rotation is a rotation vector (axis times angle, radians): zero while the chart is only shifted.\n"
     );
-    for (number, distance) in DISTANCES.iter().enumerate() {
-        let distance = distance * pitch;
+    for number in 1..=VIEWS {
         let _ = write!(
             text,
-            "[[views]]\nname = \"{:02}\"\ntranslation = [0, 0, {distance}]\nrotation = [0, 0, 0]\n\n",
-            number + 1
+            "[[views]]\nname = \"{number:02}\"\ntranslation = [0, 0, nan]\nrotation = [0, 0, 0]\n\n"
         );
     }
     text

@@ -77,8 +77,8 @@ pub(crate) struct Reconstruct {
     /// Match corners and edges only, along epipolar curves: where texture is thin, or time short
     #[arg(long, conflicts_with = "matches")]
     sparse: bool,
-    /// Put frames of a scene that stands still together, of cameras that do: noise is averaged, what one frame
-    /// contradicts is outvoted
+    /// Fuse frames of a static scene from static cameras: averages noise, outvotes a single deviating
+    /// frame
     #[arg(long, conflicts_with_all = ["sparse", "matches"])]
     fuse: bool,
     /// Write the surface as well, mesh.ply: triangles between neighbouring points, and normals

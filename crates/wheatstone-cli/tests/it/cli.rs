@@ -33,6 +33,9 @@ fn from_a_table_to_located_points() {
     assert_eq!(told["intrinsics"][1]["parameters"][2]["name"], "cx");
     assert!(told["intrinsics"][1]["parameters"][2]["sigma"].as_f64().unwrap() > 0.0);
     assert!(told["held_out"]["rms"].as_f64().unwrap() > 0.0);
+    let [baseline, sigma] =
+        ["baselines", "baseline_sigmas"].map(|key| told[key][0].as_f64().unwrap());
+    assert!((baseline - 7.0).abs() < 4.0 * sigma && sigma < 0.1, "{baseline} ± {sigma}");
 
     let exam = std::fs::read_to_string(at.join("exam.csv")).unwrap();
     done(at, &["locate", "model.json", "exam.csv", "-o", "points.csv"]);

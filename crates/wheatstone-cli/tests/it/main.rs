@@ -8,6 +8,7 @@ mod command_line;
 mod docs;
 mod drive;
 mod figures;
+mod file_kinds;
 mod formats;
 mod hostile;
 #[cfg(unix)]

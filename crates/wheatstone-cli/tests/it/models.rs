@@ -1,6 +1,6 @@
 //! What a model says of itself, whatever was fitted.
 
-use crate::program::done;
+use crate::program::{done, refused};
 use wheatstone::method::AnyMethod;
 
 #[test]
@@ -92,6 +92,56 @@ fn noisier_pixels_are_named_once_and_can_be_given() {
     assert_eq!(named(&said), 1, "{said}");
     let (_, said) = done(at, &["locate", "model.json", "good.csv"]);
     assert!(said.is_empty(), "{said}");
+}
+
+#[test]
+fn the_noise_of_pixels_can_be_a_column_of_their_table() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = dir.path();
+    done(at, &["synth", "--points", "--noise", "0.1", "-o", "points.csv"]);
+    done(at, &["fit", "points.csv", "--method", "brown", "--no-validation", "-o", "model.json"]);
+    let table = |sigma: &dyn Fn(usize) -> String| {
+        let text = std::fs::read_to_string(at.join("points.csv")).unwrap();
+        let mut lines = text.lines();
+        let header = format!("{},quality,s2\n", lines.next().unwrap());
+        let rows = lines.enumerate().map(|(row, line)| format!("{line},{},0.5\n", sigma(row)));
+        header + &rows.collect::<String>()
+    };
+    let alternating = |row: usize| ["0.1", "1"][row % 2].to_owned();
+    std::fs::write(at.join("own.csv"), table(&alternating)).unwrap();
+    let sigma_z = |arguments: &[&str]| -> Vec<f64> {
+        let all = [&["locate", "model.json", "own.csv", "--pixel-sigma"], arguments].concat();
+        let (told, _) = done(at, &all);
+        let column = told.lines().next().unwrap().split(',').position(|name| name == "sZ").unwrap();
+        let cell = |line: &str| line.split(',').nth(column).unwrap().parse().unwrap();
+        told.lines().skip(1).map(cell).collect()
+    };
+    let [good, bad, own, mixed] =
+        ["0.1", "1", "quality", "quality,s2"].map(|given| sigma_z(&[given]));
+    for row in 0..own.len() {
+        assert_eq!(own[row], [&good, &bad][row % 2][row], "{row}");
+        // The second camera's pixels are worse than 0.1 and better than 1.
+        assert!(good[row] < mixed[row] && mixed[row] < bad[row], "{row}");
+    }
+    for (cell, words) in [("0", "is `0`"), ("", "is empty"), ("-1", "is `-1`"), ("x", "is `x`")] {
+        std::fs::write(at.join("own.csv"), table(&|row| if row == 2 { cell } else { "1" }.into()))
+            .unwrap();
+        let said = refused(
+            at,
+            &["locate", "model.json", "own.csv", "--pixel-sigma", "quality", "-o", "o.csv"],
+        );
+        assert!(said.contains("own.csv:4") && said.contains("`quality`"), "{said}");
+        assert!(said.contains(words) && !at.join("o.csv").exists(), "{said}");
+    }
+    for (given, words) in [("sharp", "no column `sharp`"), ("quality,s2,s2", "3 columns are named")]
+    {
+        let said = refused(at, &["locate", "model.json", "own.csv", "--pixel-sigma", given]);
+        assert!(said.contains(words), "{said}");
+    }
+    for given in ["0", "-1", "nan", "s1,,s2"] {
+        let given = format!("--pixel-sigma={given}");
+        assert!(refused(at, &["locate", "model.json", "own.csv", &given]).contains("give a"));
+    }
 }
 
 #[test]

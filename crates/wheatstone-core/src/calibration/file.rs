@@ -163,6 +163,9 @@ fn parse(path: &Path, text: &str, damage: Damage) -> Result<Calibration> {
         problem,
         hint,
     };
+    if !text.trim_start().starts_with('{') {
+        return Err(refuse(None, "not a model file, which is JSON".into(), written()));
+    }
     let mut fields: Map<String, Value> = serde_json::from_str(text)
         .map_err(|e| refuse(Some(e.line() as u64), format!("not a model file: {e}"), written()))?;
     if fields.get("format").and_then(Value::as_str) != Some(FORMAT) {

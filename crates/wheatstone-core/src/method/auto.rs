@@ -132,7 +132,9 @@ impl Method for Auto {
 fn compared(train: &Dataset, seed: u64, progress: &dyn Progress) -> Result<Fit> {
     // What is left without a fold must still tell depth: without one wing of a V it does not.
     let tells_depth = |fold: &Fold| depth_is_observable(&fold.divide(train).0).is_ok();
-    let views = folds(train);
+    // A view that one camera alone saw examines nothing.
+    let examines = |fold: &Fold| fold.divide(train).1.known().any(|(_, row)| row.seen_by() >= 2);
+    let views: Vec<Fold> = folds(train).into_iter().filter(examines).collect();
     let few = views.len() < FEW || fewest_layers(train).is_some_and(|count| count < FEW);
     let mut all: Vec<Fold> = views.into_iter().filter(tells_depth).collect();
     let views = all.len();
@@ -213,8 +215,11 @@ fn reason(chosen: &str, held_out: &[(&str, f64)], unit: &str) -> String {
     let own = held_out.iter().find(|score| score.0 == chosen).map_or(f64::NAN, |score| score.1);
     let others = held_out.iter().filter(|score| score.0 != chosen);
     match others.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((other, rms)) if *rms < own => format!(
+            "held-out error {own:.4} {unit} rms, the simplest of the best view by view; {other} has {rms:.4} over all views, where those with the largest errors decide"
+        ),
         Some((other, rms)) => format!(
-            "held-out error {own:.4} {unit} rms, the simplest of the best fold by fold; {other} has {rms:.4}"
+            "held-out error {own:.4} {unit} rms, the simplest of the best; {other} has {rms:.4}"
         ),
         None => format!("held-out error {own:.4} {unit} rms; no other method could be fitted"),
     }

@@ -1,7 +1,9 @@
 //! A map whose error bars hold what its own do not: noise that differs from point to point, what a
 //! camera model lacks, and what is uncertain of the charts that it was fitted to.
 
-use super::{CovarianceScale, FitErrors, Located, PointNoise, Reconstructor, given_noise};
+use super::{
+    CovarianceScale, FitErrors, Located, PixelSigmas, PointNoise, Reconstructor, given_noise,
+};
 use crate::{
     dataset::Dataset,
     geometry::{Pixel, Point3, Ray, StageCovariance},
@@ -88,7 +90,8 @@ impl Reconstructor for CalibratedMap<'_> {
         }
         if let Some(sigma) = self.pixel_sigma {
             let shares = given_noise::shares(self.map, pixels, located.point);
-            located = located.for_pixels(shares, (sigma, self.scale.is_none()));
+            let given = PixelSigmas::One(sigma).variances(0, pixels);
+            located = located.for_pixels(shares, &given, self.scale.is_none());
         }
         if let Some(stage) = self.stage {
             located.covariance += stage.at(located.point);

@@ -1,9 +1,12 @@
 //! What a fit leaves open about a parametric camera, and what that means for its pixels.
 
-use super::{fitted_camera::FittedCamera, known_lens::KnownLens, pixel_noise::PixelNoise};
+use super::{
+    fitted_camera::FittedCamera, known_lens::KnownLens, pixel_noise::PixelNoise,
+    relative_pose::PoseError,
+};
 use crate::{
     camera::{
-        AdjustableCamera,
+        AdjustableCamera, CameraModel,
         posed_lens::{MOST_UNKNOWNS, POSE},
     },
     geometry::{Pixel, Point3, Vector3},
@@ -240,6 +243,24 @@ impl CameraUncertainty {
             }
         }
         Some(matrix)
+    }
+
+    /// What an error of its adjusted numbers does to the camera's place and direction.
+    pub(super) fn pose_error<L: CameraModel>(
+        &self,
+        camera: &FittedCamera<L>,
+        error: &[f64],
+    ) -> PoseError {
+        let of = |number: usize| {
+            let place = self.adjusted.iter().position(|own| *own == number);
+            place.map_or(0.0, |place| error[place])
+        };
+        let [turn, shift] = [0, 3].map(|first| Vector3::from([0, 1, 2].map(|k| of(first + k))));
+        let to_world = camera.lens_from_world().transpose();
+        PoseError {
+            centre: to_world * (turn.cross(&camera.before_lens(self.about).coords) - shift),
+            axis: -(to_world * turn.cross(&Vector3::z())),
+        }
     }
 
     /// Covariance of two of the model's own numbers; `None` where one was not adjusted.

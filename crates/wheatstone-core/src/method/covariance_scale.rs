@@ -176,6 +176,7 @@ mod tests {
         let scale = CovarianceScale {
             axes: Matrix3::identity(),
             scatter: Matrix3::from_diagonal(&Vector3::new(4.0, 9.0, 1.0)),
+            is_of_few: false,
         };
         let covariance = Matrix3::from_diagonal(&Vector3::new(2.0, 1.0, 3.0));
         let expected = Matrix3::from_diagonal(&Vector3::new(8.0, 9.0, 3.0));

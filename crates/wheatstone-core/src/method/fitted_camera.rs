@@ -5,7 +5,7 @@ use crate::{
     camera::{CameraModel, posed_lens::PosedLens},
     geometry::{Pixel, Point3, Pose, ProjectionMatrix, Ray},
 };
-use nalgebra::{Matrix2x3, Matrix3x4};
+use nalgebra::{Matrix2x3, Matrix3, Matrix3x4};
 use serde::{Deserialize, Serialize};
 
 /// A camera somewhere in the world.
@@ -37,6 +37,13 @@ impl<L: CameraModel> FittedCamera<L> {
         if self.mirrored { -1.0 } else { 1.0 }
     }
 
+    /// Directions in the world as the lens observes them, behind the mirror if there is one.
+    pub(super) fn lens_from_world(&self) -> Matrix3<f64> {
+        let mut rotation = self.camera_from_world.rotation;
+        rotation.row_mut(0).scale_mut(self.side());
+        rotation
+    }
+
     /// A world point as the lens observes it, in the camera's frame behind the mirror if there is one.
     pub(super) fn before_lens(&self, world: Point3) -> Point3 {
         let mut point = self.camera_from_world.transform(world);
@@ -46,11 +53,11 @@ impl<L: CameraModel> FittedCamera<L> {
 
     /// The camera without its lens, with a plane at unit distance.
     fn straight(&self) -> ProjectionMatrix {
-        let Pose { rotation, translation } = self.camera_from_world;
+        let mut translation = self.camera_from_world.translation;
+        translation.x *= self.side();
         let mut rows = Matrix3x4::zeros();
-        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.lens_from_world());
         rows.set_column(3, &translation);
-        rows.row_mut(0).scale_mut(self.side());
         ProjectionMatrix(rows)
     }
 

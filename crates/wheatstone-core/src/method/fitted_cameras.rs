@@ -5,7 +5,7 @@
 
 use super::{
     CameraUncertainty, FitErrors, FittedCamera, Located, Plan, Reconstructor,
-    fit_errors::Displacements, point_covariance::Observation,
+    fit_errors::Displacements, point_covariance::Observation, relative_pose::PoseError,
 };
 use crate::{
     camera::AdjustableCamera,
@@ -28,6 +28,33 @@ pub struct FittedCameras<L> {
 }
 
 impl<L: AdjustableCamera> FittedCameras<L> {
+    /// Where each camera's adjusted numbers begin among those of all cameras, and the square root of the covariance of all:
+    /// a column an independent error.
+    fn errors(&self) -> (Vec<usize>, DMatrix<f64>) {
+        let numbers = || self.uncertainty.iter().map(CameraUncertainty::numbers);
+        let firsts: Vec<usize> =
+            numbers().scan(0, |next, own| Some(std::mem::replace(next, *next + own))).collect();
+        let count = numbers().sum();
+        let mut covariance = DMatrix::zeros(count, count);
+        for (open, first) in self.uncertainty.iter().zip(&firsts) {
+            open.put(&mut covariance, *first);
+        }
+        (firsts, square_root(&covariance))
+    }
+
+    /// What each independent error of the fit does to each camera's pose.
+    pub(super) fn pose_errors(&self) -> Vec<Vec<PoseError>> {
+        let (firsts, root) = self.errors();
+        let each = self.cameras.iter().zip(&self.uncertainty).zip(firsts);
+        each.map(|((camera, open), first)| {
+            let own = root.rows(first, open.numbers());
+            let error =
+                |column| open.pose_error(camera, own.column(column).clone_owned().as_slice());
+            (0..root.ncols()).map(error).collect()
+        })
+        .collect()
+    }
+
     /// What cameras linked by charts add to the covariance of a point's right side, seen by the cameras
     /// `places`.
     fn shared(
@@ -114,17 +141,8 @@ impl<L: AdjustableCamera> Reconstructor for FittedCameras<L> {
     }
 
     fn fit_errors(&self) -> Option<FitErrors<'_>> {
-        let firsts: Vec<usize> = self
-            .uncertainty
-            .iter()
-            .scan(0, |next, open| Some(std::mem::replace(next, *next + open.numbers())))
-            .collect();
-        let count = self.uncertainty.iter().map(CameraUncertainty::numbers).sum();
-        let mut covariance = DMatrix::zeros(count, count);
-        for (open, first) in self.uncertainty.iter().zip(&firsts) {
-            open.put(&mut covariance, *first);
-        }
-        let root = square_root(&covariance);
+        let (firsts, root) = self.errors();
+        let count = root.ncols();
         let displacements: Displacements = Box::new(move |index, world| {
             let (camera, open) = (self.cameras.get(index)?, self.uncertainty.get(index)?);
             let slopes = open.slopes(camera, world)?;

@@ -5,9 +5,44 @@
 use super::{Located, Reconstructor, Residual};
 use crate::geometry::{Pixel, Point3, Vector3, axes_of};
 use nalgebra::Matrix3;
+use std::ops::Range;
 
 /// The step of derivatives by pixels, in pixels: small against a lens, large against rounding.
 pub const PIXEL_STEP: f64 = 0.125;
+
+/// How noisy pixels are, where it is known: standard deviations of a coordinate, in pixels.
+#[derive(Clone, Debug)]
+pub enum PixelSigmas<'a> {
+    /// The same for all of them.
+    One(f64),
+    /// One for both coordinates of each pixel, infinite where nothing is known of it: a column a camera, a row a point.
+    Each(Vec<&'a [f64]>),
+}
+
+impl<'a> PixelSigmas<'a> {
+    /// Those of some of the points.
+    pub(super) fn part(&self, points: Range<usize>) -> Self {
+        match self {
+            Self::One(sigma) => Self::One(*sigma),
+            Self::Each(columns) => {
+                Self::Each(columns.iter().map(|column| &column[points.clone()]).collect())
+            }
+        }
+    }
+
+    /// The variances of a point's coordinates, x and y of each camera that sees it.
+    pub(super) fn variances(&self, point: usize, pixels: &[Option<Pixel>]) -> Vec<f64> {
+        let seen = pixels.iter().enumerate().filter(|(_, pixel)| pixel.is_some());
+        let of = |(camera, _): (usize, _)| match self {
+            Self::One(sigma) => *sigma,
+            Self::Each(columns) => {
+                let own = columns.get(camera).and_then(|column| column.get(point));
+                own.copied().unwrap_or(f64::INFINITY)
+            }
+        };
+        seen.map(of).flat_map(|sigma: f64| [sigma * sigma; 2]).collect()
+    }
+}
 
 /// What one coordinate of a pixel is to the point that it shows.
 #[derive(Clone, Copy, Debug)]
@@ -70,29 +105,34 @@ pub(super) fn variance(
 }
 
 impl Located {
-    /// The same of pixels with the standard deviation `sigma`; without a covariance where nothing is known of its pixels'
-    /// shares. Where the camera model does not hold, the variances that the map assumes are mostly what its lenses lack,
-    /// which better pixels do not mend.
+    /// The same of pixels whose coordinates have the variances `given`, one for each share; without a covariance where
+    /// nothing is known of its pixels' shares. The point stays: it is not weighted by them. Where the camera model does
+    /// not hold (`holds`), the variances that the map assumes are mostly what its lenses lack, which better pixels do not
+    /// mend.
     pub(super) fn for_pixels(
         mut self,
         shares: Option<Vec<PixelShare>>,
-        (sigma, holds): (f64, bool),
+        given: &[f64],
+        holds: bool,
     ) -> Self {
         let Some(mut shares) = shares else {
             self.covariance.fill(f64::NAN);
             return self;
         };
-        let given = sigma * sigma;
         if !holds {
-            shares.iter_mut().for_each(|share| share.variance = share.variance.min(given));
+            let both = shares.iter_mut().zip(given);
+            both.for_each(|(share, given)| share.variance = share.variance.min(*given));
         }
-        let noise = |share: &PixelShare| share.slope * share.slope.transpose() * given;
+        let noise =
+            |(share, given): (&PixelShare, &f64)| share.slope * share.slope.transpose() * *given;
         self.covariance = without_pixel_noise(self.covariance, &shares)
-            + shares.iter().map(noise).sum::<Matrix3<f64>>();
-        let assumed = shares.iter().map(|share| share.variance).sum::<f64>() / shares.len() as f64;
+            + shares.iter().zip(given).map(noise).sum::<Matrix3<f64>>();
+        let count = shares.len() as f64;
+        let assumed = shares.iter().map(|share| share.variance).sum::<f64>() / count;
+        let mean = given.iter().sum::<f64>() / count;
         self.residual = self.residual.map(|Residual { rms, sigma }| {
             let fit = (sigma * sigma - assumed).max(0.0);
-            Residual { rms, sigma: (fit + given).sqrt() }
+            Residual { rms, sigma: (fit + mean).sqrt() }
         });
         self
     }

@@ -8,6 +8,7 @@ mod columns;
 mod covariance_table;
 mod indices;
 mod located_batch;
+mod map;
 mod piece;
 mod pixel_noise;
 mod plan;
@@ -22,7 +23,7 @@ pub(super) use plan::Formulas;
 pub use plan::{FormulaCameras, Learned, PlacedCamera, Plan};
 pub use settled::SettledLocator;
 
-use super::{CovarianceScale, PointNoise, Reconstructor};
+use super::{CovarianceScale, PixelSigmas, PointNoise, Reconstructor};
 use crate::{
     dataset::volume::Volume,
     geometry::{Pixel, PixelColumns, StageCovariance},
@@ -30,6 +31,7 @@ use crate::{
 use covariance_table::CovarianceTable;
 use indices::indices_where;
 use located_batch::{LOWER, Slots};
+use map::Map;
 use piece::{PIECES, Piece};
 use rayon::prelude::*;
 use request::{Built, Request};
@@ -47,7 +49,6 @@ pub struct Locator<'a> {
     noise: Option<PointNoise>,
     scale: Option<CovarianceScale>,
     stage: Option<&'a StageCovariance>,
-    pixel_sigma: Option<f64>,
     with_covariance: bool,
     covariances: Option<CovarianceTable>,
     /// Points located so far.
@@ -56,17 +57,6 @@ pub struct Locator<'a> {
     piece: Piece,
     /// What would have helped them, and how many of them.
     wanted: BTreeMap<Request, u32>,
-}
-
-/// A map as its plan has it.
-struct Map<'a> {
-    reconstructor: &'a dyn Reconstructor,
-    /// Whose rays meet: the cameras, or those whose point a formula starts from.
-    base: Option<Rig<'a>>,
-    /// The formula.
-    learned: Option<Learned<'a>>,
-    /// Who says whether pixels belong together, beside a formula.
-    epipolar_check: Option<Rig<'a>>,
 }
 
 /// So many points are worth sheets over the whole picture, which take some milliseconds.
@@ -99,7 +89,6 @@ impl<'a> Locator<'a> {
             noise: None,
             scale: None,
             stage: None,
-            pixel_sigma: None,
             with_covariance: true,
             covariances,
             done: 0,
@@ -139,14 +128,6 @@ impl<'a> Locator<'a> {
         self
     }
 
-    /// For pixels with this standard deviation of a coordinate, whatever those were that the map was fitted to.
-    #[must_use]
-    pub fn with_pixel_sigma(mut self, sigma: Option<f64>) -> Self {
-        self.pixel_sigma = sigma;
-        self.scale = self.scale.filter(|scale| sigma.is_none() || !scale.is_of_few());
-        self
-    }
-
     /// Without covariances and residuals.
     #[must_use]
     pub fn points_only(mut self) -> Self {
@@ -165,6 +146,17 @@ impl<'a> Locator<'a> {
     /// [`Locator::locate`] into columns that are there already: whoever locates again and again spares
     /// the memory.
     pub fn locate_into(&mut self, pixels: &PixelColumns, places: &mut LocatedBatch) {
+        self.locate_noisy_into(pixels, None, places);
+    }
+
+    /// [`Locator::locate_into`] for pixels whose standard deviations are given, whatever those were that the map was
+    /// fitted to.
+    pub fn locate_noisy_into(
+        &mut self,
+        pixels: &PixelColumns,
+        sigmas: Option<&PixelSigmas>,
+        places: &mut LocatedBatch,
+    ) {
         places.resize(pixels.points(), self.with_covariance, self.volume.is_some());
         let mut tasks = places.tasks(self.done);
         while !tasks.is_empty() {
@@ -174,7 +166,8 @@ impl<'a> Locator<'a> {
             let own = std::mem::replace(&mut tasks, others);
             self.done += own.iter().map(|(of, _)| of.len()).sum::<usize>();
             let run = |(of, slots): (Range<usize>, Slots)| {
-                self.task(&pixels.part(of), slots, self.pixel_sigma)
+                let sigmas = sigmas.map(|sigmas| sigmas.part(of.clone()));
+                self.task(&pixels.part(of), slots, sigmas.as_ref())
             };
             let wanted: Vec<_> = own.into_par_iter().with_max_len(1).map(run).collect();
             for (what, points) in wanted.into_iter().flatten() {
@@ -254,7 +247,7 @@ impl<'a> Locator<'a> {
         &self,
         pixels: &PixelColumns,
         mut slots: Slots,
-        pixel_sigma: Option<f64>,
+        sigmas: Option<&PixelSigmas>,
     ) -> BTreeMap<Request, u32> {
         let (full, map) = (slots.has_covariance(), &self.map);
         let has_rays = map.base.is_some() || (full && map.epipolar_check.is_some());
@@ -281,10 +274,13 @@ impl<'a> Locator<'a> {
         }
         if full {
             // How points of the fit differ in noise says nothing of pixels whose noise is given.
-            let noise = self.noise.filter(|_| pixel_sigma.is_none());
+            let noise = self.noise.filter(|_| sigmas.is_none());
             noise.into_iter().for_each(|noise| slots.scale(noise, pixels));
-            self.scale.into_iter().for_each(|scale| slots.rescale(scale));
-            pixel_sigma.into_iter().for_each(|sigma| self.give_noise(pixels, &mut slots, sigma));
+            let scale = self.scale.filter(|scale| sigmas.is_none() || !scale.is_of_few());
+            scale.into_iter().for_each(|scale| slots.rescale(scale));
+            if let Some(sigmas) = sigmas {
+                self.give_noise(pixels, &mut slots, (sigmas, scale.is_none()));
+            }
             self.stage.into_iter().for_each(|stage| slots.widen(stage));
         }
         if let Some(volume) = self.volume.filter(|_| !slots.trust.is_empty()) {
@@ -372,13 +368,6 @@ impl<'a> Locator<'a> {
                 .into_iter()
                 .for_each(|(camera, slot)| note(Request::EpipolarCheck(camera, slot)));
         }
-    }
-}
-
-impl<'a> Map<'a> {
-    /// Whose rays tell how near points are.
-    fn rays(&self) -> Option<&Rig<'a>> {
-        if self.learned.is_some() { self.epipolar_check.as_ref() } else { self.base.as_ref() }
     }
 }
 

@@ -35,6 +35,7 @@ pub mod neural_camera;
 mod pixel_noise;
 mod point_noise;
 mod projection;
+mod relative_pose;
 mod radial_alignment;
 mod point_covariance;
 pub mod soloff;
@@ -48,7 +49,7 @@ pub use covariance_scale::CovarianceScale;
 pub use fit_errors::FitErrors;
 pub use fitted_camera::FittedCamera;
 pub use fitted_cameras::FittedCameras;
-pub use given_noise::{PIXEL_STEP, PixelShare, without_pixel_noise};
+pub use given_noise::{PIXEL_STEP, PixelShare, PixelSigmas, without_pixel_noise};
 pub use intrinsics::{IntrinsicParameter, Intrinsics};
 pub use known_lens::KnownLens;
 pub use located::{Located, Residual};
@@ -58,6 +59,7 @@ pub use locator::{
 };
 pub use pixel_noise::PixelNoise;
 pub use point_noise::PointNoise;
+pub use relative_pose::RelativePose;
 pub(crate) use resection::information;
 pub(crate) use resection_start::Lens;
 

@@ -69,6 +69,50 @@ impl OutputFile {
     }
 }
 
+/// What endings of names promise of a file.
+const KINDS: &[(&str, &[&str])] = &[
+    ("YAML", &["yml", "yaml"]),
+    ("JSON", &["json"]),
+    ("XML", &["xml"]),
+    ("TOML", &["toml"]),
+    ("CSV", &["csv"]),
+    ("NumPy", &["npy", "npz"]),
+    ("Parquet", &["parquet", "pq"]),
+    ("Arrow", &["arrow", "feather", "ipc"]),
+    ("PLY", &["ply"]),
+    ("PCD", &["pcd"]),
+    ("MATLAB", &["mat"]),
+    ("gzip", &["gz"]),
+];
+
+impl Format {
+    /// Refuses a name for the one file of this format that promises another kind of file, which whoever opens it would
+    /// take it for.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] with the ending that says what is written.
+    pub fn check_name(&self, path: &Path) -> Result<()> {
+        let Layout::File(own) = self.layout else { return Ok(()) };
+        let end =
+            path.extension().map(|end| end.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let kind =
+            |end: &str| KINDS.iter().find(|(_, ends)| ends.contains(&end)).map(|(kind, _)| *kind);
+        match (kind(own), kind(&end)) {
+            (Some(written), Some(promised)) if written != promised => Err(Error::Malformed {
+                path: path.into(),
+                line: None,
+                problem: format!(
+                    "`{}` is written as {written}, and this name promises {promised}",
+                    self.name
+                ),
+                hint: format!("end the name in .{own}").into(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Reads the files that were named; of a folder those that belong to the format, in sorted order.
 ///
 /// # Errors

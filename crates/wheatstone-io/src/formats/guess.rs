@@ -60,8 +60,17 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
         if yaml {
             return Format::named("ros").map(Some);
         }
-        // Files without extensions: their first words tell.
-        let plain = names.iter().find(|path| path.is_file() && path.extension().is_none());
+        if names.iter().any(|path| name_of(path).ends_with("pair.yml")) {
+            let hint = Hint::new("export the model in another format", Remedy::Formats);
+            return Err(refuse(
+                first,
+                "a rectified pair of the format `remap`, which is not read",
+                hint,
+            ));
+        }
+        // Files without extensions, or with one that says nothing: their first words tell.
+        let is_plain = |path: &&PathBuf| path.extension().is_none_or(|end| end == "txt");
+        let plain = names.iter().find(|path| path.is_file() && is_plain(path));
         let header = plain.map(|path| beginning(path)).transpose()?.unwrap_or_default();
         return match by_words(&header, "") {
             Some(Some(format)) => Format::named(format).map(Some),
@@ -69,6 +78,14 @@ pub fn guess(paths: &[PathBuf]) -> Result<Option<&'static Format>> {
         };
     }
     let text = beginning(first)?;
+    if is_coefficients(&text) {
+        let problem = "11 lines of numbers, as `dlt`, `dltdv` and `dltdv8` have DLT coefficients: the formats differ in where pixels begin, which the file does not say";
+        return Err(refuse(
+            first,
+            problem,
+            Hint::new("say which of them it is", Remedy::SourceFormat),
+        ));
+    }
     by_words(&text, &name_of(first)).ok_or_else(|| unknown(first))?.map(Format::named).transpose()
 }
 
@@ -78,6 +95,18 @@ fn beginning(path: &Path) -> Result<String> {
     let opened = storage::open(path)?;
     opened.take(1 << 16).read_to_end(&mut bytes).map_err(|e| Error::reading(path, e))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// Whether it is eleven lines of as many numbers each.
+fn is_coefficients(text: &str) -> bool {
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    // How many; none where a cell is no number.
+    let numbers = |line: &str| {
+        let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
+        cells.map(|cell| cell.parse::<f64>().ok()).collect::<Option<Vec<_>>>().map(|row| row.len())
+    };
+    let counts: Vec<Option<usize>> = lines.take(12).map(numbers).collect();
+    counts.len() == 11 && counts[0].is_some() && counts.iter().all(|count| *count == counts[0])
 }
 
 /// Outer `None` where nothing tells, inner `None` for a model.

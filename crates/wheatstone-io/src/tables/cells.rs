@@ -74,6 +74,15 @@ pub(super) fn half() -> Fault {
     }
 }
 
+/// A standard deviation that is none.
+pub(super) fn no_sigma(value: f64) -> Fault {
+    let what = if value.is_nan() { "is empty".into() } else { format!("is `{value}`") };
+    Fault {
+        what: format!("{what}, which is no standard deviation"),
+        hint: "give each pixel one above 0, in pixels; it may be empty where the camera did not see the point",
+    }
+}
+
 impl Fault {
     /// As an error that says where.
     pub(super) fn at(self, path: &Path, line: Option<u64>, column: &str) -> Error {

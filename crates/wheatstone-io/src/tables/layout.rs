@@ -1,6 +1,6 @@
 //! Which column of a table holds what.
 
-use super::names::{ColumnNames, Pixels, families, lengths};
+use super::names::{ColumnNames, Pixels, families, lengths, with_unit_of, without_length_unit};
 use std::path::Path;
 use wheatstone_core::{
     Error, Result,
@@ -43,6 +43,18 @@ impl Header<'_> {
         self.refuse(self.no_column(columns))
     }
 
+    /// Refuses a table of caliscope: a row of it is a point and a camera.
+    fn refuse_caliscope(&self) -> Result<()> {
+        let has = |own: &str| self.names.iter().any(|name| name == own);
+        if !["sync_index", "img_loc_x", "img_loc_y"].into_iter().all(has) {
+            return Ok(());
+        }
+        Err(self.malformed(
+            "a table of caliscope, which has a row for each camera that sees a point, not one for each point".into(),
+            "read it with `read_caliscope` of the Python package; `save` of what it gives writes a table that is read here".into(),
+        ))
+    }
+
     fn no_column(&self, columns: &[&str]) -> String {
         let quoted: Vec<String> = columns.iter().map(|name| format!("`{name}`")).collect();
         format!("no column {}; found: {}", quoted.join(", "), self.names.join(", "))
@@ -69,6 +81,9 @@ impl Layout {
         limits::COLUMNS.allow(header.path, header.names.len() as u64)?;
         if header.names.iter().all(String::is_empty) {
             return Err(header.refuse("the file is empty".into()));
+        }
+        if told.is_none() {
+            header.refuse_caliscope()?;
         }
         for (index, name) in header.names.iter().enumerate() {
             if !name.is_empty() && header.names[..index].contains(name) {
@@ -142,10 +157,12 @@ fn renamed(header: &Header, pairs: &[(String, String)]) -> Result<Vec<String>> {
         }
     }
     for (ours, theirs) in pairs {
-        match header.names.iter().position(|name| name == theirs) {
-            Some(index) => names[index].clone_from(ours),
-            None => return Err(header.missing(&[theirs])),
-        }
+        let exact = header.names.iter().position(|name| name == theirs);
+        // `X` is `X_mm`, too.
+        let index = exact
+            .or_else(|| header.names.iter().position(|name| without_length_unit(name) == theirs));
+        let Some(index) = index else { return Err(header.missing(&[theirs])) };
+        names[index] = with_unit_of(&header.names[index], ours);
     }
     Ok(names)
 }

@@ -163,6 +163,20 @@ pub(super) fn lengths<const N: usize>(
     (usual, said)
 }
 
+/// A name without the unit of length that it may end in.
+pub(super) fn without_length_unit(name: &str) -> &str {
+    without_unit(name, known_unit).0
+}
+
+/// Our name for a column, with the unit of length that the column's own name says; pixels and names have none.
+pub(super) fn with_unit_of(column: &str, ours: &str) -> String {
+    let is_length = ["X", "Y", "Z", "board_x", "board_y"].contains(&ours);
+    match without_unit(column, known_unit).1.filter(|_| is_length) {
+        Some(unit) => format!("{ours} [{unit}]"),
+        None => ours.to_owned(),
+    }
+}
+
 fn known_unit(text: &str) -> Option<&'static str> {
     unit::names().find(|name| *name == unit::canonical(text))
 }

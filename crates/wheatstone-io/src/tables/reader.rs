@@ -197,6 +197,12 @@ impl TableReader {
         shared_unit(&lengths)
     }
 
+    /// Whether it has lengths, in the world or on a board, and nothing in it says their unit.
+    #[must_use]
+    pub fn lacks_unit(&self) -> bool {
+        self.table().layout.has_lengths() && matches!(self.unit(), Ok(None))
+    }
+
     /// A style in which rows go on as they came.
     #[must_use]
     pub fn style(&self) -> TableStyle {

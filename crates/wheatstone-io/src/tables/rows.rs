@@ -141,7 +141,7 @@ impl Rows {
     }
 
     /// A column as numbers; NaN where there is none.
-    fn numbers(&self, column: usize) -> Result<Float64Array> {
+    pub(super) fn numbers(&self, column: usize) -> Result<Float64Array> {
         let array = self.batch.column(column);
         numbers::of(array, self.table.reading).map_err(|unfit| match unfit {
             Unfit::Row(row, fault) => self.fault(fault, row, column),
@@ -160,6 +160,16 @@ impl Rows {
             Place::Lines(lines) => lines[row],
             Place::Rows(first) => first + row as u64,
         }
+    }
+
+    /// Whether cells that hold no numbers count for empty ones.
+    pub(super) fn is_lenient(&self) -> bool {
+        self.table.reading.lenient
+    }
+
+    /// Says that a cell holds no standard deviation.
+    pub(super) fn no_sigma(&self, value: f64, row: usize, column: usize) -> Error {
+        self.fault(cells::no_sigma(value), row, column)
     }
 
     fn fault(&self, fault: Fault, row: usize, column: usize) -> Error {

@@ -157,6 +157,14 @@ class ModelFile:
         return told
 
     @property
+    def relative_poses(self) -> list[dict[str, Any]] | None:
+        """Where each camera but the first stands: ``camera`` (from 0), ``baseline`` (the distance of its projection centre
+        from the first's) and ``angle`` (between the optical axes, radians), with ``baseline_sigma`` and ``angle_sigma``,
+        their standard deviations, or None where the method does not tell; None for a map without cameras."""
+        told: list[dict[str, Any]] | None = self._evidence["relative_poses"]
+        return told
+
+    @property
     def outliers(self) -> list[dict[str, Any]]:
         """Points that were excluded as gross outliers: ``view``, ``id``, ``cameras`` (from 1), ``residual`` (px)."""
         told: list[dict[str, Any]] = self._evidence["outliers"]

@@ -82,7 +82,7 @@ class Model:
         pixels: _Floats,
         out: _Doubles,
         codes: npt.NDArray[np.uint8],
-        test: tuple[float, float | None],
+        test: tuple[float, float | _Doubles | None],
     ) -> None: ...
     def doubts(
         self, pixels: _Doubles, test: tuple[float, float | None]
@@ -90,7 +90,11 @@ class Model:
     def project(self, camera: int, points: _Doubles) -> _Doubles: ...
     def rays(self, camera: int, pixels: _Doubles) -> _Doubles: ...
     def locate_stream(
-        self, table: Any, covariance: bool, false_alarm: float, columns: str | None
+        self,
+        table: Any,
+        covariance: bool,
+        test: tuple[float, float | list[str] | None],
+        columns: str | None,
     ) -> Any: ...
     def located_schema(self, schema: Any, covariance: bool) -> Any: ...
     def matrices(self, fisheye: bool, sizes: _Sizes) -> tuple[list[dict[str, Any]], str]: ...

@@ -12,11 +12,12 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import positive, share
+from ._arguments import share
 from ._arrays import FloatArray, Numbers, Table, arrow_table, pyarrow, same_kind
 from ._inputs import Data, as_dataset, has_own_places, pixels_of
 from ._model_cameras import ModelCameras
 from ._named import Columns, column_names, has_names
+from ._sigmas import sigma_or_columns, sigmas_of, typical
 from .data import Dataset, Progress
 from .errors import ArgumentError, warn
 from .evaluation import BoardEvaluation, Evaluation
@@ -90,7 +91,7 @@ class Calibration(ModelCameras):
         *,
         covariance: bool = False,
         false_alarm: float = 0.001,
-        pixel_sigma: float | None = None,
+        pixel_sigma: npt.ArrayLike | None = None,
         columns: Columns | None = None,
     ) -> Located:
         """Places of matched pixels with error bars.
@@ -103,9 +104,11 @@ class Calibration(ModelCameras):
             Whether to keep the whole covariance of each point.
         false_alarm : float
             The share of correct matches that may be called a mismatch.
-        pixel_sigma : float, optional
-            Standard deviation of a coordinate of these pixels: error bars and mismatches are then for that noise, not
-            for that of the points to which the model was fitted.
+        pixel_sigma : float, or array, (n,) or (n, cameras), optional
+            Standard deviation of a coordinate of these pixels, in pixels: of all of them, of those of each row, or of
+            each pixel. Error bars and mismatches are then for that noise, not for that of the points to which the model
+            was fitted. The points stay the same: they are not weighted by it. Where standard deviations of a row's
+            pixels differ much, some more correct matches than `false_alarm` are called mismatches.
 
         Returns
         -------
@@ -128,12 +131,12 @@ class Calibration(ModelCameras):
         (True, (5, 3, 3))
         """
         alarms = share(false_alarm, "false_alarm")
-        sigma = None if pixel_sigma is None else positive(pixel_sigma, "pixel_sigma", "give a value above 0, in pixels")
         array = pixels_of(pixels, self.cameras, columns)
+        sigma = None if pixel_sigma is None else sigmas_of(pixel_sigma, len(array), self.cameras)
         figures = np.empty((13 if covariance else 7, len(array)))
         codes = np.empty((2, len(array)), dtype=np.uint8)
         self.handle.locate(array, figures, codes, (alarms, sigma))
-        self._warn_of(array, (alarms, sigma))
+        self._warn_of(array, (alarms, typical(sigma, array)))
         return Located(figures, codes, self.unit)
 
     def _warn_of(self, pixels: Numbers, test: tuple[float, float | None]) -> None:
@@ -166,6 +169,7 @@ class Calibration(ModelCameras):
         *,
         covariance: bool = False,
         false_alarm: float = 0.001,
+        pixel_sigma: float | str | Sequence[str] | None = None,
         columns: Columns | None = None,
     ) -> Any:
         """A table with places appended: the same rows, in the same order.
@@ -180,6 +184,10 @@ class Calibration(ModelCameras):
             With columns ``x1, y1, x2, y2, ...``, or those that `columns` names.
         covariance, false_alarm
             As in `locate`.
+        pixel_sigma : float, str, or sequence of str, optional
+            Standard deviation of a pixel coordinate, as in `locate`; or the name of the column that has it, or the
+            names of columns, one for each camera. Rows in which a camera sees the point and its standard deviation is
+            missing or not above 0 have no error bars and no mismatch.
         columns : mapping or sequence, optional
             What the table calls its columns; see `read`.
 
@@ -199,9 +207,8 @@ class Calibration(ModelCameras):
                 f"a {type(table).__name__} is no table with named columns",
                 hint="give a DataFrame or a pyarrow table; `locate` takes arrays and paths",
             )
-        stream = self.handle.locate_stream(
-            arrow_table(table), covariance, share(false_alarm, "false_alarm"), column_names(columns)
-        )
+        test = share(false_alarm, "false_alarm"), sigma_or_columns(pixel_sigma)
+        stream = self.handle.locate_stream(arrow_table(table), covariance, test, column_names(columns))
         return same_kind(table, stream)
 
     def located_schema(self, schema: Any, *, covariance: bool = False) -> Any:

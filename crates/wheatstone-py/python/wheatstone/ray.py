@@ -8,7 +8,7 @@ Needs Ray: ``pip install wheatstone[ray]``. Wheatstone must be installed where t
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,6 +19,7 @@ from ray.exceptions import RayError
 from ._arguments import share
 from ._inputs import Data
 from ._named import Columns
+from ._sigmas import sigma_or_columns
 from ._workers import Model, loaded, model_bytes, use_threads
 from .calibration import Calibration
 from .data import Dataset, of_arrays
@@ -37,17 +38,13 @@ class _Locator:
         self,
         model: bytes,
         covariance: bool,
-        false_alarm: float,
+        test: dict[str, Any],
         columns: Columns | None,
         threads: int,
     ) -> None:
         use_threads(threads)
         self.calibration = loaded(model)
-        self.settings: dict[str, Any] = {
-            "covariance": covariance,
-            "false_alarm": false_alarm,
-            "columns": columns,
-        }
+        self.settings: dict[str, Any] = {"covariance": covariance, "columns": columns, **test}
 
     def __call__(self, batch: Any) -> Any:
         return self.calibration.locate_arrow(batch, **self.settings)
@@ -59,6 +56,7 @@ def locate(
     *,
     covariance: bool = False,
     false_alarm: float = 0.001,
+    pixel_sigma: float | str | Sequence[str] | None = None,
     columns: Columns | None = None,
     concurrency: int | tuple[int, int] | None = None,
     num_cpus: float = 1,
@@ -79,6 +77,9 @@ def locate(
         Whether to append the whole covariance of each point.
     false_alarm : float
         The share of correct matches that may be called a mismatch.
+    pixel_sigma : float, str, or sequence of str, optional
+        Standard deviation of a pixel coordinate, or the column or columns that have it, as in
+        `Calibration.locate_arrow`.
     columns : mapping or sequence, optional
         What the dataset calls its columns; see `wheatstone.read`.
     concurrency : int or (int, int), optional
@@ -99,14 +100,14 @@ def locate(
     >>> rows = ray.data.read_parquet("matched/")  # doctest: +SKIP
     >>> wheatstone.ray.locate(rows, "model.json").write_parquet("located/")  # doctest: +SKIP
     """
-    share(false_alarm, "false_alarm")
+    test = {"false_alarm": share(false_alarm, "false_alarm"), "pixel_sigma": sigma_or_columns(pixel_sigma)}
     threads = max(1, int(num_cpus))
     cpus = _cpus()
     if 0 < cpus <= num_cpus:
         num_cpus = max(0.0, cpus - 1)
     result = dataset.map_batches(
         _Locator,
-        fn_constructor_args=(model_bytes(model), covariance, false_alarm, columns, threads),
+        fn_constructor_args=(model_bytes(model), covariance, test, columns, threads),
         batch_format="pyarrow",
         batch_size=None,
         compute=_workers(concurrency, cpus, num_cpus),

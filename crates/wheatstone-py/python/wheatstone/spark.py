@@ -10,7 +10,7 @@ run.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import pyarrow as pa
@@ -19,6 +19,7 @@ from pyspark.sql.types import DoubleType, StringType, StructField, StructType
 
 from ._arguments import share
 from ._named import Columns
+from ._sigmas import sigma_or_columns
 from ._workers import Model, loaded, model_bytes, use_threads
 from .errors import ArgumentError
 
@@ -31,6 +32,7 @@ def locate(
     *,
     covariance: bool = False,
     false_alarm: float = 0.001,
+    pixel_sigma: float | str | Sequence[str] | None = None,
     columns: Columns | None = None,
 ) -> DataFrame:
     """Appends places to a Spark DataFrame of matched pixels: the same rows.
@@ -50,6 +52,9 @@ def locate(
         Whether to append the whole covariance of each point.
     false_alarm : float
         The share of correct matches that may be called a mismatch.
+    pixel_sigma : float, str, or sequence of str, optional
+        Standard deviation of a pixel coordinate, or the column or columns that have it, as in
+        `Calibration.locate_arrow`.
     columns : mapping or sequence, optional
         What the DataFrame calls its columns; see `wheatstone.read`.
 
@@ -71,23 +76,26 @@ def locate(
     >>> rows = spark.read.parquet("matched/")  # doctest: +SKIP
     >>> wheatstone.spark.locate(rows, "model.json").write.parquet("located/")  # doctest: +SKIP
     """
-    share(false_alarm, "false_alarm")
+    settings = {
+        "covariance": covariance,
+        "false_alarm": share(false_alarm, "false_alarm"),
+        "pixel_sigma": sigma_or_columns(pixel_sigma),
+        "columns": columns,
+    }
     data = model_bytes(model)
-    schema = _schema(df, data, covariance, columns)
-    task = functools.partial(_located, data, covariance, false_alarm, columns)
+    schema = _schema(df, data, settings)
+    task = functools.partial(_located, data, settings)
     return df.mapInArrow(task, schema)
 
 
-def _schema(
-    df: DataFrame, model: bytes, covariance: bool, columns: Columns | None
-) -> StructType:
+def _schema(df: DataFrame, model: bytes, settings: dict[str, Any]) -> StructType:
     own = df.schema
     calibration = loaded(model)
     # Types do not matter to names, and some of Spark's have no equal in Arrow.
     as_doubles = pa.schema([(field.name, pa.float64()) for field in own.fields])
-    names = calibration.located_schema(as_doubles, covariance=covariance).names
+    names = calibration.located_schema(as_doubles, covariance=settings["covariance"]).names
     # Columns that are missing are found here, and not by a worker.
-    calibration.locate_arrow(as_doubles.empty_table(), columns=columns)
+    calibration.locate_arrow(as_doubles.empty_table(), **settings)
     if str(df.sparkSession.conf.get("spark.sql.caseSensitive")).lower() != "true":
         _require_distinct(names)
     fields = [
@@ -111,16 +119,8 @@ def _require_distinct(names: list[str]) -> None:
             )
 
 
-def _located(
-    model: bytes,
-    covariance: bool,
-    false_alarm: float,
-    columns: Columns | None,
-    batches: Iterable[Any],
-) -> Iterator[Any]:
+def _located(model: bytes, settings: dict[str, Any], batches: Iterable[Any]) -> Iterator[Any]:
     use_threads(1)
     calibration = loaded(model)
     for batch in batches:
-        yield calibration.locate_arrow(
-            batch, covariance=covariance, false_alarm=false_alarm, columns=columns
-        )
+        yield calibration.locate_arrow(batch, **settings)

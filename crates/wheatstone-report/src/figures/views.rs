@@ -32,9 +32,9 @@ pub(super) fn figure(report: &Report) -> Option<Figure> {
     let rows: Vec<Bar> = report.views.iter().take(MOST_ROWS).map(row).collect();
     let held_out = report.views.iter().any(|view| view.kind.is_some());
     let legend: &[(&str, &str)] = if held_out {
-        &[("f0", "between others"), ("f1 hatched", "outermost"), ("line marked", "promised")]
+        &[("f0", "between others"), ("f1 hatched", "outermost"), ("line marked", "predicted")]
     } else {
-        &[("f0", "fitted"), ("line marked", "promised")]
+        &[("f0", "fitted"), ("line marked", "predicted")]
     };
     let worst = report.views.iter().filter_map(|v| Some((v.rms?, &v.name)));
     let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 pub(super) fn explained(figure: &Figure) -> Markup {
     html! {
         p { strong { "How to read:" } " " (escape(&figure.how)) }
-        p { strong { "Good looks like:" } " " (escape(figure.good)) }
+        p { strong { "Ideally:" } " " (escape(figure.good)) }
     }
 }
 

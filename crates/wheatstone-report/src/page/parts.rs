@@ -163,7 +163,7 @@ fn worst(report: &Report) -> Markup {
                             th { "view" }
                             th { "point" }
                             th.n { "error, " (unit) }
-                            th.n { "promised, " (unit) }
+                            th.n { "predicted error, " (unit) }
                             th { "in the view" }
                         }
                     }
@@ -198,7 +198,7 @@ fn gallery(report: &Report) -> Option<Part> {
         div.card {
             p {
                 strong { "How to read:" } " rings lie where chart points were found. "
-                strong { "Good looks like:" } " a ring on every point of the chart, none elsewhere."
+                strong { "Ideally:" } " a ring on every point of the chart, none elsewhere."
             }
             div.gallery { @for it in report.pictures.iter().enumerate() { (picture(report, it)) } }
         }

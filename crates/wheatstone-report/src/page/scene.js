@@ -139,7 +139,7 @@
     if (ellipsoids && ellipsoids.instanceColor) ellipsoids.instanceColor.needsUpdate = true;
     element("scale").hidden = mode === "view";
     element("scale-low").textContent = "0";
-    element("scale-high").textContent = mode === "ratio" ? "3 × what was promised" : figure(most) + " " + data.unit;
+    element("scale-high").textContent = mode === "ratio" ? "3 × the predicted error" : figure(most) + " " + data.unit;
     ask();
   };
   view.dress((ink, muted) => {
@@ -175,7 +175,7 @@
     view.sight(i, (k) => !Number.isNaN(pixels[2 * (i * cameras.length + k)]));
     if (i < 0) { ask(); return; }
     fact(facts, "error", figure(length[i]) + unit);
-    fact(facts, "promised", figure(promised[i]) + unit);
+    fact(facts, "predicted", figure(promised[i]) + unit);
     ["X", "Y", "Z"].forEach((axis, k) => fact(facts, "along " + axis, figure(error[3 * i + k]) + unit));
     ["X", "Y", "Z"].forEach((axis, k) => fact(facts, axis, figure(world[3 * i + k] + scene3.centre[k]) + unit));
     if (!Number.isNaN(residual[i])) fact(facts, "rays miss by", figure(residual[i]) + " px");

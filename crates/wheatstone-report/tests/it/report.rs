@@ -174,6 +174,7 @@ fn names_cannot_break_out_of_the_page() {
         cameras: vec![evil.into()],
         explanation: evil.into(),
         hint: evil.into(),
+        stays_in_fit: true,
     });
     stays_whole(&report.html());
 }

@@ -7,10 +7,11 @@ use wheatstone::{
     dataset::Dataset,
     geometry::{Pixel, PixelColumns, columns_of},
     method::{
-        AnyMethod, AnyReconstructor, CalibratedMap, LocatedBatch, Locator, Reconstructor,
+        AnyMethod, AnyReconstructor, CalibratedMap, LocatedBatch, Locator, PixelSigmas,
+        Reconstructor,
         mismatch::{MismatchTest, noisier_pixels},
     },
-    numeric::progress::Silent,
+    numeric::{progress::Silent, random::Random},
     synthetic::{Noise, Rig, Stage, chart_correspondences, random_correspondences},
 };
 
@@ -45,7 +46,14 @@ fn rows(data: &Dataset) -> Vec<Vec<Option<Pixel>>> {
 fn in_batch(map: &dyn Reconstructor, rows: &[Vec<Option<Pixel>>], sigma: f64) -> LocatedBatch {
     let columns = columns_of(rows, map.cameras());
     let columns = columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect();
-    Locator::new(map, None).with_pixel_sigma(Some(sigma)).locate(&PixelColumns::new(columns))
+    let mut found = LocatedBatch::default();
+    let sigmas = PixelSigmas::One(sigma);
+    Locator::new(map, None).locate_noisy_into(
+        &PixelColumns::new(columns),
+        Some(&sigmas),
+        &mut found,
+    );
+    found
 }
 
 /// How many of the errors along each axis are below one and below 1.96 standard deviations, and how many matches are
@@ -94,6 +102,65 @@ fn error_bars_and_mismatches_are_those_of_the_noise_that_is_given() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Each pixel has a noise of its own: error bars hold for points with good pixels and for those with bad ones, which one
+/// standard deviation for all of them does not do.
+#[test]
+fn error_bars_are_those_of_each_pixels_own_noise() {
+    const LEVELS: [f64; 3] = [0.05, 0.2, 0.8];
+    let rig = Rig::named("pinhole", 3).unwrap();
+    let views = Stage::default().views().unwrap();
+    let train = chart_correspondences(&rig, &chart(&rig), &views, (Noise::Normal(0.1), 1), None);
+    let fit = AnyMethod::named("brown").unwrap().fit_checked(&train, 0, &Silent).unwrap();
+    let mut data =
+        random_correspondences(&rig, &chart(&rig), (60.0, 130.0), (Noise::None, 2), 3 * POINTS);
+    let mut random = Random::new(3);
+    let mut sigmas = vec![Vec::new(); 3];
+    for row in &mut data.correspondences {
+        for (camera, pixel) in row.pixels.iter_mut().enumerate() {
+            let sigma = LEVELS[random.below(3)];
+            sigmas[camera].push(sigma);
+            if let Some(pixel) = pixel {
+                *pixel = Noise::Normal(sigma).apply(*pixel, &mut random);
+            }
+        }
+    }
+    let rows = rows(&data);
+    let columns = columns_of(&rows, 3);
+    let pixels = columns.iter().map(|[x, y]| [x.as_slice(), y.as_slice()]).collect();
+    let pixels = PixelColumns::new(pixels);
+    let mut locator = Locator::new(&*fit.reconstructor, None);
+    let mut found = LocatedBatch::default();
+    let given = PixelSigmas::Each(sigmas.iter().map(Vec::as_slice).collect());
+    locator.locate_noisy_into(&pixels, Some(&given), &mut found);
+    let typical = LEVELS.map(|sigma| sigma * sigma).iter().sum::<f64>() / 3.0;
+    let mut alike = LocatedBatch::default();
+    let one = PixelSigmas::One(typical.sqrt());
+    locator.locate_noisy_into(&pixels, Some(&one), &mut alike);
+    assert_eq!(found.point, alike.point);
+    let worst = |row: usize| sigmas.iter().map(|own| own[row]).fold(0.0, f64::max);
+    for level in LEVELS {
+        let held = |batch: &LocatedBatch| {
+            let (mut held, mut count) = (0.0, 0.0);
+            for (row, (world, _)) in data.known().enumerate().filter(|it| worst(it.0) == level) {
+                let at = batch.get(row).unwrap();
+                for axis in 0..3 {
+                    let error = (at.point[axis] - world[axis]).abs();
+                    held += f64::from(error < at.covariance[(axis, axis)].sqrt());
+                    count += 1.0;
+                }
+            }
+            assert!(count > 500.0, "{level} px: {count}");
+            held / count
+        };
+        let (own, same) = (held(&found), held(&alike));
+        assert!((0.63..0.73).contains(&own), "{level} px: {own}");
+        assert!(level == 0.8 || same > 0.8, "{level} px: {same} of one standard deviation");
+    }
+    let mismatches = MismatchTest::new(0.001, 3).mismatches(&pixels, &found);
+    let share = mismatches.iter().filter(|is| **is).count() as f64 / mismatches.len() as f64;
+    assert!(share < 0.01, "{share}");
 }
 
 /// Whatever the map is, the two ways say the same, points stay where they are, and covariances stay positive definite.

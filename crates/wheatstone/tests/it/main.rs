@@ -29,6 +29,7 @@ mod pipeline;
 mod real_charts;
 mod real_points;
 mod rectification;
+mod relative_poses;
 #[cfg(feature = "robot")]
 mod robot;
 mod settled_locator;

@@ -1,13 +1,17 @@
 //! Plates whose points are known in three dimensions, as a camera observes them.
 
+use std::path::{Path, PathBuf};
 use wheatstone_charts::{
+    capture::{CameraPictures, Capture, CapturedView},
     chart::{Chart, ChartSearch, Detection, PictureOf, point_list::PointList, two_level::TwoLevel},
+    detection::{DetectionSettings, detect_in},
     imaging::GrayImage,
 };
 use wheatstone_core::{
     camera::{PosedCamera, pinhole::Pinhole},
     geometry::{Pixel, Point3, Pose, Vector3},
 };
+use wheatstone_numeric::progress::Silent;
 
 /// Where a camera sees points so far away, and its picture of dots there.
 fn picture(points: &[Point3], distance: f64) -> (Vec<Pixel>, GrayImage) {
@@ -74,4 +78,43 @@ fn named_points_of_one_view_do_no_harm_in_others() {
         panic!("found")
     };
     assert!(why.contains("column `view`"), "{why}");
+}
+
+#[test]
+fn pictures_that_contradict_named_points_are_counted() {
+    let centred = |[x, y, z]: &[f64; 3]| [x - 90.0, y - 70.0, *z];
+    let chart = PointList::new(PointList::default().points.iter().map(centred).collect());
+    let [near, far] = [300.0, 450.0].map(|distance| picture(&chart.points(), distance));
+    let view = |name: &str| CapturedView {
+        name: name.into(),
+        world_from_chart: Some(Pose::default()),
+        sigma: None,
+    };
+    let named_elsewhere = |chart: PointList| {
+        let files = ["near", "far"].map(|name| Some(PathBuf::from(name)));
+        let capture = Capture {
+            path: PathBuf::new(),
+            unit: "mm".into(),
+            chart: chart.into(),
+            cameras: vec![CameraPictures { name: "only".into(), pictures: files.into() }],
+            views: ["near", "far"].map(view).into(),
+        };
+        let read = |path: &Path| {
+            Ok(if path == Path::new("near") { near.1.clone() } else { far.1.clone() })
+        };
+        let found = detect_in(&capture, DetectionSettings::default(), &read, &Silent).unwrap();
+        let all = found.pictures.iter().flatten().flatten();
+        assert!(all.filter(|it| it.outcome.is_ok()).count() == 2);
+        found.named_elsewhere(&capture)
+    };
+    let named = |view: Option<&str>, ids: [usize; 5]| {
+        let both = ids.into_iter().zip([0, 5, 30, 62, 69]);
+        both.fold(chart.clone(), |it, (id, at)| it.with_start(0, view, (id, near.0[at])))
+    };
+    let (right, wrong) = ([0, 5, 30, 62, 69], [62, 69, 5, 30, 0]);
+    assert_eq!(named_elsewhere(chart.clone()), (0, 0));
+    assert_eq!(named_elsewhere(named(Some("near"), right)), (1, 0));
+    // Without their view they are where the other picture has others, and wrong ids are wrong in both.
+    assert_eq!(named_elsewhere(named(None, right)), (2, 1));
+    assert_eq!(named_elsewhere(named(None, wrong)), (2, 2));
 }

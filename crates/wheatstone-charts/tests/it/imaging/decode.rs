@@ -106,6 +106,41 @@ fn a_video_is_named_with_the_way_to_its_frames() {
     assert!(error.hint().unwrap().contains("frames"));
 }
 
+/// A TIFF of pictures of one grey value each, with the kind that each of them has.
+fn tiff(kinds: &[u32]) -> Vec<u8> {
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut file).unwrap();
+    for (value, kind) in (1_u8..).zip(kinds) {
+        let mut page = encoder.new_image::<tiff::encoder::colortype::Gray8>(8, 6).unwrap();
+        page.encoder().write_tag(tiff::tags::Tag::NewSubfileType, *kind).unwrap();
+        page.write_data(&[value; 48]).unwrap();
+    }
+    file.into_inner()
+}
+
+#[test]
+fn a_tiff_of_several_pictures_is_refused_with_their_number() {
+    let path = std::path::Path::new("stack.tif");
+    for kinds in [&[0, 0][..], &[2; 12]] {
+        let error = decode_image(path, &tiff(kinds), Limits::default()).unwrap_err();
+        let told = format!("stack.tif: a TIFF of {} pictures, not one", kinds.len());
+        assert!(error.to_string().contains(&told), "{error}");
+        assert!(error.hint().unwrap().contains("a file of its own"));
+    }
+    // One picture, alone or with a smaller copy and a mask.
+    for kinds in [&[0][..], &[0, 1], &[0, 1, 4]] {
+        let read = decode_image(path, &tiff(kinds), Limits::default()).unwrap();
+        assert_eq!(read.values(), [1.0; 48]);
+    }
+    // What follows the first picture may be damaged: that is read as before.
+    let whole = tiff(&[0, 0]);
+    for length in 0..whole.len() {
+        if let Ok(read) = decode_image(path, &whole[..length], Limits::default()) {
+            assert_eq!(read.values(), [1.0; 48]);
+        }
+    }
+}
+
 /// A TIFF of one grey pixel in 32-bit floating point.
 fn float_tiff() -> Vec<u8> {
     // Tag, type (3: 16 bits, 4: 32 bits), value; one strip behind the directory.

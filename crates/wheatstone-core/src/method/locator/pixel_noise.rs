@@ -1,7 +1,7 @@
 //! Error bars of many points for pixels whose noise is given.
 
 use super::{
-    super::given_noise::{self, PIXEL_STEP, PixelShare},
+    super::given_noise::{self, PIXEL_STEP, PixelShare, PixelSigmas},
     LocatedBatch, Locator,
     located_batch::Slots,
 };
@@ -11,8 +11,14 @@ use crate::geometry::{PixelColumns, Point3};
 type Moved = Vec<[LocatedBatch; 2]>;
 
 impl Locator<'_> {
-    /// Makes error bars and expected residuals those of pixels with a standard deviation.
-    pub(super) fn give_noise(&self, pixels: &PixelColumns, slots: &mut Slots, sigma: f64) {
+    /// Makes error bars and expected residuals those of pixels with these standard deviations; `holds` where the map
+    /// is not one whose covariances are scaled.
+    pub(super) fn give_noise(
+        &self,
+        pixels: &PixelColumns,
+        slots: &mut Slots,
+        (sigmas, holds): (&PixelSigmas, bool),
+    ) {
         let cameras = 0..pixels.cameras().len();
         let moved: Moved =
             cameras.map(|camera| [0, 1].map(|axis| self.moved(pixels, (camera, axis)))).collect();
@@ -33,7 +39,7 @@ impl Locator<'_> {
             // Where a step leads out of what the map knows, another may not.
             let again = || given_noise::shares(map, &row, located.point);
             let shares = if is_known { Some(shares) } else { again() };
-            let located = located.for_pixels(shares, (sigma, self.scale.is_none()));
+            let located = located.for_pixels(shares, &sigmas.variances(index, &row), holds);
             slots.put(index, Some(&located), true);
         }
     }

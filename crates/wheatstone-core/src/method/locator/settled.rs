@@ -1,6 +1,8 @@
 //! A locator that is made ready once: what it says of a point depends on nothing that it was asked before.
 
-use super::{Built, LocatedBatch, Locator, MOST_RESIDUAL, Request, rig::BatchOutputs};
+use super::{
+    super::PixelSigmas, Built, LocatedBatch, Locator, MOST_RESIDUAL, Request, rig::BatchOutputs,
+};
 use crate::geometry::PixelColumns;
 use rayon::prelude::*;
 
@@ -19,9 +21,9 @@ impl<'a> Locator<'a> {
     /// like those that are to be located); whatever it was asked before counts for nothing.
     #[must_use]
     pub fn settled(self, shown: &PixelColumns) -> SettledLocator<'a> {
-        let Self { map, volume, noise, scale, stage, pixel_sigma, with_covariance, .. } = self;
+        let Self { map, volume, noise, scale, stage, with_covariance, .. } = self;
         let fresh = Self::new(map.reconstructor, volume);
-        let mut locator = Self { noise, scale, stage, pixel_sigma, with_covariance, ..fresh };
+        let mut locator = Self { noise, scale, stage, with_covariance, ..fresh };
         let check = locator.map.epipolar_check.as_mut().filter(|_| with_covariance);
         locator.map.base.iter_mut().chain(check).for_each(|rig| rig.settle(shown));
         if with_covariance {
@@ -73,20 +75,23 @@ impl SettledLocator<'_> {
     /// [`SettledLocator::locate`] into columns that are there already: whoever locates again and again spares the
     /// memory.
     pub fn locate_into(&self, pixels: &PixelColumns, places: &mut LocatedBatch) {
-        self.locate_noisy_into(pixels, self.locator.pixel_sigma, places);
+        self.locate_noisy_into(pixels, None, places);
     }
 
-    /// [`SettledLocator::locate_into`] for pixels with this standard deviation of a coordinate
-    /// ([`Locator::with_pixel_sigma`]).
+    /// [`SettledLocator::locate_into`] for pixels whose standard deviations are given
+    /// ([`Locator::locate_noisy_into`]).
     pub fn locate_noisy_into(
         &self,
         pixels: &PixelColumns,
-        pixel_sigma: Option<f64>,
+        sigmas: Option<&PixelSigmas>,
         places: &mut LocatedBatch,
     ) {
         let own = &self.locator;
         places.resize(pixels.points(), own.with_covariance, own.volume.is_some());
         let tasks = places.tasks(0).into_par_iter().with_max_len(1);
-        tasks.for_each(|(of, slots)| drop(own.task(&pixels.part(of), slots, pixel_sigma)));
+        tasks.for_each(|(of, slots)| {
+            let sigmas = sigmas.map(|sigmas| sigmas.part(of.clone()));
+            drop(own.task(&pixels.part(of), slots, sigmas.as_ref()));
+        });
     }
 }

@@ -17,6 +17,7 @@ mod greatest_evidence;
 mod fit;
 mod layout;
 mod lens;
+mod pose_errors;
 mod pose_jacobian;
 mod pose_uncertainty;
 mod settings;
@@ -259,7 +260,7 @@ impl Reconstructor for NeuralCameraReconstructor {
         let own = |[weights, lens]: &[DMatrix<f64>; 2]| 2 * weights.ncols() + lens.ncols() + 2;
         let own: Vec<usize> = roots.iter().map(own).collect();
         let all: usize = own.iter().sum();
-        let count = all + self.cameras.first().map_or(0, NeuralCameraModel::modes);
+        let count = all + self.cameras.first().map_or(0, |camera| camera.modes().len());
         let displacements: Displacements = Box::new(move |index, world| {
             let camera = self.cameras.get(index)?;
             let [displaced, by_charts] = camera.displacements(roots.get(index)?, world)?;
@@ -286,6 +287,6 @@ impl Reconstructor for NeuralCameraReconstructor {
     fn is_consistent(&self) -> bool {
         !self.cameras.is_empty()
             && self.cameras.iter().all(NeuralCameraModel::is_consistent)
-            && self.cameras.windows(2).all(|pair| pair[0].modes() == pair[1].modes())
+            && self.cameras.windows(2).all(|pair| pair[0].modes().len() == pair[1].modes().len())
     }
 }

@@ -26,7 +26,7 @@ use wheatstone_numeric::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Optics {
-    lens: Lens,
+    pub(super) lens: Lens,
     field: Field,
     /// Displacement in pixels along x and y, a function of the field each.
     weights: Vec<[f64; 2]>,
@@ -289,9 +289,9 @@ impl NeuralCameraModel {
         }
     }
 
-    /// How many motions of charts it follows.
-    pub(super) fn modes(&self) -> usize {
-        self.modes.len()
+    /// What it does with each motion of charts.
+    pub(super) fn modes(&self) -> &[Mode] {
+        &self.modes
     }
 
     /// Covariance of a pixel of this point about its prediction: that of the detector and that of

@@ -69,7 +69,7 @@ fn of_views(evidence: &Evidence, camera: usize) -> Vec<Proposal> {
     if is_at_an_end(evidence, camera, &found) {
         for one in &mut found {
             one.changes.clear();
-            one.hint = "fix the camera's mount and record again, or use only the views in which it stands where it will stay".into();
+            one.hint = "fix the camera's mount, its focus and its zoom, and record again, or use only the views in which it stands where it will stay".into();
         }
     }
     found
@@ -335,7 +335,7 @@ fn proposal(evidence: &Evidence, camera: usize, split: &Split) -> Proposal {
                 evidence.data.unit
             ),
             &format!(
-                "fix the camera's mount and record again, or use only the views before `{name}`, or only those from it on"
+                "fix the camera's mount, its focus and its zoom, and record again, or use only the views before `{name}`, or only those from it on"
             ),
         )
     }

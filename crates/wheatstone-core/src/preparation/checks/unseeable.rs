@@ -153,7 +153,9 @@ fn oblique_stage(evidence: &Evidence) -> Option<Statement> {
     let measure = "measure the stage's angle to the chart";
     Some(if is_in_order {
         Statement {
-            what: format!("{oblique}, or a camera that drifts while the stage advances"),
+            what: format!(
+                "{oblique}, or a camera that drifts while the stage advances, or is triggered late while it moves"
+            ),
             check: format!(
                 "{measure}; show the first chart once more at the end, as a view of its own"
             ),

@@ -142,6 +142,12 @@ fn places_on_a_flat_chart_are_told_from_points() {
         assert_eq!(data.correspondences[0].board, Some([30.0, 60.0]));
         assert_eq!((data.correspondences[0].world, &data.unit[..]), (None, "mm"));
     }
+    // A column that is given another name keeps its unit, and is found without it.
+    for told in ["board_x=X_cm,board_y=Y_cm", "board_x=X,board_y=Y"] {
+        let text = "view,X_cm,Y_cm,x1,y1,x2,y2\n0,3,6,1,2,3,4\n";
+        let data = parse_with(text.as_bytes(), Some(told)).unwrap();
+        assert_eq!((data.correspondences[0].board, &data.unit[..]), (Some([3.0, 6.0]), "cm"));
+    }
     // Without such a mapping a lone Z is not passed over.
     let (_, problem, _) = refused("view,board_x,board_y,Z,x1,y1,x2,y2\n0,30,60,0,1,2,3,4\n");
     assert!(problem.contains("no column `X`, `Y`"), "{problem}");
