@@ -96,7 +96,7 @@ const FAULTS: &[(&str, Inject, Points, Charts)] = &[
     ("pixels of one camera shifted from a view on", pixels_shifted_on, Points::Any, Charts::Any),
     ("pixels of one camera shifted in some views", pixels_shifted, Points::Any, Charts::Any),
     ("chart in the other of its two poses, a view", other_pose, Points::Plane, Charts::Placed),
-    ("pixels of one camera drift, views in no order", drifting, Points::Any, Charts::Placed),
+    ("pixels of one camera drift, views in no order", drifting, Points::Any, Charts::Any),
 ];
 
 /// The names of all faults, in their order.

@@ -12,7 +12,7 @@ use crate::{
     camera::AnyCamera,
     dataset::Dataset,
     fit::{
-        bundle::{self, BundleSettings, Gauge, Lenses, SolvedPoses, ViewPose},
+        bundle::{self, BundleSettings, CameraMotion, Gauge, Lenses, SolvedPoses, ViewPose},
         stage::{self, StagePrior},
     },
     method::auto,
@@ -44,6 +44,10 @@ pub struct EstimatedPoses {
     /// The frame of the world; none where some places were known, whose frame it is then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gauge: Option<Gauge>,
+    /// The change of a camera's pose relative to the others, where the pixels tell one; a model's file has it among its
+    /// findings.
+    #[serde(skip)]
+    pub motion: Option<CameraMotion>,
 }
 
 /// How far charts may go from where a known lens put them, as a share of their distance, and in
@@ -76,6 +80,7 @@ pub(super) fn place(
         views: solved.views,
         unplaced: solved.unplaced,
         undecided: solved.undecided,
+        motion: solved.motion,
         lens: solved.lens.into(),
         rms: solved.rms,
         baselines: solved.baselines,

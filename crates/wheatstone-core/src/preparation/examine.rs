@@ -60,7 +60,7 @@ fn examine_views(
         Ok(placed) => {
             let of_sample = rows_placed(&sample, &placed.1);
             let from = (&sample, &*of_sample);
-            let after = examine_placed(from, &placed.0, &checks::examine, &place)?;
+            let after = examine_placed(from, &placed, &checks::examine, &place)?;
             let rows: Vec<usize> = of_sample.iter().map(|row| sampled_from[*row]).collect();
             if after.worst() < Some(Severity::Fatal) {
                 let shape = chart_shape::examine(&sample, &placed, bundle_settings, progress)?;

@@ -285,7 +285,7 @@ impl Preparation {
         let rows = rows_placed(recorded, &placed.1);
         let after = worst_apart::examine_placed(
             (recorded, &rows),
-            &placed.0,
+            &placed,
             &|data| self.examine(data),
             &place,
         )?;

@@ -18,7 +18,7 @@ const APART: usize = 3;
 /// Of so many views at most one is set apart: those that stay must be the most.
 const SHARE: usize = 3;
 
-/// What shows in charts that were placed, by an examination of them; `rows` tells from which of the `recorded` rows each
+/// What shows in charts that were placed, by an examination of them, and in the cameras' relative poses; `rows` tells from which of the `recorded` rows each
 /// comes.
 ///
 /// # Errors
@@ -26,11 +26,16 @@ const SHARE: usize = 3;
 /// [`Error::Cancelled`].
 pub(super) fn examine_placed(
     (recorded, rows): (&Dataset, &[usize]),
-    placed: &Dataset,
+    (placed, estimated): &Placed,
     examine: &dyn Fn(&Dataset) -> Examination,
     place: &dyn Fn(&Dataset) -> Result<Placed>,
 ) -> Result<Examination> {
     let mut best = examine(placed);
+    if let Some(motion) = &estimated.motion
+        && checks::name_motion(&mut best.findings, motion, placed)
+    {
+        return Ok(best);
+    }
     let mut apart: Vec<usize> = Vec::new();
     let mut now = placed.clone();
     let most = APART.min(recorded.views.len() / SHARE);

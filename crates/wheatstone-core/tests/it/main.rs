@@ -11,6 +11,7 @@ mod fitted_cameras;
 mod interpolation;
 mod lenses;
 mod locator;
+mod hand_held_motion;
 mod mismatch;
 mod network;
 mod neural_camera;

@@ -69,9 +69,14 @@ impl<'a> Bundle<'a> {
         self.shots.iter().map(|shot| shot.iter().map(of).collect()).collect()
     }
 
+    /// The normal equations at a state.
+    pub(super) fn equations<L: BatchProjection>(&self, state: &State<L>) -> TotalSums {
+        self.sums(state, &self.seen())
+    }
+
     /// Half the weighted sum of squares at a state.
     pub(super) fn cost<L: BatchProjection>(&self, state: &State<L>) -> f64 {
-        self.sums(state, &self.seen()).cost
+        self.equations(state).cost
     }
 
     fn sums<L: BatchProjection>(

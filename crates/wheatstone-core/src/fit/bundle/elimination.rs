@@ -105,6 +105,31 @@ impl TotalSums {
         Some((eliminated, matrix))
     }
 
+    /// What each view tells of the cameras, its chart eliminated: normal equations whose last row and column is the
+    /// gradient. `None` where a chart is not determined.
+    pub(super) fn by_view(&self, loose: &[bool], counts: &[usize]) -> Option<Vec<DMatrix<f64>>> {
+        let count = self.gradient.len();
+        let eliminated = Eliminated::new(&self.views, loose, (count, 0.0))?;
+        let of_view = |(view, sums): (usize, &ViewSums)| {
+            let (mut own, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
+            sums.add_to(counts.iter().copied(), &mut own, &mut gradient);
+            own.fill_upper_triangle_with_lower_triangle();
+            let mut matrix = own.resize(count + 1, count + 1, 0.0);
+            for (row, value) in gradient.iter().enumerate() {
+                matrix[(row, count)] = *value;
+                matrix[(count, row)] = *value;
+            }
+            if loose[view] {
+                let first = view * POSE * eliminated.stride;
+                let shares = &eliminated.shares[first..first + POSE * eliminated.stride];
+                let shares = DMatrix::from_row_slice(POSE, eliminated.stride, shares);
+                matrix -= shares.tr_mul(&shares);
+            }
+            matrix
+        };
+        Some(self.views.iter().enumerate().map(of_view).collect())
+    }
+
     /// A step for this damping; `None` where something is not determined.
     pub(super) fn step(&self, loose: &[bool], damping: f64) -> Option<Step> {
         let count = self.gradient.len();

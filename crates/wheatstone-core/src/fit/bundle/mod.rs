@@ -11,6 +11,7 @@
 //! are refused.
 
 mod adjustment;
+mod camera_motion;
 mod elimination;
 mod gather;
 mod mirrors;
@@ -22,9 +23,10 @@ mod solved;
 mod state;
 mod sums;
 mod two_fold;
+mod view_equations;
 
 pub use settings::{BundleSettings, Gauge, Lenses};
-pub use solved::{SolvedPoses, ViewPose};
+pub use solved::{CameraMotion, PoseChange, SolvedPoses, ViewPose};
 
 use crate::{
     Error, Result,
@@ -228,6 +230,7 @@ fn finish<L: Terms>(
         data: gathered.in_world(data, &choice.loose, &poses),
         views,
         unplaced: unplaced.collect(),
+        motion: camera_motion::find(&choice, gathered),
         undecided: undecided.into_iter().map(|view| gathered.names[view].clone()).collect(),
         lens,
         cameras: choice.state.cameras.iter().map(|camera| camera.lens.clone().into()).collect(),

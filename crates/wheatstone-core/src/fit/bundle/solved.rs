@@ -28,6 +28,40 @@ pub struct ViewPose {
     pub points: usize,
 }
 
+/// A camera whose pose relative to the others changed.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CameraMotion {
+    /// The camera, counted from 0; of two it may as well be the other.
+    pub camera: usize,
+    /// How it changed.
+    pub change: PoseChange,
+    /// The views' names in which it is another than in the first one; all of them for a drift.
+    pub views: Vec<String>,
+    /// By how far the chart's points moved in its pictures, in pixels: root mean square.
+    pub shift: f64,
+    /// Rotation, in degrees.
+    pub rotation: f64,
+    /// Translation in the data's unit; 0 where the rotation explains it.
+    pub translation: f64,
+    /// Root mean square error of a pixel coordinate with constant relative poses, and with this change.
+    pub errors: [f64; 2],
+}
+
+/// How a camera's pose changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PoseChange {
+    /// From a view on.
+    Step,
+    /// Evenly from the first view to the last.
+    Drift,
+    /// In some views, in each otherwise.
+    Some,
+    /// In every view otherwise.
+    Every,
+}
+
 /// Charts placed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -41,6 +75,8 @@ pub struct SolvedPoses {
     pub unplaced: Vec<String>,
     /// Views whose chart may be tilted to either of two sides: their pixels do not tell.
     pub undecided: Vec<String>,
+    /// The change of a camera's pose relative to the others, where the pixels tell one.
+    pub motion: Option<CameraMotion>,
     /// The lens that was used: a name of the registry of cameras.
     pub lens: &'static str,
     /// The cameras, each in its own frame; one that sees charts in a mirror is that of its pictures with the sign of y changed.
