@@ -7,6 +7,7 @@
 mod browser;
 mod commands;
 mod conversion;
+mod exposure;
 mod failure;
 mod frame;
 mod input;

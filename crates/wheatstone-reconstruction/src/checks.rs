@@ -1,6 +1,9 @@
 //! What is wrong with pictures whose matches somebody else found, and what left no point of any.
 
-use crate::{pair_check::fault, reconstruction::Reconstruction, scene::SceneReconstructor};
+use crate::{
+    contradiction::Verdict, reconstruction::Reconstruction, scene::SceneReconstructor,
+    turned::sideways,
+};
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::Result;
 use wheatstone_numeric::progress::Progress;
@@ -23,19 +26,28 @@ pub enum Emptied {
 }
 
 impl SceneReconstructor<'_> {
-    /// What makes pictures worthless whose matches somebody else found, if something does, and between which two cameras:
-    /// as [`SceneReconstructor::reconstruct`] tells it, but that another matcher may find what ours does not.
+    /// What matches show that somebody else found, with what speaks against their pictures: as
+    /// [`SceneReconstructor::reconstruct`] tells it, but that another matcher may find what ours does not.
     ///
     /// # Errors
     ///
     /// Those of [`SceneReconstructor::reconstruct`].
-    pub fn picture_fault(
+    pub fn checked(
         &self,
+        found: Reconstruction,
         pictures: &[&ColourImage],
         progress: &dyn Progress,
-    ) -> Result<Option<([usize; 2], PairFault)>> {
-        let fault = fault(&self.maps(pictures, progress)?.checks);
-        Ok(fault.filter(|(_, fault)| !matches!(fault, PairFault::NothingInCommon { .. })))
+    ) -> Result<Reconstruction> {
+        let mut checks = self.maps(pictures, progress)?.checks;
+        for check in &mut checks {
+            check.is_left_out = false;
+            check.fault =
+                check.fault.filter(|fault| !matches!(fault, PairFault::NothingInCommon { .. }));
+        }
+        let contradiction = found.contradiction.clone();
+        let sideways = sideways(&self.pairs, &checks);
+        let verdict = Verdict { contradiction, turned: None, sideways };
+        Ok(found.judged(verdict, checks))
     }
 
     /// Two of some cameras that do not fit whose pictures do when they are exchanged, where there are such two.

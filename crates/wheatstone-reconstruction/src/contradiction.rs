@@ -1,14 +1,16 @@
-//! Cameras whose depths contradict those of the others everywhere: a camera that was turned sideways leaves the rows as
-//! they are, and shifts all depths.
+//! Cameras whose depths contradict those of the others everywhere: a camera that was turned sideways hardly changes rows,
+//! and shifts all depths.
 
 use crate::{
     consensus::{Candidate, MOST_SIGMAS, depths},
     dense,
     pair::RectifiedPair,
+    pair_check::PairCheck,
     points::PointEstimator,
     scene_points::ScenePoints,
     seen::{Found, Seen},
     settings::ReconstructionSettings,
+    turned::{DepthDifference, TurnedCamera, TurnedSideways, sideways, turned},
 };
 use wheatstone_numeric::statistics::median;
 use wheatstone_stereo::{CONFIDENT, DisparityMap};
@@ -31,14 +33,24 @@ pub struct Contradiction {
     pub sigmas: f64,
 }
 
-impl Contradiction {
-    /// Of disparity maps, if there is one.
+/// What several pairs say of each other.
+#[derive(Default)]
+pub(crate) struct Verdict {
+    pub(crate) contradiction: Option<Contradiction>,
+    /// The camera that was turned, where rows or depths are off and one alone explains how.
+    pub(crate) turned: Option<TurnedCamera>,
+    /// Of a single pair, what its rows say of a turn sideways.
+    pub(crate) sideways: Option<TurnedSideways>,
+}
+
+impl Verdict {
+    /// Of disparity maps.
     pub(crate) fn of_maps(
         pairs: &[RectifiedPair<'_>],
         points: &ScenePoints<'_>,
-        maps: &[Option<&DisparityMap>],
+        (maps, checks): (&[Option<&DisparityMap>], &[PairCheck]),
         settings: &ReconstructionSettings,
-    ) -> Option<Self> {
+    ) -> Self {
         let height = pairs[0].rectification.pair.size[1] as usize;
         let rows =
             if pairs.len() > 1 { (STEP / 2..height).step_by(STEP) } else { (0..0).step_by(1) };
@@ -47,18 +59,25 @@ impl Contradiction {
             let seen = dense::seen((pairs, &points.lattices), maps, y, settings);
             all.add(pairs, &points.map, &seen);
         }
-        all.told(pairs)
+        all.told(pairs, checks)
     }
 
-    /// Of single pixels, if there is one.
+    /// Of single pixels.
     pub(crate) fn of_pixels(
         pairs: &[RectifiedPair<'_>],
         points: &ScenePoints<'_>,
-        seen: &Seen,
-    ) -> Option<Self> {
+        (seen, checks): (&Seen, &[PairCheck]),
+    ) -> Self {
         let mut all = Contradictions::new(pairs.len());
         all.add(pairs, &points.map, seen);
-        all.told(pairs)
+        all.told(pairs, checks)
+    }
+
+    /// The pair that is left out because of its other camera.
+    pub(crate) fn left_out(&self, pairs: &[RectifiedPair<'_>]) -> Option<usize> {
+        let contradicting = self.contradiction.as_ref().and_then(|own| own.left_out);
+        let camera = contradicting.or(self.turned.map(|own| own.camera))?;
+        pairs.iter().position(|pair| pair.cameras[1] == camera)
     }
 }
 
@@ -66,11 +85,13 @@ impl Contradiction {
 struct Contradictions {
     /// [pair][pair]: differences in standard deviations.
     differences: Vec<Vec<Vec<f64>>>,
+    /// The same with all that tells where.
+    depths: Vec<DepthDifference>,
 }
 
 impl Contradictions {
     fn new(pairs: usize) -> Self {
-        Self { differences: vec![vec![Vec::new(); pairs]; pairs] }
+        Self { differences: vec![vec![Vec::new(); pairs]; pairs], depths: Vec::new() }
     }
 
     /// Adds what pairs match with some pixels.
@@ -90,20 +111,42 @@ impl Contradictions {
             let found = &seen.found[pair][index];
             let is_sure = found.is_some_and(|found| found.confidence > CONFIDENT);
             let own = told[pair][index].filter(|_| is_sure)?;
-            Some((own.nearness, own.sigma * own.sigma + calibration(found, own.nearness)))
+            let variance = own.sigma * own.sigma + calibration(found, own.nearness);
+            (variance > 0.0 && variance.is_finite()).then_some((own, variance, found.as_ref()?))
         };
         for first in 0..pairs.len() {
             for second in first + 1..pairs.len() {
-                let both = (0..seen.places.len())
-                    .filter_map(|index| Some((sure(first, index)?, sure(second, index)?)));
-                let sigmas = both.map(|((a, va), (b, vb))| (a - b).abs() / (va + vb).sqrt());
-                self.differences[first][second].extend(sigmas.filter(|sigmas| sigmas.is_finite()));
+                for index in 0..seen.places.len() {
+                    let (Some(a), Some(b)) = (sure(first, index), sure(second, index)) else {
+                        continue;
+                    };
+                    let nearness = a.0.nearness - b.0.nearness;
+                    self.differences[first][second].push(nearness.abs() / (a.1 + b.1).sqrt());
+                    self.depths.push(DepthDifference {
+                        pairs: [first, second],
+                        pixel: seen.reference[index],
+                        disparities: [a.2.disparity, b.2.disparity],
+                        slopes: [a, b].map(|own| own.0.sigma * own.2.doubt / own.2.sigma),
+                        nearness,
+                    });
+                }
             }
         }
     }
 
+    /// What they say together with the rows of corners.
+    fn told(&self, pairs: &[RectifiedPair<'_>], checks: &[PairCheck]) -> Verdict {
+        let contradiction = self.contradiction(pairs);
+        let is_unexplained = contradiction.as_ref().is_some_and(|own| own.left_out.is_none());
+        let is_off = || checks.iter().any(|check| check.is_off() && !check.is_left_out);
+        let is_open = is_unexplained || (contradiction.is_none() && is_off());
+        let turned = if is_open { turned(pairs, checks, &self.depths) } else { None };
+        let sideways = sideways(pairs, checks);
+        Verdict { contradiction, turned, sideways }
+    }
+
     /// What they say together, if most pixels contradict each other.
-    fn told(&self, pairs: &[RectifiedPair<'_>]) -> Option<Contradiction> {
+    fn contradiction(&self, pairs: &[RectifiedPair<'_>]) -> Option<Contradiction> {
         let count = self.differences.len();
         let typical = |first: usize, second: usize| {
             let all = &self.differences[first.min(second)][first.max(second)];

@@ -4,12 +4,12 @@ use crate::{
     pair::refused,
     pair_check::{PairCheck, fault},
     reconstruction::Reconstruction,
-    scene::SceneReconstructor,
+    scene::{SceneReconstructor, Searched},
 };
 use wheatstone_charts::imaging::ColourImage;
 use wheatstone_core::{Error, Result};
 use wheatstone_numeric::progress::Progress;
-use wheatstone_stereo::{DisparityFusion, PairFault};
+use wheatstone_stereo::{DisparityFusion, DisparityMap, PairFault};
 
 /// Frames of one scene, put together pair by pair: noise is averaged, what a frame contradicts is outvoted. Memory does not
 /// grow with their number.
@@ -42,9 +42,9 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
         progress: &dyn Progress,
     ) -> Result<Option<([usize; 2], PairFault)>> {
         let found = self.made.maps(pictures, progress)?;
-        let fault = fault(&found.checks);
-        if fault.is_some() {
-            return Ok(fault);
+        let at_fault = fault(&found.checks);
+        if at_fault.is_some() && !self.is_explained(&found) {
+            return Ok(at_fault);
         }
         let doubts = |checks: &[PairCheck]| checks.iter().filter(|own| own.is_doubtful).count();
         if self.checks.is_empty() || doubts(&found.checks) > doubts(&self.checks) {
@@ -62,6 +62,18 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
         Ok(None)
     }
 
+    /// Whether a camera has moved that can be left out, and nothing else is at fault.
+    fn is_explained(&self, found: &Searched<DisparityMap>) -> bool {
+        let of_pairs: Vec<_> = found.of_pairs.iter().map(Option::as_ref).collect();
+        let Some(left_out) = self.made.verdict(&of_pairs, &found.checks).left_out(&self.made.pairs)
+        else {
+            return false;
+        };
+        let mut checks = found.checks.clone();
+        checks[left_out].is_left_out |= checks[left_out].may_be_moved();
+        fault(&checks).is_none()
+    }
+
     /// What all frames show.
     ///
     /// # Errors
@@ -76,9 +88,6 @@ impl<'s, 'm> FrameFusion<'s, 'm> {
             });
         };
         let maps = self.pairs.iter().map(|pair| Some(pair.as_ref()?.map())).collect();
-        let found = self.made.of_maps(maps, reference, progress)?;
-        let mut left_out = self.made.left_out(&self.pairs);
-        left_out.extend(&found.left_out);
-        Ok(Reconstruction { left_out, ..found }.checked(self.checks))
+        self.made.of_maps((maps, self.checks), reference, progress)
     }
 }

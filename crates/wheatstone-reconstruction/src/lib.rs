@@ -11,7 +11,8 @@
 //! 2. `scene` does so with the reference camera and each other one. `matches` leads from disparities back to pixels of
 //!    the cameras' own pictures; `seen` gathers, for each pixel of the reference, what the others match with it: `dense`
 //!    from disparity maps, `sparse` from corners and edges ([`features`]), or from pixels that somebody else matched.
-//! 3. `consensus` keeps what the pairs agree on, and `contradiction` tells of a camera that agrees with no other.
+//! 3. `consensus` keeps what the pairs agree on, `contradiction` tells of a camera that agrees with no other, and `turned` which
+//!    one a small rotation of explains what rows and depths say.
 //! 4. `points` has the model triangulate it. A disparity is a search only: what is told is where the model's own map
 //!    places the matched pixels, with the covariance of the match and of the calibration. Of a pair's disparities
 //!    `point_lattice` interpolates what the map says; `scene_points` chooses between the two.
@@ -28,6 +29,7 @@ mod seen;
 mod points;
 mod pair;
 mod pair_check;
+mod turned;
 mod point_lattice;
 mod dense;
 mod sparse;
@@ -59,3 +61,4 @@ pub use pair_check::PairCheck;
 pub use reconstruction::Reconstruction;
 pub use scene::SceneReconstructor;
 pub use settings::ReconstructionSettings;
+pub use turned::{TurnedCamera, TurnedSideways};

@@ -29,7 +29,7 @@ pub(crate) struct RectifiedPair<'a> {
     pub(crate) rectification: Rectification<'a>,
     /// The reference camera, and the other one.
     pub(crate) cameras: [usize; 2],
-    is_mirrored: bool,
+    pub(crate) is_mirrored: bool,
     /// Of the reference camera and of the other one, mirrored where pictures are.
     tables: [Table; 2],
     pub(crate) range: Range<i32>,
@@ -138,15 +138,18 @@ impl<'a> RectifiedPair<'a> {
 
     /// What both cameras show at a rectified pixel and a disparity; `None` where a table shows nothing.
     pub(crate) fn shown(&self, (x, y): (f64, f64), disparity: f64) -> Option<Shown> {
-        let lower = |disparity: f64| {
-            let lower = |curves: &EpipolarCurves| curves.at(x as f32, y as f32, disparity as f32);
-            self.curves.as_ref().map_or(0.0, |curves| f64::from(lower(curves)))
-        };
+        let lower = |disparity: f64| self.lower((x, y), disparity);
         Some(Shown {
             reference: Source::of(&self.tables[0], x, y)?,
             other: Source::of(&self.tables[1], x - disparity, y + lower(disparity))?,
             bend: lower(disparity + 0.5) - lower(disparity - 0.5),
         })
+    }
+
+    /// By how many rows the epipolar curve of a rectified pixel leads down at a disparity.
+    pub(crate) fn lower(&self, (x, y): (f64, f64), disparity: f64) -> f64 {
+        let at = |curves: &EpipolarCurves| curves.at(x as f32, y as f32, disparity as f32);
+        self.curves.as_ref().map_or(0.0, |curves| f64::from(at(curves)))
     }
 
     /// Where the other camera shows what the reference camera's own picture shows at a pixel: from the largest disparity
@@ -263,8 +266,7 @@ impl<'a> RectifiedPair<'a> {
 
     /// What the cameras have at a pixel of the rectified picture and a disparity, in their pictures or beyond them.
     pub(crate) fn match_at(&self, at: Vector3<f64>) -> Option<([f64; 2], MatchedPixel)> {
-        let lower = |curves: &EpipolarCurves| curves.at(at.x as f32, at.y as f32, at.z as f32);
-        let lower = self.curves.as_ref().map_or(0.0, lower);
+        let lower = self.lower((at.x, at.y), at.z);
         let source = |own: usize, x: f64, y: f64| {
             let (side, x) = if self.is_mirrored {
                 (1 - own, (self.tables[0].width - 1) as f64 - x)
@@ -275,7 +277,7 @@ impl<'a> RectifiedPair<'a> {
             Some([at.x, at.y])
         };
         let reference = source(0, at.x, at.y)?;
-        let pixel = source(1, at.x - at.z, at.y + f64::from(lower))?;
+        let pixel = source(1, at.x - at.z, at.y + lower)?;
         Some((reference, MatchedPixel { pixel, deviation: [0.0; 2], direction: [0.0; 2] }))
     }
 

@@ -1,10 +1,10 @@
 //! What is said of the pictures of one pair of cameras.
 
 use crate::pair::RectifiedPair;
-use wheatstone_stereo::{PairFault, PairJudgement, VerticalOffset};
+use wheatstone_stereo::{CornerOffset, PairFault, PairJudgement, VerticalOffset};
 
 /// What was found when the pictures of two cameras were compared.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PairCheck {
     /// The reference camera, and the other one.
@@ -15,17 +15,30 @@ pub struct PairCheck {
     pub vertical: Option<VerticalOffset>,
     /// Whether that is more than the calibration lets expect, of a pair without a fault.
     pub is_doubtful: bool,
-    /// Whether the other camera is left out, because next to nothing was matched.
+    /// Whether the other camera is left out, because next to nothing was matched or because it has moved.
     pub is_left_out: bool,
+    /// What corners say of rows.
+    pub(crate) corners: Vec<CornerOffset>,
 }
 
 impl PairCheck {
     pub(crate) fn new(pair: &RectifiedPair<'_>, judged: PairJudgement) -> Self {
-        let PairJudgement { fault, vertical, .. } = judged;
+        let PairJudgement { fault, vertical, corners, .. } = judged;
         let expected = pair.expected_offset();
         let is_doubtful =
             fault.is_none() && vertical.is_some_and(|offset| offset.is_doubtful(expected));
-        Self { cameras: pair.cameras, fault, vertical, is_doubtful, is_left_out: false }
+        let cameras = pair.cameras;
+        Self { cameras, fault, vertical, is_doubtful, is_left_out: false, corners }
+    }
+
+    /// Whether nothing speaks against a camera that has moved: that explains no picture that is given twice.
+    pub(crate) fn may_be_moved(&self) -> bool {
+        self.fault.is_none() || self.is_off()
+    }
+
+    /// Whether rows are off.
+    pub(crate) fn is_off(&self) -> bool {
+        self.is_doubtful || matches!(self.fault, Some(PairFault::Vertical(_)))
     }
 }
 
@@ -35,19 +48,4 @@ pub(crate) fn fault(checks: &[PairCheck]) -> Option<([usize; 2], PairFault)> {
     let counted = || checks.iter().filter(|check| !check.is_left_out);
     let faults = || counted().filter_map(|check| Some((check.cameras, check.fault?)));
     faults().find(|(_, fault)| !is_empty(fault)).or_else(|| faults().next())
-}
-
-/// The camera that has moved, where one alone explains which pairs are off: the other one of a single pair that is, or
-/// the reference where all are.
-pub(crate) fn moved(checks: &[PairCheck]) -> Option<usize> {
-    let is_off = |check: &&PairCheck| {
-        check.is_doubtful || matches!(check.fault, Some(PairFault::Vertical(_)))
-    };
-    let off: Vec<&PairCheck> = checks.iter().filter(is_off).collect();
-    let sound = checks.iter().filter(|check| check.fault.is_none() && !check.is_doubtful).count();
-    match &off[..] {
-        [only] if sound > 0 => Some(only.cameras[1]),
-        [first, _, ..] if off.len() == checks.len() => Some(first.cameras[0]),
-        _ => None,
-    }
 }

@@ -3,7 +3,7 @@
 use crate::{
     cloud::Cloud,
     consensus::agreed,
-    contradiction::Contradiction,
+    contradiction::Verdict,
     dense,
     pair::RectifiedPair,
     pair_check::PairCheck,
@@ -106,26 +106,17 @@ impl<'a> SceneReconstructor<'a> {
             let seen =
                 |of_pairs: &[_]| sparse::seen(&self.pairs, &features, of_pairs, &self.settings);
             let mut all = seen(&of_pairs);
-            let contradiction = Contradiction::of_pixels(&self.pairs, &self.points, &all);
-            if let Some(pair) = self.contradicting(&contradiction) {
+            let verdict = Verdict::of_pixels(&self.pairs, &self.points, (&all, &checks));
+            if let Some(pair) = verdict.left_out(&self.pairs) {
                 of_pairs[pair] = None;
                 all = seen(&of_pairs);
             }
             let found = self.of_features(&self.points, all, reference)?;
             let left_out = self.left_out(&of_pairs);
-            return Ok(Reconstruction { contradiction, left_out, ..found }.checked(checks));
+            return Ok(Reconstruction { left_out, ..found }.judged(verdict, checks));
         }
         let Searched { of_pairs, checks } = self.maps(pictures, progress)?;
-        let mut left_out = self.left_out(&of_pairs);
-        let found = self.of_maps(of_pairs, reference, progress)?;
-        left_out.extend(&found.left_out);
-        Ok(Reconstruction { left_out, ..found }.checked(checks))
-    }
-
-    /// Which pair is left out because of its other camera.
-    fn contradicting(&self, contradiction: &Option<Contradiction>) -> Option<usize> {
-        let camera = contradiction.as_ref()?.left_out?;
-        self.pairs.iter().position(|pair| pair.cameras[1] == camera)
+        self.of_maps((of_pairs, checks), reference, progress)
     }
 
     /// The disparities of each pair.
@@ -140,25 +131,31 @@ impl<'a> SceneReconstructor<'a> {
         })
     }
 
-    /// The points of disparities of each pair.
+    /// The points of disparities of each pair, with what was found when the pictures were compared.
     pub(crate) fn of_maps(
         &self,
-        mut maps: Vec<Option<DisparityMap>>,
+        (mut maps, checks): (Vec<Option<DisparityMap>>, Vec<PairCheck>),
         reference: &ColourImage,
         progress: &dyn Progress,
     ) -> Result<Reconstruction> {
         let mut of_pairs: Vec<_> = maps.iter().map(Option::as_ref).collect();
-        let contradiction =
-            Contradiction::of_maps(&self.pairs, &self.points, &of_pairs, &self.settings);
-        let contradicting = self.contradicting(&contradiction);
-        contradicting.into_iter().for_each(|pair| of_pairs[pair] = None);
+        let verdict = self.verdict(&of_pairs, &checks);
+        if let Some(pair) = verdict.left_out(&self.pairs) {
+            of_pairs[pair] = None;
+        }
         let (mut cloud, mut depth) = self.dense(&of_pairs, reference, progress)?;
         if self.pairs.len() > 1 {
             drop_rims(&mut cloud, &mut depth, (&self.pairs[0], &self.settings));
         }
+        let left_out = self.left_out(&of_pairs);
         let map = maps.swap_remove(0).ok_or_else(nothing)?;
-        let left_out = contradicting.map(|pair| self.pairs[pair].cameras[1]).into_iter().collect();
-        Ok(Reconstruction { contradiction, left_out, ..Reconstruction::of(map, depth, cloud) })
+        let found = Reconstruction::of(map, depth, cloud);
+        Ok(Reconstruction { left_out, ..found }.judged(verdict, checks))
+    }
+
+    /// What the maps of all pairs say of each other.
+    pub(crate) fn verdict(&self, maps: &[Option<&DisparityMap>], checks: &[PairCheck]) -> Verdict {
+        Verdict::of_maps(&self.pairs, &self.points, (maps, checks), &self.settings)
     }
 
     /// Cameras of which nothing was found.
@@ -217,7 +214,9 @@ impl<'a> SceneReconstructor<'a> {
         self.drop_unsearched(&mut map);
         let mut maps = vec![None; self.pairs.len()];
         maps[0] = Some(map);
-        self.of_maps(maps, self.reference(pictures), progress)
+        let found = self.of_maps((maps, Vec::new()), self.reference(pictures), progress)?;
+        // The others were not looked at.
+        Ok(Reconstruction { left_out: Vec::new(), ..found })
     }
 
     /// Takes out what lies at depths that are not searched.
@@ -258,18 +257,28 @@ impl<'a> SceneReconstructor<'a> {
             let found = |(pixel, row): &(Pixel, &Vec<_>)| pair.given(*pixel, row[order]?, sigma);
             rows.par_iter().map(found).collect()
         };
-        let found: Vec<_> = self.pairs.iter().map(|pair| Some(of_pair(pair))).collect();
+        let mut found: Vec<_> = self.pairs.iter().map(|pair| Some(of_pair(pair))).collect();
         let pixels: Vec<[f64; 2]> = rows.iter().map(|(pixel, _)| [pixel.x, pixel.y]).collect();
         let places = sparse::places(&self.pairs[0], &pixels, &self.settings);
-        let seen = sparse::at_pixels(&self.pairs, &pixels, &found, places);
-        let seen = Seen { pixel_sigma: Some(sigma), ..seen };
+        let seen = |found: &[Option<Vec<Option<Found>>>]| {
+            let seen = sparse::at_pixels(&self.pairs, &pixels, found, places.iter().copied());
+            Seen { pixel_sigma: Some(sigma), ..seen }
+        };
+        let mut all = seen(&found);
         /// From so many rows on it pays to make the map ready for them.
         const MANY: usize = 20_000;
         let made_ready =
             (rows.len() > MANY).then(|| ScenePoints::of_pixels(self.model, &self.pairs));
         let points = made_ready.as_ref().unwrap_or(&self.points);
         progress.check()?;
-        self.of_features(points, seen, pictures[order])
+        let verdict = Verdict::of_pixels(&self.pairs, points, (&all, &[]));
+        if let Some(pair) = verdict.left_out(&self.pairs) {
+            found[pair] = None;
+            all = seen(&found);
+        }
+        let located = self.of_features(points, all, pictures[order])?;
+        let left_out = self.left_out(&found);
+        Ok(Reconstruction { left_out, ..located }.judged(verdict, Vec::new()))
     }
 
     /// The points of single pixels.

@@ -90,4 +90,4 @@ pub use map::{CONFIDENT, DisparityMap, Match};
 pub use matcher::Matcher;
 pub use pair_fault::{PairFault, PairJudgement, judge_pair};
 pub use picture::Picture;
-pub use vertical::{VerticalOffset, vertical_offset};
+pub use vertical::{CornerOffset, VerticalOffset, vertical_offset};

@@ -18,6 +18,8 @@ const ROUNDS: usize = 3;
 
 /// A corner that agrees with the pattern, in pixels.
 pub(crate) struct Agreeing {
+    /// Which of the corners it is.
+    pub(crate) index: usize,
     /// What the pattern says of it.
     pub(crate) told: f64,
     /// What its own offset is beyond that.
@@ -77,7 +79,7 @@ impl Offsets {
         }
         let agreeing = agreeing.into_iter().map(|index| {
             let told = self.told(&pattern, index);
-            Agreeing { told, residual: self.offsets[index] - told }
+            Agreeing { index, told, residual: self.offsets[index] - told }
         });
         agreeing.collect()
     }

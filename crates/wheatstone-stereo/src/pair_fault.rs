@@ -3,7 +3,7 @@
 use crate::{
     error::MatchError,
     picture::Picture,
-    vertical::{VerticalOffset, large_vertical_offset, vertical_offset},
+    vertical::{CornerOffset, VerticalOffset, corner_offsets, large_corner_offsets},
 };
 use std::{fmt, ops::Range};
 
@@ -38,13 +38,15 @@ pub enum PairFault {
 }
 
 /// What was found when the two pictures of a pair were compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct PairJudgement {
     /// What makes the pair worthless, if something does.
     pub fault: Option<PairFault>,
     /// By how many rows the pictures are beside each other, where corners tell it.
     pub vertical: Option<VerticalOffset>,
+    /// The corners that tell it.
+    pub corners: Vec<CornerOffset>,
     /// Whether next to nothing was matched, whatever the reason.
     pub is_empty: bool,
 }
@@ -95,13 +97,15 @@ pub fn judge_pair(
         }
     }
     let is_empty = matched < LEAST_DENSITY;
-    let near = vertical_offset(left, right, range.clone())?;
-    let far = || large_vertical_offset([left, right], range).filter(|_| is_empty);
-    let vertical = near.or_else(far);
+    let near = corner_offsets([left, right], range.clone())?;
+    let far = || large_corner_offsets([left, right], range).filter(|_| is_empty);
+    let found = near.or_else(far);
+    let (vertical, corners) = found.map(|own| (own.offset, own.agreeing)).unzip();
     let is_off = |vertical: &VerticalOffset| {
         vertical.median_size > MOST_VERTICAL + bend || vertical.largest > MOST_AT_SIDES + bend
     };
     let off = vertical.filter(is_off).map(PairFault::Vertical);
     let empty = is_empty.then_some(PairFault::NothingInCommon { matched });
-    Ok(PairJudgement { fault: off.or(empty), vertical, is_empty })
+    let corners = corners.unwrap_or_default();
+    Ok(PairJudgement { fault: off.or(empty), vertical, corners, is_empty })
 }

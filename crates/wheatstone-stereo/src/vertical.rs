@@ -79,6 +79,26 @@ impl fmt::Display for VerticalOffset {
     }
 }
 
+/// A corner that both pictures of a pair show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CornerOffset {
+    /// x and y in the left picture, in pixels.
+    pub left: [f64; 2],
+    /// x on the left less x on the right, to a pixel.
+    pub disparity: f64,
+    /// By how many rows the right picture shows things lower there, by what all corners have in common: a constant, slopes
+    /// along x and y, and their product, in pixels.
+    pub lower: f64,
+}
+
+/// What corners say of a pair.
+pub(crate) struct Corners {
+    pub(crate) offset: VerticalOffset,
+    /// Those that agree.
+    pub(crate) agreeing: Vec<CornerOffset>,
+}
+
 /// Measures the vertical offset of a pair, for a range of disparities. None where too few corners are found again within 6 rows, or
 /// where they disagree: the pictures show nothing in common, or no texture.
 ///
@@ -90,6 +110,14 @@ pub fn vertical_offset(
     right: &Picture<'_>,
     range: Range<i32>,
 ) -> Result<Option<VerticalOffset>, MatchError> {
+    Ok(corner_offsets([left, right], range)?.map(|corners| corners.offset))
+}
+
+/// As [`vertical_offset`], with the corners.
+pub(crate) fn corner_offsets(
+    [left, right]: [&Picture<'_>; 2],
+    range: Range<i32>,
+) -> Result<Option<Corners>, MatchError> {
     let sizes = [left, right].map(|picture| (picture.width(), picture.height()));
     if sizes[0] != sizes[1] {
         return Err(MatchError::Sizes { left: sizes[0], right: sizes[1] });
@@ -98,21 +126,25 @@ pub fn vertical_offset(
     Ok(Search { left, right, range, rows: ROWS }.offset())
 }
 
-/// As [`vertical_offset`], of pictures that may be some twentieth of their height off, to about a row.
-pub(crate) fn large_vertical_offset(
+/// As [`corner_offsets`], of pictures that may be some twentieth of their height off, to about a row.
+pub(crate) fn large_corner_offsets(
     [left, right]: [&Picture<'_>; 2],
     range: Range<i32>,
-) -> Option<VerticalOffset> {
+) -> Option<Corners> {
     let pixels = [left, right].map(halved);
     let half = |side: usize| Picture::new(left.width() / 2, left.height() / 2, &pixels[side]).ok();
     let (left, right) = (half(0)?, half(1)?);
     let rows = ((MOST_ROWS * left.height() as f64) as isize).max(ROWS);
     let range = range.start.div_euclid(2)..range.end.div_euclid(2) + 1;
-    let VerticalOffset { median, median_size, largest, sigma, corners } =
+    let Corners { mut offset, mut agreeing } =
         Search { left: &left, right: &right, range, rows }.offset()?;
-    let [median, median_size, largest, sigma] =
-        [median, median_size, largest, sigma].map(|rows| 2.0 * rows);
-    Some(VerticalOffset { median, median_size, largest, sigma, corners })
+    let VerticalOffset { median, median_size, largest, sigma, .. } = &mut offset;
+    [median, median_size, largest, sigma].into_iter().for_each(|rows| *rows *= 2.0);
+    for corner in &mut agreeing {
+        corner.left = corner.left.map(|at| 2.0 * at + 0.5);
+        (corner.disparity, corner.lower) = (2.0 * corner.disparity, 2.0 * corner.lower);
+    }
+    Some(Corners { offset, agreeing })
 }
 
 /// The means of two by two pixels.
@@ -172,33 +204,43 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// What most corners agree on, if enough of them are found again.
-    fn offset(&self) -> Option<VerticalOffset> {
+    fn offset(&self) -> Option<Corners> {
         let corners = corners(self.left);
-        let found = corners.par_iter().filter_map(|&corner| {
-            Some(([corner.0 as f64, corner.1 as f64], f64::from(self.find(corner)?)))
+        let found = corners.par_iter().filter_map(|&(x, y)| {
+            let (disparity, lower) = self.find((x, y))?;
+            Some(([x as f64, y as f64], disparity, f64::from(lower)))
         });
-        let found: Vec<([f64; 2], f64)> = found.collect();
+        let found: Vec<([f64; 2], f64, f64)> = found.collect();
         if found.len() < LEAST_MATCHES.max(corners.len() / 5) {
             return None;
         }
         let size = [self.left.width(), self.left.height()];
-        let agreed = Offsets::new(&found, size).agreed(MOST_DIFFERENCE);
+        let offsets: Vec<_> = found.iter().map(|(at, _, lower)| (*at, *lower)).collect();
+        let agreed = Offsets::new(&offsets, size).agreed(MOST_DIFFERENCE);
+        let agreeing: Vec<_> = agreed
+            .iter()
+            .map(|corner| {
+                let (left, disparity, _) = found[corner.index];
+                CornerOffset { left, disparity, lower: corner.told }
+            })
+            .collect();
         let told: Vec<f64> = agreed.iter().map(|corner| corner.told).collect();
         let sizes: Vec<f64> = told.iter().map(|offset| offset.abs()).collect();
         let scatter: Vec<f64> = agreed.iter().map(|corner| corner.residual).collect();
         let degrees = agreed.len().saturating_sub(TERMS).max(1) as f64;
         let sigma = root_mean_square(&scatter) * (TERMS as f64 / degrees).sqrt();
-        (2 * agreed.len() > found.len()).then(|| VerticalOffset {
+        let offset = VerticalOffset {
             median: median(&told) as f32,
             median_size: median(&sizes) as f32,
             largest: percentile(&sizes, 0.95) as f32,
             sigma: sigma as f32,
             corners: found.len(),
-        })
+        };
+        (2 * agreed.len() > found.len()).then_some(Corners { offset, agreeing })
     }
 
-    /// How many rows lower a corner is found again, if it is found clearly.
-    fn find(&self, (x, y): (isize, isize)) -> Option<f32> {
+    /// The disparity of a corner and how many rows lower it is found again, if it is found clearly.
+    fn find(&self, (x, y): (isize, isize)) -> Option<(f64, f32)> {
         let columns: Vec<isize> =
             self.range.clone().map(|disparity| x - disparity as isize).collect();
         let scores: Vec<Vec<f32>> = (-self.rows..=self.rows)
@@ -222,7 +264,7 @@ impl Search<'_> {
         let (above, below) = (scores[row - 1][index], scores[row + 1][index]);
         let curvature = 2.0 * best - above - below;
         let fraction = if curvature > 0.0 { 0.5 * (below - above) / curvature } else { 0.0 };
-        Some(row as f32 - self.rows as f32 + fraction)
+        Some(((x - columns[index]) as f64, row as f32 - self.rows as f32 + fraction))
     }
 
     /// The correlation of two windows; -1 where the one on the right leads out of the picture.

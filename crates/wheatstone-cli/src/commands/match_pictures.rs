@@ -2,6 +2,7 @@
 
 use super::print_json;
 use crate::{
+    exposure::badly_exposed,
     failure::{Failure, Outcome},
     verbosity::{remark, say},
 };
@@ -15,7 +16,10 @@ use wheatstone::{
     Error,
     formats::npy_float32,
     imaging::{GrayImage, Limits, read_image},
-    stereo::{CONFIDENT, DisparityMap, MatchError, Matcher, Picture, VerticalOffset, judge_pair},
+    stereo::{
+        CONFIDENT, DisparityMap, MatchError, Matcher, PairFault, Picture, VerticalOffset,
+        judge_pair,
+    },
     storage::{Output, write_folder},
 };
 
@@ -94,8 +98,15 @@ impl Match {
             || Ok(matcher.clone().refining(false).compute(&right, &left)?.density(CONFIDENT));
         let judged = judge_pair([&left, &right], self.range.clone(), (confident, 0.0), exchanged);
         let judged = judged.map_err(refused)?;
-        let fault = &judged.fault;
-        if let Some(fault) = fault {
+        let fault = judged.fault.map(|fault| {
+            let mut told = fault.to_string();
+            if let PairFault::NothingInCommon { .. } = fault {
+                let both = [&self.left, &self.right].into_iter().zip(&images);
+                told.extend(both.filter_map(|(path, image)| badly_exposed(path, image)));
+            }
+            told
+        });
+        if let Some(fault) = &fault {
             remark!("warning", "{fault}");
         } else if let Some(offset) = judged.vertical.filter(|offset| offset.is_doubtful(0.0)) {
             remark!(
@@ -120,7 +131,7 @@ impl Match {
                 "matched": matched,
                 "confident": confident,
                 "vertical_offset": judged.vertical.map(vertical),
-                "fault": fault.map(|fault| fault.to_string()),
+                "fault": fault,
             }))?;
         }
         Ok(())

@@ -100,6 +100,14 @@ fn what_is_no_rectified_pair_is_said() {
     assert!(told.contains("both pictures are the same"), "{told}");
     let told = matched("left.png", "right.png", "30:60");
     assert!(told.contains("nothing in common within the range"), "{told}");
+    for (name, level, how) in [("night.png", 4, "dark"), ("noon.png", 250, "overexposed")] {
+        let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
+        image::GrayImage::from_pixel(width, height, image::Luma([level]))
+            .save(at.join(name))
+            .unwrap();
+        let told = matched("left.png", name, "0:24");
+        assert!(told.contains(&format!("; {name} is {how}: {level} of 255 grey levels")), "{told}");
+    }
     image::GrayImage::new(100, 100).save(at.join("other.png")).unwrap();
     let sizes = refused(at, &["match", "left.png", "other.png", "--range", "0:9", "-o", "out"]);
     assert!(sizes.contains("160 x 120 pixels and the right one 100 x 100"), "{sizes}");

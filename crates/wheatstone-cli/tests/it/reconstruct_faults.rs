@@ -218,4 +218,9 @@ fn a_camera_that_has_moved_a_little_is_warned_of() {
     assert!(said.contains(&format!("warning: {warning}; fit again")), "{said}");
     assert!(page.contains("Warning:") && page.contains(warning), "{warning}");
     assert!(told["vertical_offsets"][0]["p95_px"].as_f64().unwrap() > 0.45, "{told}");
+    // Also of matches that another program found.
+    fs::copy(at.join("out/disparity.npy"), at.join("given.npy")).unwrap();
+    let command = ["reconstruct", "model.json", "--images", LEFT, "turned.png", "-o", "out"];
+    let (_, said) = done(at, &[&command[..], &["--matches", "given.npy"]].concat());
+    assert!(said.contains(&format!("warning: {warning}; fit again")), "{said}");
 }

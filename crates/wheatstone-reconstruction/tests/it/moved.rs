@@ -2,7 +2,10 @@
 
 use crate::optics::{fitted, pictures};
 use wheatstone_charts::imaging::{ColourImage, GrayImage};
-use wheatstone_core::geometry::Pixel;
+use wheatstone_core::{
+    Calibration,
+    geometry::{Pixel, Pose, Vector3},
+};
 use wheatstone_numeric::progress::Silent;
 use wheatstone_reconstruction::{Reconstruction, ReconstructionSettings, SceneReconstructor};
 use wheatstone_synthetic::{Rig, Scene};
@@ -17,6 +20,66 @@ fn moved(picture: &ColourImage, from: fn(f64, f64) -> (f64, f64)) -> ColourImage
         gray.sample(Pixel::new(x, y))
     };
     ColourImage::from_gray(GrayImage::from_fn(gray.width(), gray.height(), level))
+}
+
+/// The rig after one of its cameras was turned about its own x, y and z, in degrees.
+fn turned(rig: &Rig, camera: usize, degrees: [f64; 3]) -> Rig {
+    let mut rig = rig.clone();
+    let pose = &mut rig.cameras[camera].camera_from_world;
+    let turn = Vector3::from(degrees.map(f64::to_radians));
+    let turn = Pose::from_rotation_vector(Vector3::zeros(), turn).rotation;
+    *pose = Pose { rotation: turn * pose.rotation, translation: turn * pose.translation };
+    rig
+}
+
+/// What the cameras of a model make of a scene before them, as they stand now.
+fn seen(model: &Calibration, rig: &Rig, sparse: bool) -> Reconstruction {
+    let scene = Scene::before(rig, 1);
+    let pictures = pictures(rig, &scene);
+    let mut settings = ReconstructionSettings::new(vec![[640, 480]; rig.cameras.len()]);
+    settings.sparse = sparse;
+    let made = SceneReconstructor::new(model, settings, &Silent).unwrap();
+    made.reconstruct(&pictures.iter().collect::<Vec<_>>(), &Silent).unwrap()
+}
+
+#[test]
+fn of_three_cameras_the_one_that_was_turned_is_named() {
+    let rig = Rig::named("paper", 3).unwrap();
+    let model = fitted(&rig, "brown");
+    let found = seen(&model, &rig, false);
+    assert!(found.doubts(1).is_empty() && found.turned.is_none(), "{:?}", found.doubts(1));
+    for (camera, degrees) in [(1, [0.0, 0.3, 0.0]), (2, [0.3, 0.0, 0.0]), (1, [0.0, 0.0, 0.3])] {
+        for sparse in [false, true] {
+            let found = seen(&model, &turned(&rig, camera, degrees), sparse);
+            let told = found.turned.unwrap();
+            assert!(told.camera == camera && (told.degrees - 0.3).abs() < 0.1, "{told:?}");
+            assert!(found.left_out == [camera] && found.fault.is_none(), "{:?}", found.fault);
+            let cloud = &found.cloud;
+            assert!(cloud.len() > 1000 && cloud.pixels[camera].iter().all(|at| at[0].is_nan()));
+            let [doubt] = &found.doubts(1)[..] else { panic!("{:?}", found.doubts(1)) };
+            assert!(doubt.starts_with(&format!("camera {} is left out", camera + 1)), "{doubt}");
+        }
+    }
+    // The one that all others are matched with is named alone.
+    let found = seen(&model, &turned(&rig, 0, [0.0, 0.2, 0.0]), false);
+    assert!(found.turned.is_some_and(|told| told.camera == 0), "{:?}", found.turned);
+    assert!(found.left_out.is_empty(), "{:?}", found.left_out);
+}
+
+#[test]
+fn a_single_pair_tells_of_a_camera_turned_sideways_by_its_corners() {
+    let rig = Rig::named("paper", 2).unwrap();
+    let model = fitted(&rig, "brown");
+    let found = seen(&model, &rig, false);
+    assert!(found.sideways.is_none() && found.doubts(1).is_empty(), "{:?}", found.sideways);
+    for (sparse, camera) in [(false, 1), (true, 0)] {
+        let found = seen(&model, &turned(&rig, camera, [0.0, 0.3, 0.0]), sparse);
+        let told = found.sideways.unwrap();
+        assert!((told.degrees - 0.3).abs() < 4.0 * told.sigma && told.sigma < 0.05, "{told:?}");
+        assert!((2.0..6.0).contains(&told.disparity), "{told:?}");
+        let [doubt] = &found.doubts(1)[..] else { panic!("{:?}", found.doubts(1)) };
+        assert!(doubt.starts_with("cameras 1 and 2: rows drift apart"), "{doubt}");
+    }
 }
 
 #[test]

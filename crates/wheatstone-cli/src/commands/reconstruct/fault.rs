@@ -1,8 +1,8 @@
 //! What makes pictures worthless, told.
 
 use super::depths::searched;
-use crate::{progress::Bar, verbosity::remark};
-use std::path::{Path, PathBuf};
+use crate::{exposure::badly_exposed, progress::Bar, verbosity::remark};
+use std::path::PathBuf;
 use wheatstone::{
     Calibration, Error,
     imaging::ColourImage,
@@ -46,30 +46,15 @@ pub(super) fn told(
         return Ok([problem, way_out(&PairFault::Exchanged, made, model)]);
     }
     let mut problem = named(made, (cameras, fault), frame);
-    if let Some(camera) = found.moved().filter(|_| made.settings().cameras.len() > 2) {
-        problem += &format!("; of these cameras, camera {} alone explains it", camera + 1);
+    if let Some(turned) = found.turned {
+        let camera = turned.camera + 1;
+        problem += &format!("; of these cameras, camera {camera} alone explains it");
     }
     if let PairFault::NothingInCommon { .. } = fault {
-        let badly = |(path, picture): (&PathBuf, &&ColourImage)| badly_exposed(path, picture);
+        let badly = |(path, picture): (&PathBuf, &&ColourImage)| badly_exposed(path, &picture.gray);
         problem.extend(frame.iter().zip(pictures).filter_map(badly));
     }
     Ok([problem, way_out(&fault, made, model)])
-}
-
-/// What is said of a picture nine tenths of which are too dark or too bright to show anything.
-fn badly_exposed(path: &Path, picture: &ColourImage) -> Option<String> {
-    /// A sixteenth of the levels at either end.
-    const DARK: f32 = 16.0;
-    const BRIGHT: f32 = 239.0;
-    let mut levels: Vec<f32> = picture.gray.values().to_vec();
-    levels.sort_by(f32::total_cmp);
-    let at = |tenths: usize| levels[(levels.len() - 1) * tenths / 10];
-    let how = match (at(1), at(9)) {
-        (_, bright) if bright < DARK => "dark",
-        (dark, _) if dark > BRIGHT => "overexposed",
-        _ => return None,
-    };
-    Some(format!("; {} is {how}: {:.0} of 255 grey levels in the median", path.display(), at(5)))
 }
 
 /// What to do about a fault.
@@ -106,8 +91,9 @@ pub(super) fn warn_left_out(
         );
     }
     let contradicting = found.contradiction.as_ref().and_then(|told| told.left_out);
+    let told = [contradicting, found.turned.map(|turned| turned.camera)];
     let unfit: Vec<usize> =
-        found.left_out.iter().copied().filter(|camera| contradicting != Some(*camera)).collect();
+        found.left_out.iter().copied().filter(|camera| !told.contains(&Some(*camera))).collect();
     let exchanged = match pictures {
         Some(pictures) => made.exchanged(&unfit, pictures, bar)?,
         None => None,

@@ -21,7 +21,7 @@ pub(super) fn located(
     bar: &Bar,
 ) -> Outcome<Reconstruction> {
     let given = GivenMatches::read(path, sigma, &made.settings().cameras)?;
-    let (mut found, [kept, all], why) = match given {
+    let (found, [kept, all], why) = match given {
         GivenMatches::Disparities(map) => {
             refuse_other_size(path, &map, made)?;
             let all = finite(&map).count();
@@ -40,7 +40,7 @@ pub(super) fn located(
             (found, [kept, rows.len()], why)
         }
     };
-    found.fault = made.picture_fault(pictures, bar)?;
+    let found = made.checked(found, pictures, bar)?;
     // Of what is refused it would be one message more.
     if kept < all && found.fault.is_none() && !found.cloud.is_empty() {
         let depths = searched(made, model);
