@@ -72,7 +72,7 @@ impl Reconstruction {
             let mover = mover.map_or("one of them".into(), |camera| format!("camera {camera}"));
             Some(format!(
                 "cameras {a} and {b}: {offset}, more than the calibration lets expect: {mover} has moved a little, or \
-                 things have between the two pictures, and points err by more than their standard deviations"
+                 the scene moved between the two pictures, and points err by more than their standard deviations"
             ))
         });
         let contradiction = self.contradiction.as_ref().filter(|_| self.turned.is_none());

@@ -56,7 +56,7 @@ impl fmt::Display for PairFault {
         match self {
             Self::Vertical(offset) => write!(
                 out,
-                "{offset}: the pair is not rectified, a camera has moved, or things have between the two pictures"
+                "{offset}: the pair is not rectified, a camera has moved, or the scene moved between the two pictures"
             ),
             Self::Exchanged => {
                 write!(out, "the pictures are exchanged: the right one is the first")

@@ -21,7 +21,7 @@ use depths::depths;
 use empty::Empty;
 use fault::{listed, named, warn_left_out};
 use log::Log;
-use pictures::{read, sizes};
+use pictures::{read, region, sizes};
 use results::{file_names, pretty, summary, tell, whole, write, write_mesh};
 use serde_json::{Value, json};
 use std::{
@@ -131,15 +131,6 @@ fn cloud_formats() -> PossibleValuesParser {
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
     number.ok_or_else(|| "write a number of pixels above 0".into())
-}
-
-/// `100,80,320,240`.
-fn region(text: &str) -> Result<[u32; 4], String> {
-    let parts: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    let parts = parts.ok().and_then(|parts| <[u32; 4]>::try_from(parts).ok());
-    parts
-        .filter(|[_, _, width, height]| *width > 0 && *height > 0)
-        .ok_or_else(|| "write left, top, width and height in pixels as 100,80,320,240".into())
 }
 
 impl Reconstruct {
@@ -254,15 +245,16 @@ impl Reconstruct {
             }
             None => made.reconstruct(&pictures, bar)?,
         };
-        if let Some(own) = found.fault {
-            let (of, both, fault) = ((&found, own), (frame, &pictures[..]), own.1);
-            let [problem, hint] = fault::told(of, (made, model), both, bar)?;
+        let both = (frame, &pictures[..]);
+        if let Some(told) = fault::of(&found, (made, model), both, bar)? {
             if !self.force && count == 1 {
-                return Err(Failure::Library(Error::Degenerate { problem, hint: hint.into() }));
+                return Err(fault::refusal(told));
             }
+            let [problem, _] = told;
             remark!("warning", "{problem}");
             if !self.force {
-                return Ok(json!({ "images": frame, "fault": fault.to_string() }));
+                let fault = found.fault.map_or(problem, |(_, fault)| fault.to_string());
+                return Ok(json!({ "images": frame, "fault": fault }));
             }
         }
         if let Some(reason) = self.empty(&found, (made, model)) {
@@ -274,10 +266,14 @@ impl Reconstruct {
         }
         warn_left_out(&found, made, (Some(&pictures), bar))?;
         log.frame(frame, &found)?;
-        let title = frame[0].display().to_string();
         let mut told = summary(&found);
         told["images"] = json!(frame);
-        self.write((made, model), &found, (&title, told), &self.place(frame, count))
+        self.write(
+            (made, model),
+            &found,
+            (&frame[0].display().to_string(), told),
+            &self.place(frame, count),
+        )
     }
 
     /// Reconstructs what all pictures show together.
@@ -288,8 +284,7 @@ impl Reconstruct {
         (bar, log): (&Bar, &mut Log),
     ) -> Outcome<Value> {
         let mut fusion = FrameFusion::new(made);
-        let mut used = Vec::with_capacity(frames.len());
-        let mut unread = None;
+        let (mut used, mut unread) = (Vec::new(), None);
         for (index, frame) in frames.iter().enumerate() {
             bar.report("matching", index as u64, frames.len() as u64);
             let pictures = match read(frame, made) {
@@ -316,6 +311,7 @@ impl Reconstruct {
         if let Some(reason) = self.empty(&found, (made, model)) {
             return Err(reason.into());
         }
+        fault::refuse_contradicting(&found, used[0], self.force)?;
         warn_left_out(&found, made, (None, bar))?;
         log.frame(used[0], &found)?;
         let title = format!("{}, {} frames", used[0][0].display(), used.len());

@@ -1,7 +1,7 @@
 //! What makes pictures worthless, told.
 
 use super::depths::searched;
-use crate::{exposure::badly_exposed, progress::Bar, verbosity::remark};
+use crate::{exposure::badly_exposed, failure::Failure, progress::Bar, verbosity::remark};
 use std::path::PathBuf;
 use wheatstone::{
     Calibration, Error,
@@ -27,8 +27,25 @@ pub(super) fn named(
     format!("{}: {fault}", listed(at_fault.map(|(_, path)| path)))
 }
 
-/// What is wrong with pictures that were taken at once, and the way out.
-pub(super) fn told(
+/// What is wrong with pictures that were taken at once, if anything, and the way out.
+pub(super) fn of(
+    found: &Reconstruction,
+    of: (&SceneReconstructor, &Calibration),
+    both: (&[PathBuf], &[&ColourImage]),
+    bar: &Bar,
+) -> Result<Option<[String; 2]>, Error> {
+    match found.fault {
+        Some(fault) => told((found, fault), of, both, bar).map(Some),
+        None => Ok(contradicting(found, both.0)),
+    }
+}
+
+/// Pictures that are not reconstructed.
+pub(super) fn refusal([problem, hint]: [String; 2]) -> Failure {
+    Failure::Library(Error::Degenerate { problem, hint: hint.into() })
+}
+
+fn told(
     (found, (cameras, fault)): (&Reconstruction, ([usize; 2], PairFault)),
     (made, model): (&SceneReconstructor, &Calibration),
     (frame, pictures): (&[PathBuf], &[&ColourImage]),
@@ -57,15 +74,35 @@ pub(super) fn told(
     Ok([problem, way_out(&fault, made, model)])
 }
 
+/// Refuses pictures of several frames that [contradict](contradicting) each other, unless that is insisted on.
+pub(super) fn refuse_contradicting(
+    found: &Reconstruction,
+    frame: &[PathBuf],
+    insist: bool,
+) -> Result<(), Failure> {
+    contradicting(found, frame).filter(|_| !insist).map_or(Ok(()), |told| Err(refusal(told)))
+}
+
+/// What is wrong where pictures fit each other row by row, and the cloud would be wrong: the camera with which all others are
+/// matched has moved, or depths contradict each other and nobody is known to be the reason.
+fn contradicting(found: &Reconstruction, frame: &[PathBuf]) -> Option<[String; 2]> {
+    /// Standard deviations, in the median: below, a cloud is worse than told, and above it is another one.
+    const GREAT: f64 = 10.0;
+    let is_kept = found.turned.is_some_and(|turned| !found.left_out.contains(&turned.camera));
+    let contradiction = found.contradiction.as_ref().filter(|_| found.turned.is_none());
+    let is_unresolved = contradiction.is_some_and(|it| it.left_out.is_none() && it.sigmas > GREAT);
+    let problem = || format!("{}: {}", listed(frame), found.doubts(1).join("; "));
+    (is_kept || is_unresolved).then(|| [problem(), MOVED.into()])
+}
+
+const MOVED: &str = "nothing was written; fit again if a camera has moved (`wheatstone check POINTS --against MODEL` says which), \
+     with another method if the model does not fit the optics (`wheatstone evaluate`), take pictures of one instant, or go on \
+     with `--force`";
+
 /// What to do about a fault.
 fn way_out(fault: &PairFault, made: &SceneReconstructor, model: &Calibration) -> String {
     match fault {
-        PairFault::Vertical(_) => {
-            "nothing was written; fit again if a camera has moved (`wheatstone check POINTS --against MODEL` says which), \
-             with another method if the model does not fit the optics (`wheatstone evaluate`), take pictures of one \
-             instant, or go on with `--force`"
-                .into()
-        }
+        PairFault::Vertical(_) => MOVED.into(),
         PairFault::Exchanged => "nothing was written; exchange the two pictures".into(),
         PairFault::SamePicture => "nothing was written; give the pictures of two cameras".into(),
         _ => format!(

@@ -41,3 +41,12 @@ pub(super) fn read(
     };
     frame.iter().zip(&made.settings().sizes).map(of_camera).collect()
 }
+
+/// `100,80,320,240`.
+pub(super) fn region(text: &str) -> Result<[u32; 4], String> {
+    let parts: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let parts = parts.ok().and_then(|parts| <[u32; 4]>::try_from(parts).ok());
+    parts
+        .filter(|[_, _, width, height]| *width > 0 && *height > 0)
+        .ok_or_else(|| "write left, top, width and height in pixels as 100,80,320,240".into())
+}
