@@ -215,7 +215,7 @@ fn reason(chosen: &str, held_out: &[(&str, f64)], unit: &str) -> String {
     let own = held_out.iter().find(|score| score.0 == chosen).map_or(f64::NAN, |score| score.1);
     let others = held_out.iter().filter(|score| score.0 != chosen);
     match others.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((other, rms)) if *rms < own => format!(
+        Some((other, rms)) if *rms * MARGIN < own => format!(
             "held-out error {own:.4} {unit} rms, the simplest of the best view by view; {other} has {rms:.4} over all views, where those with the largest errors decide"
         ),
         Some((other, rms)) => format!(

@@ -2,7 +2,7 @@
 
 use super::{
     fitted_camera::FittedCamera, known_lens::KnownLens, pixel_noise::PixelNoise,
-    relative_pose::PoseError,
+    pose_error::PoseError,
 };
 use crate::{
     camera::{

@@ -5,7 +5,7 @@
 
 use super::{
     CameraUncertainty, FitErrors, FittedCamera, Located, Plan, Reconstructor,
-    fit_errors::Displacements, point_covariance::Observation, relative_pose::PoseError,
+    fit_errors::Displacements, point_covariance::Observation, pose_error::PoseError,
 };
 use crate::{
     camera::AdjustableCamera,

@@ -35,6 +35,7 @@ pub mod neural_camera;
 mod pixel_noise;
 mod point_noise;
 mod projection;
+mod pose_error;
 mod relative_pose;
 mod radial_alignment;
 mod point_covariance;

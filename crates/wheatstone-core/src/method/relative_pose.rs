@@ -1,6 +1,6 @@
 //! Where cameras stand as the first one observes them, and how certain that is.
 
-use super::{AnyReconstructor, Intrinsics};
+use super::{AnyReconstructor, Intrinsics, pose_error::PoseError};
 use crate::geometry::{Point3, Vector3};
 use serde::Serialize;
 
@@ -18,15 +18,6 @@ pub struct RelativePose {
     pub angle: f64,
     /// Its standard deviation in radians; none for axes that are parallel within a few of them.
     pub angle_sigma: Option<f64>,
-}
-
-/// What one independent error of a fit (mean 0, standard deviation 1) does to a camera.
-#[derive(Clone, Copy)]
-pub(super) struct PoseError {
-    /// To its projection centre, in the world.
-    pub(super) centre: Vector3,
-    /// To its optical axis, a unit vector in the world.
-    pub(super) axis: Vector3,
 }
 
 impl AnyReconstructor {

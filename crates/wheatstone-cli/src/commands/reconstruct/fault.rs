@@ -91,8 +91,10 @@ fn contradicting(found: &Reconstruction, frame: &[PathBuf]) -> Option<[String; 2
     let is_kept = found.turned.is_some_and(|turned| !found.left_out.contains(&turned.camera));
     let contradiction = found.contradiction.as_ref().filter(|_| found.turned.is_none());
     let is_unresolved = contradiction.is_some_and(|it| it.left_out.is_none() && it.sigmas > GREAT);
+    // Where rows do not fit one camera, and those of the other pair drift apart, the camera of both may be the reason.
+    let is_shared = found.sideways.is_some() && !found.left_out.is_empty();
     let problem = || format!("{}: {}", listed(frame), found.doubts(1).join("; "));
-    (is_kept || is_unresolved).then(|| [problem(), MOVED.into()])
+    (is_kept || is_unresolved || is_shared).then(|| [problem(), MOVED.into()])
 }
 
 const MOVED: &str = "nothing was written; fit again if a camera has moved (`wheatstone check POINTS --against MODEL` says which), \

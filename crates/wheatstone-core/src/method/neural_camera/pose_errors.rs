@@ -1,7 +1,7 @@
 //! What a fit leaves uncertain of where cameras stand and look.
 
 use super::{NeuralCameraReconstructor, lens::Lens, model::NeuralCameraModel};
-use crate::{geometry::Vector3, method::relative_pose::PoseError};
+use crate::{geometry::Vector3, method::pose_error::PoseError};
 
 impl NeuralCameraReconstructor {
     /// What each independent error of the fit does to each camera: those of each camera's lens, then the motions of charts,
