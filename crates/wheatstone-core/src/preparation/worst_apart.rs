@@ -8,6 +8,7 @@ use super::{
 use crate::{
     Error, Result,
     dataset::Dataset,
+    fit::bundle::{CameraMotion, PoseChange},
     geometry::{Point3, Pose},
 };
 use std::collections::BTreeMap;
@@ -18,8 +19,8 @@ const APART: usize = 3;
 /// Of so many views at most one is set apart: those that stay must be the most.
 const SHARE: usize = 3;
 
-/// What shows in charts that were placed, by an examination of them, and in the cameras' relative poses; `rows` tells from which of the `recorded` rows each
-/// comes.
+/// What shows in charts that were placed, by an examination of them, and in the cameras' relative poses; `rows` tells from
+/// which of the `recorded` rows each comes.
 ///
 /// # Errors
 ///
@@ -31,9 +32,9 @@ pub(super) fn examine_placed(
     place: &dyn Fn(&Dataset) -> Result<Placed>,
 ) -> Result<Examination> {
     let mut best = examine(placed);
-    if let Some(motion) = &estimated.motion
-        && checks::name_motion(&mut best.findings, motion, placed)
-    {
+    let of_views = |motion: &&CameraMotion| motion.change == PoseChange::Some;
+    let lasting = estimated.motion.as_ref().filter(|motion| !of_views(motion));
+    if lasting.is_some_and(|motion| checks::name_motion(&mut best.findings, motion, placed)) {
         return Ok(best);
     }
     let mut apart: Vec<usize> = Vec::new();
@@ -49,6 +50,9 @@ pub(super) fn examine_placed(
             best = found;
         }
         now = anew;
+    }
+    if let Some(motion) = estimated.motion.as_ref().filter(of_views) {
+        checks::name_motion(&mut best.findings, motion, placed);
     }
     Ok(best)
 }

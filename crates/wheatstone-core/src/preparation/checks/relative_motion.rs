@@ -26,7 +26,12 @@ pub(in crate::preparation) fn name_motion(
         |finding: &Finding| finding.code == "pixel-offset" && finding.views == motion.views;
     let is_in_part = |finding: &Finding| IN_PART.contains(&finding.code) && !is_simpler(finding);
     let is_other = |finding: &Finding| finding.severity == Severity::Fatal && !is_in_part(finding);
-    if findings.iter().any(is_other) {
+    // Of single views the checks of single cameras know more: whose view it is, or which points were mixed up.
+    let is_named = |view: &String| {
+        findings.iter().any(|finding| is_in_part(finding) && finding.views.contains(view))
+    };
+    let are_named = motion.change == PoseChange::Some && motion.views.iter().all(is_named);
+    if are_named || findings.iter().any(is_other) {
         return false;
     }
     findings.retain(|finding| !is_in_part(finding));
