@@ -164,14 +164,15 @@ fn load_where(path: &Path, reading: &Reading, needs_places: bool, bar: &Bar) -> 
     if let Some(note) = reader.note() {
         remark!("note", "{note}");
     }
-    if options.unit.is_none() && reader.lacks_unit() {
-        let path = path.display();
-        remark!("note", "{path} does not say its unit of lengths: mm is assumed (`--unit`)");
-    }
     if needs_places {
         reader.needs_points()?;
     }
+    let is_assumed = options.unit.is_none() && reader.lacks_unit();
     let data = reader.gather(&options)?;
+    if is_assumed {
+        let path = path.display();
+        remark!("note", "{path} does not say its unit of lengths: mm is assumed (`--unit`)");
+    }
     // Charts held by hand get a frame of their own, in which the true cameras do not stand.
     let truth = truth.filter(|_| !bundle::needed(&data));
     Ok(Loaded { data, truth, source: None })
