@@ -32,7 +32,7 @@ pub(super) fn examine_placed(
     place: &dyn Fn(&Dataset) -> Result<Placed>,
 ) -> Result<Examination> {
     let mut best = examine(placed);
-    let of_views = |motion: &&CameraMotion| motion.change == PoseChange::Some;
+    let of_views = |motion: &&CameraMotion| motion.change == PoseChange::FewViews;
     let lasting = estimated.motion.as_ref().filter(|motion| !of_views(motion));
     if lasting.is_some_and(|motion| checks::name_motion(&mut best.findings, motion, placed)) {
         return Ok(best);

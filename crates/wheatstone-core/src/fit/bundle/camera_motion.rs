@@ -262,7 +262,7 @@ impl<'a> Search<'a> {
             let least = moved.gain;
             let left = self.left(gain, unknowns);
             if least > CLEARLY * POSE as f64 * left {
-                let (camera, change) = (self.camera, PoseChange::Some);
+                let (camera, change) = (self.camera, PoseChange::FewViews);
                 all.push(Candidate { camera, change, views, gain, unknowns, moved, left });
             }
             if equations.free(self.camera, view).is_none() {

@@ -56,9 +56,9 @@ pub enum PoseChange {
     Step,
     /// Evenly from the first view to the last.
     Drift,
-    /// In some views, in each otherwise.
-    Some,
-    /// In every view otherwise.
+    /// In a few views, in each by another amount.
+    FewViews,
+    /// In every view, in each by another amount.
     Every,
 }
 

@@ -30,7 +30,7 @@ pub(in crate::preparation) fn name_motion(
     let is_named = |view: &String| {
         findings.iter().any(|finding| is_in_part(finding) && finding.views.contains(view))
     };
-    let are_named = motion.change == PoseChange::Some && motion.views.iter().all(is_named);
+    let are_named = motion.change == PoseChange::FewViews && motion.views.iter().all(is_named);
     if are_named || findings.iter().any(is_other) {
         return false;
     }
@@ -46,7 +46,7 @@ fn finding(motion: &CameraMotion, data: &Dataset) -> Finding {
         if motion.shift > PIXELS.min(GREAT * left) { Severity::Fatal } else { Severity::Warning };
     let cameras: Vec<usize> = if data.cameras == 2 { vec![0, 1] } else { vec![motion.camera] };
     let code = match motion.change {
-        PoseChange::Step | PoseChange::Some => "camera-moved",
+        PoseChange::Step | PoseChange::FewViews => "camera-moved",
         PoseChange::Drift => "camera-drifted",
         PoseChange::Every => "unsynchronised",
     };
@@ -60,7 +60,7 @@ fn finding(motion: &CameraMotion, data: &Dataset) -> Finding {
         figures.push(("turned, degrees".into(), motion.rotation));
         figures.push((format!("moved, {}", data.unit), motion.translation));
     }
-    let is_of_views = motion.change == PoseChange::Some;
+    let is_of_views = motion.change == PoseChange::FewViews;
     Finding {
         views: motion.views.clone(),
         cameras,
@@ -88,7 +88,7 @@ fn words(motion: &CameraMotion, cameras: usize) -> (String, String) {
             ),
             format!("{fixed}, or use only the views before `{first}`, or only those from it on"),
         ),
-        PoseChange::Some => (
+        PoseChange::FewViews => (
             format!(
                 "{camera} was elsewhere in views `{}`, or took them at another instant: its picture is shifted by {shift:.2} px",
                 motion.views.join("`, `")
