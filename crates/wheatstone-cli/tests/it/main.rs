@@ -32,6 +32,7 @@ mod reconstruct;
 mod reconstruct_faults;
 mod reports;
 mod rows;
+mod scene_capture;
 #[cfg(unix)]
 mod signals;
 mod silent_failures;

@@ -1,16 +1,10 @@
 //! `wheatstone reconstruct`: what it writes, and what it says of pairs that are none.
 
-use crate::program::{done, refused};
+use crate::{
+    program::{done, refused},
+    scene_capture::{LEFT, RIGHT, prepared},
+};
 use std::{fs, path::Path};
-
-/// A capture with a scene, and a model of it.
-pub(crate) fn prepared(at: &Path) {
-    done(at, &["synth", "--scene", "-o", "capture"]);
-    done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
-}
-
-pub(crate) const LEFT: &str = "capture/scene/left.png";
-pub(crate) const RIGHT: &str = "capture/scene/right.png";
 
 #[test]
 fn a_scene_becomes_a_cloud_depths_and_a_page() {

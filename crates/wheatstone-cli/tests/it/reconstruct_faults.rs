@@ -2,7 +2,8 @@
 
 use crate::{
     program::{done, refused},
-    reconstruct::{LEFT, RIGHT, changed, prepared},
+    reconstruct::changed,
+    scene_capture::{LEFT, RIGHT, prepared},
 };
 use serde_json::Value;
 use std::{fs, path::Path};

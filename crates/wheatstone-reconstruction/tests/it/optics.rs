@@ -1,5 +1,9 @@
 //! Scenes through every optics, reconstructed by models that were fitted to charts.
 
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, OnceLock},
+};
 use wheatstone_charts::{
     chart::line_grid::LineGrid,
     imaging::{ColourImage, GrayImage},
@@ -24,10 +28,21 @@ pub(crate) fn fitted(rig: &Rig, method: &str) -> Calibration {
     Calibration::fit(&method, &Prepared::as_given(data), 0, false, &Silent).unwrap()
 }
 
+/// Pictures that were rendered, by cameras and scene.
+static RENDERED: Mutex<BTreeMap<String, Arc<OnceLock<Vec<ColourImage>>>>> =
+    Mutex::new(BTreeMap::new());
+
+/// What the cameras of a rig show of a scene. It is rendered once, as that takes longer than to match it, and many tests
+/// look at the same.
 pub(crate) fn pictures(rig: &Rig, scene: &Scene) -> Vec<ColourImage> {
-    let mut random = Random::new(5);
-    let seen = |camera| scene.render(camera, Sensor::default(), &mut random);
-    rig.cameras.iter().map(seen).map(ColourImage::from_gray).collect()
+    let key = format!("{:?} {scene:?}", rig.cameras);
+    let rendered = RENDERED.lock().unwrap().entry(key).or_default().clone();
+    let render = || {
+        let mut random = Random::new(5);
+        let seen = |camera| scene.render(camera, Sensor::default(), &mut random);
+        rig.cameras.iter().map(seen).map(ColourImage::from_gray).collect()
+    };
+    rendered.get_or_init(render).clone()
 }
 
 /// How a cloud compares with the scene.
