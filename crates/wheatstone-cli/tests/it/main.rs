@@ -30,9 +30,9 @@ mod paper;
 mod program;
 mod reconstruct;
 mod reconstruct_faults;
+mod rendered;
 mod reports;
 mod rows;
-mod scene_capture;
 #[cfg(unix)]
 mod signals;
 mod silent_failures;

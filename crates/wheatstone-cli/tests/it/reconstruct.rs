@@ -2,9 +2,18 @@
 
 use crate::{
     program::{done, refused},
-    scene_capture::{LEFT, RIGHT, prepared},
+    rendered::rendered,
 };
 use std::{fs, path::Path};
+
+/// A capture with a scene, and a model of it.
+pub(crate) fn prepared(at: &Path) {
+    rendered(at, &["synth", "--scene", "-o", "capture"]);
+    done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
+}
+
+pub(crate) const LEFT: &str = "capture/scene/left.png";
+pub(crate) const RIGHT: &str = "capture/scene/right.png";
 
 #[test]
 fn a_scene_becomes_a_cloud_depths_and_a_page() {
@@ -227,7 +236,7 @@ fn several_pairs_have_a_folder_each() {
 fn a_third_camera_is_matched_with_the_left_one() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    done(at, &["synth", "--scene", "--cameras", "3", "-o", "capture"]);
+    rendered(at, &["synth", "--scene", "--cameras", "3", "-o", "capture"]);
     done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
     let told = |arguments: &[&str]| -> serde_json::Value {
         let command =

@@ -2,8 +2,8 @@
 
 use crate::{
     program::{done, refused},
-    reconstruct::changed,
-    scene_capture::{LEFT, RIGHT, prepared},
+    reconstruct::{LEFT, RIGHT, changed, prepared},
+    rendered::rendered,
 };
 use serde_json::Value;
 use std::{fs, path::Path};
@@ -153,7 +153,7 @@ fn wrong_matches_and_numbers_of_pictures_are_named() {
 fn two_of_four_cameras_that_are_exchanged_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    done(at, &["synth", "--scene", "--cameras", "4", "-o", "capture"]);
+    rendered(at, &["synth", "--scene", "--cameras", "4", "-o", "capture"]);
     done(at, &["fit", "capture", "--method", "brown", "--no-validation", "-o", "model.json"]);
     let mut files: Vec<String> = fs::read_dir(at.join("capture/scene"))
         .unwrap()

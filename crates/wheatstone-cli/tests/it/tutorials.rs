@@ -3,13 +3,9 @@
 use crate::{
     docs::{docs, pages},
     program::wheatstone,
+    rendered::rendered,
 };
-use std::{
-    collections::{BTreeMap, VecDeque},
-    path::Path,
-    sync::{Arc, Mutex, OnceLock},
-};
-use tempfile::TempDir;
+use std::{collections::VecDeque, sync::Mutex};
 
 /// What is left out of what a command prints: a line or the rest of one.
 const LEFT_OUT: &str = "…";
@@ -69,51 +65,20 @@ fn is_rule(word: &str) -> bool {
     word.chars().all(|letter| letter == '-')
 }
 
-/// Captures that commands rendered, by the command: pages share them, for rendering takes the longest.
-#[derive(Default)]
-struct Rendered(Mutex<BTreeMap<String, Arc<OnceLock<TempDir>>>>);
-
-impl Rendered {
-    /// Does what a command that renders would do in `folder`; whether it is one.
-    fn provide(&self, words: &[&str], folder: &Path) -> bool {
-        let renders = words.first() == Some(&"synth")
-            && !words.iter().any(|word| ["--points", "--random"].contains(word));
-        if !renders {
-            return false;
-        }
-        let cell = Arc::clone(self.0.lock().unwrap().entry(words.join(" ")).or_default());
-        let made = cell.get_or_init(|| {
-            let made = tempfile::tempdir().unwrap();
-            let output = wheatstone(made.path(), words);
-            assert!(output.status.success(), "{words:?}");
-            made
-        });
-        copy(made.path(), folder);
-        true
-    }
-}
-
-/// Copies what is in a folder into another.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
-    }
+/// Whether a command renders.
+fn renders(words: &[&str]) -> bool {
+    words.first() == Some(&"synth")
+        && !words.iter().any(|word| ["--points", "--random"].contains(word))
 }
 
 /// Types the commands of a page; what is wrong, if anything.
-fn run(name: &str, steps: &[Step], rendered: &Rendered) -> Result<(), String> {
+fn run(name: &str, steps: &[Step]) -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
     for step in steps {
         let place = format!("{name}:{}: {}", step.line, step.words.join(" "));
         let words: Vec<&str> = step.words[1..].iter().map(String::as_str).collect();
-        if step.printed.is_empty() && rendered.provide(&words, folder.path()) {
+        if step.printed.is_empty() && renders(&words) {
+            rendered(folder.path(), &words);
             continue;
         }
         let output = wheatstone(folder.path(), &words);
@@ -143,14 +108,14 @@ fn commands_of_all_pages_run() {
     assert!(work.len() >= 15, "{} pages have commands", work.len());
     // Tutorials take the longest.
     work.sort_by_key(|(page, steps)| (!page.starts_with("tutorial"), usize::MAX - steps.len()));
-    let (work, rendered) = (Mutex::new(VecDeque::from(work)), Rendered::default());
+    let work = Mutex::new(VecDeque::from(work));
     let failed = Mutex::new(Vec::new());
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
         for _ in 0..processors {
             scope.spawn(|| {
                 while let Some((page, steps)) = { work.lock().unwrap().pop_front() } {
-                    if let Err(wrong) = run(&page, &steps, &rendered) {
+                    if let Err(wrong) = run(&page, &steps) {
                         failed.lock().unwrap().push(wrong);
                     }
                 }

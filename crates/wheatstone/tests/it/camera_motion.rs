@@ -58,7 +58,7 @@ fn chance_is_what_it_says_where_nothing_moved() {
         for calibration in 0..5 {
             let model = calibrated(&staged(&rig, Stage::default(), calibration), method);
             for session in 0..10 {
-                let seed = 100 + 20 * calibration + session;
+                let seed = 100 + 10 * calibration + session;
                 chances.push(found(&model, &again(&rig, seed)).chance);
                 chances.push(found(&model, &matches(&rig, 100, 1000 + seed)).chance);
             }
